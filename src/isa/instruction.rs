@@ -1,0 +1,373 @@
+//! The instruction table: every mnemonic with its legs, operands, source and a summary.
+//!
+//! The parser reads the forms from it, the checks ask it for termination and ownership, and
+//! `rungd explain` prints it. What an instruction *does* is `docs/semantics.md`, executed by the
+//! engine; the table holds what can be said about it without running it.
+
+/// A leg of a rung: an input of an instruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)]
+pub enum LegName {
+    /// The single leg, written `when`.
+    When,
+    Up,
+    Dn,
+    Rst,
+    En,
+}
+
+impl LegName {
+    /// The key in the ladder file: `when`, or the name behind `leg.`.
+    pub fn key(self) -> &'static str {
+        match self {
+            LegName::When => "when",
+            LegName::Up => "up",
+            LegName::Dn => "dn",
+            LegName::Rst => "rst",
+            LegName::En => "en",
+        }
+    }
+
+    /// The leg of a key behind `leg.`.
+    pub fn from_key(key: &str) -> Option<LegName> {
+        [LegName::Up, LegName::Dn, LegName::Rst, LegName::En].into_iter().find(|l| l.key() == key)
+    }
+}
+
+/// What an operand may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A bit that a program may write: Y, C, MC, MI.
+    WritableBit,
+    /// A word that a program may write.
+    WritableWord,
+    /// A counter structure `CTn`.
+    Counter,
+    /// A timer structure `Tn`.
+    Timer,
+    /// A Sensaphone counter `Nn`.
+    Sensaphone,
+    /// A constant within the range, or any readable numeric location.
+    Value(i32, i32),
+    /// A duration or an integer in ms, 0..=2147483647, or any readable numeric location.
+    Duration,
+    /// As [`Kind::Duration`], but any `i32` constant: `<= 0` means every scan.
+    Interval,
+    /// A Program.
+    Program,
+    /// A Program or a Task.
+    Block,
+    /// A Task.
+    Task,
+    /// A Stage of the same Program.
+    Stage,
+    /// One or more Stages of the same Program.
+    Stages,
+}
+
+/// One operand of an instruction.
+#[derive(Clone, Copy, Debug)]
+pub struct Operand {
+    /// `None`: positional. `Some(key)`: written `key=value`.
+    pub key: Option<&'static str>,
+    /// The name by which the resolved instruction holds it; of a keyed operand, the key.
+    pub name: &'static str,
+    /// What it may be.
+    pub kind: Kind,
+    /// Whether it may be left out.
+    pub optional: bool,
+}
+
+/// What a termination pass does to an instruction, in a few words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Termination {
+    /// The bit it drives goes OFF.
+    Off,
+    /// Its structure is reset.
+    Reset,
+    /// What it wrote is kept.
+    Kept,
+    /// It has no termination logic.
+    Untouched,
+    /// It is as with its rung OFF.
+    RungOff,
+}
+
+/// One row of the instruction table.
+#[derive(Debug)]
+pub struct Spec {
+    /// Which instruction.
+    pub mnemonic: Mnemonic,
+    /// The mnemonic as written.
+    pub name: &'static str,
+    /// The instruction's full name.
+    pub title: &'static str,
+    /// Its legs, in their order.
+    pub legs: &'static [LegName],
+    /// Its operands, positional ones first.
+    pub operands: &'static [Operand],
+    /// Whether it does its work over several scans (the vendor's yellow triangle).
+    pub multi_scan: bool,
+    /// What a termination pass does to it.
+    pub termination: Termination,
+    /// Where its behaviour comes from.
+    pub source: &'static str,
+    /// What it does, in two or three sentences.
+    pub summary: &'static str,
+}
+
+const fn positional(name: &'static str, kind: Kind) -> Operand {
+    Operand { key: None, name, kind, optional: false }
+}
+
+const fn keyed(name: &'static str, kind: Kind) -> Operand {
+    Operand { key: Some(name), name, kind, optional: false }
+}
+
+const fn optional(name: &'static str, kind: Kind) -> Operand {
+    Operand { key: Some(name), name, kind, optional: true }
+}
+
+const ANY: Kind = Kind::Value(i32::MIN, i32::MAX);
+const COUNT: Kind = Kind::Value(0, i32::MAX);
+const I16: Kind = Kind::Value(-32_768, 32_767);
+
+const WHEN: &[LegName] = &[LegName::When];
+const BIT: &[Operand] = &[positional("bit", Kind::WritableBit)];
+const UP_DOWN_PRESETS: &[Operand] =
+    &[positional("ct", Kind::Counter), optional("up-preset", ANY), optional("dn-preset", ANY)];
+const TIMER: &[Operand] = &[positional("t", Kind::Timer), keyed("preset", Kind::Duration)];
+const DELAY: &[Operand] = &[
+    positional("t", Kind::Timer),
+    keyed("preset", Kind::Duration),
+    keyed("output", Kind::WritableBit),
+];
+const COUNTER: &[Operand] = &[positional("ct", Kind::Counter), keyed("preset", COUNT)];
+const SENSAPHONE: &[Operand] = &[positional("n", Kind::Sensaphone), optional("preset", I16)];
+const ARITHMETIC: &[Operand] =
+    &[positional("a", ANY), positional("b", ANY), keyed("to", Kind::WritableWord)];
+
+const S0: &str = "seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)";
+const HELP: &str = "vendor help; docs/semantics.md";
+const BLOCKS: &str = "docs/semantics.md, section 4";
+
+macro_rules! instructions {
+    ($($mnemonic:ident $name:literal $title:literal, $legs:expr, $operands:expr,
+       $multi:literal, $termination:ident, $source:expr, $summary:literal;)*) => {
+        /// Every instruction.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[allow(missing_docs)]
+        pub enum Mnemonic { $($mnemonic),* }
+
+        /// The table, in the order of the language reference.
+        pub const TABLE: &[Spec] = &[$(Spec {
+            mnemonic: Mnemonic::$mnemonic,
+            name: $name,
+            title: $title,
+            legs: $legs,
+            operands: $operands,
+            multi_scan: $multi,
+            termination: Termination::$termination,
+            source: $source,
+            summary: $summary,
+        }),*];
+    };
+}
+
+instructions! {
+    Out "OUT" "Output coil", WHEN, BIT, false, Off, HELP,
+        "Writes the rung's power to the bit, ON and OFF, at every execution.";
+    Set "SET" "Set coil", WHEN, BIT, false, Kept, HELP,
+        "Turns the bit ON while the rung is ON. The bit stays ON until something turns it OFF.";
+    Rst "RST" "Reset coil", WHEN, BIT, false, Kept, HELP,
+        "Turns the bit OFF while the rung is ON.";
+    Pd "PD" "Positive differential", WHEN, BIT, false, Off, HELP,
+        "The bit is ON for the one execution that sees the rung go from OFF to ON.";
+    Nd "ND" "Negative differential", WHEN, BIT, false, Off, HELP,
+        "The bit is ON for the one execution that sees the rung go from ON to OFF.";
+    Ponoff "PONOFF" "Push ON, push OFF", WHEN, BIT, false, Kept, HELP,
+        "Toggles the bit each time the rung goes from OFF to ON.";
+    Cnt "CNT" "Up counter", &[LegName::Up, LegName::Rst], COUNTER, true, Reset, S0,
+        "Adds one at each rising edge of UP. Done while .Acc >= preset; counts on past it. \
+         RST holds .Acc at 0 and has priority.";
+    Cntdn "CNTDN" "Down counter", &[LegName::Dn, LegName::Rst], COUNTER, true, Reset,
+        "seeds S0, S1 (DMD0031)",
+        "Starts from the preset and takes one away at each rising edge of DN. Done while \
+         .Acc <= 0; counts on below it. RST puts .Acc back to the preset and has priority.";
+    Udc "UDC" "Up/down counter", &[LegName::Up, LegName::Dn, LegName::Rst], UP_DOWN_PRESETS,
+        true, Reset, "seed S2's sister page; docs/semantics.md, section 2",
+        "Counts up at UP's rising edges, down at DN's. Done while .Acc >= up-preset, DnDone \
+         while .Acc <= dn-preset, each if given. RST holds .Acc at 0.";
+    Udcg "UDCG" "Global up/down counter", &[LegName::Up, LegName::Dn], UP_DOWN_PRESETS, true,
+        Untouched, "seed S2 (DMD0094)",
+        "As UDC, without a reset leg and without termination logic: it keeps its count when its \
+         block stops. RSTCT is the only way to reset it.";
+    Rstct "RSTCT" "Reset counter", WHEN, &[positional("ct", Kind::Counter)], false, Kept, HELP,
+        "While the rung is ON, resets the counter at once, and holds the reset through the \
+         counter's own next execution.";
+    Rstt "RSTT" "Reset timer", WHEN, &[positional("t", Kind::Timer)], false, Kept, HELP,
+        "While the rung is ON, resets the timer at once, and holds the reset through the timer's \
+         own next execution.";
+    Ondtmr "ONDTMR" "ON delay timer", WHEN, DELAY, true, Reset, "seed S0 (DMD0175)",
+        "The output comes ON when the leg has been ON for the preset, and goes OFF with the leg.";
+    Offdtmr "OFFDTMR" "OFF delay timer", WHEN, DELAY, true, Reset, "seed S0 (DMD0174)",
+        "The output comes ON with the leg and stays ON for the preset after the leg went OFF. \
+         .Acc counts down.";
+    Tmr "TMR" "Up timer", WHEN, TIMER, true, Reset, HELP,
+        "Times while the leg is ON; Done while .Acc >= preset. The leg OFF resets it.";
+    Tmrdown "TMRDOWN" "Down timer", WHEN, TIMER, true, Reset, HELP,
+        "Times from the preset down to 0 while the leg is ON; Done at 0. The leg OFF reloads it.";
+    Tmra "TMRA" "Accumulating up timer", &[LegName::En, LegName::Rst], TIMER, true, Reset, HELP,
+        "Adds up the time that EN is ON; EN OFF holds it. Done while .Acc >= preset. RST zeroes.";
+    Tmradown "TMRADOWN" "Accumulating down timer", &[LegName::En, LegName::Rst], TIMER, true,
+        Reset, HELP,
+        "Takes the time that EN is ON from the preset; EN OFF holds it. Done at 0. RST reloads.";
+    Tmrag "TMRAG" "Global accumulating up timer", WHEN, TIMER, true, Untouched, HELP,
+        "As TMRA, without a reset leg and without termination logic. RSTT resets it.";
+    Ctu "CTU" "Sensaphone count up", WHEN, SENSAPHONE, true, Untouched,
+        "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
+        "ACC + 1 at each false-to-true transition of the rung; from 32767 on to -32768, which \
+         sets OV. DN while ACC >= PRE.";
+    Ctd "CTD" "Sensaphone count down", WHEN, SENSAPHONE, true, Untouched,
+        "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
+        "ACC - 1 at each false-to-true transition of the rung; from -32768 on to 32767, which \
+         sets UN. DN while ACC >= PRE.";
+    Res "RES" "Sensaphone reset", WHEN, &[positional("n", Kind::Sensaphone)], false, Kept,
+        "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
+        "While the rung is ON, clears ACC and all status bits of the counter.";
+    Move "MOVE" "Move", WHEN,
+        &[positional("a", ANY), keyed("to", Kind::WritableWord)], false, Kept, HELP,
+        "Copies the value to the word in every scan while the rung is ON, saturating at the \
+         word's range.";
+    Add "ADD" "Add", WHEN, ARITHMETIC, false, Kept, HELP,
+        "Writes a + b to the word in every scan while the rung is ON, saturating.";
+    Sub "SUB" "Subtract", WHEN, ARITHMETIC, false, Kept, HELP,
+        "Writes a - b to the word in every scan while the rung is ON, saturating.";
+    Run "RUN" "Run program", WHEN, &[positional("block", Kind::Program)], false, Kept, BLOCKS,
+        "Starts the Program while the rung is ON; a Program that runs is left alone.";
+    Restart "RESTART" "Restart program", WHEN, &[positional("block", Kind::Program)], false,
+        Kept, BLOCKS,
+        "At the rung's rising edge: HALT, then RUN. The Program terminates first and starts anew.";
+    Halt "HALT" "Halt program or task", WHEN, &[positional("block", Kind::Block)], false, Kept,
+        BLOCKS,
+        "Stops the Program or Task while the rung is ON; its termination pass follows at its \
+         next turn. In its own block it ends the execution at once.";
+    Exit "EXIT" "Exit program", WHEN, &[], false, Kept, BLOCKS,
+        "Ends the Program it stands in at once; its termination pass follows in the next scan.";
+    Entask "ENTASK" "Enable task", WHEN,
+        &[positional("block", Kind::Task), optional("every", Kind::Interval)], true, RungOff,
+        BLOCKS,
+        "Without every: runs the Task once at the rung's rising edge. With every: runs it at \
+         that interval while the rung is ON.";
+    Jmp "JMP" "Jump to stage", WHEN, &[positional("stage", Kind::Stage)], false, Kept, BLOCKS,
+        "Turns the Stage it stands in OFF and the target ON. It is no goto: the remaining rungs \
+         of the Stage still execute.";
+    Sgset "SGSET" "Stage set", WHEN, &[positional("stage", Kind::Stage)], false, Kept, BLOCKS,
+        "Turns a Stage ON without leaving the current one.";
+    Sgrst "SGRST" "Stage reset", WHEN, &[positional("stage", Kind::Stage)], false, Kept, BLOCKS,
+        "Turns a Stage OFF; its termination pass follows at its next turn.";
+    Sgdivrg "SGDIVRG" "Stage diverge", WHEN, &[positional("stage", Kind::Stages)], false, Kept,
+        BLOCKS,
+        "Jumps to one or several Stages at once.";
+    Sgconvrg "SGCONVRG" "Stage converge", WHEN,
+        &[positional("stage", Kind::Stages), keyed("to", Kind::Stage)], false, Kept, BLOCKS,
+        "Once all of its Stages are ON, turns them OFF and its target ON.";
+    Stop "STOP" "Stop", WHEN, &[], false, Kept, BLOCKS,
+        "An orderly stop: this scan completes, and the next one is the last.";
+}
+
+impl Mnemonic {
+    /// The table row.
+    pub fn spec(self) -> &'static Spec {
+        &TABLE[self as usize]
+    }
+
+    /// The instruction of a name, in the case of the table.
+    pub fn from_name(name: &str) -> Option<Mnemonic> {
+        TABLE.iter().find(|spec| spec.name == name).map(|spec| spec.mnemonic)
+    }
+
+    /// Whether it owns the structure it names: a structure has one owner in a program.
+    pub fn owns_structure(self) -> bool {
+        let structure = matches!(
+            self.spec().operands.first().map(|o| o.kind),
+            Some(Kind::Counter | Kind::Timer | Kind::Sensaphone)
+        );
+        structure && !matches!(self, Mnemonic::Rstct | Mnemonic::Rstt | Mnemonic::Res)
+    }
+}
+
+impl Spec {
+    /// The operand of a name.
+    pub fn operand(&self, name: &str) -> Option<&'static Operand> {
+        self.operands.iter().find(|o| o.name == name)
+    }
+
+    /// The form in one line, as in the language reference: `CNT ct preset=n`.
+    pub fn form(&self) -> String {
+        let mut text = self.name.to_owned();
+        for operand in self.operands {
+            let value = operand.kind.placeholder();
+            let item = match operand.key {
+                Some(key) => format!("{key}={value}"),
+                None => value.to_owned(),
+            };
+            text.push(' ');
+            text.push_str(&if operand.optional { format!("[{item}]") } else { item });
+        }
+        text
+    }
+}
+
+impl Kind {
+    fn placeholder(self) -> &'static str {
+        match self {
+            Kind::WritableBit => "b",
+            Kind::WritableWord => "w",
+            Kind::Counter => "ct",
+            Kind::Timer => "t",
+            Kind::Sensaphone => "n",
+            Kind::Value(..) => "v",
+            Kind::Duration | Kind::Interval => "d",
+            Kind::Program => "p",
+            Kind::Block => "b",
+            Kind::Task => "t",
+            Kind::Stage => "s",
+            Kind::Stages => "s …",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_indexed_by_mnemonic() {
+        for spec in TABLE {
+            assert_eq!(spec.mnemonic.spec().name, spec.name);
+            assert_eq!(Mnemonic::from_name(spec.name), Some(spec.mnemonic));
+        }
+    }
+
+    #[test]
+    fn forms_read_as_in_the_reference() {
+        assert_eq!(Mnemonic::Cnt.spec().form(), "CNT ct preset=v");
+        assert_eq!(Mnemonic::Udc.spec().form(), "UDC ct [up-preset=v] [dn-preset=v]");
+        assert_eq!(Mnemonic::Sgconvrg.spec().form(), "SGCONVRG s … to=s");
+        assert_eq!(Mnemonic::Exit.spec().form(), "EXIT");
+    }
+
+    #[test]
+    fn owners() {
+        let owners: Vec<&str> =
+            TABLE.iter().filter(|s| s.mnemonic.owns_structure()).map(|s| s.name).collect();
+        assert_eq!(
+            owners,
+            [
+                "CNT", "CNTDN", "UDC", "UDCG", "ONDTMR", "OFFDTMR", "TMR", "TMRDOWN", "TMRA",
+                "TMRADOWN", "TMRAG", "CTU", "CTD"
+            ]
+        );
+    }
+}

@@ -1,0 +1,63 @@
+//! The status bits and words, with Do-more's nicknames (`docs/semantics.md`, section 6).
+//!
+//! The engine writes them at step 1 of every scan; programs read them and never write them.
+
+/// Status bit numbers: the n of `STn`.
+pub mod st {
+    /// ON in the first scan of a RUN only.
+    pub const FIRST_SCAN: u32 = 0;
+    /// Always ON.
+    pub const ON: u32 = 1;
+    /// Always OFF.
+    pub const OFF: u32 = 2;
+    /// ON for the first half of every minute since the start of RUN.
+    pub const ONE_MINUTE: u32 = 3;
+    /// ON for the first half of every second.
+    pub const ONE_SECOND: u32 = 4;
+    /// ON for the first 50 ms of every 100 ms.
+    pub const HUNDRED_MS: u32 = 5;
+    /// ON for the first 25 ms of every 50 ms.
+    pub const FIFTY_MS: u32 = 6;
+    /// OFF in the first scan, then alternating.
+    pub const SCAN_TOGGLE: u32 = 7;
+    /// ON in the last scan before a stop.
+    pub const LAST_SCAN: u32 = 8;
+    /// ON while anything is forced.
+    pub const FORCES_ACTIVE: u32 = 9;
+}
+
+/// Status word numbers: the n of `DSTn`.
+pub mod dst {
+    /// Scans completed since the start of RUN.
+    pub const SCAN_COUNTER: u32 = 0;
+    /// Filtered mean of the scan time, µs.
+    pub const SCAN_TIME_US: u32 = 1;
+    /// Shortest scan since the start of RUN, µs.
+    pub const MIN_SCAN_TIME_US: u32 = 2;
+    /// Longest scan since the start of RUN, µs.
+    pub const MAX_SCAN_TIME_US: u32 = 3;
+    /// The last scan, µs.
+    pub const LAST_SCAN_TIME_US: u32 = 4;
+}
+
+/// Nicknames of the status bits, by number.
+pub const BIT_NICKNAMES: [&str; 10] = [
+    "$FirstScan",
+    "$On",
+    "$Off",
+    "$1Minute",
+    "$1Second",
+    "$100ms",
+    "$50ms",
+    "$ScanToggle",
+    "$LastScan",
+    "$ForcesActive",
+];
+
+/// Nicknames of the status words, by number. `DST4` has none.
+pub const WORD_NICKNAMES: [&str; 4] = ["$ScanCounter", "$ScanTime", "$MinScanTime", "$MaxScanTime"];
+
+/// How many status bits and status words there are.
+pub const ST_COUNT: u32 = 10;
+/// Status words: `DST0`..`DST4`.
+pub const DST_COUNT: u32 = 5;

@@ -1,0 +1,16 @@
+//! rungd: a soft-PLC for Linux. The map, from the ground up; a module uses only those above it
+//! in this list.
+
+pub mod check;
+pub mod cli;
+pub mod daemon;
+pub mod engine;
+pub mod inspect;
+pub mod io;
+pub mod isa;
+pub mod lower;
+pub mod resolve;
+pub mod runtime;
+pub mod sim;
+pub mod source;
+pub mod store;

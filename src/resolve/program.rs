@@ -1,0 +1,295 @@
+//! The resolved program: every name has become an address, every operand is of its kind.
+//!
+//! Made by the resolver, judged by `check`, turned into an engine program by `lower`. It keeps the
+//! shape that its author gave it (blocks, stages, rungs, branches, contacts in file order) and the
+//! place of everything that a finding may point at. It is only handed on when there was no error
+//! that left a hole in it.
+
+use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Mnemonic, StageId, Structure, Word};
+use crate::source::span::Span;
+
+/// A whole program, of one or several ladder files.
+#[derive(Clone, Debug, Default)]
+pub struct Program {
+    /// The name of the first ladder file's `[ladder]`, or its file name without `.toml`.
+    pub name: String,
+    /// `[ladder] doc` of the first file.
+    pub doc: Option<String>,
+    /// Memory sizes it was resolved for.
+    pub sizes: MemorySizes,
+    /// All blocks: programs and tasks, in file order. `BlockId` is the index.
+    pub blocks: Vec<Block>,
+    /// Every stage's place: (block, index in the block's `stages`). `StageId` is the index.
+    pub stages: Vec<(BlockId, usize)>,
+    /// The scan order: every block but the built-in tasks, once.
+    pub order: Vec<BlockId>,
+    /// All tags, in file order.
+    pub tags: Vec<Tag>,
+    /// The operands that the ladder names, as written, in order of first appearance.
+    pub operands: Vec<NamedOperand>,
+}
+
+/// What kind of block, and how it comes to execute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum BlockKind {
+    /// A Program; `Main` has `autostart` set and never stops.
+    Program,
+    /// A Task that ENTASK starts.
+    Task,
+    FirstScan,
+    TopOfScan,
+    BottomOfScan,
+    LastScan,
+}
+
+/// A Program or Task.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Its number.
+    pub id: BlockId,
+    /// Its name.
+    pub name: String,
+    /// The place of its name.
+    pub span: Span,
+    /// What kind.
+    pub kind: BlockKind,
+    /// Whether it runs from the first scan on (`Main`, or `autostart = true`).
+    pub autostart: bool,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// Its own rungs.
+    pub rungs: Vec<Rung>,
+    /// Its stages; the first is the initial one. Empty in a Task.
+    pub stages: Vec<Stage>,
+}
+
+/// A Stage of a Program.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Its number over the whole program.
+    pub id: StageId,
+    /// Its name, unique in its Program.
+    pub name: String,
+    /// The place of its name.
+    pub span: Span,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// Its rungs.
+    pub rungs: Vec<Rung>,
+}
+
+/// One rung. Either one leg `When`, or the legs of its one instruction.
+#[derive(Clone, Debug)]
+pub struct Rung {
+    /// `name`.
+    pub name: Option<String>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// Names of the warnings that are silenced here.
+    pub allow: Vec<String>,
+    /// The place of the rung's header.
+    pub span: Span,
+    /// Its legs, in the order of the instruction's legs.
+    pub legs: Vec<Leg>,
+    /// `do`, in order.
+    pub body: Vec<Instruction>,
+    /// Its branches, in file order.
+    pub branches: Vec<Branch>,
+}
+
+/// A series of contacts, all of which must be ON.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// Which leg.
+    pub name: LegName,
+    /// The place of its array.
+    pub span: Span,
+    /// The elements of the array, left to right; never empty.
+    pub contacts: Vec<Contact>,
+}
+
+/// Further contacts behind the rung's own, and what they drive.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// The place of the branch's header.
+    pub span: Span,
+    /// Its own contacts; ANDed with the rung's power.
+    pub contacts: Vec<Contact>,
+    /// `do`, in order.
+    pub body: Vec<Instruction>,
+}
+
+/// A boolean over bits, edges and compares.
+#[derive(Clone, Debug)]
+pub enum Contact {
+    /// A bit.
+    Bit(Bit, Span),
+    /// `!`.
+    Not(Box<Contact>, Span),
+    /// `&`: two or more.
+    All(Vec<Contact>, Span),
+    /// `|`: two or more.
+    Any(Vec<Contact>, Span),
+    /// `rise(bit)` and `fall(bit)`; each has a history of its own.
+    Edge(Edge, Bit, Span),
+    /// A compare of two values.
+    Compare(Value, Comparison, Value, Span),
+}
+
+/// Which edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Edge {
+    Rise,
+    Fall,
+}
+
+/// How two values are compared, as signed numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum Comparison {
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+}
+
+/// A number: a constant or a location.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Value {
+    /// A constant; `written` tells how.
+    Const(i32, Written),
+    /// A word, read afresh at every execution.
+    Word(Word),
+}
+
+/// How a constant was written: the checks warn of bare integers as timer values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Written {
+    Integer,
+    Duration,
+}
+
+/// One instruction with its operands.
+#[derive(Clone, Debug)]
+pub struct Instruction {
+    /// Which.
+    pub mnemonic: Mnemonic,
+    /// The place of its whole text.
+    pub span: Span,
+    /// Its operands, named as in the instruction table; those left out are absent, and the
+    /// Stages of SGDIVRG and SGCONVRG come as several arguments of one name.
+    pub args: Vec<Arg>,
+}
+
+/// One operand of an instruction.
+#[derive(Clone, Debug)]
+pub struct Arg {
+    /// Its name in the instruction table.
+    pub name: &'static str,
+    /// Its place.
+    pub span: Span,
+    /// What it is.
+    pub value: ArgValue,
+}
+
+/// What an operand is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum ArgValue {
+    Bit(Bit),
+    /// The target of MOVE, ADD, SUB.
+    Word(Word),
+    Value(Value),
+    Structure(Structure),
+    Block(BlockId),
+    Stage(StageId),
+}
+
+/// A tag, resolved.
+#[derive(Clone, Debug)]
+pub struct Tag {
+    /// Its name.
+    pub name: String,
+    /// The place of its name.
+    pub span: Span,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// What it stands for.
+    pub meaning: TagMeaning,
+    /// `initial`: what a cold start puts there (a bit: 0 or 1).
+    pub initial: Option<(i32, Span)>,
+    /// `min`.
+    pub min: Option<(i32, Span)>,
+    /// `max`.
+    pub max: Option<(i32, Span)>,
+    /// `alarm`: on a bit.
+    pub alarm: Option<String>,
+    /// `log = "change"`.
+    pub log_changes: bool,
+    /// `spare = true`.
+    pub spare: bool,
+    /// Whether anything in the ladder names it.
+    pub used: bool,
+}
+
+/// What a tag stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TagMeaning {
+    /// `at`.
+    Address(Address),
+    /// `value`.
+    Constant(i32, Written),
+}
+
+/// A bit or word by the name under which the ladder first names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedOperand {
+    /// The name as written (`part_seen`, `X0`, `bottles.Done`, `Drain.Open`).
+    pub name: String,
+    /// What it is: a bit or a word, never a whole structure.
+    pub address: Address,
+}
+
+impl Program {
+    /// The block of a number.
+    pub fn block(&self, id: BlockId) -> &Block {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// The stage of a number.
+    pub fn stage(&self, id: StageId) -> &Stage {
+        let (block, at) = self.stages[id.0 as usize];
+        &self.block(block).stages[at]
+    }
+}
+
+impl Instruction {
+    /// The (first) argument of a name.
+    pub fn arg(&self, name: &str) -> Option<&Arg> {
+        self.args.iter().find(|a| a.name == name)
+    }
+
+    /// All arguments of a name.
+    pub fn args_of<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Arg> {
+        self.args.iter().filter(move |a| a.name == name)
+    }
+}
+
+impl Contact {
+    /// Its place.
+    pub fn span(&self) -> Span {
+        match self {
+            Contact::Bit(_, span)
+            | Contact::Not(_, span)
+            | Contact::All(_, span)
+            | Contact::Any(_, span)
+            | Contact::Edge(_, _, span)
+            | Contact::Compare(_, _, _, span) => *span,
+        }
+    }
+}

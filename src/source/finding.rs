@@ -1,0 +1,204 @@
+//! Findings: what is wrong or doubtful in a file, as data.
+//!
+//! The readers, the resolver and the checks make them; `render` (for people) and tests read them.
+//! A finding is the author's mistake: it never stops the collecting of others, and it never
+//! panics. Faults at run time and failures of the environment are other types, elsewhere.
+
+use super::span::Span;
+
+/// How bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Refuses the load.
+    Error,
+    /// Does not, unless `--deny warnings`.
+    Warning,
+}
+
+/// One finding.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Which, by its stable name.
+    pub code: Code,
+    /// Where.
+    pub span: Span,
+    /// One sentence: what is wrong.
+    pub message: String,
+    /// A few words under the underlined place.
+    pub label: String,
+    /// Other places that belong to it, each with a few words.
+    pub related: Vec<(Span, String)>,
+    /// What to write instead; it can be pasted.
+    pub help: Option<String>,
+}
+
+impl Finding {
+    /// A finding with no related place and no help yet.
+    pub fn new(code: Code, span: Span, message: impl Into<String>) -> Finding {
+        Finding {
+            code,
+            span,
+            message: message.into(),
+            label: String::new(),
+            related: Vec::new(),
+            help: None,
+        }
+    }
+
+    /// The words under the place.
+    pub fn label(mut self, label: impl Into<String>) -> Finding {
+        self.label = label.into();
+        self
+    }
+
+    /// What to write instead.
+    pub fn help(mut self, help: impl Into<String>) -> Finding {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Another place that belongs to it.
+    pub fn related(mut self, span: Span, words: impl Into<String>) -> Finding {
+        self.related.push((span, words.into()));
+        self
+    }
+
+    /// Its severity.
+    pub fn severity(&self) -> Severity {
+        self.code.severity()
+    }
+}
+
+/// One row of the table of findings.
+#[derive(Debug)]
+pub struct Row {
+    /// Which.
+    pub code: Code,
+    /// The stable kebab-case name.
+    pub name: &'static str,
+    /// Error or warning.
+    pub severity: Severity,
+    /// What it means, in one sentence.
+    pub summary: &'static str,
+}
+
+macro_rules! findings {
+    ($($code:ident $name:literal $severity:ident $summary:literal;)*) => {
+        /// Every finding.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[allow(missing_docs)]
+        pub enum Code { $($code),* }
+
+        /// The table of findings: errors first, then warnings.
+        pub const TABLE: &[Row] = &[$(Row {
+            code: Code::$code, name: $name, severity: Severity::$severity, summary: $summary,
+        }),*];
+    };
+}
+
+findings! {
+    // reading
+    TomlSyntax "toml-syntax" Error "The file is not TOML 1.0.";
+    UnknownKey "unknown-key" Error "A table has a key that this place does not know.";
+    WrongType "wrong-type" Error "A value is not of the type that its key wants.";
+    BareString "bare-string" Error "Contacts and instructions are always arrays.";
+    MissingKey "missing-key" Error "A key that must be there is missing.";
+    OutOfPlace "out-of-place" Error
+        "A header stands behind one that closed its parent, and would join an earlier parent.";
+    ContactSyntax "contact-syntax" Error "A contact does not follow the grammar.";
+    InstructionSyntax "instruction-syntax" Error "An instruction does not follow its form.";
+    EmptyLeg "empty-leg" Error "A series of contacts is empty; a rung that is always ON says $On.";
+    NoInstruction "no-instruction" Error "A rung or branch drives nothing.";
+    MixedLegs "mixed-legs" Error "A rung has both `when` and `leg.*`, or neither.";
+    ForbiddenName "forbidden-name" Error "A name is not a name, or means something else already.";
+    DuplicateName "duplicate-name" Error "Two things bear one name.";
+    BadDuration "bad-duration" Error "A duration is not of the form 1h2m3s4ms or HH:MM:SS:mmm.";
+    // resolving
+    UnknownInstruction "unknown-instruction" Error "There is no such instruction.";
+    UnknownOperand "unknown-operand" Error "The instruction has no such operand, or too many.";
+    MissingOperand "missing-operand" Error "The instruction lacks an operand.";
+    UnknownName "unknown-name" Error "No tag, address or nickname of this name.";
+    UnknownMember "unknown-member" Error "The structure or block has no such member.";
+    UnknownBlock "unknown-block" Error "There is no program or task of this name.";
+    UnknownStage "unknown-stage" Error "The program has no stage of this name.";
+    WrongCase "wrong-case" Error "An address, mnemonic or nickname is written in another case.";
+    BeyondMemory "beyond-memory" Error "The address lies beyond the memory block.";
+    OperandType "operand-type" Error "A bit where a word belongs, or the like.";
+    OutOfRange "out-of-range" Error "A constant lies outside the range of its place.";
+    WriteToInput "write-to-input" Error "X bits are written by inputs only.";
+    ReadOnly "read-only" Error "A program cannot write this bit, word or member.";
+    UnknownLeg "unknown-leg" Error "The instruction has no such leg.";
+    MissingLeg "missing-leg" Error "The instruction has a leg that the rung does not give.";
+    LegsShared "legs-shared" Error
+        "An instruction with legs stands alone in its rung, without branches.";
+    Order "order" Error "`order` names every block once.";
+    TagKey "tag-key" Error "A key of a tag does not fit what the tag stands for.";
+    // rules over the whole program
+    OwnedTwice "owned-twice" Error "A structure has exactly one owning instruction.";
+    ResetWithoutOwner "reset-without-owner" Error "A structure is reset that nothing owns.";
+    SensaphonePreset "sensaphone-preset" Error
+        "One of CTU and CTD states the preset, and both never different ones.";
+    JumpOutsideStage "jump-outside-stage" Error "JMP and SGDIVRG stand in a stage.";
+    BuiltInTask "built-in-task" Error "Nothing starts, stops or orders a built-in task.";
+    StageInTask "stage-in-task" Error "A task contains no stages.";
+    BlockRule "block-rule" Error "EXIT, RUN, RESTART or HALT where the block does not allow it.";
+    EntaskConflict "entask-conflict" Error
+        "A task is enabled once recurrently, or run once from anywhere, never both.";
+    DuplicateOut "duplicate-out" Error
+        "Two OUTs drive one bit within one block's own rungs or one stage.";
+    RetainRange "retain-range" Error "A retained range is not data or structures.";
+    NoMain "no-main" Error "A program has a block `Main`.";
+    Controller "controller" Error "A controller file asks for something that cannot be.";
+    // warnings
+    OutElsewhere "out-elsewhere" Warning "Two OUTs in different places drive one bit.";
+    OutLostOnJumpBack "out-lost-on-jump-back" Warning
+        "After a jump back, the left stage's termination turns a bit OFF behind its new driver.";
+    StageNeverEntered "stage-never-entered" Warning "Nothing ever turns this stage ON.";
+    BlockNeverStarted "block-never-started" Warning "Nothing ever starts this block.";
+    SetNeverReset "set-never-reset" Warning "A bit is SET and never RST.";
+    MultiScanInTask "multi-scan-in-task" Warning
+        "An instruction that works over several scans stands in a run-once task.";
+    TaskStartsItself "task-starts-itself" Warning "A task holds the ENTASK that starts it.";
+    ConstantCompare "constant-compare" Warning "A compare always gives the same.";
+    BareTimerValue "bare-timer-value" Warning "A timer value without a unit: ms or s?";
+    MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
+    RetainedButReset "retained-but-reset" Warning
+        "A retained structure loses its value at every stop.";
+    UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
+    UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
+}
+
+impl Code {
+    /// The table row.
+    pub fn row(self) -> &'static Row {
+        &TABLE[self as usize]
+    }
+
+    /// The stable kebab-case name.
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// Error or warning.
+    pub fn severity(self) -> Severity {
+        self.row().severity
+    }
+
+    /// The finding of a name.
+    pub fn from_name(name: &str) -> Option<Code> {
+        TABLE.iter().find(|row| row.name == name).map(|row| row.code)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_indexed_by_code_and_names_are_unique() {
+        for row in TABLE {
+            assert_eq!(Code::from_name(row.name), Some(row.code));
+            assert_eq!(row.code.name(), row.name);
+        }
+    }
+}
