@@ -27,6 +27,19 @@ pub struct Program {
     pub tags: Vec<Tag>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
+    /// The names of all files' `[ladder] allow`; each silences in the file that it stands in.
+    pub allow: Vec<(String, Span)>,
+}
+
+/// One element of the controller file's `[retain] ranges`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RetainedRange {
+    /// The first address: a word or a structure.
+    pub first: Address,
+    /// The last one, of the same space and not before the first.
+    pub last: Address,
+    /// Its place in the controller file.
+    pub span: Span,
 }
 
 /// What kind of block, and how it comes to execute.
@@ -86,10 +99,12 @@ pub struct Rung {
     pub name: Option<String>,
     /// `doc`.
     pub doc: Option<String>,
-    /// Names of the warnings that are silenced here.
-    pub allow: Vec<String>,
+    /// Names of the warnings that are silenced here, and where they stand.
+    pub allow: Vec<(String, Span)>,
     /// The place of the rung's header.
     pub span: Span,
+    /// The whole rung: from its header to the end of its last value, branches included.
+    pub extent: Span,
     /// Its legs, in the order of the instruction's legs.
     pub legs: Vec<Leg>,
     /// `do`, in order.
