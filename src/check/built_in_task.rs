@@ -1,0 +1,51 @@
+//! `built-in-task`: FirstScan, TopOfScan, BottomOfScan and LastScan have their times in the scan;
+//! no instruction starts or stops them.
+//!
+//! Passes:
+//!
+//! ```toml
+//! [[task]]
+//! name = "FirstScan"
+//! rung = [ { when = ["$On"], do = ["MOVE 12 to=D1"] } ]
+//! ```
+//!
+//! Fails, anywhere:
+//!
+//! ```toml
+//! rung = [ { when = ["X0"], do = ["ENTASK FirstScan"] } ]
+//! ```
+
+use crate::resolve::program::BlockKind;
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, is_built_in};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    for placed in &context.instructions {
+        let Some((block, arg)) = placed.target_block() else { continue };
+        let block = context.program.block(block);
+        if !is_built_in(block.kind) {
+            continue;
+        }
+        let message = format!(
+            "{} names `{}`, a built-in task: nothing starts or stops it",
+            placed.name(),
+            block.name
+        );
+        findings.push(
+            Finding::new(Code::BuiltInTask, arg.span, message)
+                .label("built in")
+                .help(format!("delete this: {}", executes(block.kind))),
+        );
+    }
+}
+
+fn executes(kind: BlockKind) -> &'static str {
+    match kind {
+        BlockKind::FirstScan => "`FirstScan` executes in the first scan by itself",
+        BlockKind::TopOfScan => "`TopOfScan` executes in every scan, before all programs",
+        BlockKind::BottomOfScan => "`BottomOfScan` executes in every scan, after all programs",
+        _ => "`LastScan` executes in the last scan by itself",
+    }
+}

@@ -1,0 +1,76 @@
+//! `stage-never-entered`: from a program's initial stage and its own rungs, nothing leads to this
+//! stage.
+//!
+//! JMP, SGSET, SGDIVRG and SGCONVRG lead to a stage. A stage that only itself, or only another
+//! stage without an entry, leads to is never entered either.
+//!
+//! Passes:
+//!
+//! ```toml
+//! [[program.stage]]
+//! name = "Open"
+//! rung = [ { when = ["X0"], do = ["JMP Close"] } ]
+//!
+//! [[program.stage]]
+//! name = "Close"
+//! rung = [ { when = ["X1"], do = ["EXIT"] } ]
+//! ```
+//!
+//! Fails: the same with `do = ["EXIT"]` in `Open`.
+
+use crate::isa::{Mnemonic, StageId};
+use crate::resolve::program::{Block, Stage};
+use crate::source::finding::{Code, Finding};
+
+use super::context::Context;
+use super::names::list;
+use super::reach::reached;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let edges = entries(context);
+    let blocks = &context.program.blocks;
+    let initial = blocks.iter().filter_map(|block| block.stages.first()).map(|stage| stage.id);
+    let reached = reached(initial, &edges);
+    for block in blocks {
+        let never = block.stages.iter().enumerate().filter(|(_, s)| !reached.contains(&s.id));
+        findings.extend(never.map(|(at, stage)| finding(block, (at, stage), &edges)));
+    }
+}
+
+/// Which stage leads to which; from a program's own rungs it is `None`.
+fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
+    const ENTERING: [Mnemonic; 4] =
+        [Mnemonic::Jmp, Mnemonic::Sgset, Mnemonic::Sgdivrg, Mnemonic::Sgconvrg];
+    let entering = context.of(&ENTERING);
+    let pairs = entering.flat_map(|p| {
+        let from = p.place.stage.map(|stage| stage.id);
+        p.stages_entered().map(move |to| (from, to))
+    });
+    pairs.collect()
+}
+
+fn finding(
+    block: &Block,
+    (at, stage): (usize, &Stage),
+    edges: &[(Option<StageId>, StageId)],
+) -> Finding {
+    let from: Vec<String> = block
+        .stages
+        .iter()
+        .filter(|other| other.id != stage.id && edges.contains(&(Some(other.id), stage.id)))
+        .map(|other| format!("`{}`", other.name))
+        .collect();
+    let why = match from.as_slice() {
+        [] => "no JMP, SGSET, SGDIVRG or SGCONVRG leads to it".to_owned(),
+        _ => format!("only {} leads to it, which is never entered either", list(&from)),
+    };
+    let before = &block.stages[at.saturating_sub(1)].name;
+    let help = match from.as_slice() {
+        [] => format!("enter it, from stage `{before}` say: `do = [\"JMP {}\"]`", stage.name),
+        _ => format!("enter {} from a stage that is", list(&from)),
+    };
+    let message =
+        format!("stage `{}` of program `{}` is never entered: {why}", stage.name, block.name);
+    Finding::new(Code::StageNeverEntered, stage.span, message).label("never ON").help(help)
+}

@@ -1,0 +1,60 @@
+//! `unused-tag`: nothing in the ladder names this tag, nor a member of it.
+//!
+//! A tag with `alarm` or `log` does its work without being named, and `spare = true` says that it
+//! is meant. A ladder that names the address instead is told so.
+//!
+//! Passes:
+//!
+//! ```toml
+//! [tags]
+//! infeed_2 = { at = "X1", spare = true }
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! [tags]
+//! infeed_2 = { at = "X1" }
+//! ```
+
+use crate::isa::Address;
+use crate::resolve::program::{Tag, TagMeaning};
+use crate::source::finding::{Code, Finding};
+
+use super::context::Context;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let idle = |tag: &&Tag| !tag.used && !tag.spare && tag.alarm.is_none() && !tag.log_changes;
+    findings.extend(context.program.tags.iter().filter(idle).map(|tag| finding(context, tag)));
+}
+
+fn finding(context: &Context, tag: &Tag) -> Finding {
+    let name = &tag.name;
+    let finding = |message| Finding::new(Code::UnusedTag, tag.span, message).label("unused");
+    match tag.meaning {
+        TagMeaning::Address(address) if is_named(context, address) => finding(format!(
+            "nothing names tag `{name}`, though the ladder uses {address} by its address"
+        ))
+        .help(format!("write `{name}` where the ladder says `{address}`")),
+        TagMeaning::Address(address) => finding(format!("nothing names tag `{name}` ({address})"))
+            .help(format!(
+                "delete it, or say that it is meant: `{name} = {{ at = \"{address}\", spare = \
+                 true }}`"
+            )),
+        TagMeaning::Constant(..) => finding(format!("nothing names the constant `{name}`"))
+            .help("delete it, or say that it is meant: `spare = true`"),
+    }
+}
+
+fn is_named(context: &Context, address: Address) -> bool {
+    match address {
+        Address::Structure(structure) => {
+            context.instructions.iter().any(|p| p.structure() == Some(structure))
+                || context.program.operands.iter().any(|operand| {
+                    structure.member_addresses().any(|member| member == operand.address)
+                })
+        }
+        address => context.program.operands.iter().any(|operand| operand.address == address),
+    }
+}
