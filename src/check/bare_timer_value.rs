@@ -29,7 +29,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             }
         }
     }
-    findings.extend(context.compares.iter().filter_map(|contact| compare(context, contact)));
+    findings.extend(context.contacts.iter().filter_map(|contact| compare(context, contact)));
 }
 
 fn operand(placed: &Placed, arg: &Arg) -> Option<Finding> {
@@ -72,5 +72,64 @@ fn choice(number: i32, write: impl Fn(i32) -> String) -> String {
     match number.checked_mul(1000) {
         Some(s) => format!("`{}`, as it is read now, or `{}`", write(number), write(s)),
         None => format!("`{}`", write(number)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::{check, check_main};
+
+    #[test]
+    fn presets_and_intervals() {
+        check(
+            r#"
+            [tags]
+            bare = { value = 3000 }
+            timed = { value = "3s" }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["TMR T0 preset=3000", "TMR T1 preset=3s", "TMR T2 preset=D0"] },
+              { when = ["X0"], do = ["TMR T3 preset=0", "TMR T4 preset=bare", "TMR T5 preset=timed"] },
+              { when = ["X0"], do = ["TMR T6 preset=3000000", "ENTASK Report every=10"] },
+              { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3000"] },
+            ]
+
+            [[task]]
+            name = "Report"
+            rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
+            "#,
+            expect![[r#"
+                8:39 bare-timer-value preset=3000 of TMR has no unit: ms or s?
+                    `preset=3s`, as it is read now, or `preset=50m`
+                9:58 bare-timer-value preset=3000 of TMR has no unit: ms or s?
+                    `preset=3s`, as it is read now, or `preset=50m`
+                10:39 bare-timer-value preset=3000000 of TMR has no unit: ms or s?
+                    `preset=50m`
+                10:70 bare-timer-value every=10 of ENTASK has no unit: ms or s?
+                    `every=10ms`, as it is read now, or `every=10s`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn compares_of_acc() {
+        check_main(
+            r#"
+            { when = ["T0.Acc > 500", "T0.Acc > 500ms", "T0.Acc == 0", "T0.Acc < D0"], do = ["OUT Y0"] },
+            { when = ["500 <= T0.Acc", "CT0.Acc > 500"], do = ["OUT Y1"] },
+            { when = ["X0"], do = ["TMR T0 preset=3s"] },
+            { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3000"] },
+            "#,
+            expect![[r#"
+                4:12 bare-timer-value `T0.Acc > 500` compares a time with a number: ms or s?
+                    `T0.Acc > 500ms`, as it is read now, or `T0.Acc > 8m20s`
+                5:12 bare-timer-value `500 <= T0.Acc` compares a time with a number: ms or s?
+                    `500ms <= T0.Acc`, as it is read now, or `8m20s <= T0.Acc`
+            "#]],
+        );
     }
 }

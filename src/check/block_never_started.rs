@@ -69,3 +69,68 @@ fn finding(program: &Program, block: &Block, edges: &[(Option<BlockId>, BlockId)
     let message = format!("{} `{name}` is never started: {why}", kind_name(block.kind));
     Finding::new(Code::BlockNeverStarted, block.span, message).label("never runs").help(help)
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn programs_and_tasks() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN A"] } ]
+
+            [[program]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["ENTASK T"] } ]
+
+            [[program]]
+            name = "Auto"
+            autostart = true
+            rung = [ { when = ["X1"], do = ["RESTART Again"] } ]
+
+            [[program]]
+            name = "Again"
+            rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
+
+            [[program]]
+            name = "Never"
+            rung = [ { when = ["X1"], do = ["RUN Behind"] } ]
+
+            [[program]]
+            name = "Behind"
+            rung = [ { when = ["X1"], do = ["RESTART Behind"] } ]
+
+            [[program]]
+            name = "Self"
+            rung = [ { when = ["X1"], do = ["RUN Self"] } ]
+
+            [[task]]
+            name = "T"
+            rung = [ { when = ["X1"], do = ["OUT Y1"] } ]
+
+            [[task]]
+            name = "NoEntask"
+            rung = [ { when = ["X1"], do = ["OUT Y2"] } ]
+
+            [[task]]
+            name = "TopOfScan"
+            rung = [ { when = ["X1"], do = ["OUT Y3"] } ]
+            "#,
+            expect![[r#"
+                19:9 block-never-started program `Never` is never started: there is no RUN or RESTART of it
+                    start it in a block that runs: `RUN Never`, or `autostart = true`
+                23:9 block-never-started program `Behind` is never started: only `Never` would start it, which is never started either
+                    start it in a block that runs: `RUN Behind`, or `autostart = true`
+                27:9 block-never-started program `Self` is never started: the only RUN or RESTART of it stands in itself
+                    start it in a block that runs: `RUN Self`, or `autostart = true`
+                35:9 block-never-started task `NoEntask` is never started: there is no ENTASK of it
+                    start it in a block that runs: `ENTASK NoEntask`, or `ENTASK NoEntask every=1s`
+            "#]],
+        );
+    }
+}

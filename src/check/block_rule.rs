@@ -96,3 +96,78 @@ fn main_help(mnemonic: Mnemonic) -> &'static str {
         _ => "delete it: `Main` runs from the first scan on",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn exit() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Drain", "ENTASK Report", "EXIT"] } ]
+
+            [[program]]
+            name = "Drain"
+            rung = [ { when = ["X1"], do = ["EXIT"] } ]
+
+            [[task]]
+            name = "Report"
+            rung = [ { when = ["X1"], do = ["EXIT"] } ]
+
+            [[task]]
+            name = "TopOfScan"
+            rung = [ { when = ["X1"], do = ["EXIT"] } ]
+            "#,
+            expect![[r#"
+                3:64 block-rule EXIT in `Main`, which always runs
+                    to stop the controller in an orderly way: `STOP`; what is to end by itself goes into a program of its own, which `Main` starts with RUN
+                11:34 block-rule EXIT in task `Report`: a task ends when its rungs have executed
+                    delete it, or end the task at once with `HALT Report`
+                15:34 block-rule EXIT in task `TopOfScan`: a task ends when its rungs have executed
+                    delete it; a rung that must not execute gets a contact for it
+            "#]],
+        );
+    }
+
+    #[test]
+    fn start_and_stop() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["RUN Main", "RESTART Main", "HALT Main"] },
+              { when = ["X0"], do = ["RUN Drain", "RESTART Drain", "HALT Drain", "ENTASK Drain"] },
+              { when = ["X0"], do = ["RUN Report", "RESTART Report", "HALT Report", "ENTASK Report"] },
+            ]
+
+            [[program]]
+            name = "Drain"
+            rung = [ { when = ["X1"], do = ["HALT Drain"] } ]
+
+            [[task]]
+            name = "Report"
+            rung = [ { when = ["X1"], do = ["HALT Report"] } ]
+            "#,
+            expect![[r#"
+                4:25 block-rule RUN of `Main`, which always runs
+                    delete it: `Main` runs from the first scan on
+                4:37 block-rule RESTART of `Main`, which always runs
+                    put what must start anew into a program of its own, and `RESTART` that one
+                4:53 block-rule HALT of `Main`, which always runs
+                    to stop the controller in an orderly way: `STOP`
+                5:69 block-rule ENTASK starts tasks, and `Drain` is a program
+                    `RUN Drain`
+                6:25 block-rule RUN starts programs, and `Report` is a task
+                    to run it once: `ENTASK Report`; at an interval: `ENTASK Report every=1s`
+                6:39 block-rule RESTART starts programs, and `Report` is a task
+                    to run it once: `ENTASK Report`; at an interval: `ENTASK Report every=1s`
+            "#]],
+        );
+    }
+}

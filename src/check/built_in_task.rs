@@ -49,3 +49,41 @@ fn executes(kind: BlockKind) -> &'static str {
         _ => "`LastScan` executes in the last scan by itself",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn nothing_starts_or_stops_one() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["ENTASK FirstScan", "HALT BottomOfScan", "RUN LastScan"] } ]
+
+            [[task]]
+            name = "FirstScan"
+            rung = [ { when = ["$On"], do = ["MOVE 1 to=D0"] } ]
+
+            [[task]]
+            name = "BottomOfScan"
+            rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
+
+            [[task]]
+            name = "LastScan"
+            rung = [ { when = ["$On"], do = ["MOVE 0 to=D0"] } ]
+            "#,
+            expect![[r#"
+                3:41 built-in-task ENTASK names `FirstScan`, a built-in task: nothing starts or stops it
+                    delete this: `FirstScan` executes in the first scan by itself
+                3:59 built-in-task HALT names `BottomOfScan`, a built-in task: nothing starts or stops it
+                    delete this: `BottomOfScan` executes in every scan, after all programs
+                3:79 built-in-task RUN names `LastScan`, a built-in task: nothing starts or stops it
+                    delete this: `LastScan` executes in the last scan by itself
+            "#]],
+        );
+    }
+}

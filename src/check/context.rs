@@ -23,8 +23,8 @@ pub struct Context<'a> {
     pub retained: &'a [RetainedRange],
     /// Every instruction, in file order.
     pub instructions: Vec<Placed<'a>>,
-    /// Every compare, in file order.
-    pub compares: Vec<&'a Contact>,
+    /// Every contact, in file order; one that has parts stands before its parts.
+    pub contacts: Vec<&'a Contact>,
     drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
 }
@@ -73,7 +73,7 @@ impl<'a> Context<'a> {
             program,
             retained,
             instructions: Vec::new(),
-            compares: Vec::new(),
+            contacts: Vec::new(),
             drivers: BTreeMap::new(),
             owners: BTreeMap::new(),
         };
@@ -105,11 +105,11 @@ impl<'a> Context<'a> {
 
     fn walk_contacts(&mut self, contacts: &'a [Contact]) {
         for contact in contacts {
+            self.contacts.push(contact);
             match contact {
                 Contact::Not(inner, _) => self.walk_contacts(std::slice::from_ref(&**inner)),
                 Contact::All(parts, _) | Contact::Any(parts, _) => self.walk_contacts(parts),
-                Contact::Compare(..) => self.compares.push(contact),
-                Contact::Bit(..) | Contact::Edge(..) => {}
+                Contact::Bit(..) | Contact::Edge(..) | Contact::Compare(..) => {}
             }
         }
     }
@@ -248,8 +248,13 @@ impl fmt::Display for Place<'_> {
             write!(f, ", stage `{}`", stage.name)?;
         }
         match &self.rung.name {
-            Some(name) => write!(f, ", rung `{name}`"),
-            None => write!(f, ", rung {}", self.rung_number),
+            Some(name) => write!(f, ", rung `{name}`")?,
+            None => write!(f, ", rung {}", self.rung_number)?,
+        }
+        let is_it = |other: &Branch| self.branch.is_some_and(|branch| std::ptr::eq(branch, other));
+        match self.rung.branches.iter().position(is_it) {
+            Some(at) => write!(f, ", branch {}", at + 1),
+            None => Ok(()),
         }
     }
 }

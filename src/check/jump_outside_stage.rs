@@ -45,3 +45,42 @@ fn finding(context: &Context, jump: &Placed) -> Finding {
             sets.join(", ")
         ))
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn jumps_in_own_rungs() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+            rung = [
+              { when = ["X1"], do = ["JMP B"] },
+              { when = ["X2"], do = ["SGDIVRG A B", "SGSET A", "SGCONVRG A to=B"] },
+            ]
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X3"], do = ["SGDIVRG B"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X4"], do = ["JMP A"] } ]
+            "#,
+            expect![[r#"
+                8:25 jump-outside-stage JMP leaves the stage it stands in, but this is one of program `Day`'s own rungs
+                    to turn a stage ON from here: `do = ["SGSET B"]`; SGRST turns the others OFF
+                9:25 jump-outside-stage SGDIVRG leaves the stage it stands in, but this is one of program `Day`'s own rungs
+                    to turn a stage ON from here: `do = ["SGSET A", "SGSET B"]`; SGRST turns the others OFF
+            "#]],
+        );
+    }
+}

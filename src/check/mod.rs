@@ -16,6 +16,7 @@ mod context;
 mod duplicate_out;
 mod entask_conflict;
 mod jump_outside_stage;
+mod mixed_and_or;
 mod multi_scan_in_task;
 mod names;
 mod out_elsewhere;
@@ -30,7 +31,8 @@ mod set_never_reset;
 mod silence;
 mod stage_never_entered;
 mod task_starts_itself;
-mod unknown_allow;
+#[cfg(test)]
+mod testing;
 mod unused_tag;
 
 pub use pages::{PAGES, page};
@@ -56,9 +58,9 @@ const RULES: &[Rule] = &[
     task_starts_itself::check,
     constant_compare::check,
     bare_timer_value::check,
+    mixed_and_or::check,
     retained_but_reset::check,
     unused_tag::check,
-    unknown_allow::check,
 ];
 
 /// All findings of the rules, in order of place; `retained` is what the controller file retains.

@@ -65,3 +65,61 @@ fn finding(placed: &Placed, started: Option<Span>) -> Finding {
         None => finding.help("move it to a program, such as `Main`"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn in_run_once_tasks_only() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["ENTASK Once", "ENTASK Often every=10ms"] },
+              { when = ["X0"], do = ["TMR T9 preset=1s"] },
+            ]
+
+            [[task]]
+            name = "Once"
+            rung = [
+              { when = ["X1"], do = ["TMR T0 preset=1s", "ENTASK Other", "ENTASK Third every=1s"] },
+              { leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT0 up-preset=5"] },
+            ]
+
+            [[task]]
+            name = "Often"
+            rung = [ { when = ["X1"], do = ["TMR T1 preset=1s"] } ]
+
+            [[task]]
+            name = "Other"
+            rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
+
+            [[task]]
+            name = "Third"
+            rung = [ { when = ["X1"], do = ["OUT Y1"] } ]
+
+            [[task]]
+            name = "FirstScan"
+            rung = [ { when = ["X1"], do = ["TMR T2 preset=1s"] } ]
+
+            [[task]]
+            name = "TopOfScan"
+            rung = [ { when = ["X1"], do = ["TMR T3 preset=1s"] } ]
+            "#,
+            expect![[r#"
+                11:25 multi-scan-in-task TMR works over several scans, but task `Once` executes once and terminates
+                    move it to a program, or run the task at an interval: `ENTASK Once every=100ms`
+                11:61 multi-scan-in-task ENTASK works over several scans, but task `Once` executes once and terminates
+                    move it to a program, or run the task at an interval: `ENTASK Once every=100ms`
+                12:44 multi-scan-in-task UDCG works over several scans, but task `Once` executes once and terminates
+                    move it to a program, or run the task at an interval: `ENTASK Once every=100ms`
+                29:34 multi-scan-in-task TMR works over several scans, but task `FirstScan` executes once and terminates
+                    move it to a program, such as `Main`
+            "#]],
+        );
+    }
+}

@@ -35,7 +35,11 @@ impl Power<'_> {
             (None, [one @ Contact::All(..)]) => print(program, one),
             (None, [one]) => return print(program, one),
             (gate, many) => {
-                let parts = many.iter().map(|contact| grouped(program, contact));
+                let parts = many.iter().flat_map(|contact| match contact {
+                    Contact::All(parts, _) => parts.as_slice(),
+                    one => std::slice::from_ref(*one),
+                });
+                let parts = parts.map(|contact| grouped(program, contact));
                 gate.iter().cloned().chain(parts).collect::<Vec<_>>().join(" & ")
             }
         };
@@ -73,7 +77,7 @@ impl<'a> Context<'a> {
     }
 
     /// One condition that is ON when any of these has power: what `when = ["…"]` would hold.
-    /// `None` where it is too long to be of help.
+    /// `None` where that is no help: it is too long, or always ON.
     pub fn any_of(&self, powers: &[Power]) -> Option<String> {
         let mut terms: Vec<String> = Vec::new();
         for power in powers {
@@ -82,11 +86,8 @@ impl<'a> Context<'a> {
                 terms.push(term);
             }
         }
-        if terms.iter().any(|term| term == ON) {
-            return Some(ON.to_owned());
-        }
         let text = terms.join(" | ");
-        (text.len() <= CONDITION_MAX).then_some(text)
+        (text.len() <= CONDITION_MAX && !terms.iter().any(|term| term == ON)).then_some(text)
     }
 
     /// What gives a place its power, `$On` left out. `None` in a rung with other legs than `when`.

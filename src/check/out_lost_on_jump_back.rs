@@ -115,10 +115,11 @@ fn help(context: &Context, block: &Block, lost: &[Bit]) -> String {
     }
     let bits: Vec<String> = lost.iter().map(|b| context.name(Address::Bit(*b))).collect();
     let mut text = format!(
-        "take {} out of the stages of `{}`, and drive it in a program behind it:\n\
+        "take {} out of the stages of `{}`, and drive {} in a program behind it:\n\
          [[program]]\nname = \"{name}\"\nautostart = true\nrung = [",
         list(&bits.iter().map(|bit| format!("`{bit}`")).collect::<Vec<_>>()),
         block.name,
+        if lost.len() == 1 { "it" } else { "them" },
     );
     for (bit, bit_name) in lost.iter().zip(&bits) {
         let when = condition(context, block, *bit);
@@ -150,4 +151,127 @@ fn condition(context: &Context, block: &Block, bit: Bit) -> String {
         }
     }
     stages.join(" | ")
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn the_help_is_a_program_to_paste() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [
+              { when = ["$On"], do = ["OUT Y0", "OUT Y3"] },
+              { when = ["X1"], do = ["OUT Y1", "JMP B"] },
+            ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [
+              { when = ["X3"], do = ["OUT Y0"] },
+              { when = ["X2", "!X3"], do = ["OUT Y1", "JMP A"] },
+            ]
+            "#,
+            expect![[r#"
+                19:42 out-lost-on-jump-back this jump back turns `Y0` and `Y1` OFF for a scan: stage `B` terminates behind stage `A`, which drives them too
+                    take `Y0` and `Y1` out of the stages of `Day`, and drive them in a program behind it:
+                    [[program]]
+                    name = "DayOutputs"
+                    autostart = true
+                    rung = [
+                      { when = ["Day.A | (Day.B & X3)"], do = ["OUT Y0"] },
+                      { when = ["(Day.A & X1) | (Day.B & X2 & !X3)"], do = ["OUT Y1"] },
+                    ]
+            "#]],
+        );
+    }
+
+    #[test]
+    fn to_itself_to_a_later_one_and_without_a_common_bit() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["OUT Y0", "JMP A", "JMP B"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["OUT Y0", "JMP C"] } ]
+
+            [[program.stage]]
+            name = "C"
+            rung = [ { when = ["X3"], do = ["OUT Y2", "JMP A"] } ]
+            "#,
+            expect![[""]],
+        );
+    }
+
+    #[test]
+    fn diverge_converge_and_set() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["SET Y0", "SGDIVRG B C"] }, { when = ["X9"], do = ["RST Y0"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["OUT Y1"] } ]
+
+            [[program.stage]]
+            name = "C"
+            rung = [ { when = ["X3"], do = ["OUT Y0", "SGCONVRG B C to=A"] } ]
+
+            [[program.stage]]
+            name = "D"
+            rung = [ { when = ["X3"], do = ["OUT Y1", "SGDIVRG B C"] } ]
+            "#,
+            expect![[r#"
+                18:44 out-lost-on-jump-back this jump back turns `Y0` OFF for a scan: stage `C` terminates behind stage `A`, which drives it too
+                    take `Y0` out of the stages of `Day`, and drive it in a program behind it:
+                    [[program]]
+                    name = "DayOutputs"
+                    autostart = true
+                    rung = [
+                      { when = ["Day.A | Day.C"], do = ["OUT Y0"] },
+                    ]
+                21:9 stage-never-entered stage `D` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or SGCONVRG leads to it
+                    enter it, from stage `C` say: `do = ["JMP D"]`
+                22:44 out-lost-on-jump-back this jump back turns `Y1` OFF for a scan: stage `D` terminates behind stage `B`, which drives it too
+                    take `Y1` out of the stages of `Day`, and drive it in a program behind it:
+                    [[program]]
+                    name = "DayOutputs"
+                    autostart = true
+                    rung = [
+                      { when = ["(Day.B & X2) | (Day.D & X3)"], do = ["OUT Y1"] },
+                    ]
+            "#]],
+        );
+    }
 }

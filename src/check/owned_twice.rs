@@ -59,3 +59,70 @@ fn finding(context: &Context, structure: Structure, first: &Placed, second: &Pla
         .related(first.instruction.span, "first owner")
         .help(help)
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::{check, check_main};
+
+    #[test]
+    fn two_owners_of_any_kind_in_any_blocks() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["TMR T0 preset=3s"] },
+            { when = ["X1"], do = ["ONDTMR T0 preset=5s output=Y0"] },
+            { name = "third", when = ["X2"], do = ["TMR T0 preset=7s"] },
+            "#,
+            expect![[r#"
+                5:25 owned-twice timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by ONDTMR in program `Main`, rung 2
+                    `T0` can be read anywhere, but one instruction alone executes it; give this one a structure that is free: `T1`
+                6:41 owned-twice timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by TMR in program `Main`, rung `third`
+                    `T0` can be read anywhere, but one instruction alone executes it; give this one a structure that is free: `T1`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn the_tag_is_named_and_a_free_structure() {
+        check(
+            r#"
+            [tags]
+            bottles = { at = "CT0" }
+            caps = { at = "CT1" }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT bottles preset=12"] },
+              { when = ["$On"], do = ["ENTASK Report every=1s"] },
+              { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT caps preset=12"] },
+            ]
+
+            [[task]]
+            name = "Report"
+            rung = [ { leg.dn = ["X0"], leg.rst = ["X1"], do = ["CNTDN CT0 preset=12"] } ]
+            "#,
+            expect![[r#"
+                15:54 owned-twice counter `bottles` (CT0) is owned twice: by CNT in program `Main`, rung 1, and by CNTDN in task `Report`, rung 1
+                    `bottles` can be read anywhere, but one instruction alone executes it; give this one a structure that is free: `CT2`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn one_ctu_and_one_ctd_share() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["CTU N0 preset=5"] },
+            { when = ["X1"], do = ["CTD N0"] },
+            { when = ["X2"], do = ["CTU N0 preset=5"] },
+            { when = ["X3"], do = ["CTU N1 preset=5"] },
+            "#,
+            expect![[r#"
+                6:25 owned-twice Sensaphone counter `N0` is owned twice: by CTU in program `Main`, rung 1, and by CTU in program `Main`, rung 3
+                    one CTU and one CTD may share `N0`; give this one a structure that is free: `N2`
+            "#]],
+        );
+    }
+}

@@ -52,3 +52,29 @@ fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
         .label("nothing to reset")
         .help(help)
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn only_owned_structures_are_reset() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["TMR T0 preset=3s"] },
+            { when = ["X1"], do = ["RSTT T0", "RSTT T1"] },
+            { when = ["X2"], do = ["RSTCT CT3", "RES N5"] },
+            "#,
+            expect![[r#"
+                5:36 reset-without-owner RSTT resets `T1`, which no instruction owns
+                    owned are `T0`; or add the instruction that it resets, such as `TMR T1 preset=1s`
+                6:25 reset-without-owner RSTCT resets `CT3`, which no instruction owns
+                    add the instruction that it resets, such as `UDCG CT3`
+                6:38 reset-without-owner RES resets `N5`, which no instruction owns
+                    add the instruction that it resets, such as `CTU N5 preset=1`
+            "#]],
+        );
+    }
+}

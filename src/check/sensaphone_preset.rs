@@ -82,3 +82,39 @@ fn different(
         .related(first.1.span, "the first")
         .help(format!("leave it out here: `{} {name}`", second.0.name()))
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn none_one_and_two_presets() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["CTU N0"] },
+            { when = ["X1"], do = ["CTD N0"] },
+            { when = ["X0"], do = ["CTU N1 preset=5"] },
+            { when = ["X1"], do = ["CTD N1"] },
+            { when = ["X0"], do = ["CTU N2 preset=5"] },
+            { when = ["X1"], do = ["CTD N2 preset=6"] },
+            { when = ["X0"], do = ["CTU N3 preset=5"] },
+            { when = ["X1"], do = ["CTD N3 preset=D0"] },
+            { when = ["X0"], do = ["CTU N4 preset=D0"] },
+            { when = ["X1"], do = ["CTD N4 preset=D0"] },
+            { when = ["X1"], do = ["CTD N5"] },
+            "#,
+            expect![[r#"
+                4:25 sensaphone-preset CTU and CTD of `N0` do not state a preset: .DN compares with it
+                    `CTU N0 preset=10`
+                9:39 sensaphone-preset CTU and CTD of `N2` state different presets: a counter has one
+                    leave it out here: `CTD N2`
+                11:39 sensaphone-preset CTU and CTD of `N3` state different presets: a counter has one
+                    leave it out here: `CTD N3`
+                14:25 sensaphone-preset CTD of `N5` does not state a preset: .DN compares with it
+                    `CTD N5 preset=10`
+            "#]],
+        );
+    }
+}

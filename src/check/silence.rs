@@ -15,7 +15,7 @@ pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
         let on_file = program
             .allow
             .iter()
-            .any(|(allowed, span)| allowed == name && span.file == finding.span.file);
+            .any(|(file, allowed)| allowed == name && *file == finding.span.file);
         on_file || allowing_rungs(program, name).any(|rung| begins_in(rung.extent, finding.span))
     };
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
@@ -25,9 +25,70 @@ fn allowing_rungs<'a>(program: &'a Program, name: &'a str) -> impl Iterator<Item
     let rungs = program.blocks.iter().flat_map(|block| {
         block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
     });
-    rungs.filter(move |rung| rung.allow.iter().any(|(allowed, _)| allowed == name))
+    rungs.filter(move |rung| rung.allow.iter().any(|allowed| allowed == name))
 }
 
 fn begins_in(extent: Span, span: Span) -> bool {
     extent.file == span.file && (extent.start..extent.end).contains(&span.start)
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn a_rung_silences_what_begins_in_it() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+
+            [[program.rung]]
+            allow = ["bare-timer-value"]
+            when = ["T0.Acc > 5"]
+            do = ["TMR T0 preset=5"]
+
+            [[program.rung.branch]]
+            when = ["X0"]
+            do = ["TMR T1 preset=5", "SET C0"]
+
+            [[program.rung]]
+            when = ["X0"]
+            do = ["TMR T2 preset=5"]
+            "#,
+            expect![[r#"
+                11:31 set-never-reset `C0` is SET, and nothing ever turns it OFF
+                    `RST C0` in a rung that says when, or `OUT C0` if the bit is to follow this rung
+                15:22 bare-timer-value preset=5 of TMR has no unit: ms or s?
+                    `preset=5ms`, as it is read now, or `preset=5s`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_ladder_silences_in_its_file_and_errors_stay() {
+        check(
+            r#"
+            [ladder]
+            allow = ["bare-timer-value", "duplicate-out"]
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["TMR T2 preset=5", "OUT Y0"] },
+              { when = ["X1"], do = ["OUT Y0"] },
+            ]
+            "#,
+            expect![[r#"
+                2:31 unknown-allow `duplicate-out` is an error: it cannot be silenced
+                    none
+                8:29 duplicate-out `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in program `Main`, rung 2: the first has no effect
+                    drive it in one rung, if either condition is to turn it ON:
+                    when = ["X0 | X1"]
+                    do   = ["OUT Y0"]
+            "#]],
+        );
+    }
 }

@@ -74,3 +74,90 @@ fn finding(
         format!("stage `{}` of program `{}` is never entered: {why}", stage.name, block.name);
     Finding::new(Code::StageNeverEntered, stage.span, message).label("never ON").help(help)
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn nothing_leads_there() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["JMP B"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["EXIT"] } ]
+
+            [[program.stage]]
+            name = "Alone"
+            rung = [ { when = ["X2"], do = ["JMP Alone", "JMP Behind"] } ]
+
+            [[program.stage]]
+            name = "Behind"
+            rung = [ { when = ["X2"], do = ["JMP A"] } ]
+            "#,
+            expect![[r#"
+                17:9 stage-never-entered stage `Alone` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or SGCONVRG leads to it
+                    enter it, from stage `B` say: `do = ["JMP Alone"]`
+                21:9 stage-never-entered stage `Behind` of program `Day` is never entered: only `Alone` leads to it, which is never entered either
+                    enter `Alone` from a stage that is
+            "#]],
+        );
+    }
+
+    #[test]
+    fn own_rungs_and_all_instructions_lead() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            rung = [ { when = ["X2"], do = ["SGSET B", "SGCONVRG B to=E"] } ]
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["SGDIVRG C D"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["OUT Y0"] } ]
+
+            [[program.stage]]
+            name = "C"
+            rung = [ { when = ["X2"], do = ["OUT Y1"] } ]
+
+            [[program.stage]]
+            name = "D"
+            rung = [ { when = ["X2"], do = ["OUT Y2"] } ]
+
+            [[program.stage]]
+            name = "E"
+            rung = [ { when = ["X2"], do = ["SGRST F"] } ]
+
+            [[program.stage]]
+            name = "F"
+            rung = [ { when = ["X2"], do = ["OUT Y3"] } ]
+            "#,
+            expect![[r#"
+                31:9 stage-never-entered stage `F` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or SGCONVRG leads to it
+                    enter it, from stage `E` say: `do = ["JMP F"]`
+            "#]],
+        );
+    }
+}

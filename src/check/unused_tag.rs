@@ -58,3 +58,44 @@ fn is_named(context: &Context, address: Address) -> bool {
         address => context.program.operands.iter().any(|operand| operand.address == address),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn what_counts_as_use() {
+        check(
+            r#"
+            [tags]
+            never = { at = "X1" }
+            spare = { at = "X2", spare = true }
+            bare = { at = "X3" }
+            alarmed = { at = "C1", alarm = "Look" }
+            logged = { at = "C2", log = "change" }
+            counter = { at = "CT0" }
+            by_address = { at = "T0" }
+            limit = { value = 5 }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X3", "counter.Done"], do = ["OUT Y0"] },
+              { when = ["X4"], do = ["TMR T0 preset=1s"] },
+            ]
+            "#,
+            expect![[r#"
+                2:1 unused-tag nothing names tag `never` (X1)
+                    delete it, or say that it is meant: `never = { at = "X1", spare = true }`
+                4:1 unused-tag nothing names tag `bare`, though the ladder uses X3 by its address
+                    write `bare` where the ladder says `X3`
+                8:1 unused-tag nothing names tag `by_address`, though the ladder uses T0 by its address
+                    write `by_address` where the ladder says `T0`
+                9:1 unused-tag nothing names the constant `limit`
+                    delete it, or say that it is meant: `spare = true`
+            "#]],
+        );
+    }
+}

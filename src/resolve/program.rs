@@ -6,7 +6,9 @@
 //! that left a hole in it.
 
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Mnemonic, StageId, Structure, Word};
-use crate::source::span::Span;
+pub use crate::source::atom::Written;
+pub use crate::source::contact::{Comparison, Edge};
+use crate::source::span::{FileId, Span};
 
 /// A whole program, of one or several ladder files.
 #[derive(Clone, Debug, Default)]
@@ -27,14 +29,14 @@ pub struct Program {
     pub tags: Vec<Tag>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
-    /// The names of all files' `[ladder] allow`; each silences in the file that it stands in.
-    pub allow: Vec<(String, Span)>,
+    /// `[ladder] allow`: warnings that are silenced in a whole file.
+    pub allow: Vec<(FileId, String)>,
 }
 
 /// One element of the controller file's `[retain] ranges`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RetainedRange {
-    /// The first address: a word or a structure.
+    /// The first address: a bit, a word or a structure.
     pub first: Address,
     /// The last one, of the same space and not before the first.
     pub last: Address,
@@ -99,11 +101,11 @@ pub struct Rung {
     pub name: Option<String>,
     /// `doc`.
     pub doc: Option<String>,
-    /// Names of the warnings that are silenced here, and where they stand.
-    pub allow: Vec<(String, Span)>,
+    /// Names of the warnings that are silenced here.
+    pub allow: Vec<String>,
     /// The place of the rung's header.
     pub span: Span,
-    /// The whole rung: from its header to the end of its last value, branches included.
+    /// From its header to the end of its last value: whatever lies within belongs to it.
     pub extent: Span,
     /// Its legs, in the order of the instruction's legs.
     pub legs: Vec<Leg>,
@@ -136,6 +138,9 @@ pub struct Branch {
 }
 
 /// A boolean over bits, edges and compares.
+///
+/// The place of `Not`, `All` and `Any` includes the parentheses around it, if it has any: a
+/// series begins before its first contact exactly when it stands in parentheses.
 #[derive(Clone, Debug)]
 pub enum Contact {
     /// A bit.
@@ -152,26 +157,6 @@ pub enum Contact {
     Compare(Value, Comparison, Value, Span),
 }
 
-/// Which edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Edge {
-    Rise,
-    Fall,
-}
-
-/// How two values are compared, as signed numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
-pub enum Comparison {
-    Eq,
-    Ne,
-    Lt,
-    Le,
-    Gt,
-    Ge,
-}
-
 /// A number: a constant or a location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
@@ -179,14 +164,6 @@ pub enum Value {
     Const(i32, Written),
     /// A word, read afresh at every execution.
     Word(Word),
-}
-
-/// How a constant was written: the checks warn of bare integers as timer values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Written {
-    Integer,
-    Duration,
 }
 
 /// One instruction with its operands.
