@@ -4,13 +4,19 @@
 //! Passes:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["TMR T0 preset=3s"] }, { when = ["T0.Acc > 1s"], do = ["OUT Y0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["T0.Acc > 1s"], do = ["OUT Y0"] },
+//! ]
 //! ```
 //!
 //! Fails:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["TMR T0 preset=3000"] }, { when = ["T0.Acc > 1"], do = ["OUT Y0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3000"] },
+//!   { when = ["T0.Acc > 1"], do = ["OUT Y0"] },
+//! ]
 //! ```
 
 use crate::isa::{Kind, Structure, Word, duration};
@@ -92,8 +98,10 @@ mod tests {
             [[program]]
             name = "Main"
             rung = [
-              { when = ["X0"], do = ["TMR T0 preset=3000", "TMR T1 preset=3s", "TMR T2 preset=D0"] },
-              { when = ["X0"], do = ["TMR T3 preset=0", "TMR T4 preset=bare", "TMR T5 preset=timed"] },
+              { when = ["X0"], do = ["TMR T0 preset=3000", "TMR T1 preset=3s"] },
+              { when = ["X0"], do = ["TMR T2 preset=D0"] },
+              { when = ["X0"], do = ["TMR T3 preset=0", "TMR T4 preset=bare"] },
+              { when = ["X0"], do = ["TMR T5 preset=timed"] },
               { when = ["X0"], do = ["TMR T6 preset=3000000", "ENTASK Report every=10"] },
               { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3000"] },
             ]
@@ -103,13 +111,17 @@ mod tests {
             rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
             "#,
             expect![[r#"
-                8:39 bare-timer-value preset=3000 of TMR has no unit: ms or s?
+                8:39 bare-timer-value
+                  preset=3000 of TMR has no unit: ms or s?
                     `preset=3s`, as it is read now, or `preset=50m`
-                9:58 bare-timer-value preset=3000 of TMR has no unit: ms or s?
+                10:58 bare-timer-value
+                  preset=3000 of TMR has no unit: ms or s?
                     `preset=3s`, as it is read now, or `preset=50m`
-                10:39 bare-timer-value preset=3000000 of TMR has no unit: ms or s?
+                12:39 bare-timer-value
+                  preset=3000000 of TMR has no unit: ms or s?
                     `preset=50m`
-                10:70 bare-timer-value every=10 of ENTASK has no unit: ms or s?
+                12:70 bare-timer-value
+                  every=10 of ENTASK has no unit: ms or s?
                     `every=10ms`, as it is read now, or `every=10s`
             "#]],
         );
@@ -119,15 +131,18 @@ mod tests {
     fn compares_of_acc() {
         check_main(
             r#"
-            { when = ["T0.Acc > 500", "T0.Acc > 500ms", "T0.Acc == 0", "T0.Acc < D0"], do = ["OUT Y0"] },
+            { when = ["T0.Acc > 500", "T0.Acc > 500ms"], do = ["OUT Y2"] },
+            { when = ["T0.Acc == 0", "T0.Acc < D0"], do = ["OUT Y0"] },
             { when = ["500 <= T0.Acc", "CT0.Acc > 500"], do = ["OUT Y1"] },
             { when = ["X0"], do = ["TMR T0 preset=3s"] },
             { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3000"] },
             "#,
             expect![[r#"
-                4:12 bare-timer-value `T0.Acc > 500` compares a time with a number: ms or s?
+                4:12 bare-timer-value
+                  `T0.Acc > 500` compares a time with a number: ms or s?
                     `T0.Acc > 500ms`, as it is read now, or `T0.Acc > 8m20s`
-                5:12 bare-timer-value `500 <= T0.Acc` compares a time with a number: ms or s?
+                6:12 bare-timer-value
+                  `500 <= T0.Acc` compares a time with a number: ms or s?
                     `500ms <= T0.Acc`, as it is read now, or `8m20s <= T0.Acc`
             "#]],
         );

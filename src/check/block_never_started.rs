@@ -122,14 +122,21 @@ mod tests {
             rung = [ { when = ["X1"], do = ["OUT Y3"] } ]
             "#,
             expect![[r#"
-                19:9 block-never-started program `Never` is never started: there is no RUN or RESTART of it
+                19:9 block-never-started
+                  program `Never` is never started: there is no RUN or RESTART of it
                     start it in a block that runs: `RUN Never`, or `autostart = true`
-                23:9 block-never-started program `Behind` is never started: only `Never` would start it, which is never started either
+                23:9 block-never-started
+                  program `Behind` is never started: only `Never` would start it, which is
+                  never started either
                     start it in a block that runs: `RUN Behind`, or `autostart = true`
-                27:9 block-never-started program `Self` is never started: the only RUN or RESTART of it stands in itself
+                27:9 block-never-started
+                  program `Self` is never started: the only RUN or RESTART of it stands in
+                  itself
                     start it in a block that runs: `RUN Self`, or `autostart = true`
-                35:9 block-never-started task `NoEntask` is never started: there is no ENTASK of it
-                    start it in a block that runs: `ENTASK NoEntask`, or `ENTASK NoEntask every=1s`
+                35:9 block-never-started
+                  task `NoEntask` is never started: there is no ENTASK of it
+                    start it in a block that runs: `ENTASK NoEntask`, or `ENTASK NoEntask
+                    every=1s`
             "#]],
         );
     }

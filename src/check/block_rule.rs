@@ -6,13 +6,19 @@
 //! Passes:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["RUN Drain"] }, { when = ["X1"], do = ["ENTASK Report"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["RUN Drain"] },
+//!   { when = ["X1"], do = ["ENTASK Report"] },
+//! ]
 //! ```
 //!
 //! Fails:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["ENTASK Drain"] }, { when = ["X1"], do = ["RUN Report"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["ENTASK Drain"] },
+//!   { when = ["X1"], do = ["RUN Report"] },
+//! ]
 //! ```
 
 use crate::isa::Mnemonic;
@@ -45,8 +51,8 @@ type Words = (String, &'static str, String);
 fn exit(block: &Block) -> Option<Words> {
     let name = &block.name;
     if is_main(block) {
-        let help = "to stop the controller in an orderly way: `STOP`; what is to end by itself \
-                    goes into a program of its own, which `Main` starts with RUN";
+        let help = "to stop the controller in an orderly way: `STOP`\n\
+                    what is to end by itself goes into a program of its own, and `Main` RUNs it";
         let message = "EXIT in `Main`, which always runs".to_owned();
         return Some((message, "`Main` never ends", help.to_owned()));
     }
@@ -124,11 +130,16 @@ mod tests {
             rung = [ { when = ["X1"], do = ["EXIT"] } ]
             "#,
             expect![[r#"
-                3:64 block-rule EXIT in `Main`, which always runs
-                    to stop the controller in an orderly way: `STOP`; what is to end by itself goes into a program of its own, which `Main` starts with RUN
-                11:34 block-rule EXIT in task `Report`: a task ends when its rungs have executed
+                3:64 block-rule
+                  EXIT in `Main`, which always runs
+                    to stop the controller in an orderly way: `STOP`
+                    what is to end by itself goes into a program of its own, and `Main` RUNs
+                    it
+                11:34 block-rule
+                  EXIT in task `Report`: a task ends when its rungs have executed
                     delete it, or end the task at once with `HALT Report`
-                15:34 block-rule EXIT in task `TopOfScan`: a task ends when its rungs have executed
+                15:34 block-rule
+                  EXIT in task `TopOfScan`: a task ends when its rungs have executed
                     delete it; a rung that must not execute gets a contact for it
             "#]],
         );
@@ -143,7 +154,8 @@ mod tests {
             rung = [
               { when = ["X0"], do = ["RUN Main", "RESTART Main", "HALT Main"] },
               { when = ["X0"], do = ["RUN Drain", "RESTART Drain", "HALT Drain", "ENTASK Drain"] },
-              { when = ["X0"], do = ["RUN Report", "RESTART Report", "HALT Report", "ENTASK Report"] },
+              { when = ["X0"], do = ["RUN Report", "RESTART Report"] },
+              { when = ["X0"], do = ["HALT Report", "ENTASK Report"] },
             ]
 
             [[program]]
@@ -155,18 +167,27 @@ mod tests {
             rung = [ { when = ["X1"], do = ["HALT Report"] } ]
             "#,
             expect![[r#"
-                4:25 block-rule RUN of `Main`, which always runs
+                4:25 block-rule
+                  RUN of `Main`, which always runs
                     delete it: `Main` runs from the first scan on
-                4:37 block-rule RESTART of `Main`, which always runs
-                    put what must start anew into a program of its own, and `RESTART` that one
-                4:53 block-rule HALT of `Main`, which always runs
+                4:37 block-rule
+                  RESTART of `Main`, which always runs
+                    put what must start anew into a program of its own, and `RESTART` that
+                    one
+                4:53 block-rule
+                  HALT of `Main`, which always runs
                     to stop the controller in an orderly way: `STOP`
-                5:69 block-rule ENTASK starts tasks, and `Drain` is a program
+                5:69 block-rule
+                  ENTASK starts tasks, and `Drain` is a program
                     `RUN Drain`
-                6:25 block-rule RUN starts programs, and `Report` is a task
-                    to run it once: `ENTASK Report`; at an interval: `ENTASK Report every=1s`
-                6:39 block-rule RESTART starts programs, and `Report` is a task
-                    to run it once: `ENTASK Report`; at an interval: `ENTASK Report every=1s`
+                6:25 block-rule
+                  RUN starts programs, and `Report` is a task
+                    to run it once: `ENTASK Report`; at an interval: `ENTASK Report
+                    every=1s`
+                6:39 block-rule
+                  RESTART starts programs, and `Report` is a task
+                    to run it once: `ENTASK Report`; at an interval: `ENTASK Report
+                    every=1s`
             "#]],
         );
     }

@@ -62,7 +62,10 @@ mod tests {
             r#"
             [[program]]
             name = "Main"
-            rung = [ { when = ["X0"], do = ["ENTASK FirstScan", "HALT BottomOfScan", "RUN LastScan"] } ]
+            rung = [
+              { when = ["X0"], do = ["ENTASK FirstScan", "HALT BottomOfScan"] },
+              { when = ["X0"], do = ["RUN LastScan", "ENTASK TopOfScan"] },
+            ]
 
             [[task]]
             name = "FirstScan"
@@ -77,12 +80,9 @@ mod tests {
             rung = [ { when = ["$On"], do = ["MOVE 0 to=D0"] } ]
             "#,
             expect![[r#"
-                3:41 built-in-task ENTASK names `FirstScan`, a built-in task: nothing starts or stops it
-                    delete this: `FirstScan` executes in the first scan by itself
-                3:59 built-in-task HALT names `BottomOfScan`, a built-in task: nothing starts or stops it
-                    delete this: `BottomOfScan` executes in every scan, after all programs
-                3:79 built-in-task RUN names `LastScan`, a built-in task: nothing starts or stops it
-                    delete this: `LastScan` executes in the last scan by itself
+                5:48 built-in-task
+                  `TopOfScan` is a built-in task: nothing starts or stops it
+                    delete this; a task of your own has another name
             "#]],
         );
     }

@@ -126,32 +126,44 @@ mod tests {
     fn the_limits_of_the_memory() {
         check_main(
             r#"
-            { when = ["V0 >= 0", "V0 > 0", "V0 <= 0", "V0 < 0", "V0 == -1", "V0 != 70000"], do = ["OUT Y0"] },
+            { when = ["V0 >= 0", "V0 > 0", "V0 <= 0", "V0 < 0"], do = ["OUT Y0"] },
+            { when = ["V0 == -1", "V0 == 0", "V0 != 70000"], do = ["OUT Y4"] },
             { when = ["V0 <= 65535", "V0 < 65535", "65535 < MHR1", "0 <= MIR1"], do = ["OUT Y1"] },
-            { when = ["D0 > 2147483647", "D0 >= 2147483647", "D0 >= -2147483648"], do = ["OUT Y2"] },
+            { when = ["D0 > 2147483647", "D0 >= 2147483647"], do = ["OUT Y2"] },
+            { when = ["D0 >= -2147483648"], do = ["OUT Y5"] },
             { when = ["N0.ACC > 32767", "N0.PRE >= 32767"], do = ["OUT Y3"] },
             { when = ["X0"], do = ["CTU N0 preset=1"] },
             "#,
             expect![[r#"
-                4:12 constant-compare `V0 >= 0` is always true: `V0` holds 0 to 65535
+                4:12 constant-compare
+                  `V0 >= 0` is always true: `V0` holds 0 to 65535
                     D words hold more, and numbers below 0; if it is meant, write `$On`
-                4:44 constant-compare `V0 < 0` is always false: `V0` holds 0 to 65535
+                4:44 constant-compare
+                  `V0 < 0` is always false: `V0` holds 0 to 65535
                     D words hold more, and numbers below 0; if it is meant, write `$Off`
-                4:54 constant-compare `V0 == -1` is always false: `V0` holds 0 to 65535
+                5:12 constant-compare
+                  `V0 == -1` is always false: `V0` holds 0 to 65535
                     D words hold more, and numbers below 0; if it is meant, write `$Off`
-                4:66 constant-compare `V0 != 70000` is always true: `V0` holds 0 to 65535
+                5:35 constant-compare
+                  `V0 != 70000` is always true: `V0` holds 0 to 65535
                     D words hold more, and numbers below 0; if it is meant, write `$On`
-                5:12 constant-compare `V0 <= 65535` is always true: `V0` holds 0 to 65535
+                6:12 constant-compare
+                  `V0 <= 65535` is always true: `V0` holds 0 to 65535
                     D words hold more, and numbers below 0; if it is meant, write `$On`
-                5:41 constant-compare `65535 < MHR1` is always false: `MHR1` holds 0 to 65535
+                6:41 constant-compare
+                  `65535 < MHR1` is always false: `MHR1` holds 0 to 65535
                     D words hold more, and numbers below 0; if it is meant, write `$Off`
-                5:57 constant-compare `0 <= MIR1` is always true: `MIR1` holds 0 to 65535
+                6:57 constant-compare
+                  `0 <= MIR1` is always true: `MIR1` holds 0 to 65535
                     D words hold more, and numbers below 0; if it is meant, write `$On`
-                6:12 constant-compare `D0 > 2147483647` is always false: `D0` holds -2147483648 to 2147483647
+                7:12 constant-compare
+                  `D0 > 2147483647` is always false: `D0` holds -2147483648 to 2147483647
                     compare with a number within these limits; if it is meant, write `$Off`
-                6:51 constant-compare `D0 >= -2147483648` is always true: `D0` holds -2147483648 to 2147483647
+                8:12 constant-compare
+                  `D0 >= -2147483648` is always true: `D0` holds -2147483648 to 2147483647
                     compare with a number within these limits; if it is meant, write `$On`
-                7:12 constant-compare `N0.ACC > 32767` is always false: `N0.ACC` holds -32768 to 32767
+                9:12 constant-compare
+                  `N0.ACC > 32767` is always false: `N0.ACC` holds -32768 to 32767
                     compare with a number within these limits; if it is meant, write `$Off`
             "#]],
         );
@@ -164,13 +176,17 @@ mod tests {
             { when = ["1 == 1", "2s < 1s", "D0 == D0", "D0 < D0", "D0 == D1"], do = ["OUT Y0"] },
             "#,
             expect![[r#"
-                4:12 constant-compare `1 == 1` is always true: both sides are constants
+                4:12 constant-compare
+                  `1 == 1` is always true: both sides are constants
                     compare a location with a constant; if it is meant, write `$On`
-                4:22 constant-compare `2s < 1s` is always false: both sides are constants
+                4:22 constant-compare
+                  `2s < 1s` is always false: both sides are constants
                     compare a location with a constant; if it is meant, write `$Off`
-                4:33 constant-compare `D0 == D0` is always true: both sides are the same location
+                4:33 constant-compare
+                  `D0 == D0` is always true: both sides are the same location
                     compare two different locations; if it is meant, write `$On`
-                4:45 constant-compare `D0 < D0` is always false: both sides are the same location
+                4:45 constant-compare
+                  `D0 < D0` is always false: both sides are the same location
                     compare two different locations; if it is meant, write `$Off`
             "#]],
         );

@@ -10,9 +10,9 @@ use std::fmt;
 
 use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::resolve::program::{
-    Arg, ArgValue, Block, BlockKind, Branch, Contact, Instruction, Program, RetainedRange, Rung,
-    Stage,
+    Arg, ArgValue, Block, BlockKind, Branch, Contact, Instruction, Program, Rung, Stage,
 };
+use crate::resolve::range::Range;
 use crate::source::span::Span;
 
 /// The program under the rules, walked.
@@ -20,7 +20,7 @@ pub struct Context<'a> {
     /// The program.
     pub program: &'a Program,
     /// What the controller file retains; empty without one.
-    pub retained: &'a [RetainedRange],
+    pub retained: &'a [Range],
     /// Every instruction, in file order.
     pub instructions: Vec<Placed<'a>>,
     /// Every contact, in file order; one that has parts stands before its parts.
@@ -68,7 +68,7 @@ pub struct Driver<'a> {
 
 impl<'a> Context<'a> {
     /// Walks the program.
-    pub fn new(program: &'a Program, retained: &'a [RetainedRange]) -> Context<'a> {
+    pub fn new(program: &'a Program, retained: &'a [Range]) -> Context<'a> {
         let mut context = Context {
             program,
             retained,

@@ -13,7 +13,10 @@
 //! Fails:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["OUT Y0"] }, { when = ["X1"], do = ["OUT Y0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["OUT Y0"] },
+//!   { when = ["X1"], do = ["OUT Y0"] },
+//! ]
 //! ```
 
 use crate::isa::{Address, Bit, Mnemonic};
@@ -84,7 +87,9 @@ mod tests {
             { when = ["X2 | rise(X3)"], do = ["OUT Y0"] },
             "#,
             expect![[r#"
-                5:40 duplicate-out `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in program `Main`, rung 2: the first has no effect
+                5:40 duplicate-out
+                  `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in
+                  program `Main`, rung 2: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["(X0 & X1) | X2 | rise(X3)"]
                     do   = ["OUT Y0"]
@@ -102,9 +107,13 @@ mod tests {
             { when = ["X3"], do = ["OFFDTMR T1 preset=1s output=Y1"] },
             "#,
             expect![[r#"
-                5:28 duplicate-out `Y0` is driven twice, by PD in program `Main`, rung 1, and by ND in program `Main`, rung 2: the first has no effect
+                5:28 duplicate-out
+                  `Y0` is driven twice, by PD in program `Main`, rung 1, and by ND in
+                  program `Main`, rung 2: the first has no effect
                     let each drive a bit of its own, and drive this one from both: `OUT Y0`
-                7:53 duplicate-out `Y1` is driven twice, by ONDTMR in program `Main`, rung 3, and by OFFDTMR in program `Main`, rung 4: the first has no effect
+                7:53 duplicate-out
+                  `Y1` is driven twice, by ONDTMR in program `Main`, rung 3, and by
+                  OFFDTMR in program `Main`, rung 4: the first has no effect
                     let each drive a bit of its own, and drive this one from both: `OUT Y1`
             "#]],
         );
@@ -143,11 +152,15 @@ mod tests {
             rung = [ { when = ["X1"], do = ["OUT Y1"] } ]
             "#,
             expect![[r#"
-                13:14 duplicate-out `lamp` (Y0) is driven twice, by OUT in program `Main`, rung 1, and by OUT in program `Main`, rung 1, branch 1: the first has no effect
+                13:14 duplicate-out
+                  `lamp` (Y0) is driven twice, by OUT in program `Main`, rung 1, and by
+                  OUT in program `Main`, rung 1, branch 1: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | (X0 & D0 > 5 & !X1)"]
                     do   = ["OUT lamp"]
-                22:29 duplicate-out `Y1` is driven twice, by OUT in program `Day`, stage `A`, rung 1, and by OUT in program `Day`, stage `A`, rung 2: the first has no effect
+                22:29 duplicate-out
+                  `Y1` is driven twice, by OUT in program `Day`, stage `A`, rung 1, and by
+                  OUT in program `Day`, stage `A`, rung 2: the first has no effect
                     let each drive a bit of its own, and drive this one from both: `OUT Y1`
             "#]],
         );

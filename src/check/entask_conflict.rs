@@ -3,7 +3,10 @@
 //! Passes:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["ENTASK Report"] }, { when = ["X1"], do = ["ENTASK Report"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["ENTASK Report"] },
+//!   { when = ["X1"], do = ["ENTASK Report"] },
+//! ]
 //! ```
 //!
 //! Fails:
@@ -106,9 +109,12 @@ mod tests {
             rung = [ { when = ["X1"], do = ["OUT Y2"] } ]
             "#,
             expect![[r#"
-                5:46 entask-conflict task `B` is enabled recurrently twice, here and in program `Main`, rung 2
+                5:46 entask-conflict
+                  task `B` is enabled recurrently twice, here and in program `Main`, rung
+                  2
                     keep one ENTASK, in a rung with `when = ["X0"]`
-                6:25 entask-conflict task `C` is run once here, and recurrently in program `Main`, rung 3
+                6:25 entask-conflict
+                  task `C` is run once here, and recurrently in program `Main`, rung 3
                     keep one of the two, or give this one a task of its own
             "#]],
         );

@@ -76,10 +76,16 @@ mod tests {
             rung = [ { when = ["X4"], do = ["JMP A"] } ]
             "#,
             expect![[r#"
-                8:25 jump-outside-stage JMP leaves the stage it stands in, but this is one of program `Day`'s own rungs
-                    to turn a stage ON from here: `do = ["SGSET B"]`; SGRST turns the others OFF
-                9:25 jump-outside-stage SGDIVRG leaves the stage it stands in, but this is one of program `Day`'s own rungs
-                    to turn a stage ON from here: `do = ["SGSET A", "SGSET B"]`; SGRST turns the others OFF
+                8:25 jump-outside-stage
+                  JMP leaves the stage it stands in, but this is one of program `Day`'s
+                  own rungs
+                    to turn a stage ON from here: `do = ["SGSET B"]`; SGRST turns the others
+                    OFF
+                9:25 jump-outside-stage
+                  SGDIVRG leaves the stage it stands in, but this is one of program
+                  `Day`'s own rungs
+                    to turn a stage ON from here: `do = ["SGSET A", "SGSET B"]`; SGRST turns
+                    the others OFF
             "#]],
         );
     }

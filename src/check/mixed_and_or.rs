@@ -59,11 +59,14 @@ mod tests {
             { when = ["((X0 | X1) & X2) | X3 | ((X4 & X5))"], do = ["OUT Y4"] },
             "#,
             expect![[r#"
-                4:12 mixed-and-or `&` and `|` are mixed without parentheses
+                4:12 mixed-and-or
+                  `&` and `|` are mixed without parentheses
                     as it is read now: `(X0 & X1) | X2`
-                6:23 mixed-and-or `&` and `|` are mixed without parentheses
+                6:23 mixed-and-or
+                  `&` and `|` are mixed without parentheses
                     as it is read now: `X1 | (X2 & !X3 & D0 > 3)`
-                7:13 mixed-and-or `&` and `|` are mixed without parentheses
+                7:13 mixed-and-or
+                  `&` and `|` are mixed without parentheses
                     as it is read now: `((X0 | X1) & X2) | X3`
             "#]],
         );

@@ -4,7 +4,8 @@
 //! of the load. One rule a file; each header shows what passes and what fails. A rule only reads,
 //! says what is wrong where, and what to write instead; it does not stop at another rule's finding.
 
-use crate::resolve::program::{Program, RetainedRange};
+use crate::resolve::program::Program;
+use crate::resolve::range::Range;
 use crate::source::finding::Finding;
 
 mod bare_timer_value;
@@ -64,7 +65,7 @@ const RULES: &[Rule] = &[
 ];
 
 /// All findings of the rules, in order of place; `retained` is what the controller file retains.
-pub fn check(program: &Program, retained: &[RetainedRange]) -> Vec<Finding> {
+pub fn check(program: &Program, retained: &[Range]) -> Vec<Finding> {
     let context = context::Context::new(program, retained);
     let mut findings = Vec::new();
     for rule in RULES {

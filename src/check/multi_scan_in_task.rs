@@ -111,13 +111,24 @@ mod tests {
             rung = [ { when = ["X1"], do = ["TMR T3 preset=1s"] } ]
             "#,
             expect![[r#"
-                11:25 multi-scan-in-task TMR works over several scans, but task `Once` executes once and terminates
-                    move it to a program, or run the task at an interval: `ENTASK Once every=100ms`
-                11:61 multi-scan-in-task ENTASK works over several scans, but task `Once` executes once and terminates
-                    move it to a program, or run the task at an interval: `ENTASK Once every=100ms`
-                12:44 multi-scan-in-task UDCG works over several scans, but task `Once` executes once and terminates
-                    move it to a program, or run the task at an interval: `ENTASK Once every=100ms`
-                29:34 multi-scan-in-task TMR works over several scans, but task `FirstScan` executes once and terminates
+                11:25 multi-scan-in-task
+                  TMR works over several scans, but task `Once` executes once and
+                  terminates
+                    move it to a program, or run the task at an interval: `ENTASK Once
+                    every=100ms`
+                11:61 multi-scan-in-task
+                  ENTASK works over several scans, but task `Once` executes once and
+                  terminates
+                    move it to a program, or run the task at an interval: `ENTASK Once
+                    every=100ms`
+                12:44 multi-scan-in-task
+                  UDCG works over several scans, but task `Once` executes once and
+                  terminates
+                    move it to a program, or run the task at an interval: `ENTASK Once
+                    every=100ms`
+                29:34 multi-scan-in-task
+                  TMR works over several scans, but task `FirstScan` executes once and
+                  terminates
                     move it to a program, such as `Main`
             "#]],
         );

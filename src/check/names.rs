@@ -245,3 +245,52 @@ fn comparison_sign(comparison: Comparison) -> &'static str {
         Comparison::Ge => ">=",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::context::Context;
+    use crate::check::testing::load;
+
+    /// What the contacts of a rung are printed as.
+    fn printed(contacts: &[String]) -> Vec<String> {
+        let contacts: Vec<String> = contacts.iter().map(|text| format!("\"{text}\"")).collect();
+        let ladder = format!(
+            "[tags]\nlamp = {{ at = \"Y0\" }}\nbottles = {{ at = \"CT0\" }}\n\
+             [[program]]\nname = \"Main\"\n\
+             rung = [ {{ when = [{}], do = [\"OUT lamp\", \"RUN Day\", \"ENTASK Tell\"] }} ]\n\
+             [[program]]\nname = \"Day\"\n[[program.stage]]\nname = \"Green\"\n\
+             [[task]]\nname = \"Tell\"\n",
+            contacts.join(", ")
+        );
+        let (program, findings) = load(&ladder);
+        let program = program.unwrap_or_else(|| panic!("{findings:?}"));
+        let context = Context::new(&program, &[]);
+        let when = &program.blocks[0].rungs[0].legs[0];
+        when.contacts.iter().map(|contact| context.contact(contact)).collect()
+    }
+
+    #[test]
+    fn what_is_printed_can_be_pasted() {
+        let written = [
+            "Y0 | CT0.Done",
+            "!X0 & !(X1 | C2) & !rise(X3)",
+            "X0 & X1 | X2 & (fall(C1) | MC1)",
+            "!(D0 == -3) & V1 <= 2s & CT0.Acc != N,0,6",
+            "Day.Green | Day.Running | Tell.Done | N0.DN",
+            "$On & ST0 & $ScanCounter > 5 & DST4 < N3.PRE",
+        ];
+        let once = printed(&written.map(str::to_owned));
+        assert_eq!(
+            once,
+            [
+                "lamp | bottles.Done",
+                "!X0 & !(X1 | C2) & !rise(X3)",
+                "(X0 & X1) | (X2 & (fall(C1) | MC1))",
+                "!(D0 == -3) & V1 <= 2s & bottles.Acc != N0.ACC",
+                "Day.Green | Day.Running | Tell.Done | N0.DN",
+                "$On & $FirstScan & $ScanCounter > 5 & DST4 < N3.PRE",
+            ]
+        );
+        assert_eq!(printed(&once), once);
+    }
+}

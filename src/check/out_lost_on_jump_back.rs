@@ -16,11 +16,17 @@
 //! ```toml
 //! [[program.stage]]
 //! name = "Green"
-//! rung = [ { when = ["$On"], do = ["OUT Y0"] }, { when = ["X0"], do = ["JMP Amber"] } ]
+//! rung = [
+//!   { when = ["$On"], do = ["OUT Y0"] },
+//!   { when = ["X0"], do = ["JMP Amber"] },
+//! ]
 //!
 //! [[program.stage]]
 //! name = "Amber"
-//! rung = [ { when = ["$On"], do = ["OUT Y0"] }, { when = ["X1"], do = ["JMP Green"] } ]
+//! rung = [
+//!   { when = ["$On"], do = ["OUT Y0"] },
+//!   { when = ["X1"], do = ["JMP Green"] },
+//! ]
 //! ```
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -185,14 +191,17 @@ mod tests {
             ]
             "#,
             expect![[r#"
-                19:42 out-lost-on-jump-back this jump back turns `Y0` and `Y1` OFF for a scan: stage `B` terminates behind stage `A`, which drives them too
-                    take `Y0` and `Y1` out of the stages of `Day`, and drive them in a program behind it:
+                19:42 out-lost-on-jump-back
+                  this jump back turns `Y0` and `Y1` OFF for a scan: stage `B` terminates
+                  behind stage `A`, which drives them too
+                    take `Y0` and `Y1` out of the stages of `Day`, and drive them in a
+                    program behind it:
                     [[program]]
                     name = "DayOutputs"
                     autostart = true
                     rung = [
-                      { when = ["Day.A | (Day.B & X3)"], do = ["OUT Y0"] },
-                      { when = ["(Day.A & X1) | (Day.B & X2 & !X3)"], do = ["OUT Y1"] },
+                            { when = ["Day.A | (Day.B & X3)"], do = ["OUT Y0"] },
+                            { when = ["(Day.A & X1) | (Day.B & X2 & !X3)"], do = ["OUT Y1"] },
                     ]
             "#]],
         );
@@ -238,7 +247,7 @@ mod tests {
 
             [[program.stage]]
             name = "A"
-            rung = [ { when = ["X1"], do = ["SET Y0", "SGDIVRG B C"] }, { when = ["X9"], do = ["RST Y0"] } ]
+            rung = [ { when = ["X1"], do = ["SET Y0", "RST Y0", "SGDIVRG B C"] } ]
 
             [[program.stage]]
             name = "B"
@@ -253,23 +262,31 @@ mod tests {
             rung = [ { when = ["X3"], do = ["OUT Y1", "SGDIVRG B C"] } ]
             "#,
             expect![[r#"
-                18:44 out-lost-on-jump-back this jump back turns `Y0` OFF for a scan: stage `C` terminates behind stage `A`, which drives it too
-                    take `Y0` out of the stages of `Day`, and drive it in a program behind it:
+                18:44 out-lost-on-jump-back
+                  this jump back turns `Y0` OFF for a scan: stage `C` terminates behind
+                  stage `A`, which drives it too
+                    take `Y0` out of the stages of `Day`, and drive it in a program behind
+                    it:
                     [[program]]
                     name = "DayOutputs"
                     autostart = true
                     rung = [
-                      { when = ["Day.A | Day.C"], do = ["OUT Y0"] },
+                            { when = ["Day.A | Day.C"], do = ["OUT Y0"] },
                     ]
-                21:9 stage-never-entered stage `D` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or SGCONVRG leads to it
+                21:9 stage-never-entered
+                  stage `D` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or
+                  SGCONVRG leads to it
                     enter it, from stage `C` say: `do = ["JMP D"]`
-                22:44 out-lost-on-jump-back this jump back turns `Y1` OFF for a scan: stage `D` terminates behind stage `B`, which drives it too
-                    take `Y1` out of the stages of `Day`, and drive it in a program behind it:
+                22:44 out-lost-on-jump-back
+                  this jump back turns `Y1` OFF for a scan: stage `D` terminates behind
+                  stage `B`, which drives it too
+                    take `Y1` out of the stages of `Day`, and drive it in a program behind
+                    it:
                     [[program]]
                     name = "DayOutputs"
                     autostart = true
                     rung = [
-                      { when = ["(Day.B & X2) | (Day.D & X3)"], do = ["OUT Y1"] },
+                            { when = ["(Day.B & X2) | (Day.D & X3)"], do = ["OUT Y1"] },
                     ]
             "#]],
         );

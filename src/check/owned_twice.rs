@@ -3,13 +3,19 @@
 //! Passes: a CTU and a CTD on one Sensaphone counter; RSTCT, contacts and compares anywhere.
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["TMR T0 preset=3s"] }, { when = ["T0.Done"], do = ["OUT Y0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["T0.Done"], do = ["OUT Y0"] },
+//! ]
 //! ```
 //!
 //! Fails:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["TMR T0 preset=3s"] }, { when = ["X1"], do = ["TMR T0 preset=5s"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["X1"], do = ["TMR T0 preset=5s"] },
+//! ]
 //! ```
 
 use crate::isa::{Address, Structure};
@@ -51,7 +57,7 @@ fn finding(context: &Context, structure: Structure, first: &Placed, second: &Pla
         _ => format!("`{name}` can be read anywhere, but one instruction alone executes it"),
     };
     let help = match context.free_like(structure) {
-        Some(free) => format!("{share}; give this one a structure that is free: `{free}`"),
+        Some(free) => format!("{share}\ngive this one a structure that is free: `{free}`"),
         None => share,
     };
     Finding::new(Code::OwnedTwice, second.instruction.span, message)
@@ -75,10 +81,16 @@ mod tests {
             { name = "third", when = ["X2"], do = ["TMR T0 preset=7s"] },
             "#,
             expect![[r#"
-                5:25 owned-twice timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by ONDTMR in program `Main`, rung 2
-                    `T0` can be read anywhere, but one instruction alone executes it; give this one a structure that is free: `T1`
-                6:41 owned-twice timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by TMR in program `Main`, rung `third`
-                    `T0` can be read anywhere, but one instruction alone executes it; give this one a structure that is free: `T1`
+                5:25 owned-twice
+                  timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by
+                  ONDTMR in program `Main`, rung 2
+                    `T0` can be read anywhere, but one instruction alone executes it
+                    give this one a structure that is free: `T1`
+                6:41 owned-twice
+                  timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by TMR
+                  in program `Main`, rung `third`
+                    `T0` can be read anywhere, but one instruction alone executes it
+                    give this one a structure that is free: `T1`
             "#]],
         );
     }
@@ -104,8 +116,11 @@ mod tests {
             rung = [ { leg.dn = ["X0"], leg.rst = ["X1"], do = ["CNTDN CT0 preset=12"] } ]
             "#,
             expect![[r#"
-                15:54 owned-twice counter `bottles` (CT0) is owned twice: by CNT in program `Main`, rung 1, and by CNTDN in task `Report`, rung 1
-                    `bottles` can be read anywhere, but one instruction alone executes it; give this one a structure that is free: `CT2`
+                15:54 owned-twice
+                  counter `bottles` (CT0) is owned twice: by CNT in program `Main`, rung
+                  1, and by CNTDN in task `Report`, rung 1
+                    `bottles` can be read anywhere, but one instruction alone executes it
+                    give this one a structure that is free: `CT2`
             "#]],
         );
     }
@@ -120,8 +135,11 @@ mod tests {
             { when = ["X3"], do = ["CTU N1 preset=5"] },
             "#,
             expect![[r#"
-                6:25 owned-twice Sensaphone counter `N0` is owned twice: by CTU in program `Main`, rung 1, and by CTU in program `Main`, rung 3
-                    one CTU and one CTD may share `N0`; give this one a structure that is free: `N2`
+                6:25 owned-twice
+                  Sensaphone counter `N0` is owned twice: by CTU in program `Main`, rung
+                  1, and by CTU in program `Main`, rung 3
+                    one CTU and one CTD may share `N0`
+                    give this one a structure that is free: `N2`
             "#]],
         );
     }

@@ -3,13 +3,19 @@
 //! Passes:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["TMR T0 preset=3s"] }, { when = ["X1"], do = ["RSTT T0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["X1"], do = ["RSTT T0"] },
+//! ]
 //! ```
 //!
 //! Fails:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["TMR T0 preset=3s"] }, { when = ["X1"], do = ["RSTT T1"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["X1"], do = ["RSTT T1"] },
+//! ]
 //! ```
 
 use crate::isa::{Address, Mnemonic, Structure};
@@ -68,11 +74,15 @@ mod tests {
             { when = ["X2"], do = ["RSTCT CT3", "RES N5"] },
             "#,
             expect![[r#"
-                5:36 reset-without-owner RSTT resets `T1`, which no instruction owns
-                    owned are `T0`; or add the instruction that it resets, such as `TMR T1 preset=1s`
-                6:25 reset-without-owner RSTCT resets `CT3`, which no instruction owns
+                5:36 reset-without-owner
+                  RSTT resets `T1`, which no instruction owns
+                    owned are `T0`; or add the instruction that it resets, such as `TMR T1
+                    preset=1s`
+                6:25 reset-without-owner
+                  RSTCT resets `CT3`, which no instruction owns
                     add the instruction that it resets, such as `UDCG CT3`
-                6:38 reset-without-owner RES resets `N5`, which no instruction owns
+                6:38 reset-without-owner
+                  RES resets `N5`, which no instruction owns
                     add the instruction that it resets, such as `CTU N5 preset=1`
             "#]],
         );

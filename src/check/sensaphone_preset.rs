@@ -7,13 +7,19 @@
 //! Passes:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["CTU N0 preset=5"] }, { when = ["X1"], do = ["CTD N0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["CTU N0 preset=5"] },
+//!   { when = ["X1"], do = ["CTD N0"] },
+//! ]
 //! ```
 //!
 //! Fails:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["CTU N0"] }, { when = ["X1"], do = ["CTD N0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["CTU N0"] },
+//!   { when = ["X1"], do = ["CTD N0"] },
+//! ]
 //! ```
 
 use crate::isa::{Address, Structure};
@@ -106,13 +112,17 @@ mod tests {
             { when = ["X1"], do = ["CTD N5"] },
             "#,
             expect![[r#"
-                4:25 sensaphone-preset CTU and CTD of `N0` do not state a preset: .DN compares with it
+                4:25 sensaphone-preset
+                  CTU and CTD of `N0` do not state a preset: .DN compares with it
                     `CTU N0 preset=10`
-                9:39 sensaphone-preset CTU and CTD of `N2` state different presets: a counter has one
+                9:39 sensaphone-preset
+                  CTU and CTD of `N2` state different presets: a counter has one
                     leave it out here: `CTD N2`
-                11:39 sensaphone-preset CTU and CTD of `N3` state different presets: a counter has one
+                11:39 sensaphone-preset
+                  CTU and CTD of `N3` state different presets: a counter has one
                     leave it out here: `CTD N3`
-                14:25 sensaphone-preset CTD of `N5` does not state a preset: .DN compares with it
+                14:25 sensaphone-preset
+                  CTD of `N5` does not state a preset: .DN compares with it
                     `CTD N5 preset=10`
             "#]],
         );

@@ -6,7 +6,10 @@
 //! Passes:
 //!
 //! ```toml
-//! rung = [ { when = ["X0"], do = ["SET C0"] }, { when = ["X1"], do = ["RST C0"] } ]
+//! rung = [
+//!   { when = ["X0"], do = ["SET C0"] },
+//!   { when = ["X1"], do = ["RST C0"] },
+//! ]
 //! ```
 //!
 //! Fails: the first rung alone.
@@ -50,15 +53,20 @@ mod tests {
     fn what_turns_a_bit_off() {
         check_main(
             r#"
-            { when = ["X0"], do = ["SET C0", "SET C1", "SET C2", "SET C3", "SET C4", "SET MC1", "SET Y0"] },
+            { when = ["X0"], do = ["SET C0", "SET C1", "SET C2", "SET C3"] },
+            { when = ["X0"], do = ["SET C4", "SET MC1", "SET Y0"] },
             { when = ["X1"], do = ["RST C0", "PONOFF C1", "OUT C2"] },
             { when = ["X2"], do = ["ONDTMR T0 preset=1s output=C3", "SET C4"] },
             "#,
             expect![[r#"
-                4:69 set-never-reset `C4` is SET, and nothing ever turns it OFF
-                    `RST C4` in a rung that says when, or `OUT C4` if the bit is to follow this rung
-                4:90 set-never-reset `Y0` is SET, and nothing ever turns it OFF
-                    `RST Y0` in a rung that says when, or `OUT Y0` if the bit is to follow this rung
+                5:29 set-never-reset
+                  `C4` is SET, and nothing ever turns it OFF
+                    `RST C4` in a rung that says when, or `OUT C4` if the bit is to follow
+                    this rung
+                5:50 set-never-reset
+                  `Y0` is SET, and nothing ever turns it OFF
+                    `RST Y0` in a rung that says when, or `OUT Y0` if the bit is to follow
+                    this rung
             "#]],
         );
     }

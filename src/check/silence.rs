@@ -36,7 +36,7 @@ fn begins_in(extent: Span, span: Span) -> bool {
 mod tests {
     use expect_test::expect;
 
-    use crate::check::testing::check;
+    use crate::check::testing::{check, check_main};
 
     #[test]
     fn a_rung_silences_what_begins_in_it() {
@@ -59,9 +59,28 @@ mod tests {
             do = ["TMR T2 preset=5"]
             "#,
             expect![[r#"
-                11:31 set-never-reset `C0` is SET, and nothing ever turns it OFF
-                    `RST C0` in a rung that says when, or `OUT C0` if the bit is to follow this rung
-                15:22 bare-timer-value preset=5 of TMR has no unit: ms or s?
+                11:31 set-never-reset
+                  `C0` is SET, and nothing ever turns it OFF
+                    `RST C0` in a rung that says when, or `OUT C0` if the bit is to follow
+                    this rung
+                15:22 bare-timer-value
+                  preset=5 of TMR has no unit: ms or s?
+                    `preset=5ms`, as it is read now, or `preset=5s`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_rung_of_one_line_silences_itself_alone() {
+        check_main(
+            r#"
+            { allow = ["bare-timer-value"], when = ["X0"], do = ["TMR T0 preset=5"] },
+            { when = ["X0"], do = ["TMR T1 preset=5"] },
+            { when = ["X0"], do = ["TMR T2 preset=5"], allow = ["bare-timer-value"] },
+            "#,
+            expect![[r#"
+                5:39 bare-timer-value
+                  preset=5 of TMR has no unit: ms or s?
                     `preset=5ms`, as it is read now, or `preset=5s`
             "#]],
         );
@@ -82,9 +101,11 @@ mod tests {
             ]
             "#,
             expect![[r#"
-                2:31 unknown-allow `duplicate-out` is an error: it cannot be silenced
-                    none
-                8:29 duplicate-out `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in program `Main`, rung 2: the first has no effect
+                2:31 unknown-allow
+                  `duplicate-out` is an error: it cannot be silenced
+                8:29 duplicate-out
+                  `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in
+                  program `Main`, rung 2: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | X1"]
                     do   = ["OUT Y0"]

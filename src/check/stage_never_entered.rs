@@ -109,9 +109,13 @@ mod tests {
             rung = [ { when = ["X2"], do = ["JMP A"] } ]
             "#,
             expect![[r#"
-                17:9 stage-never-entered stage `Alone` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or SGCONVRG leads to it
+                17:9 stage-never-entered
+                  stage `Alone` of program `Day` is never entered: no JMP, SGSET, SGDIVRG
+                  or SGCONVRG leads to it
                     enter it, from stage `B` say: `do = ["JMP Alone"]`
-                21:9 stage-never-entered stage `Behind` of program `Day` is never entered: only `Alone` leads to it, which is never entered either
+                21:9 stage-never-entered
+                  stage `Behind` of program `Day` is never entered: only `Alone` leads to
+                  it, which is never entered either
                     enter `Alone` from a stage that is
             "#]],
         );
@@ -155,7 +159,9 @@ mod tests {
             rung = [ { when = ["X2"], do = ["OUT Y3"] } ]
             "#,
             expect![[r#"
-                31:9 stage-never-entered stage `F` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or SGCONVRG leads to it
+                31:9 stage-never-entered
+                  stage `F` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or
+                  SGCONVRG leads to it
                     enter it, from stage `E` say: `do = ["JMP F"]`
             "#]],
         );

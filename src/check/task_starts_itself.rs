@@ -73,11 +73,14 @@ mod tests {
             rung = [ { when = ["X1"], do = ["ENTASK B every=1s"] } ]
             "#,
             expect![[r#"
-                7:34 task-starts-itself task `A` starts itself: an ENTASK of a task that runs has no effect
+                7:34 task-starts-itself
+                  task `A` starts itself: an ENTASK of a task that runs has no effect
                     to run it again and again, in `Main`: `ENTASK A every=1s`
-                10:9 block-never-started task `B` is never started: the only ENTASK of it stands in itself
+                10:9 block-never-started
+                  task `B` is never started: the only ENTASK of it stands in itself
                     start it in a block that runs: `ENTASK B`, or `ENTASK B every=1s`
-                11:34 task-starts-itself task `B` starts itself: it can only be enabled while it runs
+                11:34 task-starts-itself
+                  task `B` starts itself: it can only be enabled while it runs
                     to run it again and again, in `Main`: `ENTASK B every=1s`
             "#]],
         );

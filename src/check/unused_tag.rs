@@ -87,13 +87,18 @@ mod tests {
             ]
             "#,
             expect![[r#"
-                2:1 unused-tag nothing names tag `never` (X1)
-                    delete it, or say that it is meant: `never = { at = "X1", spare = true }`
-                4:1 unused-tag nothing names tag `bare`, though the ladder uses X3 by its address
+                2:1 unused-tag
+                  nothing names tag `never` (X1)
+                    delete it, or say that it is meant: `never = { at = "X1", spare = true
+                    }`
+                4:1 unused-tag
+                  nothing names tag `bare`, though the ladder uses X3 by its address
                     write `bare` where the ladder says `X3`
-                8:1 unused-tag nothing names tag `by_address`, though the ladder uses T0 by its address
+                8:1 unused-tag
+                  nothing names tag `by_address`, though the ladder uses T0 by its address
                     write `by_address` where the ladder says `T0`
-                9:1 unused-tag nothing names the constant `limit`
+                9:1 unused-tag
+                  nothing names the constant `limit`
                     delete it, or say that it is meant: `spare = true`
             "#]],
         );

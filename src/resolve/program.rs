@@ -33,17 +33,6 @@ pub struct Program {
     pub allow: Vec<(FileId, String)>,
 }
 
-/// One element of the controller file's `[retain] ranges`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RetainedRange {
-    /// The first address: a bit, a word or a structure.
-    pub first: Address,
-    /// The last one, of the same space and not before the first.
-    pub last: Address,
-    /// Its place in the controller file.
-    pub span: Span,
-}
-
 /// What kind of block, and how it comes to execute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
