@@ -54,7 +54,7 @@ fn executes(kind: BlockKind) -> &'static str {
 mod tests {
     use expect_test::expect;
 
-    use crate::check::testing::check;
+    use crate::check::testing::{check, check_main};
 
     #[test]
     fn nothing_starts_or_stops_one() {
@@ -64,7 +64,7 @@ mod tests {
             name = "Main"
             rung = [
               { when = ["X0"], do = ["ENTASK FirstScan", "HALT BottomOfScan"] },
-              { when = ["X0"], do = ["RUN LastScan", "ENTASK TopOfScan"] },
+              { when = ["X0"], do = ["RUN LastScan"] },
             ]
 
             [[task]]
@@ -80,10 +80,25 @@ mod tests {
             rung = [ { when = ["$On"], do = ["MOVE 0 to=D0"] } ]
             "#,
             expect![[r#"
-                5:48 built-in-task
-                  `TopOfScan` is a built-in task: nothing starts or stops it
-                    delete this; a task of your own has another name
+                4:32 built-in-task
+                  ENTASK names `FirstScan`, a built-in task: nothing starts or stops it
+                    delete this: `FirstScan` executes in the first scan by itself
+                4:50 built-in-task
+                  HALT names `BottomOfScan`, a built-in task: nothing starts or stops it
+                    delete this: `BottomOfScan` executes in every scan, after all programs
+                5:29 built-in-task
+                  RUN names `LastScan`, a built-in task: nothing starts or stops it
+                    delete this: `LastScan` executes in the last scan by itself
             "#]],
         );
+    }
+
+    #[test]
+    fn also_one_that_the_ladder_does_not_have() {
+        check_main(r#"{ when = ["X0"], do = ["ENTASK TopOfScan"] }"#, expect![[r#"
+            4:32 built-in-task
+              `TopOfScan` is a built-in task: nothing starts or stops it
+                delete this; a task of your own has another name
+        "#]]);
     }
 }
