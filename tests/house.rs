@@ -111,7 +111,8 @@ fn the_core_is_synchronous_and_silent() {
 
 #[test]
 fn the_engine_knows_no_clock_file_or_lock() {
-    let forbidden = ["Instant", "SystemTime", "std::fs", "std::io", "Mutex", "std::thread", "unsafe {"];
+    let forbidden =
+        ["Instant", "SystemTime", "std::fs", "std::io", "Mutex", "std::thread", "unsafe {"];
     for source in sources().iter().filter(|s| s.module == "engine") {
         for word in forbidden {
             assert!(!source.text.contains(word), "{} has {word}", source.path.display());
