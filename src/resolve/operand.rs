@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use super::declare::BUILT_IN;
-use super::program::{Arg, ArgValue, BlockKind, Instruction, Value, Written};
+use super::program::{Arg, ArgValue, BlockKind, Instruction, Value};
 use super::scope::Thing;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Kind, Operand, Spec, Structure, Word};
 use crate::source::atom::Atom;
@@ -85,10 +85,6 @@ impl Resolver<'_> {
             }
             Kind::Value(least, most) => {
                 let value = self.value(atom)?;
-                if row.name.ends_with("preset") && is_duration(value) {
-                    self.duration_as_count(atom, spec);
-                    return None;
-                }
                 self.within(value, (least, most), atom, row)
             }
             Kind::Duration => {
@@ -118,12 +114,6 @@ impl Resolver<'_> {
             return None;
         }
         Some(ArgValue::Value(value))
-    }
-
-    fn duration_as_count(&mut self, atom: &Atom, spec: &Spec) {
-        let message = format!("the preset of `{}` is a count, not a duration", spec.name);
-        let finding = Finding::new(Code::OperandType, atom.span, message);
-        self.find(finding.help("write a number; for a time, use a timer: `TMR T0 preset=2s`"));
     }
 
     fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
@@ -336,8 +326,4 @@ fn kind_words(kind: Kind) -> &'static str {
         Kind::Task => "a task",
         Kind::Stage | Kind::Stages => "a stage",
     }
-}
-
-fn is_duration(value: Value) -> bool {
-    matches!(value, Value::Const(_, Written::Duration))
 }
