@@ -11,8 +11,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use crate::check;
 use crate::resolve::controller::{Controller, resolve_controller};
 use crate::resolve::program::Program;
+use crate::resolve::range::Range;
 use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::controller as written;
 use crate::source::finding::{Code, Finding};
@@ -45,7 +47,8 @@ pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
         loaded.read(path)?;
     }
     loaded.ladders(0, LoadOptions::default());
-    Ok(loaded)
+    loaded.judge(&[]);
+    Ok(loaded.in_order())
 }
 
 /// Loads a controller file and the ladder files that it names.
@@ -68,6 +71,7 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
     if let Some(program) = &loaded.program {
         let (controller, found) = resolve_controller(&written, program);
         loaded.findings.extend(found);
+        loaded.judge(&controller.retain);
         loaded.controller = Some(controller);
     }
     Ok(loaded.in_order())
@@ -135,6 +139,14 @@ impl Loaded {
         let (program, found) = load_ladders(&self.files[first..], &options);
         self.findings.extend(found);
         self.program = program;
+    }
+
+    /// Applies the rules over the whole program, and what its author allowed.
+    fn judge(&mut self, retained: &[Range]) {
+        if let Some(program) = &self.program {
+            self.findings.extend(check::check(program, retained));
+            self.findings = check::silence(program, std::mem::take(&mut self.findings));
+        }
     }
 
     fn in_order(mut self) -> Loaded {
