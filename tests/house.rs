@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
-const ORDER: [&str; 12] = [
-    "main", "cli", "daemon", "io", "runtime", "sim", "lower", "check", "resolve", "source",
+const ORDER: [&str; 13] = [
+    "main", "cli", "daemon", "load", "io", "runtime", "sim", "lower", "check", "resolve", "source",
     "engine", "isa",
 ];
 
