@@ -61,8 +61,8 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[&Driver
 fn help(context: &Context, bit: Bit, all: &[&Driver]) -> String {
     let name = context.name(Address::Bit(bit));
     let outs = all.iter().all(|d| d.placed.mnemonic() == Mnemonic::Out);
-    let powers: Option<Vec<_>> = all.iter().map(|d| context.power(&d.placed.place)).collect();
-    match powers.filter(|_| outs).and_then(|powers| context.any_of(&powers)) {
+    let powers = all.iter().map(|d| context.power(&d.placed.place).filter(|_| outs));
+    match context.any_of(powers) {
         Some(when) => format!(
             "drive it in one rung, if either condition is to turn it ON:\n\
              when = [\"{when}\"]\ndo   = [\"OUT {name}\"]"

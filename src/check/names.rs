@@ -14,6 +14,9 @@ use super::context::{Context, Place, is_main};
 /// Longer than this, a condition is not printed in a help.
 const CONDITION_MAX: usize = 72;
 
+/// Of more places than this, a condition is not printed in a help.
+const PLACES_MAX: usize = 6;
+
 /// The bit that is always ON.
 const ON: &str = status::BIT_NICKNAMES[status::st::ON as usize];
 
@@ -77,11 +80,18 @@ impl<'a> Context<'a> {
     }
 
     /// One condition that is ON when any of these has power: what `when = ["…"]` would hold.
-    /// `None` where that is no help: it is too long, or always ON.
-    pub fn any_of(&self, powers: &[Power]) -> Option<String> {
+    /// `None` where that is no help: a power cannot be told, it is too long, or always ON.
+    pub fn any_of(
+        &self,
+        powers: impl ExactSizeIterator<Item = Option<Power<'a>>>,
+    ) -> Option<String> {
+        let count = powers.len();
+        if count > PLACES_MAX {
+            return None;
+        }
         let mut terms: Vec<String> = Vec::new();
         for power in powers {
-            let term = power.print(self.program, powers.len() == 1);
+            let term = power?.print(self.program, count == 1);
             if !terms.contains(&term) {
                 terms.push(term);
             }

@@ -65,9 +65,8 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[Driver]
 fn help(context: &Context, bit: Bit, all: &[Driver]) -> String {
     let name = context.name(Address::Bit(bit));
     let outs = all.iter().all(|d| d.placed.mnemonic() == Mnemonic::Out);
-    let powers: Option<Vec<_>> =
-        all.iter().map(|d| context.power_from_outside(&d.placed.place)).collect();
-    let remedy = match powers.filter(|_| outs).and_then(|powers| context.any_of(&powers)) {
+    let powers = all.iter().map(|d| context.power_from_outside(&d.placed.place).filter(|_| outs));
+    let remedy = match context.any_of(powers) {
         Some(when) => format!(
             "drive it once, in the last of these programs or in one behind them:\n\
              when = [\"{when}\"]\ndo   = [\"OUT {name}\"]"
