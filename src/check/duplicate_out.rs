@@ -92,7 +92,7 @@ mod tests {
                   program `Main`, rung 2: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["(X0 & X1) | X2 | rise(X3)"]
-                    do   = ["OUT Y0"]
+                    do = ["OUT Y0"]
             "#]],
         );
     }
@@ -157,7 +157,7 @@ mod tests {
                   OUT in program `Main`, rung 1, branch 1: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | (X0 & D0 > 5 & !X1)"]
-                    do   = ["OUT lamp"]
+                    do = ["OUT lamp"]
                 22:29 duplicate-out
                   `Y1` is driven twice, by OUT in program `Day`, stage `A`, rung 1, and by
                   OUT in program `Day`, stage `A`, rung 2: the first has no effect

@@ -122,14 +122,14 @@ mod tests {
                   `Drain`, rung 1: the one that executes last in a scan decides
                     drive it once, in the last of these programs or in one behind them:
                     when = ["X0 | (Drain.Running & X1)"]
-                    do   = ["OUT Y0"]
+                    do = ["OUT Y0"]
                     if they never run in one scan, on this rung: allow = ["out-elsewhere"]
                 18:38 out-elsewhere
                   `Y1` is driven in two places, program `Drain`, rung 2, and program
                   `Drain`, stage `A`, rung 1: the one that executes last in a scan decides
                     drive it once, in the last of these programs or in one behind them:
                     when = ["(Drain.Running & X2) | (Drain.A & X2)"]
-                    do   = ["OUT Y1"]
+                    do = ["OUT Y1"]
                     if they never run in one scan, on this rung: allow = ["out-elsewhere"]
                 26:38 out-elsewhere
                   `Y2` is driven in two places, program `Drain`, rung 3, and task

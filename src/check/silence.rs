@@ -111,7 +111,7 @@ mod tests {
                   program `Main`, rung 2: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | X1"]
-                    do   = ["OUT Y0"]
+                    do = ["OUT Y0"]
             "#]],
         );
     }
