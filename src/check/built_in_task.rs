@@ -95,10 +95,13 @@ mod tests {
 
     #[test]
     fn also_one_that_the_ladder_does_not_have() {
-        check_main(r#"{ when = ["X0"], do = ["ENTASK TopOfScan"] }"#, expect![[r#"
+        check_main(
+            r#"{ when = ["X0"], do = ["ENTASK TopOfScan"] }"#,
+            expect![[r#"
             4:32 built-in-task
               `TopOfScan` is a built-in task: nothing starts or stops it
                 delete this; a task of your own has another name
-        "#]]);
+        "#]],
+        );
     }
 }

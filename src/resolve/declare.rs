@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use super::Resolver;
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
-use crate::isa::address::reads_as_address;
+use crate::isa::address_text::reads_as_address;
 use crate::isa::{BlockId, StageId, instruction};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
