@@ -148,7 +148,7 @@ impl Resolver<'_> {
             let (least, most) = word.range();
             for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
                 if !(least..=most).contains(&n) {
-                    let message = format!("{n} is more than `{address}` holds: {least}..{most}");
+                    let message = format!("`{address}` holds {least}..{most}, not {n}");
                     self.find(Finding::new(Code::OutOfRange, span, message));
                 }
             }

@@ -189,7 +189,12 @@ impl Parser<'_> {
             _ => {
                 let message = format!("`{word}` cannot have parentheses behind it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
-                return Err(finding.help("only `rise(bit)` and `fall(bit)` have"));
+                return Err(finding.help(match word.to_ascii_lowercase().as_str() {
+                    "rise" => "write `rise(…)`",
+                    "fall" => "write `fall(…)`",
+                    "not" => "write `!(…)`",
+                    _ => "only `rise(bit)` and `fall(bit)` have",
+                }));
             }
         };
         self.at += 1;
@@ -199,23 +204,14 @@ impl Parser<'_> {
             }
             found => {
                 let place = found.map_or(self.end(), |(_, place)| place);
-                let finding = Finding::new(
-                    Code::ContactSyntax,
-                    place,
-                    format!("`{word}()` takes the name of one bit"),
-                );
-                return Err(finding.help(format!(
-                    "to see the edge of more, give it a bit of its own with OUT, or use PD: \
-                     `{word}(C0)`"
-                )));
+                return Err(one_bit(word, place));
             }
         };
         match self.take(&Token::Close) {
             Some(close) => Ok(Contact::Edge(edge, name, span.to(close))),
             None => {
                 let place = self.peek().map_or(self.end(), |(_, place)| place);
-                let message = format!("`{word}()` takes the name of one bit, then `)`");
-                Err(Finding::new(Code::ContactSyntax, place, message))
+                Err(one_bit(word, place))
             }
         }
     }
@@ -229,12 +225,36 @@ impl Parser<'_> {
                 return Err(self.error(place, message));
             }
         };
-        if let Some((Token::Compare(_), place)) = self.peek() {
+        if let Some((Token::Compare(second), place)) = self.peek() {
             let finding = Finding::new(Code::ContactSyntax, place, "two compares in a row");
-            return Err(finding.help("join them: `0 <= D0 & D0 < 5`"));
+            let third = match self.tokens.get(self.at + 1) {
+                Some((Token::Atom(third), _)) => third.to_string(),
+                _ => "…".to_owned(),
+            };
+            let (first, second) = (comparison.sign(), second.sign());
+            return Err(finding
+                .help(format!("join them: `{left} {first} {right} & {right} {second} {third}`")));
         }
         let span = left.span.to(right.span);
         Ok(Contact::Compare(left, comparison, right, span))
+    }
+
+    /// A word that other notations have in the place of a sign, at a place or just before it.
+    fn habit(&self, place: Span) -> Option<(Span, &'static str)> {
+        let at = self.tokens.iter().position(|(_, span)| *span == place)?;
+        let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
+        words.into_iter().flatten().find_map(|(token, span)| {
+            let Token::Atom(atom) = token else { return None };
+            let help = match atom.name()?.to_ascii_lowercase().as_str() {
+                "and" => "write `&`",
+                "or" => "write `|`",
+                "not" => "write `!`",
+                "rise" => "write `rise(bit)`",
+                "fall" => "write `fall(bit)`",
+                _ => return None,
+            };
+            Some((*span, help))
+        })
     }
 
     fn error(&self, place: Span, message: impl Into<String>) -> Finding {
@@ -248,6 +268,9 @@ impl Parser<'_> {
         match token {
             Token::Atom(_) | Token::Not | Token::Open => {
                 let (before, behind) = (before.trim(), behind.trim());
+                if let Some((place, help)) = self.habit(place) {
+                    return self.error(place, "a word in the place of a sign").help(help);
+                }
                 self.error(place, "`&` or `|` is missing before this").help(format!(
                     "contacts in series are strings of their own: `\"{before}\", \"{behind}\"`"
                 ))
@@ -259,6 +282,12 @@ impl Parser<'_> {
             Token::And | Token::Or => self.error(place, "a contact is missing here"),
         }
     }
+}
+
+fn one_bit(word: &str, place: Span) -> Finding {
+    let message = format!("`{word}()` takes the name of one bit");
+    Finding::new(Code::ContactSyntax, place, message)
+        .help(format!("to see an edge of more than that, OUT it to a bit of its own: `{word}(C0)`"))
 }
 
 /// `left op right`; `grow` when `left` is a series of the same operator that is still growing.

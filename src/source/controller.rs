@@ -144,7 +144,7 @@ pub fn is_controller(source: &str) -> bool {
 }
 
 fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
-    root.require("ladder");
+    root.require("ladder", "[\"ladder.toml\"]");
     let ladder = root.strings("ladder").map_or(Vec::new(), |ladder| ladder.value);
     let order = root.strings("order");
     let memory = read_memory(&mut root);

@@ -8,6 +8,8 @@
 pub mod atom;
 pub mod contact;
 mod contact_parser;
+#[cfg(test)]
+mod contact_tests;
 pub mod controller;
 pub mod finding;
 mod headers;

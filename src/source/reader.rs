@@ -95,6 +95,12 @@ impl<'a> Doc<'a> {
         self.findings.borrow_mut().push(finding);
     }
 
+    /// Whether something within a place was found wrong already.
+    pub fn has_finding_in(&self, place: Span) -> bool {
+        let inside = |span: Span| place.start <= span.start && span.end <= place.end;
+        self.findings.borrow().iter().rev().take(16).any(|finding| inside(finding.span))
+    }
+
     /// The place of a stretch of the file.
     pub fn span(&self, range: Range<usize>) -> Span {
         Span { file: self.file, start: range.start as u32, end: range.end as u32 }
@@ -120,7 +126,7 @@ impl<'a> Doc<'a> {
         let message = format!("{what} wants {wanted}, not {found}");
         self.find(
             Finding::new(Code::WrongType, self.span(value.span()), message)
-                .label(format!("{wanted} belongs here")),
+                .label(format!("expected {wanted}")),
         );
     }
 
@@ -195,11 +201,16 @@ impl<'a> Table<'a> {
 
     /// A string.
     pub fn string(&mut self, key: &'static str) -> Option<Text> {
+        self.string_for(key, "a string")
+    }
+
+    /// A string that stands for something that a message calls `wanted`.
+    fn string_for(&mut self, key: &'static str, wanted: &str) -> Option<Text> {
         let value = self.get(key)?;
         match value.get_ref() {
             DeValue::String(text) => Some(self.doc.text(text, value.span())),
             _ => {
-                self.doc.wrong_type(value, &self.what(key), "a string");
+                self.doc.wrong_type(value, &self.what(key), wanted);
                 None
             }
         }
@@ -207,17 +218,20 @@ impl<'a> Table<'a> {
 
     /// A string that must be there.
     pub fn required_string(&mut self, key: &'static str) -> Option<Text> {
-        self.require(key);
+        self.require(key, "\"…\"");
         self.string(key)
     }
 
-    /// Makes a finding if a key is not there.
-    pub fn require(&mut self, key: &'static str) {
+    /// Makes a finding if a key is not there; `example` is a value for the help.
+    pub fn require(&mut self, key: &'static str, example: &str) {
         if self.has(key) {
             return;
         }
         let message = format!("{} has no `{key}`", self.place);
-        self.find(Finding::new(Code::MissingKey, self.span, message).label("here"));
+        self.find(
+            Finding::new(Code::MissingKey, self.span, message)
+                .help(format!("give it one: `{key} = {example}`")),
+        );
     }
 
     /// `true` or `false`.
@@ -251,7 +265,7 @@ impl<'a> Table<'a> {
 
     /// A duration, in ms: a string as `10ms`.
     pub fn duration(&mut self, key: &'static str) -> Option<Located<i32>> {
-        let text = self.string(key)?;
+        let text = self.string_for(key, "a duration (`\"10ms\"`)")?;
         match duration::parse(&text.text) {
             Ok(value) => Some(Located { value, span: text.span }),
             Err(error) => {
@@ -304,16 +318,16 @@ impl<'a> Table<'a> {
     /// An array of strings, with its own place. A bare string is a finding with a help of its own.
     pub fn strings(&mut self, key: &'static str) -> Option<Located<Vec<Text>>> {
         let value = self.get(key)?;
-        self.strings_of(value, key)
+        self.strings_of(value, key, "")
     }
 
-    fn strings_of(&self, value: Value<'a>, key: &str) -> Option<Located<Vec<Text>>> {
+    fn strings_of(&self, value: Value<'a>, key: &str, prefix: &str) -> Option<Located<Vec<Text>>> {
         let span = self.doc.span(value.span());
         let array = match value.get_ref() {
             DeValue::Array(array) => array,
             DeValue::String(text) => {
                 let message = format!("{} is always an array", self.what(key));
-                let help = format!("{key} = [{}]", self.doc.slice(value.span()));
+                let help = format!("{prefix}{key} = [{}]", self.doc.slice(value.span()));
                 self.find(
                     Finding::new(Code::BareString, span, message)
                         .label("a string alone")
@@ -356,7 +370,8 @@ impl<'a> Table<'a> {
             // A header below one that is missing; the check of the headers has said so.
             DeValue::Table(_) if headers::is_implicit(self.doc, value) => return Vec::new(),
             _ => {
-                let wanted = format!("an array of tables (`[[…{key}]]`)");
+                let parent = if self.place == "the file" { "" } else { "…" };
+                let wanted = format!("an array of tables (`[[{parent}{key}]]`)");
                 self.doc.wrong_type(value, &self.what(key), &wanted);
                 return Vec::new();
             }
@@ -396,12 +411,13 @@ impl<'a> Table<'a> {
         entries
     }
 
-    /// All entries as arrays of strings, by key and in file order: what `leg` is made of.
-    pub fn string_arrays(&mut self) -> Vec<(Text, Located<Vec<Text>>)> {
+    /// All entries as arrays of strings, by key and in file order: what `leg` is made of. A help
+    /// writes the keys with `prefix`.
+    pub fn string_arrays(&mut self, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
         let entries = self.in_file_order();
         let arrays = entries.into_iter().filter_map(|(key, value)| {
             let name = self.key_text(key);
-            Some((name, self.strings_of(value, key.get_ref())?))
+            Some((name, self.strings_of(value, key.get_ref(), prefix)?))
         });
         arrays.collect()
     }
