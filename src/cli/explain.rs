@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
+use crate::check::page;
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Kind, LegName, Spec};
 use crate::source::finding::{self, Code, Severity};
@@ -87,8 +88,7 @@ fn of_instruction(spec: &Spec) -> String {
 
 fn of_finding(code: Code) -> String {
     let row = code.row();
-    let severity = if row.severity == Severity::Error { "error" } else { "warning" };
-    format!("{severity}[{}]: {}\n", row.name, row.summary)
+    page(row.name).unwrap_or(row.summary).to_owned()
 }
 
 fn termination(termination: Termination) -> &'static str {

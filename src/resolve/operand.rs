@@ -226,7 +226,8 @@ impl Resolver<'_> {
             Kind::Task => "a task",
             _ => "a program or task",
         };
-        let block = self.scope.block(self.name_of(atom, wanted)?).map(|block| block.id);
+        let name = self.name_of(atom, wanted)?;
+        let block = self.scope.block(name).map(|block| block.id);
         if block.is_none() {
             self.unknown_block(atom, wanted);
         }
