@@ -187,7 +187,8 @@ impl Resolver<'_> {
         Finding::new(Code::LegsShared, instruction.span, message)
             .label("give it a rung of its own")
             .help(format!(
-                "a rung of its own, with the legs that it is to have:\n{lines}\ndo      = [\"{text}\"]"
+                "a rung of its own, with the legs that it is to have:\n{lines}\n\
+                 do      = [\"{text}\"]"
             ))
     }
 

@@ -1,7 +1,7 @@
 //! A controller file as its author wrote it: which ladders run, how often, and with what around.
 //!
 //! [`read`] takes the file's text. Names and ranges are still texts here, since tags can stand in
-//! them: [`crate::resolve::controller`] makes addresses of them once the ladders are loaded.
+//! them: the resolver makes addresses of them once the ladders are loaded.
 
 use super::finding::Finding;
 use super::reader::{self, Table, Text};

@@ -7,6 +7,7 @@
 
 pub mod atom;
 pub mod contact;
+mod contact_lexer;
 mod contact_parser;
 #[cfg(test)]
 mod contact_tests;
@@ -20,3 +21,4 @@ pub mod reader;
 pub mod render;
 pub mod span;
 mod strict;
+pub mod table;
