@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use crate::check;
+use crate::check::page;
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Kind, LegName, Spec};
 use crate::source::finding::{self, Code, Severity};
@@ -87,7 +87,7 @@ fn of_instruction(spec: &Spec) -> String {
 }
 
 fn of_finding(code: Code) -> String {
-    check::page(code.name()).map(for_a_terminal).unwrap_or_default()
+    page(code.name()).map(for_a_terminal).unwrap_or_default()
 }
 
 /// A page without the marks that only its test reads, and the blank lines around them.
