@@ -1,1 +1,2 @@
-//! (empty)
+//! Drivers: what moves inputs and takes outputs, written against the runtime's exchange alone.
+pub mod modbus;
