@@ -14,7 +14,7 @@ use std::sync::atomic::Ordering;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::{
-    Batch, FaultReason, Mode, Port, QUEUED_BATCHES_MAX, Snapshot, StopReason, Ticket,
+    Batch, FaultReason, Mode, Port, QUEUED_BATCHES_MAX, Snapshot, StopReason, Ticket, Write,
 };
 
 /// Spare snapshots at first, and the least that the world tries to keep.
@@ -75,6 +75,8 @@ pub struct ScanSide {
     returns: Producer<Returned>,
     spares: Consumer<Arc<Snapshot>>,
     published: Producer<Publication>,
+    /// What this scan applies.
+    taken: Vec<Batch>,
     /// The last ticket that was applied.
     applied: u64,
 }
@@ -110,8 +112,10 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
     for _ in 0..SPARES {
         let _ = spare_in.push(Arc::new(first.clone()));
     }
+    let taken = Vec::with_capacity(QUEUED_BATCHES_MAX);
     let port = Port::new(shape.inputs, first, batch_in);
-    let scan = ScanSide { port: port.clone(), batches, returns, spares, published, applied: 0 };
+    let scan =
+        ScanSide { port: port.clone(), batches, returns, spares, published, taken, applied: 0 };
     let world = WorldSide {
         port: port.clone(),
         returns: return_out,
@@ -141,33 +145,40 @@ impl ScanSide {
         })
     }
 
-    /// Takes the next batch, if it fits what this scan may still apply and can be handed back.
-    /// To be given to [`ScanSide::give_back`].
-    pub fn take_batch(&mut self, writes_left: usize) -> Option<Batch> {
-        if self.returns.slots() == 0 {
+    /// The writes of the next batch, if they fit what this scan may still apply. It is answered
+    /// with all others of this scan by [`ScanSide::answer`].
+    pub fn next_batch(&mut self, writes_left: usize) -> Option<&[Write]> {
+        // Every batch that is taken must find a place in the ring that takes it back.
+        if self.taken.len() >= self.returns.slots().min(QUEUED_BATCHES_MAX) {
             return None;
         }
-        let fits = self.batches.peek().is_ok_and(|batch| batch.writes.len() <= writes_left);
-        if fits { self.batches.pop().ok() } else { None }
+        if self.batches.peek().ok()?.writes.len() > writes_left {
+            return None;
+        }
+        self.taken.push(self.batches.pop().ok()?);
+        self.taken.last().map(|batch| &batch.writes[..])
     }
 
-    /// Hands a batch back that [`ScanSide::take_batch`] gave.
-    pub fn give_back(&mut self, batch: Batch, applied: bool) {
-        if applied {
-            self.applied = batch.ticket.0;
-        }
-        if let Err(rtrb::PushError::Full(kept)) = self.returns.push(Returned { batch, applied }) {
-            // `take_batch` saw a free slot and nobody else fills it. Freeing here would be a call
-            // into the allocator, so in a state that cannot be the memory is let go.
-            std::mem::forget(kept);
+    /// Answers all batches that were taken: applied, once the scan that saw them is complete and
+    /// before it is published; or refused.
+    pub fn answer(&mut self, applied: bool) {
+        for batch in self.taken.drain(..) {
+            if applied {
+                self.applied = batch.ticket.0;
+            }
+            if let Err(rtrb::PushError::Full(kept)) = self.returns.push(Returned { batch, applied })
+            {
+                // `next_batch` saw a free place and nobody else fills it. Freeing here would be a
+                // call into the allocator, so in a state that cannot be the memory is let go.
+                std::mem::forget(kept);
+            }
         }
     }
 
     /// Outside RUN: refuses what came in while the mode changed.
     pub fn refuse_waiting(&mut self) {
-        while let Some(batch) = self.take_batch(usize::MAX) {
-            self.give_back(batch, false);
-        }
+        while self.next_batch(usize::MAX).is_some() {}
+        self.answer(false);
     }
 
     /// Publishes an image; false where no snapshot is spare at present.
@@ -289,7 +300,7 @@ fn make_safe(outputs: &mut [u8], safe: &[Safe]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::exchange::{BATCH_WRITES_MAX, Outcome, Refused, Write};
+    use super::super::exchange::{BATCH_WRITES_MAX, Outcome, Refused};
     use super::*;
     use crate::engine::{BitCell, WordCell};
 
@@ -305,9 +316,8 @@ mod tests {
     }
 
     fn scan(side: &mut ScanSide, number: u64, bits: [u8; 4]) {
-        while let Some(batch) = side.take_batch(usize::MAX) {
-            side.give_back(batch, true);
-        }
+        while side.next_batch(usize::MAX).is_some() {}
+        side.answer(true);
         side.publish(number, number * 10, Mode::Run, (&bits, &[number as i32, 0]));
     }
 
@@ -371,7 +381,7 @@ mod tests {
         let (port, mut side, mut world) = small();
         side.set_running(true);
         let ticket = port.submit(vec![]).unwrap();
-        assert!(side.take_batch(0).is_some());
+        assert!(side.next_batch(0).is_some());
         world.trip(FaultReason::ScanNeverEnds);
         assert_eq!(port.outcome(ticket), Outcome::Refused);
         assert_eq!(port.latest().mode, Mode::Fault(FaultReason::ScanNeverEnds));
@@ -393,8 +403,8 @@ mod tests {
         let (port, mut side, _world) = small();
         side.set_running(true);
         port.submit(vec![Write::Word(WordCell(0), 1); 3]).unwrap();
-        assert!(side.take_batch(2).is_none());
-        assert_eq!(side.take_batch(3).unwrap().writes.len(), 3);
+        assert!(side.next_batch(2).is_none());
+        assert_eq!(side.next_batch(3).unwrap().len(), 3);
     }
 
     #[test]
