@@ -15,8 +15,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::engine::{BitCell, WordCell};
 
-/// The most writes that one batch may hold. (A Modbus request writes at most 1968 coils.)
-pub const BATCH_WRITES_MAX: usize = 2048;
+/// The most writes that one batch may hold. (A Modbus request writes at most 1968 coils, and each
+/// may stand for an input too.)
+pub const BATCH_WRITES_MAX: usize = 4096;
 
 /// The most batches that wait for a scan; one more is refused with [`Refused::QueueFull`].
 pub const QUEUED_BATCHES_MAX: usize = 256;
@@ -138,6 +139,9 @@ impl Snapshot {
 pub enum Write {
     Bit(BitCell, bool),
     Word(WordCell, i32),
+    /// An input, as [`Port::set_input`], but together with the rest of the batch. It stays as it
+    /// is set until it is set again, in whichever way.
+    Input(u32, bool),
 }
 
 /// Why a batch was not taken.

@@ -147,6 +147,8 @@ impl ScanSide {
 
     /// The writes of the next batch, if they fit what this scan may still apply. It is answered
     /// with all others of this scan by [`ScanSide::answer`].
+    /// Its inputs are set for the scans to come; for this one, which has read its inputs already,
+    /// the scan sets them.
     pub fn next_batch(&mut self, writes_left: usize) -> Option<&[Write]> {
         // Every batch that is taken must find a place in the ring that takes it back.
         if self.taken.len() >= self.returns.slots().min(QUEUED_BATCHES_MAX) {
@@ -155,7 +157,13 @@ impl ScanSide {
         if self.batches.peek().ok()?.writes.len() > writes_left {
             return None;
         }
-        self.taken.push(self.batches.pop().ok()?);
+        let batch = self.batches.pop().ok()?;
+        for write in &batch.writes {
+            if let Write::Input(x, on) = *write {
+                self.port.set_input(x, on);
+            }
+        }
+        self.taken.push(batch);
         self.taken.last().map(|batch| &batch.writes[..])
     }
 

@@ -201,6 +201,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 match *write {
                     Write::Bit(cell, on) => self.machine.write_bit(cell, on),
                     Write::Word(cell, value) => self.machine.write_word(cell, value),
+                    Write::Input(x, on) => self.machine.set_input(x, on),
                 }
             }
         }
