@@ -13,6 +13,8 @@ pub mod pdu;
 pub mod refusal;
 mod server;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod throttle;
 
 pub use map::Limit;
