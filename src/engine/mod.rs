@@ -1,39 +1,35 @@
-//! Placeholder until the engine lands: the cells that the exchange is written in terms of.
+//! The engine: a memory image, operations on it, blocks, and one scan.
+//!
+//! `lower` builds a [`Program`]; the simulator and the scan thread own an [`Engine`] and drive it:
+//! `begin_scan`, inputs and queued writes, `execute`, and `terminate` behind the last scan. Time
+//! is an argument. After [`Engine::new`] nothing is allocated, and nothing here knows a clock, a
+//! log, a file or a name.
+//!
+//! The idea that is not obvious: nothing in a block's rungs is ever skipped (an instruction
+//! executes with its power, OFF included), so a block's own rungs or a Stage are a straight line
+//! of operations without branches. Operations that do not touch what the other writes may change
+//! places unseen; `lower` uses that to lay operations of one kind next to each other, and the
+//! engine runs each such batch in one loop.
+#![forbid(unsafe_code)]
 
-/// A bit's place in the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct BitCell(pub u32);
+mod blocks;
+mod control;
+mod counters;
+mod events;
+mod image;
+mod layout;
+mod logic;
+mod memory;
+pub mod ops;
+mod program;
+mod scan;
+mod sensaphone;
+mod termination;
+mod timers;
 
-/// A word's place in the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct WordCell(pub u32);
-
-/// The scan times that DST1..DST4 show, in microseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub struct ScanTimes {
-    pub mean_us: i32,
-    pub min_us: i32,
-    pub max_us: i32,
-    pub last_us: i32,
-}
-
-/// An element of a termination pass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Element {
-    Block(crate::isa::BlockId),
-    Stage(crate::isa::StageId),
-}
-
-/// What happened to a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum BlockEvent {
-    Started(crate::isa::BlockId),
-    Stopped(crate::isa::BlockId),
-    Completed(crate::isa::BlockId),
-    Terminated(Element),
-    StageOn(crate::isa::StageId),
-    StageOff(crate::isa::StageId),
-}
+pub use events::{BlockEvent, Element};
+pub use image::{BitCell, Image, WordCell};
+pub use layout::Cell;
+pub use layout::Layout;
+pub use program::{Batch, BlockCode, BlockRole, ElementCode, Program, Tables, Termination};
+pub use scan::{Engine, ScanEnd, ScanTimes};

@@ -1,1 +1,107 @@
-//! (empty)
+//! Resolved program → engine program and symbols. Cannot fail: what could be wrong was found.
+//!
+//! `contacts` and `instructions` turn rungs into operations in file order, `schedule` lays those
+//! of one kind together, `symbols` keeps what the engine must not know: names, limits, texts.
+
+mod assembler;
+mod contacts;
+mod instructions;
+pub mod schedule;
+mod symbols;
+
+pub use symbols::{Alarm, LoggedTag, Symbols};
+
+use crate::engine::{self, BlockRole, ElementCode};
+use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
+use assembler::Assembler;
+
+/// Lowers a program, with its operations put in order by kind.
+pub fn lower(program: &Program) -> (engine::Program, Symbols) {
+    lower_with(program, schedule::WINDOW)
+}
+
+/// As [`lower`], with a window of so many operations within which they may change places; 1 keeps
+/// them in file order. Both give the same scan, which the tests hold against each other.
+pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols) {
+    let mut assembler = Assembler::new(program, window);
+    let mut blocks = Vec::new();
+    let mut stages = Vec::new();
+    for block in &program.blocks {
+        let own = element(&mut assembler, &block.rungs);
+        let first = stages.len() as u32;
+        for stage in &block.stages {
+            stages.push(element(&mut assembler, &stage.rungs));
+        }
+        let range = first..stages.len() as u32;
+        blocks.push(engine::BlockCode { role: role(block), own, stages: range });
+    }
+    let order = turns(program);
+    let symbols = Symbols::new(program, assembler.layout.clone());
+    (assembler.finish(blocks, stages, order), symbols)
+}
+
+fn role(block: &Block) -> BlockRole {
+    match block.kind {
+        BlockKind::Program => BlockRole::Program { autostart: block.autostart },
+        BlockKind::Task => BlockRole::Task,
+        BlockKind::FirstScan => BlockRole::FirstScan,
+        BlockKind::TopOfScan => BlockRole::TopOfScan,
+        BlockKind::BottomOfScan => BlockRole::BottomOfScan,
+        BlockKind::LastScan => BlockRole::LastScan,
+    }
+}
+
+/// The scan order with the built-in Tasks in their places.
+fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
+    let built_in = |kind| program.blocks.iter().filter(move |b| b.kind == kind).map(|b| b.id);
+    built_in(BlockKind::FirstScan)
+        .chain(built_in(BlockKind::TopOfScan))
+        .chain(program.order.iter().copied())
+        .chain(built_in(BlockKind::BottomOfScan))
+        .chain(built_in(BlockKind::LastScan))
+        .collect()
+}
+
+fn element(assembler: &mut Assembler, rungs: &[Rung]) -> ElementCode {
+    for rung in rungs {
+        lower_rung(assembler, rung);
+    }
+    assembler.close_element(!rungs.is_empty())
+}
+
+/// Contacts give the power; `do` executes with it; each branch adds its contacts after that.
+fn lower_rung(assembler: &mut Assembler, rung: &Rung) {
+    let instructions = rung.body.len() + rung.branches.iter().map(|b| b.body.len()).sum::<usize>();
+    let legs: Vec<_> = rung
+        .legs
+        .iter()
+        .map(|leg| {
+            let power = series(assembler, &leg.contacts, None);
+            let power = if instructions > 1 { assembler.keep(power) } else { power };
+            (leg.name, power)
+        })
+        .collect();
+    for instruction in &rung.body {
+        assembler.instruction(instruction, &legs);
+    }
+    let Some((when, rung_power)) = legs.first().copied() else { return };
+    for branch in &rung.branches {
+        let power = series(assembler, &branch.contacts, Some(rung_power));
+        let power = if branch.body.len() > 1 { assembler.keep(power) } else { power };
+        for instruction in &branch.body {
+            assembler.instruction(instruction, &[(when, power)]);
+        }
+    }
+}
+
+fn series(
+    assembler: &mut Assembler,
+    contacts: &[Contact],
+    before: Option<engine::ops::Power>,
+) -> engine::ops::Power {
+    let mut powers: Vec<_> = before.into_iter().collect();
+    for contact in contacts {
+        assembler.all_of(contact, &mut powers);
+    }
+    assembler.and(&powers)
+}

@@ -12,11 +12,14 @@ mod beat;
 pub mod exchange;
 mod histogram;
 mod link;
+mod machine;
 mod monitor;
 pub mod pacing;
 mod posture;
 mod record;
 mod scanner;
+#[cfg(test)]
+mod scanner_tests;
 mod statistics;
 mod sys;
 

@@ -1,0 +1,324 @@
+//! Programs, Tasks and Stages: their turns, and the instructions that start and stop them.
+//!
+//! Behaviour: `docs/semantics.md`, section 4. A stop only *marks*: the termination pass runs at
+//! the element's next turn, in this scan if that is still to come. So every turn begins by asking
+//! whether a pass is due.
+
+use super::control::{ControlKind, RestartState};
+use super::events::{BlockEvent, Element, Events};
+use super::image::BitCell;
+use super::memory::Memory;
+use super::ops::Kind;
+use super::program::{BlockRole, ElementCode, Program};
+use crate::isa::{Bit, BlockId, StageId};
+
+/// What the engine keeps of a block.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BlockState {
+    /// Stopped (or completed) since its last turn: its pass is due.
+    pub pass_due: bool,
+    /// Started, and not had its first turn yet.
+    pub first_turn: bool,
+    /// Its own rungs executed since their last pass.
+    pub executed: bool,
+    /// A Task that is enabled recurrently.
+    recurrent: bool,
+    /// Timestamp of a recurrent Task's first execution, ns.
+    enabled_ns: u64,
+    /// The interval, ns; 0: every scan.
+    every_ns: u64,
+    /// How many intervals had passed at its last execution.
+    intervals: u64,
+}
+
+/// What the engine keeps of a Stage.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StageState {
+    /// Left or turned OFF since its last turn: its pass is due.
+    pub pass_due: bool,
+    /// It executed since its last pass.
+    pub executed: bool,
+}
+
+/// Where an instruction stands.
+#[derive(Clone, Copy)]
+struct Standing {
+    block: BlockId,
+    stage: Option<StageId>,
+}
+
+/// A program, its memory and the state of its blocks: all that one turn works on.
+#[derive(Debug)]
+pub(super) struct Machine {
+    pub program: Program,
+    pub memory: Memory,
+    pub blocks: Box<[BlockState]>,
+    pub stages: Box<[StageState]>,
+    pub events: Events,
+    pub now_ns: u64,
+    pub stop_requested: bool,
+}
+
+impl Machine {
+    pub fn bit_of(&self, bit: Bit) -> bool {
+        self.memory.image.bit(self.program.layout.bit(bit))
+    }
+
+    /// Writes a block's or Stage's bit; these are not to be forced.
+    pub fn put_bit(&mut self, bit: Bit, on: bool) {
+        let BitCell(cell) = self.program.layout.bit(bit);
+        self.memory.image.bits[cell as usize] = u8::from(on);
+    }
+
+    pub fn is_running(&self, id: BlockId) -> bool {
+        self.bit_of(Bit::Running(id))
+    }
+
+    fn state(&mut self, id: BlockId) -> &mut BlockState {
+        &mut self.blocks[id.0 as usize]
+    }
+
+    fn stage_state(&mut self, id: StageId) -> &mut StageState {
+        &mut self.stages[id.0 as usize]
+    }
+
+    /// A block's turn in the scan: its pass if one is due, then its execution if it runs.
+    pub fn turn<const F: bool>(&mut self, id: BlockId) {
+        if std::mem::take(&mut self.state(id).pass_due) {
+            self.pass_block::<F>(id);
+        }
+        if !self.is_running(id) {
+            return;
+        }
+        match self.program.block(id).role {
+            BlockRole::Program { .. } => self.turn_program::<F>(id),
+            BlockRole::TopOfScan | BlockRole::BottomOfScan => {
+                self.execute_own::<F>(id);
+            }
+            BlockRole::Task => self.turn_task::<F>(id),
+            BlockRole::FirstScan | BlockRole::LastScan => self.run_once::<F>(id),
+        }
+    }
+
+    fn turn_program<const F: bool>(&mut self, id: BlockId) {
+        if std::mem::take(&mut self.state(id).first_turn) {
+            self.enter_initial_stage(id);
+        }
+        if !self.execute_own::<F>(id) {
+            return;
+        }
+        for stage in self.program.stages_of(id) {
+            if std::mem::take(&mut self.stage_state(stage).pass_due) {
+                self.pass_stage::<F>(stage);
+            }
+            if self.bit_of(Bit::Stage(stage)) && !self.execute_stage::<F>(id, stage) {
+                return;
+            }
+        }
+    }
+
+    fn enter_initial_stage(&mut self, id: BlockId) {
+        for (at, stage) in self.program.stages_of(id).enumerate() {
+            self.switch_stage(stage, at == 0);
+        }
+    }
+
+    fn turn_task<const F: bool>(&mut self, id: BlockId) {
+        if !self.state(id).recurrent {
+            return self.run_once::<F>(id);
+        }
+        let now_ns = self.now_ns;
+        let state = self.state(id);
+        if std::mem::take(&mut state.first_turn) {
+            state.enabled_ns = now_ns;
+            state.intervals = 0;
+        } else if let Some(intervals) =
+            now_ns.saturating_sub(state.enabled_ns).checked_div(state.every_ns)
+        {
+            if intervals == state.intervals {
+                return;
+            }
+            state.intervals = intervals;
+        }
+        self.execute_own::<F>(id);
+    }
+
+    /// A run-once Task executes; unless it halted itself it is done, and its pass is due.
+    fn run_once<const F: bool>(&mut self, id: BlockId) {
+        if !self.execute_own::<F>(id) {
+            return;
+        }
+        self.put_bit(Bit::Running(id), false);
+        self.put_bit(Bit::Done(id), true);
+        self.state(id).pass_due = true;
+        self.events.push(BlockEvent::Completed(id));
+    }
+
+    /// Executes a block's own rungs; `false`: the block's execution ended in them.
+    fn execute_own<const F: bool>(&mut self, id: BlockId) -> bool {
+        let code = &self.program.blocks[id.0 as usize].own;
+        self.blocks[id.0 as usize].executed |= code.has_rungs;
+        let code = code.clone();
+        self.execute::<F>(&code, Standing { block: id, stage: None })
+    }
+
+    fn execute_stage<const F: bool>(&mut self, block: BlockId, stage: StageId) -> bool {
+        let code = &self.program.stages[stage.0 as usize];
+        self.stages[stage.0 as usize].executed |= code.has_rungs;
+        let code = code.clone();
+        self.execute::<F>(&code, Standing { block, stage: Some(stage) })
+    }
+
+    /// Executes an element's batches; `false`: an instruction in it ended its block's execution.
+    fn execute<const F: bool>(&mut self, code: &ElementCode, standing: Standing) -> bool {
+        for at in code.batches.clone() {
+            let batch = self.program.tables.batches[at as usize];
+            let (first, count) = (batch.first as usize, batch.count as usize);
+            if batch.kind != Kind::Control {
+                let view = self.memory.view();
+                self.program.tables.ops.run::<F>(batch.kind, first..first + count, view);
+                continue;
+            }
+            for at in batch.first..batch.first + batch.count {
+                if !self.control(at, standing) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Executes a control instruction; `false`: it ended its block's execution.
+    fn control(&mut self, at: u32, standing: Standing) -> bool {
+        let control = self.program.control(at);
+        let leg = control.leg;
+        let on = self.memory.view().power(leg) != 0;
+        match control.kind {
+            ControlKind::Restart(restart) => return self.restart(restart, on, standing),
+            ControlKind::EnableOnce { task, history } => self.enable_once(task, history, on),
+            ControlKind::EnableEvery { task, every } => self.enable_every(task, every, on),
+            _ if !on => {}
+            ControlKind::Run(program) => self.start_program(program),
+            ControlKind::Halt(block) => {
+                self.halt(block);
+                return block != standing.block;
+            }
+            ControlKind::Exit => {
+                self.halt(standing.block);
+                return false;
+            }
+            ControlKind::StageOn(stage) => self.switch_stage(stage, true),
+            ControlKind::StageOff(stage) => self.leave_stage(stage),
+            ControlKind::Stop => self.stop_requested = true,
+            ControlKind::Jump(_) => self.jump(at, standing),
+            ControlKind::Converge { .. } => self.converge(at),
+        }
+        true
+    }
+
+    /// HALT, EXIT, a disabled Task: OFF at once, the pass at its next turn.
+    pub fn halt(&mut self, id: BlockId) {
+        if self.is_running(id) {
+            self.put_bit(Bit::Running(id), false);
+            self.state(id).pass_due = true;
+            self.events.push(BlockEvent::Stopped(id));
+        }
+    }
+
+    pub fn start_program(&mut self, id: BlockId) {
+        if !self.is_running(id) {
+            self.mark_started(id);
+        }
+    }
+
+    pub fn mark_started(&mut self, id: BlockId) {
+        self.put_bit(Bit::Running(id), true);
+        self.put_bit(Bit::Done(id), false);
+        self.state(id).first_turn = true;
+        self.events.push(BlockEvent::Started(id));
+    }
+
+    fn restart(&mut self, restart: RestartState, on: bool, standing: Standing) -> bool {
+        if !self.rises(restart.history, on) {
+            return true;
+        }
+        self.halt(restart.program);
+        self.start_program(restart.program);
+        restart.program != standing.block
+    }
+
+    fn enable_once(&mut self, task: BlockId, history: u32, on: bool) {
+        if self.rises(history, on) && !self.is_running(task) {
+            self.state(task).recurrent = false;
+            self.mark_started(task);
+        }
+    }
+
+    fn enable_every(&mut self, task: BlockId, every: u32, on: bool) {
+        match (on, self.is_running(task)) {
+            (true, false) => {
+                let every_ms = self.memory.view().word(every).max(0);
+                let state = self.state(task);
+                state.recurrent = true;
+                state.every_ns = u64::from(every_ms.unsigned_abs()) * 1_000_000;
+                self.mark_started(task);
+            }
+            (false, true) => self.halt(task),
+            _ => {}
+        }
+    }
+
+    fn rises(&mut self, history: u32, on: bool) -> bool {
+        let history = &mut self.memory.image.bits[history as usize];
+        std::mem::replace(history, u8::from(on)) == 0 && on
+    }
+
+    /// Turns a Stage's bit ON or OFF; its pass is another matter.
+    pub fn switch_stage(&mut self, stage: StageId, on: bool) {
+        if self.bit_of(Bit::Stage(stage)) != on {
+            self.put_bit(Bit::Stage(stage), on);
+            let event = if on { BlockEvent::StageOn(stage) } else { BlockEvent::StageOff(stage) };
+            self.events.push(event);
+        }
+    }
+
+    fn leave_stage(&mut self, stage: StageId) {
+        if self.bit_of(Bit::Stage(stage)) {
+            self.switch_stage(stage, false);
+            self.stage_state(stage).pass_due = true;
+        }
+    }
+
+    /// JMP, SGDIVRG: the Stage they stand in goes OFF and its pass is due, the targets come ON.
+    fn jump(&mut self, at: u32, standing: Standing) {
+        let Some(from) = standing.stage else { return };
+        self.stage_state(from).pass_due = true;
+        let ControlKind::Jump(targets) = &self.program.control(at).kind else { return };
+        let (count, stays) = (targets.len(), targets.contains(&from));
+        self.switch_stage(from, stays);
+        for i in 0..count {
+            let ControlKind::Jump(targets) = &self.program.control(at).kind else { return };
+            let target = targets[i];
+            self.switch_stage(target, true);
+        }
+    }
+
+    fn converge(&mut self, at: u32) {
+        let ControlKind::Converge { from, to } = &self.program.control(at).kind else { return };
+        if !from.iter().all(|stage| self.bit_of(Bit::Stage(*stage))) {
+            return;
+        }
+        let (count, to) = (from.len(), *to);
+        for i in 0..count {
+            let ControlKind::Converge { from, .. } = &self.program.control(at).kind else { return };
+            let stage = from[i];
+            self.leave_stage(stage);
+        }
+        self.switch_stage(to, true);
+    }
+
+    /// Tells the log that a pass ran.
+    pub fn terminated(&mut self, element: Element) {
+        self.events.push(BlockEvent::Terminated(element));
+    }
+}

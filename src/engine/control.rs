@@ -1,0 +1,66 @@
+//! Instructions that start, stop and switch blocks and Stages, as data; `blocks` executes them.
+//!
+//! Nothing may pass a control operation when operations are put in order: it can end the block's
+//! execution, or turn bits ON and OFF that others read.
+
+use super::ops::Power;
+use crate::isa::{BlockId, StageId};
+
+/// A control instruction with its rung's power.
+#[derive(Clone, Debug)]
+pub struct Control {
+    /// The rung's power.
+    pub leg: Power,
+    /// What it does while the rung is ON (ENTASK and RESTART: see there).
+    pub kind: ControlKind,
+}
+
+/// The control instructions.
+#[derive(Clone, Debug)]
+pub enum ControlKind {
+    /// RUN of a Program.
+    Run(BlockId),
+    /// RESTART of a Program, at the rising edge.
+    Restart(RestartState),
+    /// HALT of a Program or Task.
+    Halt(BlockId),
+    /// EXIT of the Program it stands in.
+    Exit,
+    /// Run-once ENTASK: the Task, and the cell of the edge history.
+    EnableOnce {
+        /// The Task.
+        task: BlockId,
+        /// The cell of the edge history.
+        history: u32,
+    },
+    /// Recurrent ENTASK.
+    EnableEvery {
+        /// The Task.
+        task: BlockId,
+        /// The word of the interval, ms.
+        every: u32,
+    },
+    /// JMP and SGDIVRG: from the Stage it stands in to these.
+    Jump(Box<[StageId]>),
+    /// SGSET.
+    StageOn(StageId),
+    /// SGRST.
+    StageOff(StageId),
+    /// SGCONVRG: when all of these are ON, they go OFF and the target comes ON.
+    Converge {
+        /// The Stages that must be ON.
+        from: Box<[StageId]>,
+        /// The target.
+        to: StageId,
+    },
+    /// STOP: the next scan is the last.
+    Stop,
+}
+
+/// RESTART's Program and the cell of its edge history.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct RestartState {
+    pub program: BlockId,
+    pub history: u32,
+}

@@ -1,0 +1,221 @@
+//! The Do-more counters CNT, CNTDN, UDC, UDCG, and RSTCT.
+//!
+//! Behaviour: `docs/semantics.md`, section 2 (seeds S0, S1, S2). The four differ in what a reset
+//! loads and in how `.Done` and `.DnDone` follow from `.Acc`: that is [`CounterRule`], which RSTCT
+//! and the termination pass use too. A loop over one kind knows its rule beforehand.
+
+use super::memory::View;
+use super::ops::{Operation, Power, Touches};
+
+/// A counter structure's places.
+#[derive(Clone, Copy, Debug)]
+pub struct Counter {
+    /// Its number, for its state.
+    pub ct: u32,
+    /// The cell of `.Acc`.
+    pub acc: u32,
+    /// The first of its four flag cells.
+    pub flags: u32,
+}
+
+/// The presets of UDC and UDCG: words, and whether each was given.
+#[derive(Clone, Copy, Debug)]
+pub struct UdcPresets {
+    /// The word of `up-preset`.
+    pub up: Option<u32>,
+    /// The word of `dn-preset`.
+    pub dn: Option<u32>,
+}
+
+/// What a counter's owner makes of `.Acc`.
+#[derive(Clone, Copy, Debug)]
+pub enum CounterRule {
+    /// CNT: the word of the preset.
+    Up(u32),
+    /// CNTDN: the word of the preset.
+    Down(u32),
+    /// UDC, UDCG.
+    UpDown(UdcPresets),
+}
+
+impl CounterRule {
+    /// What a reset puts in `.Acc`.
+    #[inline(always)]
+    fn reset_value(&self, view: &View) -> i32 {
+        match self {
+            CounterRule::Down(preset) => view.word(*preset),
+            CounterRule::Up(_) | CounterRule::UpDown(_) => 0,
+        }
+    }
+
+    /// `.Done` and `.DnDone`.
+    #[inline(always)]
+    fn done(&self, view: &View, acc: i32) -> (bool, bool) {
+        match self {
+            CounterRule::Up(preset) => (acc >= view.word(*preset), false),
+            CounterRule::Down(_) => (acc <= 0, false),
+            CounterRule::UpDown(presets) => (
+                presets.up.is_some_and(|p| acc >= view.word(p)),
+                presets.dn.is_some_and(|p| acc <= view.word(p)),
+            ),
+        }
+    }
+
+    fn presets(&self) -> [Option<u32>; 2] {
+        match self {
+            CounterRule::Up(preset) | CounterRule::Down(preset) => [Some(*preset), None],
+            CounterRule::UpDown(presets) => [presets.up, presets.dn],
+        }
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        for preset in self.presets().into_iter().flatten() {
+            t.reads(&[preset]);
+        }
+    }
+}
+
+impl Counter {
+    /// Writes `.Acc` and the flags that follow from it.
+    #[inline(always)]
+    fn put<const F: bool>(&self, view: &mut View, rule: &CounterRule, acc: i32, reset: u8) {
+        let acc = view.put_word::<F>(self.acc, acc);
+        let (done, dn_done) = rule.done(view, acc);
+        let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
+        view.put_flags::<F>(self.flags, flags);
+    }
+
+    /// RSTCT and the termination pass: the reset value at once, `.Reset` ON.
+    pub(super) fn reset<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
+        let acc = rule.reset_value(view);
+        self.put::<F>(view, rule, acc, 1);
+    }
+
+    /// The pass: reset, histories OFF, a pending reset gone; CNTDN has had its first load.
+    pub(super) fn terminate<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
+        view.counters[self.ct as usize] =
+            super::memory::CounterState { up: 0, dn: 0, pending: 0, loaded: 1 };
+        self.reset::<F>(view, rule);
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        t.reads(&[self.acc]).writes_words(&[self.acc]).writes_flags(self.flags);
+    }
+}
+
+/// CNT.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Cnt {
+    pub up: Power,
+    pub rst: Power,
+    pub counter: Counter,
+    pub preset: u32,
+}
+
+impl Operation for Cnt {
+    #[inline(always)]
+    fn run<const F: bool>(&self, view: &mut View) {
+        let (leg, rst) = (view.power(self.up), view.power(self.rst));
+        let state = &mut view.counters[self.counter.ct as usize];
+        let reset = rst | state.pending;
+        let counts = leg & (state.up ^ 1);
+        state.up = leg;
+        state.pending = 0;
+        let acc = view.word(self.counter.acc).saturating_add(i32::from(counts));
+        let acc = if reset != 0 { 0 } else { acc };
+        self.counter.put::<F>(view, &CounterRule::Up(self.preset), acc, reset);
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        self.counter.touches(t.powers(&[self.up, self.rst]).reads(&[self.preset]));
+    }
+}
+
+/// CNTDN.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Cntdn {
+    pub dn: Power,
+    pub rst: Power,
+    pub counter: Counter,
+    pub preset: u32,
+}
+
+impl Operation for Cntdn {
+    #[inline(always)]
+    fn run<const F: bool>(&self, view: &mut View) {
+        let (leg, rst) = (view.power(self.dn), view.power(self.rst));
+        let state = &mut view.counters[self.counter.ct as usize];
+        let reset = rst | state.pending;
+        let counts = leg & (state.dn ^ 1);
+        let loads = reset | (state.loaded ^ 1);
+        state.dn = leg;
+        state.pending = 0;
+        state.loaded = 1;
+        let from = if loads != 0 { self.preset } else { self.counter.acc };
+        let acc = view.word(from).saturating_sub(i32::from(counts & (reset ^ 1)));
+        self.counter.put::<F>(view, &CounterRule::Down(self.preset), acc, reset);
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        self.counter.touches(t.powers(&[self.dn, self.rst]).reads(&[self.preset]));
+    }
+}
+
+/// UDC; and UDCG, whose RST leg is `$Off` here and which no pass touches.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Udc {
+    pub up: Power,
+    pub dn: Power,
+    pub rst: Power,
+    pub counter: Counter,
+    pub presets: UdcPresets,
+}
+
+impl Operation for Udc {
+    #[inline(always)]
+    fn run<const F: bool>(&self, view: &mut View) {
+        let (up, dn, rst) = (view.power(self.up), view.power(self.dn), view.power(self.rst));
+        let state = &mut view.counters[self.counter.ct as usize];
+        let reset = rst | state.pending;
+        let (adds, takes) = (up & (state.up ^ 1), dn & (state.dn ^ 1));
+        state.up = up;
+        state.dn = dn;
+        state.pending = 0;
+        let step = i32::from(adds) - i32::from(takes);
+        let acc = view.word(self.counter.acc).saturating_add(step);
+        let acc = if reset != 0 { 0 } else { acc };
+        self.counter.put::<F>(view, &CounterRule::UpDown(self.presets), acc, reset);
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        CounterRule::UpDown(self.presets).touches(t);
+        self.counter.touches(t.powers(&[self.up, self.dn, self.rst]));
+    }
+}
+
+/// RSTCT of a counter, which acts by its owner's rule.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Rstct {
+    pub leg: Power,
+    pub counter: Counter,
+    pub rule: CounterRule,
+}
+
+impl Operation for Rstct {
+    #[inline(always)]
+    fn run<const F: bool>(&self, view: &mut View) {
+        if view.power(self.leg) != 0 {
+            view.counters[self.counter.ct as usize].pending = 1;
+            self.counter.reset::<F>(view, &self.rule);
+        }
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        self.rule.touches(t);
+        self.counter.touches(t.powers(&[self.leg]));
+    }
+}

@@ -1,0 +1,86 @@
+//! The memory image: one byte a bit, one `i32` a word, and the mask of what is forced.
+//!
+//! A forced cell keeps its value because every write to it is discarded (`View` in `memory` does
+//! that). Observers read the image between scans.
+
+/// A bit's place in the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BitCell(pub u32);
+
+/// A word's place in the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WordCell(pub u32);
+
+/// All memory that a program sees, and the engine's own cells behind it.
+#[derive(Clone, Debug)]
+pub struct Image {
+    pub(super) bits: Box<[u8]>,
+    pub(super) words: Box<[i32]>,
+    pub(super) forced_bits: Box<[bool]>,
+    pub(super) forced_words: Box<[bool]>,
+    forces: u32,
+}
+
+impl Image {
+    /// An image of so many cells, all OFF and 0.
+    pub(super) fn new(bits: usize, words: usize) -> Image {
+        Image {
+            bits: vec![0; bits].into(),
+            words: vec![0; words].into(),
+            forced_bits: vec![false; bits].into(),
+            forced_words: vec![false; words].into(),
+            forces: 0,
+        }
+    }
+
+    /// Whether a bit is ON.
+    pub fn bit(&self, cell: BitCell) -> bool {
+        self.bits[cell.0 as usize] != 0
+    }
+
+    /// A word's value.
+    pub fn word(&self, cell: WordCell) -> i32 {
+        self.words[cell.0 as usize]
+    }
+
+    /// All bits, 0 or 1 each, by cell.
+    pub fn bits(&self) -> &[u8] {
+        &self.bits
+    }
+
+    /// All words, by cell.
+    pub fn words(&self) -> &[i32] {
+        &self.words
+    }
+
+    /// How many cells are forced.
+    pub fn forces(&self) -> u32 {
+        self.forces
+    }
+
+    pub(super) fn force_bit(&mut self, cell: BitCell, value: bool) {
+        let at = cell.0 as usize;
+        self.bits[at] = u8::from(value);
+        self.forces += u32::from(!self.forced_bits[at]);
+        self.forced_bits[at] = true;
+    }
+
+    pub(super) fn force_word(&mut self, cell: WordCell, value: i32) {
+        let at = cell.0 as usize;
+        self.words[at] = value;
+        self.forces += u32::from(!self.forced_words[at]);
+        self.forced_words[at] = true;
+    }
+
+    pub(super) fn release_bit(&mut self, cell: BitCell) {
+        let forced = &mut self.forced_bits[cell.0 as usize];
+        self.forces -= u32::from(*forced);
+        *forced = false;
+    }
+
+    pub(super) fn release_word(&mut self, cell: WordCell) {
+        let forced = &mut self.forced_words[cell.0 as usize];
+        self.forces -= u32::from(*forced);
+        *forced = false;
+    }
+}

@@ -1,0 +1,199 @@
+//! Where every address lies in the image: the public cells first, space by space.
+//!
+//! Built once from the memory sizes and the numbers of blocks and Stages. Behind the public bits
+//! follow the program's own (histories, powers); behind the public words, its constants.
+
+use super::image::{BitCell, WordCell};
+use crate::isa::address::SENSAPHONE_COUNT;
+use crate::isa::status::{DST_COUNT, ST_COUNT};
+use crate::isa::{
+    Address, Bit, BitSpace, BlockId, Flag, MemorySizes, StageId, Structure, Word, WordSpace,
+};
+
+/// Flags of a counter or timer lie in four cells, in this order: Done, Reset, Zero, and DnDone or
+/// Timing. Those of a Sensaphone counter in five: CU, CD, DN, OV, UN.
+const FLAGS: u32 = 4;
+const SENSAPHONE_FLAGS: u32 = 5;
+
+/// The first cell of every space.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    sizes: MemorySizes,
+    y: u32,
+    c: u32,
+    mc: u32,
+    mi: u32,
+    st: u32,
+    counter_flags: u32,
+    timer_flags: u32,
+    sensaphone_flags: u32,
+    stages: u32,
+    running: u32,
+    done: u32,
+    bits: u32,
+    d: u32,
+    mhr: u32,
+    mir: u32,
+    dst: u32,
+    counter_acc: u32,
+    timer_acc: u32,
+    sensaphone_acc: u32,
+    sensaphone_pre: u32,
+    words: u32,
+}
+
+impl Layout {
+    /// The layout for memory sizes and so many blocks and Stages.
+    pub fn new(sizes: &MemorySizes, blocks: u32, stages: u32) -> Layout {
+        let mut next = 0;
+        let mut take = |count: u32| {
+            let first = next;
+            next += count;
+            first
+        };
+        let _x = take(sizes.x);
+        let (y, c, mc, mi) = (take(sizes.y), take(sizes.c), take(sizes.mc), take(sizes.mi));
+        let st = take(ST_COUNT);
+        let counter_flags = take(sizes.ct * FLAGS);
+        let timer_flags = take(sizes.t * FLAGS);
+        let sensaphone_flags = take(SENSAPHONE_COUNT * SENSAPHONE_FLAGS);
+        let stages = take(stages);
+        let (running, done, bits) = (take(blocks), take(blocks), take(0));
+        next = 0;
+        let mut take = |count: u32| {
+            let first = next;
+            next += count;
+            first
+        };
+        let _v = take(sizes.v);
+        let (d, mhr, mir) = (take(sizes.d), take(sizes.mhr), take(sizes.mir));
+        let (dst, counter_acc, timer_acc) = (take(DST_COUNT), take(sizes.ct), take(sizes.t));
+        let (sensaphone_acc, sensaphone_pre) = (take(SENSAPHONE_COUNT), take(SENSAPHONE_COUNT));
+        let words = take(0);
+        Layout {
+            sizes: sizes.clone(),
+            y,
+            c,
+            mc,
+            mi,
+            st,
+            counter_flags,
+            timer_flags,
+            sensaphone_flags,
+            stages,
+            running,
+            done,
+            bits,
+            d,
+            mhr,
+            mir,
+            dst,
+            counter_acc,
+            timer_acc,
+            sensaphone_acc,
+            sensaphone_pre,
+            words,
+        }
+    }
+
+    /// How many public bits there are.
+    pub fn bit_count(&self) -> u32 {
+        self.bits
+    }
+
+    /// How many public words there are.
+    pub fn word_count(&self) -> u32 {
+        self.words
+    }
+
+    /// The memory sizes it was made for.
+    pub fn sizes(&self) -> &MemorySizes {
+        &self.sizes
+    }
+
+    /// The cell of a bit.
+    pub fn bit(&self, bit: Bit) -> BitCell {
+        BitCell(match bit {
+            Bit::Space(space, n) => self.space(space) + (n - space.first()),
+            Bit::Flag(structure, flag) => self.flags(structure) + flag_at(structure, flag),
+            Bit::Stage(StageId(n)) => self.stages + n,
+            Bit::Running(BlockId(n)) => self.running + n,
+            Bit::Done(BlockId(n)) => self.done + n,
+        })
+    }
+
+    /// The cell of a word.
+    pub fn word(&self, word: Word) -> WordCell {
+        WordCell(match word {
+            Word::Space(space, n) => {
+                let first = match space {
+                    WordSpace::V => 0,
+                    WordSpace::D => self.d,
+                    WordSpace::Mhr => self.mhr,
+                    WordSpace::Mir => self.mir,
+                    WordSpace::Dst => self.dst,
+                };
+                first + (n - space.first())
+            }
+            Word::Acc(Structure::Counter(n)) => self.counter_acc + n,
+            Word::Acc(Structure::Timer(n)) => self.timer_acc + n,
+            Word::Acc(Structure::Sensaphone(n)) => self.sensaphone_acc + n,
+            Word::Pre(n) => self.sensaphone_pre + n,
+        })
+    }
+
+    /// The cell of a bit or word address; a structure as a whole has none.
+    pub fn cell(&self, address: Address) -> Option<Cell> {
+        match address {
+            Address::Bit(bit) => Some(Cell::Bit(self.bit(bit))),
+            Address::Word(word) => Some(Cell::Word(self.word(word))),
+            Address::Structure(_) => None,
+        }
+    }
+
+    /// The first flag cell of a structure.
+    pub fn flags(&self, structure: Structure) -> u32 {
+        match structure {
+            Structure::Counter(n) => self.counter_flags + n * FLAGS,
+            Structure::Timer(n) => self.timer_flags + n * FLAGS,
+            Structure::Sensaphone(n) => self.sensaphone_flags + n * SENSAPHONE_FLAGS,
+        }
+    }
+
+    fn space(&self, space: BitSpace) -> u32 {
+        match space {
+            BitSpace::X => 0,
+            BitSpace::Y => self.y,
+            BitSpace::C => self.c,
+            BitSpace::Mc => self.mc,
+            BitSpace::Mi => self.mi,
+            BitSpace::St => self.st,
+        }
+    }
+}
+
+/// A bit's or a word's cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum Cell {
+    Bit(BitCell),
+    Word(WordCell),
+}
+
+fn flag_at(structure: Structure, flag: Flag) -> u32 {
+    if let Structure::Sensaphone(_) = structure {
+        return match flag {
+            Flag::Cu => 0,
+            Flag::Cd => 1,
+            Flag::Dn => 2,
+            Flag::Ov => 3,
+            _ => 4,
+        };
+    }
+    match flag {
+        Flag::Done => 0,
+        Flag::Reset => 1,
+        Flag::Zero => 2,
+        _ => 3,
+    }
+}

@@ -1,0 +1,257 @@
+//! Contacts, coils and arithmetic: the operations without a structure.
+//!
+//! Behaviour: `docs/semantics.md`, section 4 (edge contacts, rungs) and the instruction pages.
+
+use super::memory::View;
+use super::ops::{Operation, Power, Touches};
+
+/// `cell = a & b`.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct And2 {
+    pub cell: u32,
+    pub of: [Power; 2],
+}
+
+/// `cell = a & b & c`.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct And3 {
+    pub cell: u32,
+    pub of: [Power; 3],
+}
+
+/// `cell = a & b & c & d`.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct And4 {
+    pub cell: u32,
+    pub of: [Power; 4],
+}
+
+macro_rules! and {
+    ($($and:ident)*) => {$(
+        impl Operation for $and {
+            #[inline(always)]
+            fn run<const F: bool>(&self, view: &mut View) {
+                let power = self.of.iter().fold(1, |power, of| power & view.power(*of));
+                view.bits[self.cell as usize] = power;
+            }
+
+            fn touches(&self, t: &mut Touches) {
+                t.powers(&self.of).writes_bits(&[self.cell]);
+            }
+        }
+    )*};
+}
+
+and! { And2 And3 And4 }
+
+macro_rules! edges {
+    ($($(#[$doc:meta])* $edge:ident |$now:ident, $before:ident| $found:expr;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        #[allow(missing_docs)]
+        pub struct $edge {
+            pub cell: u32,
+            pub bit: u32,
+            pub history: u32,
+        }
+
+        impl Operation for $edge {
+            #[inline(always)]
+            fn run<const F: bool>(&self, view: &mut View) {
+                let ($now, $before) = (view.bit(self.bit), view.bit(self.history));
+                view.bits[self.history as usize] = $now;
+                view.bits[self.cell as usize] = $found;
+            }
+
+            fn touches(&self, t: &mut Touches) {
+                t.powers(&[Power::of(self.bit)]).writes_bits(&[self.cell, self.history]);
+            }
+        }
+    )*};
+}
+
+edges! {
+    /// `cell` = the bit was OFF at the last evaluation and is ON.
+    Rise |now, before| now & (before ^ 1);
+    /// `cell` = the bit was ON at the last evaluation and is OFF.
+    Fall |now, before| (now ^ 1) & before;
+}
+
+macro_rules! compares {
+    ($($(#[$doc:meta])* $compare:ident $operator:tt;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        #[allow(missing_docs)]
+        pub struct $compare {
+            pub cell: u32,
+            pub a: u32,
+            pub b: u32,
+        }
+
+        impl Operation for $compare {
+            #[inline(always)]
+            fn run<const F: bool>(&self, view: &mut View) {
+                view.bits[self.cell as usize] =
+                    u8::from(view.word(self.a) $operator view.word(self.b));
+            }
+
+            fn touches(&self, t: &mut Touches) {
+                t.reads(&[self.a, self.b]).writes_bits(&[self.cell]);
+            }
+        }
+    )*};
+}
+
+compares! {
+    /// `cell = a == b`. `!=` reads its opposite.
+    Equal ==;
+    /// `cell = a < b`. `>` swaps, `>=` and `<=` read the opposites.
+    Less <;
+}
+
+macro_rules! coils {
+    ($($(#[$doc:meta])* $coil:ident |$leg:ident, $bit:ident| $value:expr;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        #[allow(missing_docs)]
+        pub struct $coil {
+            pub leg: Power,
+            pub bit: u32,
+        }
+
+        impl Operation for $coil {
+            #[inline(always)]
+            fn run<const F: bool>(&self, view: &mut View) {
+                let ($leg, $bit) = (view.power(self.leg), view.bit(self.bit));
+                view.put_bit::<F>(self.bit, $value);
+            }
+
+            fn touches(&self, t: &mut Touches) {
+                t.powers(&[self.leg]).writes_bits(&[self.bit]);
+            }
+        }
+    )*};
+}
+
+coils! {
+    /// Writes the power, ON and OFF.
+    Out |leg, _bit| leg;
+    /// ON while the rung is ON.
+    Set |leg, bit| leg | bit;
+    /// OFF while the rung is ON.
+    Rst |leg, bit| bit & (leg ^ 1);
+}
+
+macro_rules! edge_coils {
+    ($($(#[$doc:meta])* $coil:ident |$now:ident, $before:ident, $bit:ident| $value:expr;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        #[allow(missing_docs)]
+        pub struct $coil {
+            pub leg: Power,
+            pub bit: u32,
+            pub history: u32,
+        }
+
+        impl Operation for $coil {
+            #[inline(always)]
+            fn run<const F: bool>(&self, view: &mut View) {
+                let ($now, $before) = (view.power(self.leg), view.bit(self.history));
+                let $bit = view.bit(self.bit);
+                view.bits[self.history as usize] = $now;
+                view.put_bit::<F>(self.bit, $value);
+            }
+
+            fn touches(&self, t: &mut Touches) {
+                t.powers(&[self.leg]).writes_bits(&[self.bit, self.history]);
+            }
+        }
+    )*};
+}
+
+edge_coils! {
+    /// ON at the execution that sees the rung come ON, written OFF at every other.
+    Pd |now, before, _bit| now & (before ^ 1);
+    /// ON at the execution that sees the rung go OFF, written OFF at every other.
+    Nd |now, before, _bit| (now ^ 1) & before;
+    /// Toggles at the rung's rising edge.
+    Ponoff |now, before, bit| bit ^ (now & (before ^ 1));
+}
+
+/// The word that MOVE, ADD and SUB write, and what it may hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Its cell.
+    pub word: u32,
+    /// Its range, or its tag's `min` and `max`: what is written saturates there.
+    pub min: i32,
+    /// The upper bound.
+    pub max: i32,
+}
+
+impl Target {
+    #[inline(always)]
+    fn put<const F: bool>(&self, view: &mut View, leg: u8, value: i64) {
+        let before = view.word(self.word);
+        let bounded = value.clamp(i64::from(self.min), i64::from(self.max)) as i32;
+        view.put_word::<F>(self.word, if leg != 0 { bounded } else { before });
+    }
+}
+
+/// Copies a word while the rung is ON.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Move {
+    pub leg: Power,
+    pub a: u32,
+    pub to: Target,
+}
+
+impl Operation for Move {
+    #[inline(always)]
+    fn run<const F: bool>(&self, view: &mut View) {
+        let (leg, value) = (view.power(self.leg), i64::from(view.word(self.a)));
+        self.to.put::<F>(view, leg, value);
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        t.powers(&[self.leg]).reads(&[self.a]).writes_words(&[self.to.word]);
+    }
+}
+
+macro_rules! arithmetic {
+    ($($(#[$doc:meta])* $op:ident $operator:tt;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        #[allow(missing_docs)]
+        pub struct $op {
+            pub leg: Power,
+            pub a: u32,
+            pub b: u32,
+            pub to: Target,
+        }
+
+        impl Operation for $op {
+            #[inline(always)]
+            fn run<const F: bool>(&self, view: &mut View) {
+                let (a, b) = (i64::from(view.word(self.a)), i64::from(view.word(self.b)));
+                let leg = view.power(self.leg);
+                self.to.put::<F>(view, leg, a $operator b);
+            }
+
+            fn touches(&self, t: &mut Touches) {
+                t.powers(&[self.leg]).reads(&[self.a, self.b]).writes_words(&[self.to.word]);
+            }
+        }
+    )*};
+}
+
+arithmetic! {
+    /// Writes a + b while the rung is ON.
+    Add +;
+    /// Writes a - b while the rung is ON.
+    Sub -;
+}

@@ -1,0 +1,137 @@
+//! An engine program: tables of operations, batches over them, elements, blocks.
+//!
+//! Made by `lower`, which cannot fail: whatever could be wrong with a ladder was found before.
+//! Read-only while it runs.
+
+use std::ops::Range;
+
+use super::control::Control;
+use super::counters::{Counter, CounterRule};
+use super::image::{BitCell, WordCell};
+use super::layout::Layout;
+use super::ops::{Kind, OpTables};
+use super::timers::{Timer, TimerRule};
+use crate::isa::{BlockId, StageId};
+
+/// Operations of one kind that execute one after the other: `first..first + count` of its table.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Batch {
+    pub kind: Kind,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// What a termination pass does to one instruction, in file order.
+#[derive(Clone, Debug)]
+pub enum Termination {
+    /// OUT, PD, ND and output parameters: the bit goes OFF.
+    BitOff(u32),
+    /// An edge history goes OFF.
+    HistoryOff(u32),
+    /// CNT, CNTDN, UDC.
+    Counter(Counter, CounterRule),
+    /// The timers with termination logic.
+    Timer(Timer, TimerRule),
+    /// TMRAG: only its time is held.
+    HoldTimer(Timer),
+    /// CTU: its enable bit's cell and its number.
+    CountUp(u32, u32),
+    /// CTD.
+    CountDown(u32, u32),
+    /// A recurrent ENTASK: the Task is disabled.
+    DisableTask(BlockId),
+}
+
+/// All operations and terminations of a program.
+#[derive(Clone, Debug, Default)]
+pub struct Tables {
+    /// The operations, a table a kind.
+    pub ops: OpTables,
+    /// Batches of all elements, in order of execution.
+    pub batches: Vec<Batch>,
+    /// Terminations of all elements, in file order.
+    pub terminations: Vec<Termination>,
+}
+
+/// An element: a block's own rungs, or a Stage.
+#[derive(Clone, Debug)]
+pub struct ElementCode {
+    /// Its batches.
+    pub batches: Range<u32>,
+    /// Its terminations.
+    pub terminations: Range<u32>,
+    /// Whether it has a rung at all: what never executes is never terminated.
+    pub has_rungs: bool,
+}
+
+/// How a block comes to execute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockRole {
+    /// A Program; `autostart`: from the first scan on.
+    Program {
+        /// Whether it runs from the start.
+        autostart: bool,
+    },
+    /// A Task that ENTASK starts.
+    Task,
+    /// Built-in: once, in the first scan.
+    FirstScan,
+    /// Built-in: every scan, before the Programs.
+    TopOfScan,
+    /// Built-in: every scan, behind them.
+    BottomOfScan,
+    /// Built-in: once, in the last scan.
+    LastScan,
+}
+
+/// A block.
+#[derive(Clone, Debug)]
+pub struct BlockCode {
+    /// How it comes to execute.
+    pub role: BlockRole,
+    /// Its own rungs.
+    pub own: ElementCode,
+    /// Its Stages, the initial one first.
+    pub stages: Range<u32>,
+}
+
+/// A whole program for an [`Engine`](super::Engine).
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Where every address lies.
+    pub layout: Layout,
+    /// Bits in all: the public ones and the program's own.
+    pub bit_count: u32,
+    /// Words in all: the public ones and the program's constants.
+    pub word_count: u32,
+    /// What a cold start puts in bits, else OFF.
+    pub initial_bits: Vec<(BitCell, bool)>,
+    /// What a cold start puts in words (constants too), else 0.
+    pub initial_words: Vec<(WordCell, i32)>,
+    /// Operations, batches, terminations.
+    pub tables: Tables,
+    /// Blocks, by `BlockId`.
+    pub blocks: Vec<BlockCode>,
+    /// Stages, by `StageId`.
+    pub stages: Vec<ElementCode>,
+    /// The order of the turns: built-in tasks in their places, all other blocks once.
+    pub order: Vec<BlockId>,
+}
+
+impl Program {
+    /// The block of a number.
+    pub(super) fn block(&self, id: BlockId) -> &BlockCode {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// The Stages of a block.
+    pub(super) fn stages_of(&self, id: BlockId) -> impl Iterator<Item = StageId> + use<> {
+        self.block(id).stages.clone().map(StageId)
+    }
+
+    /// A control operation.
+    pub(super) fn control(&self, at: u32) -> &Control {
+        &self.tables.ops.control[at as usize]
+    }
+}

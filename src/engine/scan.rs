@@ -1,0 +1,246 @@
+//! The engine and its scan: what the simulator and the scan thread call.
+//!
+//! Behaviour: `docs/semantics.md`, section 4 (scan order, stop and start) and 6 (status). The
+//! caller brings the timestamp, the inputs and the queued writes, and takes the image; images,
+//! outputs and statistics (steps 8 and 9) are the caller's.
+
+use super::blocks::{BlockState, Machine, StageState};
+use super::events::{BlockEvent, Events};
+use super::image::{BitCell, Image, WordCell};
+use super::memory::{CounterState, Memory, SensaphoneState, TimerState};
+use super::program::{BlockRole, Program};
+use crate::isa::address::SENSAPHONE_COUNT;
+use crate::isa::status::{dst, st};
+use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
+
+/// Scan times for the status words, µs, since the start of RUN. All 0 in a simulation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct ScanTimes {
+    pub mean_us: i32,
+    pub min_us: i32,
+    pub max_us: i32,
+    pub last_us: i32,
+}
+
+/// How a scan ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ScanEnd {
+    /// It was the last: `terminate` follows.
+    pub last: bool,
+}
+
+/// A loaded program with its memory, ready to be scanned.
+#[derive(Debug)]
+pub struct Engine {
+    machine: Machine,
+    start_ns: u64,
+    scans: u64,
+    last: bool,
+}
+
+impl Engine {
+    /// Allocates everything; memory is as after a cold start. [`Engine::start`] comes next.
+    pub fn new(program: Program) -> Engine {
+        let sizes = program.layout.sizes().clone();
+        let mut image = Image::new(program.bit_count as usize, program.word_count as usize);
+        for (cell, on) in &program.initial_bits {
+            image.bits[cell.0 as usize] = u8::from(*on);
+        }
+        for (cell, value) in &program.initial_words {
+            image.words[cell.0 as usize] = *value;
+        }
+        let memory = Memory {
+            image,
+            counters: vec![CounterState::default(); sizes.ct as usize].into(),
+            timers: vec![TimerState::default(); sizes.t as usize].into(),
+            sensaphones: vec![SensaphoneState::default(); SENSAPHONE_COUNT as usize].into(),
+            now_ms: 0,
+        };
+        let machine = Machine {
+            blocks: vec![BlockState::default(); program.blocks.len()].into(),
+            stages: vec![StageState::default(); program.stages.len()].into(),
+            events: Events::new(),
+            now_ns: 0,
+            stop_requested: false,
+            program,
+            memory,
+        };
+        let mut engine = Engine { machine, start_ns: 0, scans: 0, last: false };
+        // What is always ON is so in STOP too.
+        engine.put_status(st::ON, true);
+        engine
+    }
+
+    /// STOP → RUN, with memory as it is: `Main`, autostart Programs and built-in Tasks start.
+    pub fn start(&mut self, now_ns: u64) {
+        self.start_ns = now_ns;
+        self.scans = 0;
+        self.last = false;
+        let machine = &mut self.machine;
+        machine.stop_requested = false;
+        machine.events.clear();
+        for at in 0..machine.program.order.len() {
+            let id = machine.program.order[at];
+            let starts = match machine.program.block(id).role {
+                BlockRole::Program { autostart } => autostart,
+                BlockRole::Task | BlockRole::LastScan => false,
+                BlockRole::FirstScan | BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
+            };
+            if starts {
+                machine.mark_started(id);
+            }
+        }
+    }
+
+    /// The scan that is begun next is the last.
+    pub fn request_stop(&mut self) {
+        self.machine.stop_requested = true;
+    }
+
+    /// Step 1: the timestamp (ns, monotonic), clock bits, status words. Inputs and queued writes
+    /// come next.
+    pub fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
+        self.last = self.machine.stop_requested;
+        self.machine.now_ns = now_ns;
+        self.machine.memory.now_ms = (now_ns / 1_000_000) as u32;
+        if self.scans > 0 {
+            self.machine.events.clear();
+        }
+        self.put_status(st::FIRST_SCAN, self.scans == 0);
+        self.put_status(st::SCAN_TOGGLE, self.scans % 2 == 1);
+        self.put_status(st::LAST_SCAN, self.last);
+        self.put_status(st::FORCES_ACTIVE, self.machine.memory.image.forces() > 0);
+        self.put_clock_bits(now_ns.saturating_sub(self.start_ns));
+        let words = [
+            (dst::SCAN_COUNTER, i32::try_from(self.scans).unwrap_or(i32::MAX)),
+            (dst::SCAN_TIME_US, times.mean_us),
+            (dst::MIN_SCAN_TIME_US, times.min_us),
+            (dst::MAX_SCAN_TIME_US, times.max_us),
+            (dst::LAST_SCAN_TIME_US, times.last_us),
+        ];
+        for (n, value) in words {
+            let WordCell(cell) = self.machine.program.layout.word(Word::Space(WordSpace::Dst, n));
+            self.machine.memory.view().put_word::<true>(cell, value);
+        }
+    }
+
+    fn put_clock_bits(&mut self, since_start_ns: u64) {
+        let clocks = [
+            (st::ONE_MINUTE, 60_000),
+            (st::ONE_SECOND, 1_000),
+            (st::HUNDRED_MS, 100),
+            (st::FIFTY_MS, 50),
+        ];
+        for (n, period_ms) in clocks {
+            let period_ns = period_ms * 1_000_000;
+            self.put_status(n, since_start_ns % period_ns < period_ns / 2);
+        }
+    }
+
+    fn put_status(&mut self, n: u32, on: bool) {
+        let BitCell(cell) = self.machine.program.layout.bit(Bit::Space(BitSpace::St, n));
+        self.machine.memory.view().put_bit::<true>(cell, u8::from(on));
+    }
+
+    /// Step 2: the state of input `Xn`. Discarded while it is forced.
+    pub fn set_input(&mut self, n: u32, on: bool) {
+        let cell = self.machine.program.layout.bit(Bit::Space(BitSpace::X, n));
+        self.write_bit(cell, on);
+    }
+
+    /// Step 3: one queued write of a public bit. Discarded while it is forced.
+    pub fn write_bit(&mut self, cell: BitCell, on: bool) {
+        self.machine.memory.view().put_bit::<true>(cell.0, u8::from(on));
+    }
+
+    /// Step 3: one queued write of a public word; the value is within the word's range.
+    pub fn write_word(&mut self, cell: WordCell, value: i32) {
+        self.machine.memory.view().put_word::<true>(cell.0, value);
+    }
+
+    /// Steps 4 to 7: the built-in Tasks, Programs and Tasks, each at its turn.
+    pub fn execute(&mut self) -> ScanEnd {
+        if self.machine.memory.image.forces() > 0 {
+            self.execute_with::<true>()
+        } else {
+            self.execute_with::<false>()
+        }
+        self.scans = self.scans.saturating_add(1);
+        ScanEnd { last: self.last }
+    }
+
+    fn execute_with<const F: bool>(&mut self) {
+        for at in 0..self.machine.program.order.len() {
+            let id = self.machine.program.order[at];
+            if self.last && self.machine.program.block(id).role == BlockRole::LastScan {
+                self.machine.mark_started(id);
+            }
+            self.machine.turn::<F>(id);
+        }
+    }
+
+    /// Behind the last scan: every element that executed since its last pass has its pass, in
+    /// scan order; then no block is Running.
+    pub fn terminate(&mut self) {
+        self.machine.events.clear();
+        if self.machine.memory.image.forces() > 0 {
+            self.terminate_with::<true>();
+        } else {
+            self.terminate_with::<false>();
+        }
+    }
+
+    fn terminate_with<const F: bool>(&mut self) {
+        for at in 0..self.machine.program.order.len() {
+            let id = self.machine.program.order[at];
+            self.machine.pass_block::<F>(id);
+        }
+        for at in 0..self.machine.blocks.len() {
+            self.machine.halt(BlockId(at as u32));
+            let state = &mut self.machine.blocks[at];
+            state.pass_due = false;
+            state.first_turn = false;
+        }
+    }
+
+    /// Forces a public bit: it keeps this value until it is released.
+    pub fn force_bit(&mut self, cell: BitCell, on: bool) {
+        self.machine.memory.image.force_bit(cell, on);
+    }
+
+    /// Forces a public word.
+    pub fn force_word(&mut self, cell: WordCell, value: i32) {
+        self.machine.memory.image.force_word(cell, value);
+    }
+
+    /// Ends a bit's force; it keeps its value until something writes it.
+    pub fn release_bit(&mut self, cell: BitCell) {
+        self.machine.memory.image.release_bit(cell);
+    }
+
+    /// Ends a word's force.
+    pub fn release_word(&mut self, cell: WordCell) {
+        self.machine.memory.image.release_word(cell);
+    }
+
+    /// All memory, as it is now.
+    pub fn image(&self) -> &Image {
+        &self.machine.memory.image
+    }
+
+    /// What happened to blocks and Stages since `begin_scan` (or in `terminate`).
+    pub fn events(&self) -> &[BlockEvent] {
+        self.machine.events.list()
+    }
+
+    /// How many such events did not fit.
+    pub fn events_dropped(&self) -> u32 {
+        self.machine.events.dropped()
+    }
+
+    /// The program.
+    pub fn program(&self) -> &Program {
+        &self.machine.program
+    }
+}

@@ -1,0 +1,136 @@
+//! The Sensaphone SCADA 3000 counters: CTU, CTD, RES.
+//!
+//! Behaviour: `docs/semantics.md`, section 5 (seed S3). One CTU and one CTD may share a counter.
+//! ACC wraps as 16 bits do; OV and UN tell which way.
+
+use super::memory::View;
+use super::ops::{Operation, Power, Touches};
+
+/// A Sensaphone counter's places.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensaphone {
+    /// Its number, for its state.
+    pub n: u32,
+    /// The cell of ACC.
+    pub acc: u32,
+    /// The cell of PRE.
+    pub pre: u32,
+    /// The first of its five flag cells: CU, CD, DN, OV, UN.
+    pub flags: u32,
+    /// The word that an instruction with a preset from a location copies to PRE.
+    pub preset: Option<u32>,
+}
+
+pub(super) const CU: u32 = 0;
+pub(super) const CD: u32 = 1;
+const DN: u32 = 2;
+const OV: u32 = 3;
+const UN: u32 = 4;
+const FLAGS: u32 = 5;
+
+impl Sensaphone {
+    /// One step up or down, if it counts; and what follows from ACC and PRE.
+    #[inline(always)]
+    fn step<const F: bool>(&self, view: &mut View, counts: u8, by: i16) {
+        if let Some(preset) = self.preset {
+            let preset = view.word(preset).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
+            view.put_word::<F>(self.pre, preset);
+        }
+        let before = view.word(self.acc);
+        if counts != 0 {
+            let (after, wraps) = (before as i16).overflowing_add(by);
+            view.put_word::<F>(self.acc, i32::from(after));
+            if wraps {
+                self.wrap::<F>(view, by);
+            }
+        }
+        let done = view.word(self.acc) >= view.word(self.pre);
+        view.put_bit::<F>(self.flags + DN, u8::from(done));
+    }
+
+    /// A step that wraps sets its flag, or clears the other's if that one wrapped before it.
+    fn wrap<const F: bool>(&self, view: &mut View, by: i16) {
+        let (own, other) = if by > 0 { (OV, UN) } else { (UN, OV) };
+        if view.bit(self.flags + other) != 0 {
+            view.put_bit::<F>(self.flags + other, 0);
+        } else {
+            view.put_bit::<F>(self.flags + own, 1);
+        }
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        if let Some(preset) = self.preset {
+            t.reads(&[preset]);
+        }
+        t.reads(&[self.acc, self.pre]).writes_words(&[self.acc, self.pre]);
+        for flag in 0..FLAGS {
+            t.writes_bits(&[self.flags + flag]);
+        }
+    }
+}
+
+/// CTU.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Ctu {
+    pub leg: Power,
+    pub counter: Sensaphone,
+}
+
+/// CTD.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Ctd {
+    pub leg: Power,
+    pub counter: Sensaphone,
+}
+
+macro_rules! steps {
+    ($($op:ident $history:ident $enabled:ident $by:literal;)*) => {$(
+        impl Operation for $op {
+            #[inline(always)]
+            fn run<const F: bool>(&self, view: &mut View) {
+                let leg = view.power(self.leg);
+                let state = &mut view.sensaphones[self.counter.n as usize];
+                let counts = leg & (state.$history ^ 1);
+                state.$history = leg;
+                view.put_bit::<F>(self.counter.flags + $enabled, leg);
+                self.counter.step::<F>(view, counts, $by);
+            }
+
+            fn touches(&self, t: &mut Touches) {
+                self.counter.touches(t.powers(&[self.leg]));
+            }
+        }
+    )*};
+}
+
+steps! {
+    Ctu up CU 1;
+    Ctd down CD -1;
+}
+
+/// RES.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Res {
+    pub leg: Power,
+    pub counter: Sensaphone,
+}
+
+impl Operation for Res {
+    #[inline(always)]
+    fn run<const F: bool>(&self, view: &mut View) {
+        if view.power(self.leg) == 0 {
+            return;
+        }
+        view.put_word::<F>(self.counter.acc, 0);
+        for flag in 0..FLAGS {
+            view.put_bit::<F>(self.counter.flags + flag, 0);
+        }
+    }
+
+    fn touches(&self, t: &mut Touches) {
+        self.counter.touches(t.powers(&[self.leg]));
+    }
+}

@@ -1,0 +1,63 @@
+//! The termination pass over an element: what each of its instructions leaves behind.
+//!
+//! Behaviour: `docs/semantics.md`, section 4, the table of the pass. Only an element of which at
+//! least one rung executed since its last pass has one.
+
+use super::blocks::Machine;
+use super::events::Element;
+use super::program::{ElementCode, Termination};
+use super::sensaphone::{CD, CU};
+use crate::isa::{BlockId, StageId};
+
+impl Machine {
+    /// A block's pass: its own rungs, then the Stages that executed; then its Stages go OFF.
+    pub fn pass_block<const F: bool>(&mut self, id: BlockId) {
+        if std::mem::take(&mut self.blocks[id.0 as usize].executed) {
+            let code = self.program.block(id).own.clone();
+            self.pass::<F>(&code);
+            self.terminated(Element::Block(id));
+        }
+        for stage in self.program.stages_of(id) {
+            self.pass_stage::<F>(stage);
+            self.stages[stage.0 as usize].pass_due = false;
+        }
+        for stage in self.program.stages_of(id) {
+            self.switch_stage(stage, false);
+        }
+    }
+
+    /// A Stage's pass, if it executed since the last one.
+    pub fn pass_stage<const F: bool>(&mut self, stage: StageId) {
+        if std::mem::take(&mut self.stages[stage.0 as usize].executed) {
+            let code = self.program.stages[stage.0 as usize].clone();
+            self.pass::<F>(&code);
+            self.terminated(Element::Stage(stage));
+        }
+    }
+
+    fn pass<const F: bool>(&mut self, code: &ElementCode) {
+        for at in code.terminations.clone() {
+            if let Termination::DisableTask(task) = self.program.tables.terminations[at as usize] {
+                self.halt(task);
+                continue;
+            }
+            let mut view = self.memory.view();
+            match &self.program.tables.terminations[at as usize] {
+                Termination::BitOff(bit) => view.put_bit::<F>(*bit, 0),
+                Termination::HistoryOff(cell) => view.bits[*cell as usize] = 0,
+                Termination::Counter(counter, rule) => counter.terminate::<F>(&mut view, rule),
+                Termination::Timer(timer, rule) => timer.terminate::<F>(&mut view, *rule),
+                Termination::HoldTimer(timer) => timer.hold(&mut view),
+                Termination::CountUp(flags, n) => {
+                    view.sensaphones[*n as usize].up = 0;
+                    view.put_bit::<F>(flags + CU, 0);
+                }
+                Termination::CountDown(flags, n) => {
+                    view.sensaphones[*n as usize].down = 0;
+                    view.put_bit::<F>(flags + CD, 0);
+                }
+                Termination::DisableTask(_) => unreachable!("handled above"),
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! What lowering keeps while it goes through the rungs: cells given out, operations, constants.
+
+use std::collections::HashMap;
+
+use super::schedule;
+use crate::engine::ops::{And2, Op, Power};
+use crate::engine::{
+    self, Batch, BitCell, BlockCode, ElementCode, Layout, Tables, Termination, WordCell,
+};
+use crate::isa::{Address, Bit, BitSpace, BlockId, Mnemonic, Structure, Word};
+use crate::resolve::program::{ArgValue, Instruction, Program, Rung, TagMeaning, Value};
+
+pub(super) struct Assembler<'p> {
+    pub layout: Layout,
+    /// The owning instructions of counters and timers; of a Sensaphone counter, CTU or CTD.
+    pub owners: HashMap<Structure, &'p Instruction>,
+    /// `min` and `max` of words, over all tags.
+    limits: HashMap<Word, (i32, i32)>,
+    /// The current element's operations, in file order.
+    ops: Vec<Op>,
+    window: usize,
+    tables: Tables,
+    bits: u32,
+    words: u32,
+    constants: HashMap<i32, u32>,
+    initial_bits: Vec<(BitCell, bool)>,
+    initial_words: Vec<(WordCell, i32)>,
+    /// Where the current element's terminations begin.
+    terminations_from: u32,
+}
+
+impl<'p> Assembler<'p> {
+    pub fn new(program: &'p Program, window: usize) -> Assembler<'p> {
+        let (blocks, stages) = (program.blocks.len() as u32, program.stages.len() as u32);
+        let layout = Layout::new(&program.sizes, blocks, stages);
+        let mut assembler = Assembler {
+            bits: layout.bit_count(),
+            words: layout.word_count(),
+            layout,
+            owners: HashMap::new(),
+            limits: limits(program),
+            ops: Vec::new(),
+            window,
+            tables: Tables::default(),
+            constants: HashMap::new(),
+            initial_bits: Vec::new(),
+            initial_words: Vec::new(),
+            terminations_from: 0,
+        };
+        for instruction in all_instructions(program) {
+            assembler.note_owner(instruction);
+        }
+        assembler.note_initial_values(program);
+        assembler
+    }
+
+    /// Owners, and the constant presets that Sensaphone counters start with.
+    fn note_owner(&mut self, instruction: &'p Instruction) {
+        if !instruction.mnemonic.owns_structure() {
+            return;
+        }
+        let Some(ArgValue::Structure(structure)) = instruction.args.first().map(|a| a.value) else {
+            return;
+        };
+        self.owners.entry(structure).or_insert(instruction);
+        if let (Structure::Sensaphone(n), Some(ArgValue::Value(Value::Const(preset, _)))) =
+            (structure, instruction.arg("preset").map(|a| a.value))
+        {
+            self.initial_words.push((self.layout.word(Word::Pre(n)), preset));
+        }
+    }
+
+    fn note_initial_values(&mut self, program: &Program) {
+        for tag in &program.tags {
+            let (TagMeaning::Address(address), Some((value, _))) = (tag.meaning, tag.initial)
+            else {
+                continue;
+            };
+            match address {
+                Address::Bit(bit) => self.initial_bits.push((self.layout.bit(bit), value != 0)),
+                Address::Word(word) => self.initial_words.push((self.layout.word(word), value)),
+                Address::Structure(_) => {}
+            }
+        }
+    }
+
+    /// A new private bit.
+    pub fn private_bit(&mut self) -> u32 {
+        self.bits += 1;
+        self.bits - 1
+    }
+
+    /// The private bit of an edge history, which the termination pass turns OFF.
+    pub fn history(&mut self) -> u32 {
+        let cell = self.private_bit();
+        self.terminates(Termination::HistoryOff(cell));
+        cell
+    }
+
+    /// The word that holds a constant.
+    pub fn constant(&mut self, value: i32) -> u32 {
+        if let Some(cell) = self.constants.get(&value) {
+            return *cell;
+        }
+        let cell = self.words;
+        self.words += 1;
+        self.constants.insert(value, cell);
+        self.initial_words.push((WordCell(cell), value));
+        cell
+    }
+
+    /// The word of a value.
+    pub fn value(&mut self, value: Value) -> u32 {
+        match value {
+            Value::Const(value, _) => self.constant(value),
+            Value::Word(word) => self.layout.word(word).0,
+        }
+    }
+
+    /// What a word may hold: its range, or its tags' `min` and `max`.
+    pub fn limits(&self, word: Word) -> (i32, i32) {
+        self.limits.get(&word).copied().unwrap_or(word.range())
+    }
+
+    pub fn op(&mut self, op: Op) {
+        self.ops.push(op);
+    }
+
+    pub fn terminates(&mut self, termination: Termination) {
+        self.tables.terminations.push(termination);
+    }
+
+    /// A power that nothing can change while its rung executes: inputs and status bits as they
+    /// are, private ones too; of any other bit, a copy.
+    pub fn keep(&mut self, power: Power) -> Power {
+        let cell = power.cell();
+        let first_x = self.layout.bit(Bit::Space(BitSpace::X, 0)).0;
+        let first_st = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
+        let inputs = first_x..first_x + self.layout.sizes().x;
+        let status = first_st..first_st + crate::isa::status::ST_COUNT;
+        if cell >= self.layout.bit_count() || inputs.contains(&cell) || status.contains(&cell) {
+            return power;
+        }
+        let copy = self.private_bit();
+        self.op(Op::And2(And2 { cell: copy, of: [power, power] }));
+        Power::of(copy)
+    }
+
+    /// Puts the current element's operations in order and closes it.
+    pub fn close_element(&mut self, has_rungs: bool) -> ElementCode {
+        let first_batch = self.tables.batches.len() as u32;
+        for batch in schedule::schedule(std::mem::take(&mut self.ops), self.window) {
+            let kind = batch[0].kind();
+            let count = batch.len() as u32;
+            let mut first = 0;
+            for (at, op) in batch.into_iter().enumerate() {
+                let place = self.tables.ops.push(op);
+                first = if at == 0 { place } else { first };
+            }
+            self.tables.batches.push(Batch { kind, first, count });
+        }
+        let first_termination = self.terminations_from;
+        self.terminations_from = self.tables.terminations.len() as u32;
+        ElementCode {
+            batches: first_batch..self.tables.batches.len() as u32,
+            terminations: first_termination..self.terminations_from,
+            has_rungs,
+        }
+    }
+
+    pub fn finish(
+        self,
+        blocks: Vec<BlockCode>,
+        stages: Vec<ElementCode>,
+        order: Vec<BlockId>,
+    ) -> engine::Program {
+        engine::Program {
+            layout: self.layout,
+            bit_count: self.bits,
+            word_count: self.words,
+            initial_bits: self.initial_bits,
+            initial_words: self.initial_words,
+            tables: self.tables,
+            blocks,
+            stages,
+            order,
+        }
+    }
+}
+
+pub(super) fn limits(program: &Program) -> HashMap<Word, (i32, i32)> {
+    let mut limits = HashMap::new();
+    for tag in &program.tags {
+        let TagMeaning::Address(Address::Word(word)) = tag.meaning else { continue };
+        let (low, high) = limits.get(&word).copied().unwrap_or(word.range());
+        let low = tag.min.map_or(low, |(min, _)| low.max(min));
+        let high = tag.max.map_or(high, |(max, _)| high.min(max));
+        if tag.min.is_some() || tag.max.is_some() {
+            limits.insert(word, (low, high.max(low)));
+        }
+    }
+    limits
+}
+
+/// Every instruction of a program, in file order.
+fn all_instructions(program: &Program) -> impl Iterator<Item = &Instruction> {
+    program.blocks.iter().flat_map(|block| {
+        let stage_rungs = block.stages.iter().flat_map(|stage| &stage.rungs);
+        block.rungs.iter().chain(stage_rungs).flat_map(instructions_of)
+    })
+}
+
+fn instructions_of(rung: &Rung) -> impl Iterator<Item = &Instruction> {
+    rung.body.iter().chain(rung.branches.iter().flat_map(|branch| &branch.body))
+}
+
+/// The owner's rule is asked by RSTCT, RSTT and the termination pass.
+pub(super) fn loads_preset(mnemonic: Mnemonic) -> bool {
+    matches!(mnemonic, Mnemonic::Tmrdown | Mnemonic::Tmradown)
+}

@@ -1,0 +1,96 @@
+//! Contacts → powers: ANDs of powers, an OR as the opposite of an AND of opposites.
+
+use super::assembler::Assembler;
+use crate::engine::ops::{And2, And3, And4, Equal, Fall, Less, Op, Power, Rise};
+use crate::isa::Bit;
+use crate::resolve::program::{Comparison, Contact, Edge, Value};
+
+impl Assembler<'_> {
+    /// Adds the powers that must all be ON for the contact to be ON.
+    pub fn all_of(&mut self, contact: &Contact, powers: &mut Vec<Power>) {
+        if let Contact::All(contacts, _) = contact {
+            for contact in contacts {
+                self.all_of(contact, powers);
+            }
+            return;
+        }
+        let power = self.contact(contact);
+        powers.push(power);
+    }
+
+    fn contact(&mut self, contact: &Contact) -> Power {
+        match contact {
+            Contact::Bit(bit, _) => Power::of(self.layout.bit(*bit).0),
+            Contact::Not(inner, _) => self.contact(inner).not(),
+            Contact::All(..) => {
+                let mut powers = Vec::new();
+                self.all_of(contact, &mut powers);
+                self.and(&powers)
+            }
+            Contact::Any(contacts, _) => {
+                let mut powers = Vec::new();
+                self.none_of(contacts, &mut powers);
+                self.and(&powers).not()
+            }
+            Contact::Edge(edge, bit, _) => self.edge(*edge, *bit),
+            Contact::Compare(a, comparison, b, _) => self.compare(*a, *comparison, *b),
+        }
+    }
+
+    /// Adds the powers that must all be ON for none of the contacts to be ON.
+    fn none_of(&mut self, contacts: &[Contact], powers: &mut Vec<Power>) {
+        for contact in contacts {
+            match contact {
+                Contact::Any(inner, _) => self.none_of(inner, powers),
+                _ => {
+                    let power = self.contact(contact);
+                    powers.push(power.not());
+                }
+            }
+        }
+    }
+
+    /// The power that is ON when all of these are; of one, itself.
+    pub fn and(&mut self, powers: &[Power]) -> Power {
+        match *powers {
+            [power] => power,
+            [a, b] => self.gate(|cell| Op::And2(And2 { cell, of: [a, b] })),
+            [a, b, c] => self.gate(|cell| Op::And3(And3 { cell, of: [a, b, c] })),
+            [a, b, c, d] => self.gate(|cell| Op::And4(And4 { cell, of: [a, b, c, d] })),
+            [a, b, c, d, ref rest @ ..] => {
+                let first = self.gate(|cell| Op::And4(And4 { cell, of: [a, b, c, d] }));
+                let mut powers = vec![first];
+                powers.extend(rest);
+                self.and(&powers)
+            }
+            [] => unreachable!("a series of contacts is never empty"),
+        }
+    }
+
+    fn gate(&mut self, op: impl FnOnce(u32) -> Op) -> Power {
+        let cell = self.private_bit();
+        self.op(op(cell));
+        Power::of(cell)
+    }
+
+    fn edge(&mut self, edge: Edge, bit: Bit) -> Power {
+        let bit = self.layout.bit(bit).0;
+        let history = self.history();
+        self.gate(|cell| match edge {
+            Edge::Rise => Op::Rise(Rise { cell, bit, history }),
+            Edge::Fall => Op::Fall(Fall { cell, bit, history }),
+        })
+    }
+
+    fn compare(&mut self, a: Value, comparison: Comparison, b: Value) -> Power {
+        let (a, b) = (self.value(a), self.value(b));
+        match comparison {
+            Comparison::Eq => self.gate(|cell| Op::Equal(Equal { cell, a, b })),
+            Comparison::Ne => self.gate(|cell| Op::Equal(Equal { cell, a, b })).not(),
+            Comparison::Lt => self.gate(|cell| Op::Less(Less { cell, a, b })),
+            Comparison::Ge => self.gate(|cell| Op::Less(Less { cell, a, b })).not(),
+            Comparison::Gt => self.gate(|cell| Op::Less(Less { cell, a: b, b: a })),
+            Comparison::Le => self.gate(|cell| Op::Less(Less { cell, a: b, b: a })).not(),
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What the engine must not know: names of blocks, Stages and tags, alarm texts, limits.
+//!
+//! Read by the log writer, the drivers and the simulator.
+
+use std::collections::HashMap;
+
+use crate::engine::{BitCell, Cell, Element, Layout};
+use crate::isa::{Address, Bit, BlockId, StageId, Structure, Word};
+use crate::resolve::program::{Program, TagMeaning};
+
+/// A tag with an `alarm`.
+#[derive(Clone, Debug)]
+pub struct Alarm {
+    /// The bit.
+    pub bit: BitCell,
+    /// The tag's name.
+    pub tag: String,
+    /// The text.
+    pub text: String,
+}
+
+/// A tag with `log = "change"`.
+#[derive(Clone, Debug)]
+pub struct LoggedTag {
+    /// The bit or word.
+    pub cell: Cell,
+    /// The tag's name; of a structure's member, `tag.Member`.
+    pub tag: String,
+}
+
+/// Names and texts by number and cell.
+#[derive(Clone, Debug)]
+pub struct Symbols {
+    /// Where every address lies.
+    pub layout: Layout,
+    /// The program's name.
+    pub name: String,
+    /// Block names, by `BlockId`.
+    pub blocks: Vec<String>,
+    /// Stage names with their Programs', by `StageId`: `Drain.Open`.
+    pub stages: Vec<String>,
+    /// Tags with an alarm, in file order.
+    pub alarms: Vec<Alarm>,
+    /// Tags whose changes are logged, in file order.
+    pub logged: Vec<LoggedTag>,
+    limits: HashMap<Word, (i32, i32)>,
+}
+
+impl Symbols {
+    pub(super) fn new(program: &Program, layout: Layout) -> Symbols {
+        let mut symbols = Symbols {
+            layout,
+            name: program.name.clone(),
+            blocks: program.blocks.iter().map(|b| b.name.clone()).collect(),
+            stages: stage_names(program),
+            alarms: Vec::new(),
+            logged: Vec::new(),
+            limits: super::assembler::limits(program),
+        };
+        for tag in &program.tags {
+            let TagMeaning::Address(address) = tag.meaning else { continue };
+            if let (Address::Bit(bit), Some(text)) = (address, &tag.alarm) {
+                let (bit, tag, text) = (symbols.layout.bit(bit), tag.name.clone(), text.clone());
+                symbols.alarms.push(Alarm { bit, tag, text });
+            }
+            if tag.log_changes {
+                symbols.log(address, &tag.name);
+            }
+        }
+        symbols
+    }
+
+    /// A logged tag: its bit or word; of a structure, its `.Done` or `DN`, and not `.Acc`, which
+    /// would log every count and every millisecond.
+    fn log(&mut self, address: Address, tag: &str) {
+        let (address, name) = match address {
+            Address::Structure(structure) => {
+                let member = match structure {
+                    Structure::Sensaphone(_) => "DN",
+                    _ => "Done",
+                };
+                (structure.member(member).unwrap_or(address), format!("{tag}.{member}"))
+            }
+            other => (other, tag.to_owned()),
+        };
+        if let Some(cell) = self.layout.cell(address) {
+            self.logged.push(LoggedTag { cell, tag: name });
+        }
+    }
+
+    /// A block's name.
+    pub fn block(&self, id: BlockId) -> &str {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// A Stage's name with its Program's.
+    pub fn stage(&self, id: StageId) -> &str {
+        &self.stages[id.0 as usize]
+    }
+
+    /// An element's name: its block's or its Stage's.
+    pub fn element(&self, element: Element) -> &str {
+        match element {
+            Element::Block(id) => self.block(id),
+            Element::Stage(id) => self.stage(id),
+        }
+    }
+
+    /// What a write from outside may put into a word: its range, narrowed by `min` and `max` of
+    /// the tags of its address. A write beyond is refused.
+    pub fn limits(&self, word: Word) -> (i32, i32) {
+        self.limits.get(&word).copied().unwrap_or(word.range())
+    }
+
+    /// Whether a bit may be written from outside: Y, C, MC and MI.
+    pub fn writable_bit(bit: Bit) -> bool {
+        bit.writable_by_ladder()
+    }
+}
+
+fn stage_names(program: &Program) -> Vec<String> {
+    let name = |(block, at): &(BlockId, usize)| {
+        let block = program.block(*block);
+        format!("{}.{}", block.name, block.stages[*at].name)
+    };
+    program.stages.iter().map(name).collect()
+}
