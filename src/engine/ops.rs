@@ -20,7 +20,7 @@ impl Power {
     }
 
     /// Its opposite.
-    pub fn not(self) -> Power {
+    pub fn opposite(self) -> Power {
         Power(self.0 ^ 1)
     }
 

@@ -21,7 +21,7 @@ impl Assembler<'_> {
     fn contact(&mut self, contact: &Contact) -> Power {
         match contact {
             Contact::Bit(bit, _) => Power::of(self.layout.bit(*bit).0),
-            Contact::Not(inner, _) => self.contact(inner).not(),
+            Contact::Not(inner, _) => self.contact(inner).opposite(),
             Contact::All(..) => {
                 let mut powers = Vec::new();
                 self.all_of(contact, &mut powers);
@@ -30,7 +30,7 @@ impl Assembler<'_> {
             Contact::Any(contacts, _) => {
                 let mut powers = Vec::new();
                 self.none_of(contacts, &mut powers);
-                self.and(&powers).not()
+                self.and(&powers).opposite()
             }
             Contact::Edge(edge, bit, _) => self.edge(*edge, *bit),
             Contact::Compare(a, comparison, b, _) => self.compare(*a, *comparison, *b),
@@ -44,7 +44,7 @@ impl Assembler<'_> {
                 Contact::Any(inner, _) => self.none_of(inner, powers),
                 _ => {
                     let power = self.contact(contact);
-                    powers.push(power.not());
+                    powers.push(power.opposite());
                 }
             }
         }
@@ -86,11 +86,11 @@ impl Assembler<'_> {
         let (a, b) = (self.value(a), self.value(b));
         match comparison {
             Comparison::Eq => self.gate(|cell| Op::Equal(Equal { cell, a, b })),
-            Comparison::Ne => self.gate(|cell| Op::Equal(Equal { cell, a, b })).not(),
+            Comparison::Ne => self.gate(|cell| Op::Equal(Equal { cell, a, b })).opposite(),
             Comparison::Lt => self.gate(|cell| Op::Less(Less { cell, a, b })),
-            Comparison::Ge => self.gate(|cell| Op::Less(Less { cell, a, b })).not(),
+            Comparison::Ge => self.gate(|cell| Op::Less(Less { cell, a, b })).opposite(),
             Comparison::Gt => self.gate(|cell| Op::Less(Less { cell, a: b, b: a })),
-            Comparison::Le => self.gate(|cell| Op::Less(Less { cell, a: b, b: a })).not(),
+            Comparison::Le => self.gate(|cell| Op::Less(Less { cell, a: b, b: a })).opposite(),
         }
     }
 }

@@ -1,0 +1,53 @@
+//! One simulation, from the cold start to the last row.
+
+use std::io;
+
+use super::stimulus::{Change, Stimulus};
+use super::trace::{RowName, Trace};
+use crate::engine::{self, Engine, ScanTimes};
+
+/// What is simulated.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The time between two scans, ms; at least 1.
+    pub period_ms: u32,
+    /// How many scans.
+    pub scans: u64,
+    /// Whether the last of them is the last scan of an orderly stop.
+    pub stop: bool,
+    /// What comes from outside.
+    pub stimulus: Stimulus,
+}
+
+/// Runs a program and hands every scan's end to the trace; an orderly stop (asked for, or by the
+/// STOP instruction) adds the row `stop`.
+///
+/// # Errors
+/// What the trace gives.
+pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::Result<()> {
+    let mut engine = Engine::new(program);
+    let times = ScanTimes::default();
+    let mut next_change = 0;
+    engine.start(0);
+    for scan in 0..plan.scans {
+        let time_ms = scan * u64::from(plan.period_ms);
+        if plan.stop && scan + 1 == plan.scans {
+            engine.request_stop();
+        }
+        engine.begin_scan(time_ms * 1_000_000, &times);
+        for change in plan.stimulus.of_scan(scan, &mut next_change) {
+            match change {
+                Change::Input(n, on) => engine.set_input(n, on),
+                Change::Bit(cell, on) => engine.write_bit(cell, on),
+                Change::Word(cell, value) => engine.write_word(cell, value),
+            }
+        }
+        let end = engine.execute();
+        trace.row(RowName::Scan(scan), time_ms, engine.image())?;
+        if end.last {
+            engine.terminate();
+            return trace.row(RowName::Stop, time_ms, engine.image());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,206 @@
+//! The stimulus: CSV rows that say which inputs and queued writes come in which scan.
+//!
+//! Header `scan,OP,OP,…`; rows ascend by scan; an empty cell is nothing. An X is an input and
+//! holds from that scan on; anything else is one queued write in that scan. Parsing needs to know
+//! what an operand is and what it may hold, so it is handed a [`Lookup`].
+
+use crate::engine::{BitCell, WordCell};
+
+/// One change from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The state of `Xn` from now on.
+    Input(u32, bool),
+    /// One queued write of a bit.
+    Bit(BitCell, bool),
+    /// One queued write of a word.
+    Word(WordCell, i32),
+}
+
+/// What an operand of the header is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// `Xn`.
+    Input(u32),
+    /// A bit that may be written from outside.
+    Bit(BitCell),
+    /// A word that may be written from outside, and its bounds.
+    Word(WordCell, (i32, i32)),
+}
+
+/// Tells what an operand's name means, or why it cannot be written.
+pub type Lookup<'a> = &'a dyn Fn(&str) -> Result<Target, String>;
+
+/// All changes, in the order in which they come.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Stimulus {
+    changes: Vec<(u64, Change)>,
+}
+
+/// What is wrong with a stimulus, and in which line of it (from 1).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StimulusError {
+    /// The line.
+    pub line: usize,
+    /// What is wrong there, and what would be right.
+    pub message: String,
+}
+
+impl Stimulus {
+    /// Parses a stimulus.
+    ///
+    /// # Errors
+    /// The first line that is not of the form, names what cannot be written, or holds a value that
+    /// its operand cannot take.
+    pub fn parse(text: &str, lookup: Lookup) -> Result<Stimulus, StimulusError> {
+        let mut lines = text.lines().enumerate().map(|(at, line)| (at + 1, line));
+        let header = lines.next().map_or("", |(_, line)| line);
+        let header = header.strip_prefix('\u{feff}').unwrap_or(header);
+        let targets = parse_header(header, lookup).map_err(|m| StimulusError::new(1, m))?;
+        let mut stimulus = Stimulus::default();
+        let mut last_scan = 0;
+        for (line, row) in lines {
+            if row.trim().is_empty() {
+                continue;
+            }
+            let fail = |message| StimulusError::new(line, message);
+            let scan = parse_scan(row, last_scan).map_err(fail)?;
+            last_scan = scan;
+            stimulus.parse_cells(row, scan, &targets).map_err(fail)?;
+        }
+        Ok(stimulus)
+    }
+
+    fn parse_cells(
+        &mut self,
+        row: &str,
+        scan: u64,
+        targets: &[(String, Target)],
+    ) -> Result<(), String> {
+        let cells: Vec<&str> = row.split(',').skip(1).map(str::trim).collect();
+        if cells.len() != targets.len() {
+            return Err(format!(
+                "the row has {} cells behind the scan, the header names {} operands",
+                cells.len(),
+                targets.len()
+            ));
+        }
+        for (cell, (name, target)) in cells.into_iter().zip(targets) {
+            if !cell.is_empty() {
+                self.changes.push((scan, parse_cell(cell, name, *target)?));
+            }
+        }
+        Ok(())
+    }
+
+    /// The changes of one scan. Scans are asked for in order, `from` being where the last stopped.
+    pub fn of_scan<'a>(&'a self, scan: u64, from: &mut usize) -> impl Iterator<Item = Change> + 'a {
+        let start = *from;
+        let count = self.changes[start..].iter().take_while(|(at, _)| *at == scan).count();
+        *from += count;
+        self.changes[start..start + count].iter().map(|(_, change)| *change)
+    }
+}
+
+impl StimulusError {
+    fn new(line: usize, message: String) -> StimulusError {
+        StimulusError { line, message }
+    }
+}
+
+fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, String> {
+    let mut names = header.split(',').map(str::trim);
+    if names.next() != Some("scan") {
+        return Err("the header is `scan,` and operands, as `scan,X0,D1`".to_owned());
+    }
+    let mut targets: Vec<(String, Target)> = Vec::new();
+    for name in names {
+        let target = lookup(name)?;
+        if let Some((other, _)) = targets.iter().find(|(_, t)| *t == target) {
+            return Err(format!("`{name}` and `{other}` are the same operand"));
+        }
+        targets.push((name.to_owned(), target));
+    }
+    Ok(targets)
+}
+
+fn parse_scan(row: &str, last_scan: u64) -> Result<u64, String> {
+    let text = row.split(',').next().unwrap_or("").trim();
+    let scan: u64 = text
+        .parse()
+        .map_err(|_| format!("`{text}` is not a scan: a number from 0 is wanted"))?;
+    if scan < last_scan {
+        return Err(format!("scan {scan} stands behind scan {last_scan}: rows ascend by scan"));
+    }
+    Ok(scan)
+}
+
+fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> {
+    let bit = || match text {
+        "0" => Ok(false),
+        "1" => Ok(true),
+        _ => Err(format!("`{name}` is a bit: it takes 0 or 1, not `{text}`")),
+    };
+    match target {
+        Target::Input(n) => Ok(Change::Input(n, bit()?)),
+        Target::Bit(cell) => Ok(Change::Bit(cell, bit()?)),
+        Target::Word(cell, (min, max)) => {
+            let value: i64 = text
+                .parse()
+                .map_err(|_| format!("`{name}` is a word: it takes a decimal number, not `{text}`"))?;
+            if value < i64::from(min) || value > i64::from(max) {
+                return Err(format!("`{name}` takes {min} to {max}, not {value}"));
+            }
+            Ok(Change::Word(cell, value as i32))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lookup(name: &str) -> Result<Target, String> {
+        match name {
+            "X0" => Ok(Target::Input(0)),
+            "C0" | "jam" => Ok(Target::Bit(BitCell(5))),
+            "D0" => Ok(Target::Word(WordCell(7), (-5, 5))),
+            _ => Err(format!("`{name}` cannot be written")),
+        }
+    }
+
+    fn error(text: &str) -> String {
+        let error = Stimulus::parse(text, &lookup).unwrap_err();
+        format!("{}: {}", error.line, error.message)
+    }
+
+    #[test]
+    fn rows_become_changes_of_their_scans() {
+        let text = "scan,X0,C0,D0\r\n0,1,,-5\r\n\r\n3,0,1,\r\n";
+        let stimulus = Stimulus::parse(text, &lookup).unwrap();
+        let mut from = 0;
+        let of: Vec<Vec<Change>> =
+            (0..4).map(|scan| stimulus.of_scan(scan, &mut from).collect()).collect();
+        let first = vec![Change::Input(0, true), Change::Word(WordCell(7), -5)];
+        let last = vec![Change::Input(0, false), Change::Bit(BitCell(5), true)];
+        assert_eq!(of, [first, vec![], vec![], last]);
+    }
+
+    #[test]
+    fn mistakes_name_their_line() {
+        assert_eq!(error(""), "1: the header is `scan,` and operands, as `scan,X0,D1`");
+        assert_eq!(error("scan,CT0.Done"), "1: `CT0.Done` cannot be written");
+        assert_eq!(error("scan,C0,jam"), "1: `jam` and `C0` are the same operand");
+        assert_eq!(
+            error("scan,X0\n5,1\n4,1"),
+            "3: scan 4 stands behind scan 5: rows ascend by scan"
+        );
+        assert_eq!(error("scan,X0\n0,2"), "2: `X0` is a bit: it takes 0 or 1, not `2`");
+        assert_eq!(error("scan,D0\n0,6"), "2: `D0` takes -5 to 5, not 6");
+        assert_eq!(
+            error("scan,D0\n0,1,2"),
+            "2: the row has 2 cells behind the scan, the header names 1 operands"
+        );
+        assert_eq!(error("scan,D0\n-1,1"), "2: `-1` is not a scan: a number from 0 is wanted");
+    }
+}

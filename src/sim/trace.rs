@@ -1,0 +1,80 @@
+//! Traces: one row a scan, the values at its end.
+//!
+//! The CSV form: header `scan,time_ms,` and the operands as they were asked for; bits 0 and 1,
+//! words decimal, time in whole ms. The row behind an orderly stop is called `stop`.
+
+use std::io::{self, Write};
+
+use crate::engine::{Cell, Image};
+
+/// An operand that is traced: the name for the header, and where it lies.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Watched {
+    pub name: String,
+    pub cell: Cell,
+}
+
+/// What a row is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowName {
+    /// The end of a scan.
+    Scan(u64),
+    /// Memory behind the termination passes of an orderly stop.
+    Stop,
+}
+
+/// Takes the rows of a simulation.
+pub trait Trace {
+    /// One row.
+    ///
+    /// # Errors
+    /// What the place it writes to gives.
+    fn row(&mut self, name: RowName, time_ms: u64, image: &Image) -> io::Result<()>;
+}
+
+/// Writes rows as CSV.
+pub struct CsvTrace<'a, W: Write> {
+    watched: &'a [Watched],
+    out: W,
+}
+
+impl<'a, W: Write> CsvTrace<'a, W> {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// What the place it writes to gives.
+    pub fn new(watched: &'a [Watched], mut out: W) -> io::Result<Self> {
+        write!(out, "scan,time_ms")?;
+        for watched in watched {
+            write!(out, ",{}", watched.name)?;
+        }
+        writeln!(out)?;
+        Ok(CsvTrace { watched, out })
+    }
+
+    /// Everything written, flushed.
+    ///
+    /// # Errors
+    /// What the place it writes to gives.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}
+
+impl<W: Write> Trace for CsvTrace<'_, W> {
+    fn row(&mut self, name: RowName, time_ms: u64, image: &Image) -> io::Result<()> {
+        match name {
+            RowName::Scan(scan) => write!(self.out, "{scan},{time_ms}")?,
+            RowName::Stop => write!(self.out, "stop,{time_ms}")?,
+        }
+        for watched in self.watched {
+            match watched.cell {
+                Cell::Bit(bit) => write!(self.out, ",{}", u8::from(image.bit(bit)))?,
+                Cell::Word(word) => write!(self.out, ",{}", image.word(word))?,
+            }
+        }
+        writeln!(self.out)
+    }
+}
