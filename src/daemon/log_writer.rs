@@ -76,7 +76,7 @@ impl LogWriter {
         let watchdog = span(self.watchdog_ns);
         error!(
             scan,
-            watchdog,
+            %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
             remedy(fault)
         );
@@ -87,36 +87,37 @@ impl LogWriter {
         let (tag, scan, was) = (&news.tag, record.scan, span(after_ns));
         match (&news.alarm, on) {
             (Some(_), _) if !self.alarms.take(record.at_ns) => {}
-            (Some(text), true) => warn!(tag, scan, "alarm ON: {text}"),
+            (Some(text), true) => warn!(%tag, scan, "alarm ON: {text}"),
             (Some(text), false) => {
                 let lasted_ms = after_ns / 1_000_000;
-                info!(tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
+                info!(%tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
             }
             (None, _) if !self.changes.take(record.at_ns) => {}
-            (None, true) => info!(tag, scan, "{tag} is ON"),
-            (None, false) => info!(tag, scan, "{tag} is OFF"),
+            (None, true) => info!(%tag, scan, "{tag} is ON"),
+            (None, false) => info!(%tag, scan, "{tag} is OFF"),
         }
     }
 
-    fn overruns(&self, count: u32, skipped: u64, longest_ns: u64, scan: u64) {
-        let (period, took) = (span(self.period_ns), us(longest_ns));
-        if count == 1 {
-            warn!(
-                scan,
-                took_us = took,
-                skipped,
-                "overrun: a scan was not over at the next grid point; the period is {period}"
-            );
+    fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
+        let (period, scan_us_max, late_us_max) = (span(self.period_ns), us(scan_ns), us(late_ns));
+        // A scan that would have been in time had it begun in time is the machine's doing.
+        let cause = if scan_ns >= self.period_ns {
+            "the ladder takes longer than its period allows"
         } else {
-            warn!(
-                scan,
-                overruns = count,
-                longest_us = took,
-                skipped,
-                "overruns: {count} more scans were not over at the next grid point; the period \
-                 is {period}"
-            );
-        }
+            "the machine woke the scan thread too late"
+        };
+        let what = match count {
+            1 => "overrun: a scan was".to_owned(),
+            _ => format!("overruns: {count} more scans were"),
+        };
+        warn!(
+            scan,
+            skipped,
+            scan_us_max,
+            late_us_max,
+            %period,
+            "{what} not over at the next grid point: {cause}"
+        );
     }
 
     /// Repeats, every minute, why the controller does not run.
@@ -169,11 +170,11 @@ impl Observer for LogWriter {
             What::Word { watch, from, to } => {
                 let tag = self.narration.word(watch);
                 if self.changes.take(record.at_ns) {
-                    info!(tag, scan, from, to, "{tag} is {to}, was {from}");
+                    info!(%tag, scan, from, to, "{tag} is {to}, was {from}");
                 }
             }
-            What::Overruns { count, skipped, longest_ns } => {
-                self.overruns(count, skipped, longest_ns, scan);
+            What::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
+                self.overruns(count, skipped, (scan_ns_max, late_ns_max), scan);
             }
         }
     }

@@ -233,7 +233,7 @@ fn conclude(report: Option<Report>, asked: bool) -> Ending {
         return Ending::Bug;
     };
     tell_statistics(&report.statistics);
-    info!(scans = report.scans, mode = report.mode.name(), "rungd ends");
+    info!(scans = report.scans, mode = %report.mode.name(), "rungd ends");
     match report.mode {
         Mode::Run | Mode::Stop(_) => Ending::Orderly,
         Mode::Fault(_) if asked => Ending::Orderly,
@@ -245,7 +245,7 @@ fn conclude(report: Option<Report>, asked: bool) -> Ending {
 fn tell_start(setup: &Setup) {
     let ladder = &setup.ladder;
     info!(
-        version = env!("CARGO_PKG_VERSION"),
+        version = %env!("CARGO_PKG_VERSION"),
         controller = %setup.controller,
         pid = std::process::id(),
         "rungd starts"
@@ -267,8 +267,12 @@ fn tell_start(setup: &Setup) {
 
 /// What was asked of the machine, and what it gave.
 fn tell_posture(grants: &[Grant], strict: bool) -> Result<(), Failure> {
-    let granted: Vec<_> = grants.iter().filter(|g| g.refused.is_none()).map(|g| &*g.what).collect();
-    info!(granted = %granted.join(", "), asked = grants.len(), "real-time posture");
+    let list = |all: &mut dyn Iterator<Item = &Grant>| {
+        all.map(|grant| grant.what.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    let asked = list(&mut grants.iter());
+    let granted = list(&mut grants.iter().filter(|grant| grant.refused.is_none()));
+    info!(asked, granted, "real-time posture");
     let mut refused = Vec::new();
     for grant in grants {
         let Some(why) = &grant.refused else { continue };

@@ -138,7 +138,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     pub fn start(&mut self) {
         let now_ns = self.clock.now_ns();
         self.grid = Grid::new(now_ns, self.pace.period_ns);
-        self.books = Books::new(now_ns);
+        self.books.restart(now_ns);
         self.next_report_ns = now_ns + self.pace.statistics_every_ns.min(FIRST_REPORT_NS);
         self.machine.start(now_ns);
         self.side.set_running(true);
@@ -158,7 +158,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let end_ns = self.clock.now_ns();
         let skipped = self.grid.advance(end_ns);
         if self.mode == Mode::Run {
-            self.account(skipped, end_ns.saturating_sub(deadline_ns), end_ns);
+            self.account(skipped, woke_ns.saturating_sub(deadline_ns), end_ns);
         }
         !self.is_over()
     }
@@ -299,10 +299,10 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// Overruns and reports.
-    fn account(&mut self, skipped: u64, took_ns: u64, now_ns: u64) {
+    fn account(&mut self, skipped: u64, late_ns: u64, now_ns: u64) {
         if skipped > 0 {
             self.books.overrun(skipped);
-            self.overruns.add(skipped, took_ns);
+            self.overruns.add(skipped, self.books.last_scan_ns(), late_ns);
         }
         if let Some(what) = self.overruns.due(now_ns) {
             self.journal.tell(self.scans, now_ns, what);
