@@ -260,8 +260,9 @@ fn tell_start(setup: &Setup) {
         watchdog = %span(setup.pace.watchdog_ns),
         "ladder loaded"
     );
-    for line in setup.warnings.lines().filter(|line| line.starts_with("warning")) {
-        warn!("{line} (`rungd check` shows the place)");
+    if setup.warnings > 0 {
+        let (warnings, controller) = (setup.warnings, &setup.controller);
+        warn!(warnings, "the ladder has warnings: `rungd check {controller}` shows them");
     }
 }
 

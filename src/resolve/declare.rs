@@ -34,7 +34,7 @@ impl Role {
 }
 
 /// The tasks that nothing starts.
-const BUILT_IN: [(&str, BlockKind); 4] = [
+pub(super) const BUILT_IN: [(&str, BlockKind); 4] = [
     ("FirstScan", BlockKind::FirstScan),
     ("TopOfScan", BlockKind::TopOfScan),
     ("BottomOfScan", BlockKind::BottomOfScan),

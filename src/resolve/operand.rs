@@ -1,7 +1,8 @@
 //! Instructions: operands against the instruction table, each of its kind.
 
 use super::Resolver;
-use super::program::{Arg, ArgValue, BlockKind, Instruction, Value, Written};
+use super::declare::BUILT_IN;
+use super::program::{Arg, ArgValue, BlockKind, Instruction, Value};
 use super::scope::Thing;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Kind, Operand, Spec, Structure, Word};
 use crate::source::atom::Atom;
@@ -84,10 +85,6 @@ impl Resolver<'_> {
             }
             Kind::Value(least, most) => {
                 let value = self.value(atom)?;
-                if row.name.ends_with("preset") && is_duration(value) {
-                    self.duration_as_count(atom, spec);
-                    return None;
-                }
                 self.within(value, (least, most), atom, row)
             }
             Kind::Duration => {
@@ -96,7 +93,7 @@ impl Resolver<'_> {
             }
             Kind::Interval => self.value(atom).map(ArgValue::Value),
             Kind::Program | Kind::Block | Kind::Task => {
-                self.block_operand(atom, row.kind, spec).map(ArgValue::Block)
+                self.block_operand(atom, row.kind).map(ArgValue::Block)
             }
             Kind::Stage | Kind::Stages => self.stage_operand(atom, spec, block),
         }
@@ -117,12 +114,6 @@ impl Resolver<'_> {
             return None;
         }
         Some(ArgValue::Value(value))
-    }
-
-    fn duration_as_count(&mut self, atom: &Atom, spec: &Spec) {
-        let message = format!("the preset of `{}` is a count, not a duration", spec.name);
-        let finding = Finding::new(Code::OperandType, atom.span, message);
-        self.find(finding.help("write a number; for a time, use a timer: `TMR T0 preset=2s`"));
     }
 
     fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
@@ -223,28 +214,18 @@ impl Resolver<'_> {
         Some((name, self.look_up(name, atom.span)?))
     }
 
-    fn block_operand(&mut self, atom: &Atom, kind: Kind, spec: &Spec) -> Option<BlockId> {
+    /// Any block: whether it may be started or stopped in this way is for the rules to judge.
+    fn block_operand(&mut self, atom: &Atom, kind: Kind) -> Option<BlockId> {
         let wanted = match kind {
             Kind::Program => "a program",
             Kind::Task => "a task",
             _ => "a program or task",
         };
-        let name = atom.name().unwrap_or_default();
-        let Some(block) = self.scope.block(name) else {
+        let block = self.scope.block(atom.name().unwrap_or_default()).map(|block| block.id);
+        if block.is_none() {
             self.unknown_block(atom, wanted);
-            return None;
-        };
-        let (id, program) = (block.id, block.kind == BlockKind::Program);
-        let help = match (kind, program) {
-            (Kind::Program, false) if spec.name == "RUN" => {
-                format!("a task is started by `ENTASK {name}`")
-            }
-            (Kind::Program, false) => "a task is halted by HALT, and started by ENTASK".to_owned(),
-            (Kind::Task, true) => format!("a program is started by `RUN {name}`"),
-            _ => return Some(id),
-        };
-        self.wrong_kind(name, atom.span, Thing::Block(id), wanted, &help);
-        None
+        }
+        block
     }
 
     fn unknown_block(&mut self, atom: &Atom, wanted: &str) {
@@ -254,6 +235,11 @@ impl Resolver<'_> {
             let message = format!("`{name}` is a tag, not {wanted}");
             self.find(Finding::new(Code::OperandType, atom.span, message));
             return;
+        }
+        if BUILT_IN.iter().any(|(built_in, _)| *built_in == name) {
+            let message = format!("`{name}` is a built-in task: nothing starts or stops it");
+            let finding = Finding::new(Code::BuiltInTask, atom.span, message);
+            return self.find(finding.help("delete this; a task of your own has another name"));
         }
         let mut known: Vec<&str> = self.scope.block_names().collect();
         known.sort_unstable();
@@ -340,8 +326,4 @@ fn kind_words(kind: Kind) -> &'static str {
         Kind::Task => "a task",
         Kind::Stage | Kind::Stages => "a stage",
     }
-}
-
-fn is_duration(value: Value) -> bool {
-    matches!(value, Value::Const(_, Written::Duration))
 }
