@@ -30,10 +30,11 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 pub use link::{Publication, Returned, Safe, ScanSide, Shape, WorldSide, link};
+pub use machine::Machine;
 pub use monitor::{Monitor, Observer};
 pub use posture::{Grant, Held, Posture};
 pub use record::{Record, Watched, What};
-pub use scanner::{Machine, Pace, Report, Scanner};
+pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Spread, Statistics};
 pub use sys::monotonic_ns;
 

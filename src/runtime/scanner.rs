@@ -14,10 +14,10 @@ use std::sync::Arc;
 use super::beat::Beat;
 use super::exchange::{BATCH_WRITES_MAX, FaultReason, Mode, StopReason, Write};
 use super::link::ScanSide;
+use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Statistics};
-use crate::engine::{BitCell, BlockEvent, ScanTimes, WordCell};
 
 /// The most writes that one scan applies; batches behind them wait for the next. Any batch fits.
 const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
@@ -25,30 +25,6 @@ const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
 /// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
 const LAST_TICKS_MAX: u32 = 1000;
-
-/// What is scanned: the engine, or a stand-in in tests.
-pub trait Machine {
-    /// RUN begins.
-    fn start(&mut self, now_ns: u64);
-    /// Step 1 of a scan.
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes);
-    /// Step 2, for every X.
-    fn set_input(&mut self, x: u32, on: bool);
-    /// Step 3, for every queued write.
-    fn write_bit(&mut self, cell: BitCell, on: bool);
-    /// Step 3, for every queued write.
-    fn write_word(&mut self, cell: WordCell, value: i32);
-    /// Steps 4 to 7; true if this was the last scan.
-    fn execute(&mut self) -> bool;
-    /// The next scan that is begun is the last.
-    fn request_stop(&mut self);
-    /// The termination passes behind the last scan.
-    fn terminate(&mut self);
-    /// All bits and words.
-    fn image(&self) -> (&[u8], &[i32]);
-    /// What happened to blocks in the last scan or in `terminate`, and how much more did.
-    fn events(&self) -> (&[BlockEvent], u32);
-}
 
 /// What the scanner is told at start.
 #[derive(Clone, Debug)]
