@@ -14,17 +14,21 @@ pub enum Exit {
     Software = 70,
     /// A file, port or device could not be read, written or opened.
     Io = 74,
+    /// A controller ended otherwise than in an orderly way: a fault came before the last of
+    /// `--scans`, or a second signal before the passes.
+    Fault = 75,
     /// A ladder, controller or stimulus file is wrong. A restart does not help.
     Config = 78,
 }
 
 impl Exit {
     /// All of them, with their names.
-    pub const ALL: [(Exit, &'static str); 5] = [
+    pub const ALL: [(Exit, &'static str); 6] = [
         (Exit::Ok, "OK"),
         (Exit::Usage, "USAGE"),
         (Exit::Software, "SOFTWARE"),
         (Exit::Io, "IO"),
+        (Exit::Fault, "FAULT"),
         (Exit::Config, "CONFIG"),
     ];
 

@@ -6,6 +6,7 @@
 pub mod check;
 pub mod exit;
 pub mod explain;
+pub mod run;
 pub mod sim;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -29,6 +30,7 @@ struct Cli {
 enum Command {
     Check(check::CheckArgs),
     Explain(explain::ExplainArgs),
+    Run(run::RunArgs),
     Sim(sim::SimArgs),
 }
 
@@ -56,6 +58,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
     match command {
         Command::Check(args) => check::check(args),
         Command::Explain(args) => explain::explain(args),
+        Command::Run(args) => run::run(args),
         Command::Sim(args) => simulate(args),
     }
 }
