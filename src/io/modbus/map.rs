@@ -16,17 +16,6 @@ use crate::engine::{BitCell, Layout, WordCell};
 use crate::isa::{Bit, BitSpace, Word, WordSpace};
 use crate::runtime::exchange::{Snapshot, Write};
 
-/// The least and the greatest value that a tag allows its word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limit {
-    /// The word.
-    pub cell: WordCell,
-    /// Its least value.
-    pub min: i32,
-    /// Its greatest.
-    pub max: i32,
-}
-
 /// Every element that a client can address, by PDU address.
 #[derive(Debug)]
 pub struct Map {
@@ -60,11 +49,11 @@ struct Holding {
 }
 
 impl Map {
-    /// The map of a program's memory, with the settings of a server and the limits of the tags.
-    pub fn new(settings: &Settings, layout: &Layout, limits: &[Limit]) -> Map {
+    /// The map of a program's memory for a server's settings. `limits` says what a word takes: its
+    /// range, narrowed by the tags of its address.
+    pub fn new(settings: &Settings, layout: &Layout, limits: impl Fn(Word) -> (i32, i32)) -> Map {
         let sizes = layout.sizes();
         let bit = |space, n| layout.bit(Bit::Space(space, n));
-        let word = |space, n| layout.word(Word::Space(space, n));
         let coil = |n| {
             let input = settings.image.inputs.and_then(|run| run.forward(n));
             let listed = settings.writable_coils.iter().any(|range| range.contains(&n));
@@ -75,16 +64,17 @@ impl Map {
             None => Discrete::Cell(bit(BitSpace::Mi, n)),
         };
         let holding = |n| {
-            let cell = word(WordSpace::Mhr, n);
-            let (min, max) = limits_of(cell, limits);
+            let word = Word::Space(WordSpace::Mhr, n);
+            let (cell, (min, max)) = (layout.word(word), limits(word));
             let writable = settings.writable_registers.iter().any(|range| range.contains(&n));
             Holding { cell, writable, min, max }
         };
+        let input = |n| layout.word(Word::Space(WordSpace::Mir, n));
         Map {
             coils: (1..=sizes.mc).map(coil).collect(),
             discrete: (1..=sizes.mi).map(discrete).collect(),
             holding: (1..=sizes.mhr).map(holding).collect(),
-            input: (1..=sizes.mir).map(|n| word(WordSpace::Mir, n)).collect(),
+            input: (1..=sizes.mir).map(input).collect(),
         }
     }
 
@@ -202,12 +192,6 @@ fn element(first: u16, at: usize) -> u32 {
     u32::from(first) + at as u32 + 1
 }
 
-fn limits_of(cell: WordCell, limits: &[Limit]) -> (i32, i32) {
-    let of_cell = limits.iter().filter(|limit| limit.cell == cell);
-    of_cell
-        .fold(WordSpace::Mhr.range(), |(min, max), limit| (min.max(limit.min), max.min(limit.max)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::settings::{Image, Run};
@@ -229,9 +213,11 @@ mod tests {
             },
             ..Settings::default()
         };
-        let cell = layout.word(Word::Space(WordSpace::Mhr, 2));
-        let limits = [Limit { cell, min: 5, max: 9 }];
-        (Map::new(&settings, &layout, &limits), layout)
+        let limits = |word| match word {
+            Word::Space(WordSpace::Mhr, 2) => (5, 9),
+            other => other.range(),
+        };
+        (Map::new(&settings, &layout, limits), layout)
     }
 
     fn write(pdu: &[u8]) -> Result<Vec<Write>, u8> {

@@ -17,6 +17,6 @@ mod settings;
 mod tests;
 mod throttle;
 
-pub use map::Limit;
+pub use map::Map;
 pub use server::Server;
 pub use settings::{Image, Run, Settings};

@@ -17,12 +17,11 @@ use tokio::time::{Instant, sleep};
 use tracing::{debug, error, info, warn};
 
 use super::connection::{Closed, Connection};
-use super::map::{Limit, Map};
+use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::throttle::Throttle;
-use crate::engine::Layout;
 use crate::runtime::exchange::Port;
 
 /// How long accepting rests after it failed, as when there are no file descriptors left.
@@ -54,18 +53,13 @@ struct Lines {
 }
 
 impl Server {
-    /// Binds the socket, and gives the inputs of the image their first values.
+    /// Binds the socket, and gives the inputs of the image their first values. The map is that
+    /// of the same settings.
     ///
     /// # Errors
     /// When the address cannot be bound.
-    pub async fn bind(
-        settings: Settings,
-        layout: &Layout,
-        limits: &[Limit],
-        port: Port,
-    ) -> io::Result<Server> {
+    pub async fn bind(settings: Settings, map: Map, port: Port) -> io::Result<Server> {
         let listener = TcpListener::bind(settings.listen).await?;
-        let map = Map::new(&settings, layout, limits);
         for (x, on) in map.first_inputs(&port.latest()) {
             port.set_input(x, on);
         }

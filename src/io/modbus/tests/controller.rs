@@ -9,9 +9,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::super::Server;
-use super::super::map::Limit;
 use super::super::settings::{Image, Run, Settings};
+use super::super::{Map, Server};
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason, Write};
@@ -143,9 +142,12 @@ fn serve(
     stop: &Arc<AtomicBool>,
 ) -> (SocketAddr, JoinHandle<()>) {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    let cell = layout.word(Word::Space(WordSpace::Mhr, 110));
-    let limits = [Limit { cell, min: 1, max: 100 }];
-    let bound = Server::bind(settings, layout, &limits, port.clone());
+    let limits = |word| match word {
+        Word::Space(WordSpace::Mhr, 110) => (1, 100),
+        other => other.range(),
+    };
+    let map = Map::new(&settings, layout, limits);
+    let bound = Server::bind(settings, map, port.clone());
     let server = runtime.block_on(bound).unwrap();
     let address = server.address().unwrap();
     let stop = Arc::clone(stop);
