@@ -4,10 +4,12 @@
 //! [`Program`], which the checks judge and `lower` turns into an engine program. It does no I/O.
 
 mod contact;
+pub mod controller;
 mod declare;
 mod operand;
 mod order;
 pub mod program;
+pub mod range;
 mod rung;
 pub mod scope;
 mod tags;

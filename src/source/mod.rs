@@ -8,11 +8,13 @@
 pub mod atom;
 pub mod contact;
 mod contact_parser;
+pub mod controller;
 pub mod finding;
 mod headers;
 pub mod instruction;
 pub mod ladder;
 pub mod nearest;
 pub mod reader;
+pub mod render;
 pub mod span;
 mod strict;
