@@ -12,15 +12,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use super::beat::Beat;
-use super::exchange::{FaultReason, Mode, StopReason, Write};
+use super::exchange::{BATCH_WRITES_MAX, FaultReason, Mode, StopReason, Write};
 use super::link::ScanSide;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Statistics};
 use crate::engine::{BitCell, BlockEvent, ScanTimes, WordCell};
 
-/// The most writes that one scan applies; batches behind them wait for the next.
-const SCAN_WRITES_MAX: usize = 4096;
+/// The most writes that one scan applies; batches behind them wait for the next. Any batch fits.
+const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
 /// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.

@@ -356,3 +356,14 @@ fn a_reader_that_stalls_costs_publications_and_not_scans() {
     rig.step();
     assert_eq!(rig.port.latest().scans, 101);
 }
+
+#[test]
+fn an_input_in_a_batch_is_seen_by_the_scan_that_applies_the_rest_of_it() {
+    let mut rig = rig(|_, _| {});
+    let ticket = rig.port.submit(vec![Write::Word(WordCell(0), 5), Write::Input(0, true)]);
+    rig.step();
+    assert_eq!(rig.port.outcome(ticket.unwrap()), Outcome::Applied);
+    assert_eq!((rig.port.latest().bits[2], rig.port.latest().words[0]), (1, 6));
+    rig.step();
+    assert_eq!(rig.port.latest().bits[2], 1, "it stays as it was set");
+}
