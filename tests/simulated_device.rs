@@ -1,13 +1,15 @@
 //! The simulated device and the real engine, together in virtual time.
 
 use rungd::engine::Engine;
-use rungd::io::simulated::{Device, Motion, Rule, Source};
+use rungd::io::simulated::Device;
 use rungd::isa::{Address, Bit, BitSpace};
 use rungd::lower::{Symbols, lower};
+use rungd::resolve::controller::{Device as Rule, Motion};
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::source::span::SourceFile;
+use rungd::source::span::{SourceFile, Span};
 
 const PERIOD_MS: u64 = 10;
+const MOTOR: Bit = Bit::Space(BitSpace::Y, 1);
 
 /// A conveyor: a button starts it, a part passes the eye every 800 ms while it runs, the motor's
 /// contactor answers after 300 ms; without its answer within 500 ms there is an alarm.
@@ -69,11 +71,7 @@ impl Plant {
         while self.now_ms < end_ms {
             self.engine.begin_scan(self.now_ms * 1_000_000, &Default::default());
             let (image, layout) = (self.engine.image(), &self.symbols.layout);
-            let read = |source| match source {
-                Source::Output(y) => image.bit(layout.bit(Bit::Space(BitSpace::Y, y))),
-                Source::Image(cell) => image.bit(cell),
-            };
-            for (x, on) in self.device.step(self.now_ms, read) {
+            for (x, on) in self.device.step(self.now_ms, |bit| image.bit(layout.bit(bit))) {
                 self.engine.set_input(x, on);
             }
             self.engine.execute();
@@ -98,13 +96,13 @@ impl Plant {
 }
 
 fn eye() -> Rule {
-    let motion = Motion::Pulse { pulse_ms: 200, every_ms: 800, offset_ms: 100 };
-    Rule { input: 0, motion, only_while: Some(Source::Output(1)), invert: false }
+    let motion = Motion::Pulse { width_ms: 200, every_ms: 800, offset_ms: 100 };
+    Rule { input: 0, motion, while_on: Some(MOTOR), invert: false, span: Span::default() }
 }
 
 fn answer(after_ms: u32) -> Rule {
-    let motion = Motion::Follow { bit: Source::Output(1), after_ms, release_ms: 50 };
-    Rule { input: 4, motion, only_while: None, invert: false }
+    let motion = Motion::Follow { bit: MOTOR, after_ms, release_ms: 50 };
+    Rule { input: 4, motion, while_on: None, invert: false, span: Span::default() }
 }
 
 #[test]

@@ -20,8 +20,8 @@ use super::connection::{Closed, Connection};
 use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
-use super::settings::Settings;
 use super::throttle::Throttle;
+use crate::resolve::controller::Modbus;
 use crate::runtime::exchange::Port;
 
 /// How long accepting rests after it failed, as when there are no file descriptors left.
@@ -35,7 +35,7 @@ pub struct Server {
 
 /// What the connections share.
 pub(super) struct Shared {
-    pub settings: Settings,
+    pub settings: Modbus,
     pub map: Map,
     pub port: Port,
     started: Instant,
@@ -58,7 +58,7 @@ impl Server {
     ///
     /// # Errors
     /// When the address cannot be bound.
-    pub async fn bind(settings: Settings, map: Map, port: Port) -> io::Result<Server> {
+    pub async fn bind(settings: Modbus, map: Map, port: Port) -> io::Result<Server> {
         let listener = TcpListener::bind(settings.listen).await?;
         for (x, on) in map.first_inputs(&port.latest()) {
             port.set_input(x, on);
@@ -120,7 +120,7 @@ impl Server {
     }
 
     fn log_start(&self) {
-        let Settings { listen, connections, .. } = self.shared.settings;
+        let Modbus { listen, connections, .. } = self.shared.settings;
         let address = self.address().unwrap_or(listen);
         info!(%address, connections, "Modbus server listens");
         if !address.ip().is_loopback() {
@@ -158,6 +158,16 @@ impl Shared {
         } else if let Some(unlogged) = self.may_log(&self.lines.broken) {
             warn!(%client, unlogged, "Modbus client closed: {why}");
         }
+    }
+
+    /// How long a frame may take from its first byte to its last, and a reply to be taken.
+    pub fn frame_timeout(&self) -> Duration {
+        Duration::from_millis(self.settings.frame_timeout_ms.into())
+    }
+
+    /// How long a client may be silent between two requests.
+    pub fn idle_timeout(&self) -> Duration {
+        Duration::from_millis(self.settings.idle_timeout_ms.into())
     }
 
     fn may_log(&self, line: &Throttle) -> Option<u64> {

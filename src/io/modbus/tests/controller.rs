@@ -9,10 +9,12 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::super::settings::{Image, Run, Settings};
 use super::super::{Map, Server};
+use super::{loopback, range};
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
+use crate::resolve::controller::Modbus;
+use crate::resolve::range::Space;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason, Write};
 use crate::runtime::{Safe, ScanSide, Shape, WorldSide, link};
 
@@ -42,21 +44,18 @@ pub struct Controller {
 
 /// MC1..MC32 and MHR1..MHR123 are listed, a tag limits MHR110 to 1..=100; MC101..MC104 are
 /// X0..X3; Y0..Y3 are MI11..MI14.
-pub fn settings() -> Settings {
-    Settings {
-        listen: SocketAddr::from(([127, 0, 0, 1], 0)),
-        writable_coils: vec![1..=32],
-        writable_registers: vec![1..=123],
-        image: Image {
-            inputs: Some(Run { from: 101, to: 0, count: 4 }),
-            outputs: Some(Run { from: 0, to: 11, count: 4 }),
-        },
-        ..Settings::default()
+pub fn settings() -> Modbus {
+    let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
+    Modbus {
+        writable: vec![range(mc, 1, 32), range(Space::Word(WordSpace::Mhr), 1, 123)],
+        inputs: Some((range(mc, 101, 104), range(x, 0, 3))),
+        outputs: Some((range(y, 0, 3), range(mi, 11, 14))),
+        ..loopback()
     }
 }
 
 impl Controller {
-    pub fn start(settings: Settings, period: Duration) -> Controller {
+    pub fn start(settings: Modbus, period: Duration) -> Controller {
         let layout = Layout::new(&MemorySizes::default(), 0, 0);
         let mut safe = vec![Safe::Off; layout.sizes().y as usize];
         safe[2] = Safe::On;
@@ -136,7 +135,7 @@ impl Drop for Controller {
 }
 
 fn serve(
-    settings: Settings,
+    settings: Modbus,
     layout: &Layout,
     port: &Port,
     stop: &Arc<AtomicBool>,
