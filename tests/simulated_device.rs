@@ -1,50 +1,16 @@
-//! The simulated device and the real engine, together in virtual time.
+//! The simulated device and the real engine, together in virtual time: the plant of
+//! `docs/simulated-device.md`.
+
+mod common;
 
 use rungd::engine::Engine;
 use rungd::io::simulated::Device;
-use rungd::isa::{Address, Bit, BitSpace};
+use rungd::isa::Address;
 use rungd::lower::{Symbols, lower};
 use rungd::resolve::controller::{Device as Rule, Motion};
-use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::source::span::{SourceFile, Span};
+use rungd::resolve::resolve_operand;
 
 const PERIOD_MS: u64 = 10;
-const MOTOR: Bit = Bit::Space(BitSpace::Y, 1);
-
-/// A conveyor: a button starts it, a part passes the eye every 800 ms while it runs, the motor's
-/// contactor answers after 300 ms; without its answer within 500 ms there is an alarm.
-const CONVEYOR: &str = r#"
-[ladder]
-name = "conveyor"
-
-[tags]
-start_pb = { at = "X2" }
-stop_pb  = { at = "X3" }
-motor    = { at = "Y1" }
-answer   = { at = "X4" }
-eye      = { at = "X0" }
-no_motor = { at = "C0" }
-
-[[program]]
-name = "Main"
-
-[[program.rung]]
-when = ["start_pb | motor", "!stop_pb", "!no_motor"]
-do   = ["OUT motor"]
-
-[[program.rung]]
-when = ["motor", "!answer"]
-do   = ["TMR T0 preset=500ms"]
-
-[[program.rung]]
-when = ["T0.Done"]
-do   = ["SET no_motor"]
-
-[[program.rung]]
-leg.up  = ["eye"]
-leg.rst = ["$Off"]
-do      = ["CNT CT0 preset=5"]
-"#;
 
 struct Plant {
     engine: Engine,
@@ -54,14 +20,16 @@ struct Plant {
     now_ms: u64,
 }
 
-fn plant(rules: &[Rule]) -> Plant {
-    let file = SourceFile { name: "conveyor.toml".into(), text: CONVEYOR.into() };
-    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+/// The page's plant, its rules changed.
+fn plant(change: impl Fn(&mut [Rule])) -> Plant {
+    let page = common::page("simulated-device.md");
+    let (program, controller) = common::load(&page, "conveyor.toml", "conveyor-controller.toml");
     let (code, symbols) = lower(&program);
     let mut engine = Engine::new(code);
     engine.start(0);
-    Plant { engine, symbols, device: Device::new(rules), program, now_ms: 0 }
+    let mut rules = controller.devices;
+    change(&mut rules);
+    Plant { engine, symbols, device: Device::new(&rules), program, now_ms: 0 }
 }
 
 impl Plant {
@@ -95,40 +63,33 @@ impl Plant {
     }
 }
 
-fn eye() -> Rule {
-    let motion = Motion::Pulse { width_ms: 200, every_ms: 800, offset_ms: 100 };
-    Rule { input: 0, motion, while_on: Some(MOTOR), invert: false, span: Span::default() }
-}
-
-fn answer(after_ms: u32) -> Rule {
-    let motion = Motion::Follow { bit: MOTOR, after_ms, release_ms: 50 };
-    Rule { input: 4, motion, while_on: None, invert: false, span: Span::default() }
-}
-
 #[test]
 fn parts_come_while_the_motor_runs() {
-    let mut plant = plant(&[eye(), answer(300)]);
+    let mut plant = plant(|_| {});
     plant.run_for(2_000);
-    assert_eq!(plant.value("CT0.Acc"), 0, "nothing moves before the start");
+    assert_eq!(plant.value("parts.Acc"), 0, "nothing moves before the start");
     plant.press(2);
     plant.run_for(300);
-    assert_eq!((plant.value("answer"), plant.value("CT0.Acc")), (0, 1));
+    assert_eq!((plant.value("answer"), plant.value("parts.Acc")), (0, 1));
     plant.run_for(10);
     assert_eq!(plant.value("answer"), 1, "300 ms after the scan that drove the motor");
     plant.run_for(4 * 800);
-    assert_eq!((plant.value("CT0.Acc"), plant.value("CT0.Done")), (5, 1));
+    assert_eq!((plant.value("parts.Acc"), plant.value("parts.Done")), (5, 1));
     assert_eq!(plant.value("no_motor"), 0);
     plant.press(3);
     plant.run_for(2_000);
-    assert_eq!((plant.value("motor"), plant.value("answer"), plant.value("CT0.Acc")), (0, 0, 5));
+    assert_eq!((plant.value("motor"), plant.value("answer"), plant.value("parts.Acc")), (0, 0, 5));
     plant.press(2);
     plant.run_for(200);
-    assert_eq!(plant.value("CT0.Acc"), 6, "the phase began anew with the motor");
+    assert_eq!(plant.value("parts.Acc"), 6, "the phase began anew with the motor");
 }
 
 #[test]
 fn a_slow_answer_is_an_alarm() {
-    let mut plant = plant(&[eye(), answer(600)]);
+    let mut plant = plant(|rules| match &mut rules[1].motion {
+        Motion::Follow { after_ms, .. } => *after_ms = 600,
+        other => panic!("the answer follows: {other:?}"),
+    });
     plant.press(2);
     plant.run_for(1_000);
     assert_eq!((plant.value("motor"), plant.value("no_motor")), (0, 1));
@@ -137,7 +98,7 @@ fn a_slow_answer_is_an_alarm() {
 #[test]
 fn two_runs_are_the_same() {
     let run = || {
-        let mut plant = plant(&[eye(), answer(300)]);
+        let mut plant = plant(|_| {});
         plant.press(2);
         plant.run_for(12_345);
         (plant.engine.image().bits().to_vec(), plant.engine.image().words().to_vec())
