@@ -170,8 +170,10 @@ impl Shared {
         Duration::from_millis(self.settings.idle_timeout_ms.into())
     }
 
-    fn may_log(&self, line: &Throttle) -> Option<u64> {
-        line.pass(self.started.elapsed().as_millis() as u64)
+    /// Whether a line may be logged now; and then, if any were held back before it, how many.
+    fn may_log(&self, line: &Throttle) -> Option<Option<u64>> {
+        let held_back = line.pass(self.started.elapsed().as_millis() as u64)?;
+        Some((held_back > 0).then_some(held_back))
     }
 }
 

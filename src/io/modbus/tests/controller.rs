@@ -3,9 +3,9 @@
 
 use std::io::{ErrorKind, Read, Write as _};
 use std::net::{SocketAddr, TcpStream};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -37,6 +37,7 @@ pub struct Controller {
     pub address: SocketAddr,
     pub layout: Layout,
     pub torn: Arc<AtomicU64>,
+    log: Log,
     commands: Sender<Do>,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
@@ -69,7 +70,8 @@ impl Controller {
         let stop = Arc::new(AtomicBool::new(false));
         let torn = Arc::new(AtomicU64::new(0));
         let (commands, orders) = channel();
-        let (address, serving) = serve(settings, &layout, &port, &stop);
+        let log = Log::default();
+        let (address, serving) = serve((settings, log.clone()), &layout, &port, &stop);
         let scanner = Scanner {
             scan,
             world,
@@ -80,7 +82,7 @@ impl Controller {
             torn: Arc::clone(&torn),
         };
         let threads = vec![serving, thread::spawn(move || scanner.scan())];
-        let controller = Controller { port, address, layout, torn, commands, stop, threads };
+        let controller = Controller { port, address, layout, torn, log, commands, stop, threads };
         controller.order(Do::Run);
         controller
     }
@@ -112,6 +114,11 @@ impl Controller {
         Client::connect(self.address)
     }
 
+    /// All that the server has logged.
+    pub fn logged(&self) -> String {
+        String::from_utf8_lossy(&self.log.0.lock().unwrap()).into_owned()
+    }
+
     pub fn bit(&self, space: BitSpace, n: u32) -> bool {
         self.port.latest().bit(self.layout.bit(Bit::Space(space, n)))
     }
@@ -134,8 +141,22 @@ impl Drop for Controller {
     }
 }
 
+/// Where the server's log goes.
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<u8>>>);
+
+impl std::io::Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
 fn serve(
-    settings: Modbus,
+    (settings, log): (Modbus, Log),
     layout: &Layout,
     port: &Port,
     stop: &Arc<AtomicBool>,
@@ -155,7 +176,14 @@ fn serve(
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
     };
-    (address, thread::spawn(move || runtime.block_on(server.run(stopped))))
+    let writer = move || log.clone();
+    let logger = tracing_subscriber::fmt().with_ansi(false).with_writer(writer).finish();
+    let serving = thread::spawn(move || {
+        let _logging = tracing::subscriber::set_default(logger);
+        // As the daemon runs it: a task among others.
+        runtime.block_on(async { tokio::spawn(server.run(stopped)).await.unwrap() });
+    });
+    (address, serving)
 }
 
 struct Scanner {

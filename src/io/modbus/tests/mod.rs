@@ -5,6 +5,7 @@ mod controller;
 mod functions;
 mod hostile;
 mod limits;
+mod log;
 mod scans;
 
 use std::net::SocketAddr;
