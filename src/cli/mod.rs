@@ -1,5 +1,6 @@
 //! The command line: one small file a subcommand.
 
+pub mod run;
 pub mod sim;
 
 use clap::{Parser, Subcommand};
@@ -14,13 +15,17 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    Run(run::RunArgs),
     /// Simulate
     Sim(sim::SimArgs),
 }
 
 /// Runs the command line; gives the exit code.
 pub fn run() -> i32 {
-    let Command::Sim(args) = Cli::parse().command;
+    let args = match Cli::parse().command {
+        Command::Run(args) => return run::run(&args),
+        Command::Sim(args) => args,
+    };
     let mut files = Vec::new();
     for path in sim::ladders(&args) {
         let name = path.display().to_string();
