@@ -196,7 +196,8 @@ mod tests {
         ) {
             let [width_ms, every_ms, after_ms, release_ms] = times;
             nows.sort_unstable();
-            let pulse = Rule { invert, while_on: Some(ENABLE), ..pulse(width_ms, every_ms, after_ms) };
+            let pulse = pulse(width_ms, every_ms, after_ms);
+            let pulse = Rule { invert, while_on: Some(ENABLE), ..pulse };
             let mut device = Device::new(&[pulse, follow(after_ms, release_ms)]);
             for (now_ms, bit) in nows.into_iter().zip(bits) {
                 device.step(now_ms, |_| bit);
