@@ -264,7 +264,7 @@ fn overruns_are_told_once_and_counted() {
 /// Rungs that take some milliseconds. A release build scans far more of them in that time.
 fn slow_rungs() -> String {
     let mut rungs = String::from("rung = [\n");
-    let count = if cfg!(debug_assertions) { 6_000 } else { 200_000 };
+    let count = if cfg!(debug_assertions) { 20_000 } else { 200_000 };
     for n in 0..count {
         let (a, b) = (n % 2000, n * 7 % 2000);
         rungs += &format!(
