@@ -5,15 +5,12 @@
 //! pages, and the index.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use rungd::check;
-use rungd::resolve::controller::resolve_controller;
-use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::controller;
+use rungd::load::{self, Loaded};
 use rungd::source::finding::{Finding, Row, Severity, TABLE};
 use rungd::source::render::{Style, render};
-use rungd::source::span::{FileId, SourceFile};
+use rungd::source::span::SourceFile;
 
 const PRINTS: &str = "<!-- prints -->\n\n```text\n";
 
@@ -49,28 +46,28 @@ fn example(page: &str, mark: &str) -> Vec<SourceFile> {
     files
 }
 
-/// All findings of a ladder file, or of a controller file and its ladder files behind it.
-fn findings(files: &[SourceFile]) -> Vec<Finding> {
-    if !controller::is_controller(&files[0].text) {
-        let (program, mut findings) = load_ladders(files, &LoadOptions::default());
-        let Some(program) = program else { return findings };
-        findings.extend(check::check(&program, &[]));
-        return check::silence(&program, findings);
+/// Loads an example as `rungd check` does; its first file is the one that is given.
+fn load(row: &Row, files: &[SourceFile]) -> Loaded {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("findings").join(row.name);
+    fs::create_dir_all(&folder).expect("a folder for the example");
+    for file in files {
+        fs::write(folder.join(&file.name), &file.text).expect("writable");
     }
-    let (written, mut findings) = controller::read(&files[0].text, FileId(0));
-    let Some(written) = written else { return findings };
-    let options = LoadOptions {
-        sizes: written.memory.clone(),
-        order: written.order.clone(),
-        first_file: FileId(1),
+    let path = folder.join(&files[0].name);
+    let mut loaded = if load::is_controller_file(&path).expect("it was written") {
+        load::controller_file(&path).expect("it was written")
+    } else {
+        load::ladder_files(&[path]).expect("it was written")
     };
-    let (program, found) = load_ladders(&files[1..], &options);
-    findings.extend(found);
-    let Some(program) = program else { return findings };
-    let (resolved, found) = resolve_controller(&written, &program);
-    findings.extend(found);
-    findings.extend(check::check(&program, &resolved.retain));
-    check::silence(&program, findings)
+    for file in &mut loaded.files {
+        let name = Path::new(&file.name).file_name().expect("a file has a name");
+        file.name = name.to_string_lossy().into_owned();
+    }
+    loaded
+}
+
+fn printed(loaded: &Loaded) -> String {
+    render(&loaded.findings, &loaded.files, Style::default())
 }
 
 #[test]
@@ -100,19 +97,19 @@ fn the_wrong_examples_give_their_finding_and_the_right_ones_none() {
     for row in TABLE {
         let page = page(row);
         let wrong = example(&page, "<!-- wrong -->");
-        let found = findings(&wrong);
-        let printed = render(&found, &wrong, Style::default());
+        let loaded = load(row, &wrong);
+        let found = &loaded.findings;
         let other = |f: &Finding| f.code != row.code && f.severity() == Severity::Error;
         if !found.iter().any(|f| f.code == row.code) || found.iter().any(other) {
-            failures.push_str(&format!("{}: the wrong example gives\n{printed}\n", row.name));
+            let said = printed(&loaded);
+            failures.push_str(&format!("{}: the wrong example gives\n{said}\n", row.name));
         } else {
-            failures.push_str(&compare(row, &page, &printed));
+            failures.push_str(&compare(row, &page, &printed(&loaded)));
         }
-        let right = example(&page, "<!-- right -->");
-        let found = findings(&right);
-        if !found.is_empty() {
-            let printed = render(&found, &right, Style::default());
-            failures.push_str(&format!("{}: the right example gives\n{printed}\n", row.name));
+        let loaded = load(row, &example(&page, "<!-- right -->"));
+        if !loaded.findings.is_empty() {
+            let said = printed(&loaded);
+            failures.push_str(&format!("{}: the right example gives\n{said}\n", row.name));
         }
     }
     assert!(failures.is_empty(), "{failures}");

@@ -64,6 +64,8 @@ fn rank(module: &str) -> usize {
 
 /// The top-level modules that a text names behind `crate::`.
 fn used_modules(text: &str) -> Vec<String> {
+    let code: Vec<&str> = text.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
+    let text = code.join("\n");
     let mut used = Vec::new();
     for (at, _) in text.match_indices("crate::") {
         let rest = &text[at + "crate::".len()..];

@@ -24,7 +24,7 @@ use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, is_built_in, is_main, kind_name};
 use super::names::list;
-use super::reach::reached;
+use super::reach::{leading_to, reached};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -45,11 +45,9 @@ fn runs_at_start(block: &Block) -> bool {
 
 fn finding(program: &Program, block: &Block, edges: &[(Option<BlockId>, BlockId)]) -> Finding {
     let name = &block.name;
-    let from: Vec<String> = program
-        .blocks
-        .iter()
-        .filter(|other| other.id != block.id && edges.contains(&(Some(other.id), block.id)))
-        .map(|other| format!("`{}`", other.name))
+    let from: Vec<String> = leading_to(block.id, edges)
+        .into_iter()
+        .map(|from| format!("`{}`", program.block(from).name))
         .collect();
     let (starters, start) = match block.kind {
         BlockKind::Program => ("RUN or RESTART", format!("`RUN {name}`, or `autostart = true`")),

@@ -137,6 +137,11 @@ impl<'a> Context<'a> {
         self.drivers.iter().map(|(bit, drivers)| (*bit, drivers.as_slice()))
     }
 
+    /// The drivers of a bit, in file order.
+    pub fn drivers_of(&self, bit: Bit) -> &[Driver<'a>] {
+        self.drivers.get(&bit).map_or(&[], Vec::as_slice)
+    }
+
     /// Every owned structure with its owners, in file order.
     pub fn owners(&self) -> impl Iterator<Item = (Structure, &[Placed<'a>])> {
         self.owners.iter().map(|(structure, owners)| (*structure, owners.as_slice()))

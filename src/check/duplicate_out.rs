@@ -61,8 +61,8 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[&Driver
 fn help(context: &Context, bit: Bit, all: &[&Driver]) -> String {
     let name = context.name(Address::Bit(bit));
     let outs = all.iter().all(|d| d.placed.mnemonic() == Mnemonic::Out);
-    let powers: Option<Vec<_>> = all.iter().map(|d| context.power(&d.placed.place)).collect();
-    match powers.filter(|_| outs).and_then(|powers| context.any_of(&powers)) {
+    let powers = all.iter().map(|d| context.power(&d.placed.place).filter(|_| outs));
+    match context.any_of(powers) {
         Some(when) => format!(
             "drive it in one rung, if either condition is to turn it ON:\n\
              when = [\"{when}\"]\ndo   = [\"OUT {name}\"]"
@@ -92,7 +92,7 @@ mod tests {
                   program `Main`, rung 2: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["(X0 & X1) | X2 | rise(X3)"]
-                    do   = ["OUT Y0"]
+                    do = ["OUT Y0"]
             "#]],
         );
     }
@@ -157,7 +157,7 @@ mod tests {
                   OUT in program `Main`, rung 1, branch 1: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | (X0 & D0 > 5 & !X1)"]
-                    do   = ["OUT lamp"]
+                    do = ["OUT lamp"]
                 22:29 duplicate-out
                   `Y1` is driven twice, by OUT in program `Day`, stage `A`, rung 1, and by
                   OUT in program `Day`, stage `A`, rung 2: the first has no effect

@@ -69,10 +69,9 @@ fn finding(context: &Context, name: &str, recurrent: &Placed, other: &Placed) ->
 
 /// How one ENTASK does for both rungs, where its condition can be told.
 fn joined(context: &Context, recurrent: &Placed, other: &Placed) -> String {
-    let powers: Option<Vec<_>> =
-        [recurrent, other].iter().map(|p| context.power(&p.place)).collect();
-    let same_block = recurrent.place.element() == other.place.element();
-    match powers.filter(|_| same_block).and_then(|powers| context.any_of(&powers)) {
+    let same_element = recurrent.place.element() == other.place.element();
+    let both = [recurrent, other].into_iter();
+    match context.any_of(both.map(|p| context.power(&p.place).filter(|_| same_element))) {
         Some(when) => format!("keep one ENTASK, in a rung with `when = [\"{when}\"]`"),
         None => "keep one ENTASK, and bring both conditions to its rung".to_owned(),
     }

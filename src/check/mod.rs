@@ -12,6 +12,7 @@ mod bare_timer_value;
 mod block_never_started;
 mod block_rule;
 mod built_in_task;
+mod conditions;
 mod constant_compare;
 mod context;
 mod duplicate_out;

@@ -65,9 +65,8 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[Driver]
 fn help(context: &Context, bit: Bit, all: &[Driver]) -> String {
     let name = context.name(Address::Bit(bit));
     let outs = all.iter().all(|d| d.placed.mnemonic() == Mnemonic::Out);
-    let powers: Option<Vec<_>> =
-        all.iter().map(|d| context.power_from_outside(&d.placed.place)).collect();
-    let remedy = match powers.filter(|_| outs).and_then(|powers| context.any_of(&powers)) {
+    let powers = all.iter().map(|d| context.power_from_outside(&d.placed.place).filter(|_| outs));
+    let remedy = match context.any_of(powers) {
         Some(when) => format!(
             "drive it once, in the last of these programs or in one behind them:\n\
              when = [\"{when}\"]\ndo   = [\"OUT {name}\"]"
@@ -123,14 +122,14 @@ mod tests {
                   `Drain`, rung 1: the one that executes last in a scan decides
                     drive it once, in the last of these programs or in one behind them:
                     when = ["X0 | (Drain.Running & X1)"]
-                    do   = ["OUT Y0"]
+                    do = ["OUT Y0"]
                     if they never run in one scan, on this rung: allow = ["out-elsewhere"]
                 18:38 out-elsewhere
                   `Y1` is driven in two places, program `Drain`, rung 2, and program
                   `Drain`, stage `A`, rung 1: the one that executes last in a scan decides
                     drive it once, in the last of these programs or in one behind them:
                     when = ["(Drain.Running & X2) | (Drain.A & X2)"]
-                    do   = ["OUT Y1"]
+                    do = ["OUT Y1"]
                     if they never run in one scan, on this rung: allow = ["out-elsewhere"]
                 26:38 out-elsewhere
                   `Y2` is driven in two places, program `Drain`, rung 3, and task

@@ -38,35 +38,55 @@ use crate::source::finding::{Code, Finding};
 use super::context::{Context, Placed};
 use super::names::list;
 
-type BitsByStage = BTreeMap<StageId, BTreeSet<Bit>>;
+/// What every stage does to bits.
+#[derive(Default)]
+struct Stages {
+    /// The bits that each drives.
+    driven: BTreeMap<StageId, BTreeSet<Bit>>,
+    /// The bits that each SETs.
+    set: BTreeMap<StageId, BTreeSet<Bit>>,
+}
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let driven = bits_by_stage(context, |placed| placed.driven().map(|(bit, _)| bit));
-    let set = bits_by_stage(context, |placed| {
-        placed.bit().map(|(bit, _)| bit).filter(|_| placed.mnemonic() == Mnemonic::Set)
-    });
-    let nothing = BTreeSet::new();
-    let of = |stages: &BitsByStage, stage| stages.get(&stage).unwrap_or(&nothing).clone();
+    let stages = Stages::of(context);
     for jump in context.of(&[Mnemonic::Jmp, Mnemonic::Sgdivrg, Mnemonic::Sgconvrg]) {
-        for (left, target) in jumps_back(context, jump) {
-            let there = &of(&driven, target) | &of(&set, target);
-            let lost: Vec<Bit> = of(&driven, left).intersection(&there).copied().collect();
+        for pair in jumps_back(context, jump) {
+            let lost = stages.lost(pair);
             if !lost.is_empty() {
-                findings.push(finding(context, jump, (left, target), &lost));
+                findings.push(finding(context, &stages, jump, (pair, &lost)));
             }
         }
     }
 }
 
-fn bits_by_stage(context: &Context, bit: impl Fn(&Placed) -> Option<Bit>) -> BitsByStage {
-    let mut stages = BitsByStage::new();
-    for placed in &context.instructions {
-        if let (Some(stage), Some(bit)) = (placed.place.stage, bit(placed)) {
-            stages.entry(stage.id).or_default().insert(bit);
+impl Stages {
+    fn of(context: &Context) -> Stages {
+        let mut stages = Stages::default();
+        for placed in &context.instructions {
+            let Some(stage) = placed.place.stage else { continue };
+            if let Some((bit, _)) = placed.driven() {
+                stages.driven.entry(stage.id).or_default().insert(bit);
+            } else if let (Mnemonic::Set, Some((bit, _))) = (placed.mnemonic(), placed.bit()) {
+                stages.set.entry(stage.id).or_default().insert(bit);
+            }
         }
+        stages
     }
-    stages
+
+    fn drives(&self, stage: StageId, bit: Bit) -> bool {
+        self.driven.get(&stage).is_some_and(|bits| bits.contains(&bit))
+    }
+
+    fn sets(&self, stage: StageId, bit: Bit) -> bool {
+        self.set.get(&stage).is_some_and(|bits| bits.contains(&bit))
+    }
+
+    /// What the left stage drives, and the target drives or SETs.
+    fn lost(&self, (left, target): (StageId, StageId)) -> Vec<Bit> {
+        let bits = self.driven.get(&left).into_iter().flatten().copied();
+        bits.filter(|bit| self.drives(target, *bit) || self.sets(target, *bit)).collect()
+    }
 }
 
 /// The pairs (left, target) of which the left one terminates behind the target's execution, in
@@ -87,9 +107,9 @@ fn jumps_back(context: &Context, jump: &Placed) -> Vec<(StageId, StageId)> {
 
 fn finding(
     context: &Context,
+    stages: &Stages,
     jump: &Placed,
-    (left, target): (StageId, StageId),
-    lost: &[Bit],
+    ((left, target), lost): ((StageId, StageId), &[Bit]),
 ) -> Finding {
     let names: Vec<String> = lost.iter().map(|bit| context.say_bit(*bit)).collect();
     let (left_name, target_name) =
@@ -102,19 +122,18 @@ fn finding(
     );
     let mut finding = Finding::new(Code::OutLostOnJumpBack, jump.instruction.span, message)
         .label(format!("`{target_name}` comes before `{left_name}`"))
-        .help(help(context, jump.place.block, lost));
-    for placed in &context.instructions {
-        let driven = placed.driven().filter(|(bit, _)| lost.contains(bit));
-        let stage = placed.place.stage.filter(|stage| [left, target].contains(&stage.id));
-        if let (Some((_, span)), Some(_)) = (driven, stage) {
-            finding = finding.related(span, "driven here");
+        .help(help(context, stages, jump.place.block, lost));
+    for driver in lost.iter().flat_map(|bit| context.drivers_of(*bit)) {
+        let stage = driver.placed.place.stage.map(|stage| stage.id);
+        if stage.is_some_and(|stage| stage == left || stage == target) {
+            finding = finding.related(driver.span, "driven here");
         }
     }
     finding
 }
 
 /// A program to paste: it drives the bits from the stages' bits.
-fn help(context: &Context, block: &Block, lost: &[Bit]) -> String {
+fn help(context: &Context, stages: &Stages, block: &Block, lost: &[Bit]) -> String {
     let mut name = format!("{}Outputs", block.name);
     while context.program.blocks.iter().any(|b| b.name == name) {
         name.push('2');
@@ -128,35 +147,27 @@ fn help(context: &Context, block: &Block, lost: &[Bit]) -> String {
         if lost.len() == 1 { "it" } else { "them" },
     );
     for (bit, bit_name) in lost.iter().zip(&bits) {
-        let when = condition(context, block, *bit);
+        let when = condition(context, stages, block, *bit);
         text.push_str(&format!("\n  {{ when = [\"{when}\"], do = [\"OUT {bit_name}\"] }},"));
     }
     text.push_str("\n]");
     text
 }
 
-/// The stages that drive the bit, with the conditions of their OUTs where these can be told.
-fn condition(context: &Context, block: &Block, bit: Bit) -> String {
-    let drivers: Vec<&Placed> = context
-        .instructions
-        .iter()
-        .filter(|p| p.place.block.id == block.id && p.place.stage.is_some())
-        .filter(|p| p.driven().or_else(|| p.bit()).is_some_and(|(driven, _)| driven == bit))
-        .collect();
-    let outs = drivers.iter().all(|p| p.mnemonic() == Mnemonic::Out);
-    let powers: Option<Vec<_>> =
-        drivers.iter().map(|p| context.power_from_outside(&p.place)).collect();
-    if let Some(when) = powers.filter(|_| outs).and_then(|powers| context.any_of(&powers)) {
-        return when;
-    }
-    let mut stages: Vec<String> = Vec::new();
-    for stage in drivers.iter().filter_map(|p| p.place.stage) {
-        let name = context.name(Address::Bit(Bit::Stage(stage.id)));
-        if !stages.contains(&name) {
-            stages.push(name);
-        }
-    }
-    stages.join(" | ")
+/// The stages that turn the bit ON, with the conditions of their OUTs where these can be told.
+fn condition(context: &Context, stages: &Stages, block: &Block, bit: Bit) -> String {
+    let in_stages = |p: &Placed| p.place.block.id == block.id && p.place.stage.is_some();
+    let drivers: Vec<&Placed> =
+        context.drivers_of(bit).iter().map(|d| &d.placed).filter(|p| in_stages(p)).collect();
+    let outs = drivers.iter().all(|p| p.mnemonic() == Mnemonic::Out)
+        && !block.stages.iter().any(|stage| stages.sets(stage.id, bit));
+    let powers = drivers.iter().map(|p| context.power_from_outside(&p.place).filter(|_| outs));
+    context.any_of(powers).unwrap_or_else(|| {
+        let ids = block.stages.iter().map(|stage| stage.id);
+        let ids = ids.filter(|id| stages.drives(*id, bit) || stages.sets(*id, bit));
+        let names = ids.map(|id| context.name(Address::Bit(Bit::Stage(id))));
+        names.collect::<Vec<_>>().join(" | ")
+    })
 }
 
 #[cfg(test)]
@@ -200,15 +211,15 @@ mod tests {
                     name = "DayOutputs"
                     autostart = true
                     rung = [
-                            { when = ["Day.A | (Day.B & X3)"], do = ["OUT Y0"] },
-                            { when = ["(Day.A & X1) | (Day.B & X2 & !X3)"], do = ["OUT Y1"] },
+                    { when = ["Day.A | (Day.B & X3)"], do = ["OUT Y0"] },
+                    { when = ["(Day.A & X1) | (Day.B & X2 & !X3)"], do = ["OUT Y1"] },
                     ]
             "#]],
         );
     }
 
     #[test]
-    fn to_itself_to_a_later_one_and_without_a_common_bit() {
+    fn to_itself_and_to_a_later_one() {
         check(
             r#"
             [[program]]
@@ -224,11 +235,7 @@ mod tests {
 
             [[program.stage]]
             name = "B"
-            rung = [ { when = ["X2"], do = ["OUT Y0", "JMP C"] } ]
-
-            [[program.stage]]
-            name = "C"
-            rung = [ { when = ["X3"], do = ["OUT Y2", "JMP A"] } ]
+            rung = [ { when = ["X2"], do = ["OUT Y0", "EXIT"] } ]
             "#,
             expect![[""]],
         );
@@ -271,7 +278,7 @@ mod tests {
                     name = "DayOutputs"
                     autostart = true
                     rung = [
-                            { when = ["Day.A | Day.C"], do = ["OUT Y0"] },
+                    { when = ["Day.A | Day.C"], do = ["OUT Y0"] },
                     ]
                 21:9 stage-never-entered
                   stage `D` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or
@@ -286,7 +293,7 @@ mod tests {
                     name = "DayOutputs"
                     autostart = true
                     rung = [
-                            { when = ["(Day.B & X2) | (Day.D & X3)"], do = ["OUT Y1"] },
+                    { when = ["(Day.B & X2) | (Day.D & X3)"], do = ["OUT Y1"] },
                     ]
             "#]],
         );

@@ -17,6 +17,8 @@
 //! do = ["CNT CT0 preset=12"]
 //! ```
 
+use std::collections::BTreeSet;
+
 use crate::isa::instruction::Termination;
 use crate::isa::{Address, Structure, Word, WordSpace};
 use crate::resolve::range::{Range, Space};
@@ -74,10 +76,13 @@ fn finding(context: &Context, structure: Structure, owner: &Placed, range: &Rang
 
 /// A retained D that the ladder does not name; else `D0`, which is then to be retained too.
 fn word(context: &Context) -> (Word, &'static str) {
-    let named = |word| context.program.operands.iter().any(|o| o.address == Address::Word(word));
+    let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
     let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));
     let words = data.flat_map(|range| range.first..=range.last);
-    match words.map(|n| Word::Space(WordSpace::D, n)).find(|word| !named(*word)) {
+    match words
+        .map(|n| Word::Space(WordSpace::D, n))
+        .find(|word| !named.contains(&Address::Word(*word)))
+    {
         Some(word) => (word, ""),
         None => (Word::Space(WordSpace::D, 0), ", in a word that you retain"),
     }

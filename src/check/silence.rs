@@ -4,28 +4,31 @@
 //! file. A warning of several places is silenced at the one that it is reported at. Errors are
 //! never silenced.
 
-use crate::resolve::program::{Program, Rung};
+use crate::resolve::program::Program;
 use crate::source::finding::{Finding, Severity};
-use crate::source::span::Span;
+use crate::source::span::{FileId, Span};
 
 /// The findings without those that are allowed; the readers' warnings may be among them.
 pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
+    let allows = rung_allows(program);
     let silenced = |finding: &Finding| {
         let name = finding.code.name();
-        let on_file = program
-            .allow
-            .iter()
-            .any(|(file, allowed)| allowed == name && *file == finding.span.file);
-        on_file || allowing_rungs(program, name).any(|rung| begins_in(rung.extent, finding.span))
+        let in_file =
+            |(file, allowed): &(FileId, String)| allowed == name && *file == finding.span.file;
+        program.allow.iter().any(in_file)
+            || allows
+                .iter()
+                .any(|(allowed, extent)| *allowed == name && begins_in(*extent, finding.span))
     };
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
 }
 
-fn allowing_rungs<'a>(program: &'a Program, name: &'a str) -> impl Iterator<Item = &'a Rung> {
+/// What rungs allow, and where.
+fn rung_allows(program: &Program) -> Vec<(&str, Span)> {
     let rungs = program.blocks.iter().flat_map(|block| {
         block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
     });
-    rungs.filter(move |rung| rung.allow.iter().any(|allowed| allowed == name))
+    rungs.flat_map(|rung| rung.allow.iter().map(|name| (name.as_str(), rung.extent))).collect()
 }
 
 fn begins_in(extent: Span, span: Span) -> bool {
@@ -108,7 +111,7 @@ mod tests {
                   program `Main`, rung 2: the first has no effect
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | X1"]
-                    do   = ["OUT Y0"]
+                    do = ["OUT Y0"]
             "#]],
         );
     }

@@ -24,7 +24,7 @@ use crate::source::finding::{Code, Finding};
 
 use super::context::Context;
 use super::names::list;
-use super::reach::reached;
+use super::reach::{leading_to, reached};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -34,7 +34,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let reached = reached(initial, &edges);
     for block in blocks {
         let never = block.stages.iter().enumerate().filter(|(_, s)| !reached.contains(&s.id));
-        findings.extend(never.map(|(at, stage)| finding(block, (at, stage), &edges)));
+        findings.extend(never.map(|(at, stage)| finding(context, block, (at, stage), &edges)));
     }
 }
 
@@ -51,15 +51,14 @@ fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
 }
 
 fn finding(
+    context: &Context,
     block: &Block,
     (at, stage): (usize, &Stage),
     edges: &[(Option<StageId>, StageId)],
 ) -> Finding {
-    let from: Vec<String> = block
-        .stages
-        .iter()
-        .filter(|other| other.id != stage.id && edges.contains(&(Some(other.id), stage.id)))
-        .map(|other| format!("`{}`", other.name))
+    let from: Vec<String> = leading_to(stage.id, edges)
+        .into_iter()
+        .map(|from| format!("`{}`", context.program.stage(from).name))
         .collect();
     let why = match from.as_slice() {
         [] => "no JMP, SGSET, SGDIVRG or SGCONVRG leads to it".to_owned(),

@@ -67,7 +67,7 @@ fn print(ladder: &str, findings: &[Finding]) -> String {
 
 fn fold(line: &str, indent: &str, text: &mut String) {
     let mut width = 0;
-    for word in line.split(' ') {
+    for word in line.split_whitespace() {
         let fits = width > 0 && width + 1 + word.len() <= 72;
         if width > 0 && !fits {
             text.push('\n');

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
+use crate::check::page;
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Kind, LegName, Spec};
 use crate::source::finding::{self, Code, Severity};
@@ -86,9 +87,18 @@ fn of_instruction(spec: &Spec) -> String {
 }
 
 fn of_finding(code: Code) -> String {
-    let row = code.row();
-    let severity = if row.severity == Severity::Error { "error" } else { "warning" };
-    format!("{severity}[{}]: {}\n", row.name, row.summary)
+    page(code.name()).map(for_a_terminal).unwrap_or_default()
+}
+
+/// A page without the marks that only its test reads, and the blank lines around them.
+fn for_a_terminal(page: &str) -> String {
+    let mut lines: Vec<&str> = Vec::new();
+    for line in page.lines().filter(|line| !line.starts_with("<!--")) {
+        if !(line.is_empty() && lines.last().is_some_and(|last| last.is_empty())) {
+            lines.push(line);
+        }
+    }
+    lines.join("\n") + "\n"
 }
 
 fn termination(termination: Termination) -> &'static str {

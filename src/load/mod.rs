@@ -11,25 +11,26 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use crate::check::{check, silence};
 use crate::resolve::controller::{Controller, resolve_controller};
 use crate::resolve::program::Program;
 use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::controller as written;
-use crate::source::finding::{Code, Finding};
+use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, SourceFile, Span};
 
 /// Largest file that is read.
 const FILE_BYTES_MAX: u64 = 256 << 20;
 
-/// What came of a load. Without an error among the findings, everything asked for is there.
+/// What came of a load. Program and controller are there exactly when no finding is an error.
 #[derive(Debug, Default)]
 pub struct Loaded {
     /// All files that were read, by their numbers.
     pub files: Vec<SourceFile>,
     /// All findings, in order of place.
     pub findings: Vec<Finding>,
-    /// The program, unless an error left a hole in it.
+    /// The program, resolved and judged.
     pub program: Option<Program>,
     /// The controller file's settings, where one was loaded.
     pub controller: Option<Controller>,
@@ -45,6 +46,7 @@ pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
         loaded.read(path)?;
     }
     loaded.ladders(0, LoadOptions::default());
+    loaded.judge();
     Ok(loaded)
 }
 
@@ -60,7 +62,8 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
     let Some(written) = written else { return Ok(loaded) };
     let first = loaded.files.len();
     if !loaded.named_files(path, &written.ladder) {
-        return Ok(loaded.in_order());
+        loaded.judge();
+        return Ok(loaded);
     }
     let first_file = FileId(first as u32);
     let (sizes, order) = (written.memory.clone(), written.order.clone());
@@ -70,7 +73,8 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
         loaded.findings.extend(found);
         loaded.controller = Some(controller);
     }
-    Ok(loaded.in_order())
+    loaded.judge();
+    Ok(loaded)
 }
 
 /// Whether a file is a controller file rather than a ladder file.
@@ -126,7 +130,7 @@ impl Loaded {
         whole && !names.is_empty()
     }
 
-    /// Resolves and checks the files from `first` on.
+    /// Resolves the files from `first` on.
     fn ladders(&mut self, first: usize, options: LoadOptions) {
         // A file that is not text would only bring follow-up findings.
         if self.findings.iter().any(|f| f.span.file.0 as usize >= first) {
@@ -137,9 +141,19 @@ impl Loaded {
         self.program = program;
     }
 
-    fn in_order(mut self) -> Loaded {
+    /// Applies the rules to the program, silences what is allowed, and keeps the program only if
+    /// nothing refuses it.
+    fn judge(&mut self) {
+        if let Some(program) = &self.program {
+            let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);
+            self.findings.extend(check(program, retained));
+            self.findings = silence(program, std::mem::take(&mut self.findings));
+        }
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
-        self
+        if self.findings.iter().any(|finding| finding.severity() == Severity::Error) {
+            self.program = None;
+            self.controller = None;
+        }
     }
 }
 

@@ -36,7 +36,7 @@ impl Resolver<'_> {
         for row in spec.operands.iter().filter(|row| !row.optional && !given.contains(&row.name)) {
             // A superfluous operand is often the missing one without its key: one finding will do.
             whole = false;
-            if !text.operands.iter().any(|o| o.key.is_none() && is_lost(text, o, spec)) {
+            if !text.operands.iter().any(|operand| is_lost(text, operand, spec)) {
                 self.find(missing_operand(text, spec, row));
             }
         }
@@ -205,13 +205,18 @@ impl Resolver<'_> {
 
     /// The thing that an operand names; a constant is a finding.
     fn thing<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<(&'t str, Thing)> {
-        let Some(name) = atom.name() else {
+        let name = self.name_of(atom, wanted)?;
+        Some((name, self.look_up(name, atom.span)?))
+    }
+
+    /// The name that an operand is; a constant is a finding.
+    fn name_of<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<&'t str> {
+        if atom.name().is_none() {
             let message = format!("`{atom}` is a constant, not {wanted}");
             let finding = Finding::new(Code::OperandType, atom.span, message);
             self.find(finding.label(format!("{wanted} belongs here")));
-            return None;
-        };
-        Some((name, self.look_up(name, atom.span)?))
+        }
+        atom.name()
     }
 
     /// Any block: whether it may be started or stopped in this way is for the rules to judge.
@@ -221,7 +226,8 @@ impl Resolver<'_> {
             Kind::Task => "a task",
             _ => "a program or task",
         };
-        let block = self.scope.block(atom.name().unwrap_or_default()).map(|block| block.id);
+        let name = self.name_of(atom, wanted)?;
+        let block = self.scope.block(name).map(|block| block.id);
         if block.is_none() {
             self.unknown_block(atom, wanted);
         }
@@ -252,7 +258,7 @@ impl Resolver<'_> {
     }
 
     fn stage_operand(&mut self, atom: &Atom, spec: &Spec, block: BlockId) -> Option<ArgValue> {
-        let name = atom.to_string();
+        let name = self.name_of(atom, "the name of a stage")?.to_owned();
         let (program, names) = self.scope.block_of(block)?;
         if let Some(id) = names.stages.get(&name) {
             return Some(ArgValue::Stage(*id));
@@ -283,8 +289,11 @@ fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static Operand> {
     rows.find(|row| row.kind == Kind::Stages || !given.contains(&row.name))
 }
 
-/// Whether a positional operand is one more than the instruction has.
+/// Whether an operand has no row: an unknown key, or one more than the instruction has.
 fn is_lost(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> bool {
+    if let Some(key) = &operand.key {
+        return !spec.operands.iter().any(|row| row.key == Some(key.value.as_str()));
+    }
     let before = text.operands.iter().filter(|o| o.key.is_none() && o.span < operand.span);
     let rows = || spec.operands.iter().filter(|row| row.key.is_none());
     !rows().any(|row| row.kind == Kind::Stages) && before.count() >= rows().count()
