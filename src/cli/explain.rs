@@ -35,7 +35,7 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
                 let known = known.chain(finding::TABLE.iter().map(|row| row.name));
                 let near = nearest(name, known);
                 let near = near.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
-                eprintln!("rungd: no instruction or finding is called `{name}`{near}");
+                super::say(&format!("rungd: no instruction or finding is called `{name}`{near}\n"));
                 return Ok(Exit::Usage);
             }
         },

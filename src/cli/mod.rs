@@ -9,6 +9,7 @@ pub mod explain;
 pub mod run;
 pub mod sim;
 
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use anyhow::Result;
@@ -43,11 +44,11 @@ pub fn run() -> i32 {
         Ok(Ok(exit)) => exit,
         Ok(Err(error)) if exit::is_broken_pipe(&error) => Exit::Ok,
         Ok(Err(error)) => {
-            eprintln!("rungd: {error:#}");
+            say(&format!("rungd: {error:#}\n"));
             Exit::of(&error)
         }
         Err(_) => {
-            eprintln!("rungd: this is a bug in rungd; please report it with the lines above");
+            say("rungd: this is a bug in rungd; please report it with the lines above\n");
             Exit::Software
         }
     };
@@ -63,11 +64,16 @@ fn dispatch(command: &Command) -> Result<Exit> {
     }
 }
 
+/// Says something on standard error; nobody listening is no reason to fail.
+fn say(text: &str) {
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}
+
 fn simulate(args: &sim::SimArgs) -> Result<Exit> {
     let loaded = load::ladder_files(sim::ladders(args))?;
     let style = check::style(false);
     if !loaded.findings.is_empty() {
-        eprint!("{}", render(&loaded.findings, &loaded.files, style));
+        say(&render(&loaded.findings, &loaded.files, style));
     }
     match loaded.program {
         Some(program) if !refuses(&loaded.findings, style) => {

@@ -63,7 +63,8 @@ impl Resolver<'_> {
         self.check_aliases(program);
         // A program without a name may be the one that was meant.
         let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
-        let lost = self.misread && program.blocks.is_empty();
+        let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);
+        let lost = self.misread && !programs;
         if !lost && !program.blocks.iter().any(has_main) {
             self.no_main(program);
         }

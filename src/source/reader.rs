@@ -80,6 +80,11 @@ impl<'a> Doc<'a> {
         Span { file: self.file, start: range.start as u32, end: range.end as u32 }
     }
 
+    /// Whether a header without a parent was found already.
+    pub(super) fn has_headless(&self) -> bool {
+        self.findings.borrow().iter().any(|finding| finding.code == Code::OutOfPlace)
+    }
+
     /// How many bytes the file has.
     pub fn len(&self) -> usize {
         self.source.len()

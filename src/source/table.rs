@@ -259,7 +259,11 @@ impl<'a> Table<'a> {
         let array = match value.get_ref() {
             DeValue::Array(array) => array,
             // A header below one that is missing; the check of the headers has said so.
-            DeValue::Table(_) if headers::is_implicit(self.doc, value) => return Vec::new(),
+            DeValue::Table(_)
+                if headers::is_implicit(self.doc, value) && self.doc.has_headless() =>
+            {
+                return Vec::new();
+            }
             _ => {
                 let parent = if self.place == "the file" { "" } else { "…" };
                 let wanted = format!("an array of tables (`[[{parent}{key}]]`)");
