@@ -3,17 +3,12 @@
 //! `load` reads files and finds what is wrong in them; here the engine's program is made of the
 //! ladder, and what the controller file asks for becomes what the runtime and the drivers take.
 
-use std::time::Duration;
-
 use crate::engine;
-use crate::io::modbus::{self, Limit, Run};
-use crate::io::simulated::{self, Rule, Source};
-use crate::isa::{Bit, BitSpace, Word, WordSpace};
+use crate::isa::{Bit, BitSpace};
 use crate::load::Loaded;
 use crate::lower::{Symbols, lower};
 use crate::resolve::controller::{self as resolved, Controller};
 use crate::resolve::program::Program;
-use crate::resolve::range::{Range, Space};
 use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
 use crate::source::controller::Realtime;
 use crate::source::span::SourceFile;
@@ -37,9 +32,8 @@ pub struct Setup {
     pub(super) pace: Pace,
     pub(super) memory: Memory,
     pub(super) posture: Posture,
-    pub(super) modbus: Option<modbus::Settings>,
-    pub(super) limits: Vec<Limit>,
-    pub(super) rules: Vec<Rule>,
+    pub(super) modbus: Option<resolved::Modbus>,
+    pub(super) rules: Vec<resolved::Device>,
 }
 
 /// What is told of a ladder at start.
@@ -86,9 +80,8 @@ pub fn settle(loaded: &Loaded) -> Result<Setup, String> {
         pace: pace(controller),
         memory: memory(controller, program, &symbols),
         posture: posture(&controller.realtime),
-        modbus: controller.modbus.as_ref().map(modbus_settings),
-        limits: limits(program, &symbols),
-        rules: controller.devices.iter().map(|device| rule(device, &symbols)).collect(),
+        modbus: controller.modbus.clone(),
+        rules: controller.devices.clone(),
         program: code,
         symbols,
     })
@@ -106,15 +99,12 @@ fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memo
 }
 
 fn pace(controller: &Controller) -> Pace {
-    let statistics = match controller.statistics_ms {
-        0 => u64::MAX / 2,
-        ms => u64::from(ms) * MS_NS,
-    };
+    let statistics_ms = u64::from(controller.statistics_ms);
     Pace {
         period_ns: u64::from(controller.period_ms) * MS_NS,
         watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
         scans: None,
-        statistics_every_ns: statistics,
+        statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
     }
 }
 
@@ -139,59 +129,6 @@ fn safe_values(controller: &Controller, outputs: u32) -> Vec<Safe> {
         }
     }
     safe
-}
-
-fn modbus_settings(server: &resolved::Modbus) -> modbus::Settings {
-    let of = |space: Space| {
-        let ranges = server.writable.iter().filter(move |range| range.space == space);
-        ranges.map(|range| range.first..=range.last).collect()
-    };
-    let ms = |ms: u32| Duration::from_millis(u64::from(ms));
-    modbus::Settings {
-        listen: server.listen,
-        writable_coils: of(Space::Bit(BitSpace::Mc)),
-        writable_registers: of(Space::Word(WordSpace::Mhr)),
-        connections: server.connections,
-        frame_timeout: ms(server.frame_timeout_ms),
-        idle_timeout: ms(server.idle_timeout_ms),
-        image: modbus::Image {
-            inputs: server.inputs.map(run_of),
-            outputs: server.outputs.map(run_of),
-        },
-    }
-}
-
-fn run_of((from, to): (Range, Range)) -> Run {
-    Run { from: from.first, to: to.first, count: from.count() }
-}
-
-/// What `min` and `max` of tags say about registers that a client may write.
-fn limits(program: &Program, symbols: &Symbols) -> Vec<Limit> {
-    let words = (1..=program.sizes.mhr).map(|n| Word::Space(WordSpace::Mhr, n));
-    let limited = words.filter(|word| symbols.limits(*word) != word.range());
-    let limit = |word| {
-        let (min, max) = symbols.limits(word);
-        Limit { cell: symbols.layout.word(word), min, max }
-    };
-    limited.map(limit).collect()
-}
-
-fn rule(device: &resolved::Device, symbols: &Symbols) -> Rule {
-    let source = |bit: Bit| match bit {
-        // A plant feels the safe values too.
-        Bit::Space(BitSpace::Y, n) => Source::Output(n),
-        other => Source::Image(symbols.layout.bit(other)),
-    };
-    let motion = match device.motion {
-        resolved::Motion::Pulse { width_ms, every_ms, offset_ms } => {
-            simulated::Motion::Pulse { pulse_ms: width_ms, every_ms, offset_ms }
-        }
-        resolved::Motion::Follow { bit, after_ms, release_ms } => {
-            simulated::Motion::Follow { bit: source(bit), after_ms, release_ms }
-        }
-    };
-    let only_while = device.while_on.map(source);
-    Rule { input: device.input, motion, only_while, invert: device.invert }
 }
 
 fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {

@@ -166,10 +166,11 @@ async fn start_drivers(
     stopped: &watch::Receiver<bool>,
 ) -> Result<JoinSet<()>, Failure> {
     let mut drivers = JoinSet::new();
+    let layout = &setup.symbols.layout;
     if let Some(settings) = &setup.modbus {
-        let layout = &setup.symbols.layout;
         let listen = settings.listen;
-        let bound = modbus::Server::bind(settings.clone(), layout, &setup.limits, port.clone());
+        let map = modbus::Map::new(settings, layout, |word| setup.symbols.limits(word));
+        let bound = modbus::Server::bind(settings.clone(), map, port.clone());
         let server = bound.await.map_err(|error| {
             let context = format!(
                 "{}: `[modbus-server]` cannot listen at {listen}: {error}",
@@ -181,7 +182,8 @@ async fn start_drivers(
     }
     if !setup.rules.is_empty() {
         info!(rules = setup.rules.len(), "a simulated device moves inputs: this is no real plant");
-        drivers.spawn(simulated::run(setup.rules.clone(), port.clone(), told(stopped)));
+        let device = simulated::Device::new(&setup.rules);
+        drivers.spawn(simulated::run(device, layout.clone(), port.clone(), told(stopped)));
     }
     Ok(drivers)
 }

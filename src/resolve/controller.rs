@@ -5,6 +5,7 @@
 
 use std::net::SocketAddr;
 
+use super::claims;
 use super::program::Program;
 use super::range::{Range, Space, resolve_range};
 use super::scope::Scope;
@@ -94,8 +95,9 @@ pub enum Motion {
     },
 }
 
+/// Loopback, and no port that wants a privilege as 502 does.
 const LISTEN_DEFAULT: SocketAddr =
-    SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 502);
+    SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 1502);
 
 /// What may survive a restart: bits and words that only programs and clients write, and
 /// structures.
@@ -148,6 +150,7 @@ pub fn resolve_controller(
         devices: resolver.devices(&written.devices),
         statistics_ms: written.log.statistics_ms.unsigned_abs(),
     };
+    resolver.findings.extend(claims::moved_twice(&controller));
     (controller, resolver.findings)
 }
 
@@ -198,11 +201,16 @@ impl Resolver {
                 let message = format!("`{}` is no address to listen at", listen.text);
                 let finding = Finding::new(Code::Controller, listen.span, message);
                 self.findings.push(
-                    finding.help("write an IP address and a port: `127.0.0.1:502`, `[::]:502`"),
+                    finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`"),
                 );
                 LISTEN_DEFAULT
             })
         });
+        let timeouts =
+            [("frame-timeout", server.frame_timeout_ms), ("idle-timeout", server.idle_timeout_ms)];
+        for (key, ms) in timeouts {
+            self.at_least_one(key, &Located { value: ms, span: server.span });
+        }
         let wanted = Wanted {
             spaces: &[Space::Bit(BitSpace::Mc), Space::Word(WordSpace::Mhr)],
             words: "what Modbus clients write (MC, MHR)",

@@ -3,6 +3,7 @@
 //! [`load_ladders`] takes the texts of one or several ladder files and gives the resolved
 //! [`Program`], which the checks judge and `lower` turns into an engine program. It does no I/O.
 
+mod claims;
 mod contact;
 pub mod controller;
 mod declare;

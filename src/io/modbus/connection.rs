@@ -69,7 +69,7 @@ pub(super) struct Connection {
 impl Connection {
     pub fn new(stream: TcpStream, client: SocketAddr, shared: Arc<Shared>) -> Connection {
         let received = [0; FRAME_BYTES_MAX];
-        let deadline = Instant::now() + shared.settings.idle_timeout;
+        let deadline = Instant::now() + shared.idle_timeout();
         Connection { stream, client, shared, received, filled: 0, deadline }
     }
 
@@ -104,16 +104,16 @@ impl Connection {
     /// Waits for further bytes of the frame, or for the first of the next.
     async fn receive(&mut self) -> Result<(), Closed> {
         let free = &mut self.received[self.filled..];
-        let limits = &self.shared.settings;
+        let limits = &self.shared;
         match timeout_at(self.deadline, self.stream.read(free)).await {
-            Err(_) if self.filled == 0 => Err(Closed::Idle(limits.idle_timeout)),
-            Err(_) => Err(Closed::Unfinished(limits.frame_timeout)),
+            Err(_) if self.filled == 0 => Err(Closed::Idle(limits.idle_timeout())),
+            Err(_) => Err(Closed::Unfinished(limits.frame_timeout())),
             Ok(Err(error)) => Err(Closed::Failed(error)),
             Ok(Ok(0)) if self.filled == 0 => Err(Closed::ByClient),
             Ok(Ok(0)) => Err(Closed::WithinFrame),
             Ok(Ok(count)) => {
                 if self.filled == 0 {
-                    self.deadline = Instant::now() + limits.frame_timeout;
+                    self.deadline = Instant::now() + limits.frame_timeout();
                 }
                 self.filled += count;
                 Ok(())
@@ -125,13 +125,13 @@ impl Connection {
     async fn answer(&mut self, header: Header, pdu: &[u8]) -> Result<(), Closed> {
         let reply = self.reply(pdu).await;
         let frame = frame::reply(header, |bytes| bytes.extend_from_slice(&reply));
-        let limits = &self.shared.settings;
-        match timeout(limits.frame_timeout, self.stream.write_all(&frame)).await {
-            Err(_) => return Err(Closed::NotTaken(limits.frame_timeout)),
+        let limits = &self.shared;
+        match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
+            Err(_) => return Err(Closed::NotTaken(limits.frame_timeout())),
             Ok(Err(error)) => return Err(Closed::Failed(error)),
             Ok(Ok(())) => {}
         }
-        let wait = if self.filled == 0 { limits.idle_timeout } else { limits.frame_timeout };
+        let wait = if self.filled == 0 { limits.idle_timeout() } else { limits.frame_timeout() };
         self.deadline = Instant::now() + wait;
         Ok(())
     }

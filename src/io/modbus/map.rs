@@ -11,21 +11,11 @@
 
 use super::pdu::{self, Request, Table};
 use super::refusal::Refusal;
-use super::settings::Settings;
 use crate::engine::{BitCell, Layout, WordCell};
 use crate::isa::{Bit, BitSpace, Word, WordSpace};
+use crate::resolve::controller::Modbus;
+use crate::resolve::range::{Range, Space};
 use crate::runtime::exchange::{Snapshot, Write};
-
-/// The least and the greatest value that a tag allows its word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limit {
-    /// The word.
-    pub cell: WordCell,
-    /// Its least value.
-    pub min: i32,
-    /// Its greatest.
-    pub max: i32,
-}
 
 /// Every element that a client can address, by PDU address.
 #[derive(Debug)]
@@ -60,31 +50,32 @@ struct Holding {
 }
 
 impl Map {
-    /// The map of a program's memory, with the settings of a server and the limits of the tags.
-    pub fn new(settings: &Settings, layout: &Layout, limits: &[Limit]) -> Map {
+    /// The map of a program's memory for a server's settings. `limits` says what a word takes: its
+    /// range, narrowed by the tags of its address.
+    pub fn new(settings: &Modbus, layout: &Layout, limits: impl Fn(Word) -> (i32, i32)) -> Map {
         let sizes = layout.sizes();
         let bit = |space, n| layout.bit(Bit::Space(space, n));
-        let word = |space, n| layout.word(Word::Space(space, n));
         let coil = |n| {
-            let input = settings.image.inputs.and_then(|run| run.forward(n));
-            let listed = settings.writable_coils.iter().any(|range| range.contains(&n));
+            let input = settings.inputs.and_then(|(mc, x)| across(mc, x, n));
+            let listed = lists(settings, Space::Bit(BitSpace::Mc), n);
             Coil { cell: bit(BitSpace::Mc, n), writable: listed || input.is_some(), input }
         };
-        let discrete = |n| match settings.image.outputs.and_then(|run| run.back(n)) {
+        let discrete = |n| match settings.outputs.and_then(|(y, mi)| across(mi, y, n)) {
             Some(y) => Discrete::Output(y),
             None => Discrete::Cell(bit(BitSpace::Mi, n)),
         };
         let holding = |n| {
-            let cell = word(WordSpace::Mhr, n);
-            let (min, max) = limits_of(cell, limits);
-            let writable = settings.writable_registers.iter().any(|range| range.contains(&n));
+            let word = Word::Space(WordSpace::Mhr, n);
+            let (cell, (min, max)) = (layout.word(word), limits(word));
+            let writable = lists(settings, Space::Word(WordSpace::Mhr), n);
             Holding { cell, writable, min, max }
         };
+        let input = |n| layout.word(Word::Space(WordSpace::Mir, n));
         Map {
             coils: (1..=sizes.mc).map(coil).collect(),
             discrete: (1..=sizes.mi).map(discrete).collect(),
             holding: (1..=sizes.mhr).map(holding).collect(),
-            input: (1..=sizes.mir).map(|n| word(WordSpace::Mir, n)).collect(),
+            input: (1..=sizes.mir).map(input).collect(),
         }
     }
 
@@ -187,6 +178,17 @@ pub struct Read {
     pub count: u16,
 }
 
+/// Whether an element is listed as writable.
+fn lists(settings: &Modbus, space: Space, n: u32) -> bool {
+    let holds = |range: &Range| range.space == space && (range.first..=range.last).contains(&n);
+    settings.writable.iter().any(holds)
+}
+
+/// The element of `to` that stands for an element of `from`; both ranges are equally long.
+fn across(from: Range, to: Range, n: u32) -> Option<u32> {
+    (from.first..=from.last).contains(&n).then(|| to.first + (n - from.first))
+}
+
 /// The elements of a request, if all exist.
 fn stretch<T>(elements: &[T], table: Table, first: u16, count: u16) -> Result<&[T], Refusal> {
     let stretch = usize::from(first)..usize::from(first) + usize::from(count);
@@ -202,15 +204,9 @@ fn element(first: u16, at: usize) -> u32 {
     u32::from(first) + at as u32 + 1
 }
 
-fn limits_of(cell: WordCell, limits: &[Limit]) -> (i32, i32) {
-    let of_cell = limits.iter().filter(|limit| limit.cell == cell);
-    of_cell
-        .fold(WordSpace::Mhr.range(), |(min, max), limit| (min.max(limit.min), max.min(limit.max)))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::settings::{Image, Run};
+    use super::super::tests::{loopback, range};
     use super::*;
     use crate::isa::MemorySizes;
     use crate::runtime::exchange::{Mode, StopReason};
@@ -220,18 +216,18 @@ mod tests {
     fn small() -> (Map, Layout) {
         let sizes = MemorySizes { mc: 8, mi: 4, mhr: 4, mir: 2, ..MemorySizes::default() };
         let layout = Layout::new(&sizes, 1, 0);
-        let settings = Settings {
-            writable_coils: vec![1..=2],
-            writable_registers: vec![1..=3],
-            image: Image {
-                inputs: Some(Run { from: 3, to: 0, count: 2 }),
-                outputs: Some(Run { from: 0, to: 2, count: 2 }),
-            },
-            ..Settings::default()
+        let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
+        let settings = Modbus {
+            writable: vec![range(mc, 1, 2), range(Space::Word(WordSpace::Mhr), 1, 3)],
+            inputs: Some((range(mc, 3, 4), range(x, 0, 1))),
+            outputs: Some((range(y, 0, 1), range(mi, 2, 3))),
+            ..loopback()
         };
-        let cell = layout.word(Word::Space(WordSpace::Mhr, 2));
-        let limits = [Limit { cell, min: 5, max: 9 }];
-        (Map::new(&settings, &layout, &limits), layout)
+        let limits = |word| match word {
+            Word::Space(WordSpace::Mhr, 2) => (5, 9),
+            other => other.range(),
+        };
+        (Map::new(&settings, &layout, limits), layout)
     }
 
     fn write(pdu: &[u8]) -> Result<Vec<Write>, u8> {

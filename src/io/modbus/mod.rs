@@ -12,11 +12,9 @@ pub mod map;
 pub mod pdu;
 pub mod refusal;
 mod server;
-mod settings;
 #[cfg(test)]
 mod tests;
 mod throttle;
 
-pub use map::Limit;
+pub use map::Map;
 pub use server::Server;
-pub use settings::{Image, Run, Settings};

@@ -17,12 +17,11 @@ use tokio::time::{Instant, sleep};
 use tracing::{debug, error, info, warn};
 
 use super::connection::{Closed, Connection};
-use super::map::{Limit, Map};
+use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
-use super::settings::Settings;
 use super::throttle::Throttle;
-use crate::engine::Layout;
+use crate::resolve::controller::Modbus;
 use crate::runtime::exchange::Port;
 
 /// How long accepting rests after it failed, as when there are no file descriptors left.
@@ -36,7 +35,7 @@ pub struct Server {
 
 /// What the connections share.
 pub(super) struct Shared {
-    pub settings: Settings,
+    pub settings: Modbus,
     pub map: Map,
     pub port: Port,
     started: Instant,
@@ -54,18 +53,13 @@ struct Lines {
 }
 
 impl Server {
-    /// Binds the socket, and gives the inputs of the image their first values.
+    /// Binds the socket, and gives the inputs of the image their first values. The map is that
+    /// of the same settings.
     ///
     /// # Errors
     /// When the address cannot be bound.
-    pub async fn bind(
-        settings: Settings,
-        layout: &Layout,
-        limits: &[Limit],
-        port: Port,
-    ) -> io::Result<Server> {
+    pub async fn bind(settings: Modbus, map: Map, port: Port) -> io::Result<Server> {
         let listener = TcpListener::bind(settings.listen).await?;
-        let map = Map::new(&settings, layout, limits);
         for (x, on) in map.first_inputs(&port.latest()) {
             port.set_input(x, on);
         }
@@ -126,7 +120,7 @@ impl Server {
     }
 
     fn log_start(&self) {
-        let Settings { listen, connections, .. } = self.shared.settings;
+        let Modbus { listen, connections, .. } = self.shared.settings;
         let address = self.address().unwrap_or(listen);
         info!(%address, connections, "Modbus server listens");
         if !address.ip().is_loopback() {
@@ -166,8 +160,20 @@ impl Shared {
         }
     }
 
-    fn may_log(&self, line: &Throttle) -> Option<u64> {
-        line.pass(self.started.elapsed().as_millis() as u64)
+    /// How long a frame may take from its first byte to its last, and a reply to be taken.
+    pub fn frame_timeout(&self) -> Duration {
+        Duration::from_millis(self.settings.frame_timeout_ms.into())
+    }
+
+    /// How long a client may be silent between two requests.
+    pub fn idle_timeout(&self) -> Duration {
+        Duration::from_millis(self.settings.idle_timeout_ms.into())
+    }
+
+    /// Whether a line may be logged now; and then, if any were held back before it, how many.
+    fn may_log(&self, line: &Throttle) -> Option<Option<u64>> {
+        let held_back = line.pass(self.started.elapsed().as_millis() as u64)?;
+        Some((held_back > 0).then_some(held_back))
     }
 }
 

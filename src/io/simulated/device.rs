@@ -1,56 +1,12 @@
 //! Rules and their state: one step of the device.
 //!
 //! A rule moves one input: it pulses, or follows a bit with delays; only while another bit is ON;
-//! upside down if so wished. No clock: pulses are reckoned from the time given, so a step that
-//! comes late shifts nothing that follows. Outputs are read as driven: a plant feels the safe
-//! values too.
+//! upside down if so wished. That no two rules move one input, and that their times make sense,
+//! was seen to when the controller file was resolved. No clock: pulses are reckoned from the time
+//! given, so a step that comes late shifts nothing that follows.
 
-use crate::engine::BitCell;
-
-/// A rule: what one input does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rule {
-    /// Which X.
-    pub input: u32,
-    /// How it moves.
-    pub motion: Motion,
-    /// It moves only while this bit is ON, else it rests.
-    pub only_while: Option<Source>,
-    /// ON where it would be OFF, at rest too.
-    pub invert: bool,
-}
-
-/// How an input moves. All times in milliseconds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
-    /// ON for `pulse_ms` in every `every_ms`, the first time after `offset_ms`.
-    Pulse {
-        /// How long it is ON.
-        pulse_ms: u32,
-        /// From one pulse's begin to the next one's.
-        every_ms: u32,
-        /// From the start to the first pulse.
-        offset_ms: u32,
-    },
-    /// As a bit, after it has kept its value for so long.
-    Follow {
-        /// Which bit.
-        bit: Source,
-        /// How long the bit must be ON.
-        after_ms: u32,
-        /// How long it must be OFF.
-        release_ms: u32,
-    },
-}
-
-/// A bit that a rule reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// A Y as driven, safe values included.
-    Output(u32),
-    /// Any other bit, of the last complete scan.
-    Image(BitCell),
-}
+use crate::isa::Bit;
+use crate::resolve::controller::{Device as Rule, Motion};
 
 /// All rules with their state.
 #[derive(Clone, Debug)]
@@ -80,7 +36,7 @@ impl Device {
     /// A device at rest.
     pub fn new(rules: &[Rule]) -> Device {
         let part = |rule: &Rule| Part {
-            rule: *rule,
+            rule: rule.clone(),
             started_ms: None,
             follower: Follower::default(),
             given: None,
@@ -90,7 +46,7 @@ impl Device {
 
     /// The inputs that change at this time, which never goes back; at the first step every
     /// input of a rule.
-    pub fn step(&mut self, now_ms: u64, read: impl Fn(Source) -> bool) -> Vec<(u32, bool)> {
+    pub fn step(&mut self, now_ms: u64, read: impl Fn(Bit) -> bool) -> Vec<(u32, bool)> {
         let changes = self.parts.iter_mut().filter_map(|part| {
             let on = part.step(now_ms, &read);
             let changed = part.given.replace(on) != Some(on);
@@ -101,17 +57,17 @@ impl Device {
 }
 
 impl Part {
-    fn step(&mut self, now_ms: u64, read: &impl Fn(Source) -> bool) -> bool {
-        if !self.rule.only_while.is_none_or(read) {
+    fn step(&mut self, now_ms: u64, read: &impl Fn(Bit) -> bool) -> bool {
+        if !self.rule.while_on.is_none_or(read) {
             self.started_ms = None;
             self.follower = Follower::default();
             return self.rule.invert;
         }
         let started_ms = *self.started_ms.get_or_insert(now_ms);
         let on = match self.rule.motion {
-            Motion::Pulse { pulse_ms, every_ms, offset_ms } => {
+            Motion::Pulse { width_ms, every_ms, offset_ms } => {
                 let since_first = (now_ms - started_ms).checked_sub(offset_ms.into());
-                since_first.is_some_and(|ms| ms % u64::from(every_ms.max(1)) < pulse_ms.into())
+                since_first.is_some_and(|ms| ms % u64::from(every_ms.max(1)) < width_ms.into())
             }
             Motion::Follow { bit, after_ms, release_ms } => {
                 self.follower.step(now_ms, read(bit), after_ms, release_ms)
@@ -139,19 +95,21 @@ impl Follower {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::isa::BitSpace;
+    use crate::source::span::Span;
     use proptest::prelude::*;
 
-    const MOTOR: Source = Source::Output(1);
-    const ENABLE: Source = Source::Image(BitCell(7));
+    const MOTOR: Bit = Bit::Space(BitSpace::Y, 1);
+    const ENABLE: Bit = Bit::Space(BitSpace::C, 7);
 
-    fn pulse(pulse_ms: u32, every_ms: u32, offset_ms: u32) -> Rule {
-        let motion = Motion::Pulse { pulse_ms, every_ms, offset_ms };
-        Rule { input: 0, motion, only_while: None, invert: false }
+    fn pulse(width_ms: u32, every_ms: u32, offset_ms: u32) -> Rule {
+        let motion = Motion::Pulse { width_ms, every_ms, offset_ms };
+        Rule { input: 0, motion, while_on: None, invert: false, span: Span::default() }
     }
 
     fn follow(after_ms: u32, release_ms: u32) -> Rule {
         let motion = Motion::Follow { bit: MOTOR, after_ms, release_ms };
-        Rule { input: 0, motion, only_while: None, invert: false }
+        Rule { input: 0, motion, while_on: None, invert: false, span: Span::default() }
     }
 
     /// One step a millisecond from 0; a bit is ON where its line has a `#`. The input's line.
@@ -181,7 +139,7 @@ mod tests {
 
     #[test]
     fn while_cuts_a_pulse_and_restarts_its_phase() {
-        let rule = Rule { only_while: Some(ENABLE), ..pulse(2, 5, 1) };
+        let rule = Rule { while_on: Some(ENABLE), ..pulse(2, 5, 1) };
         let (enable, input) = ("..########.##.######", "...##...##..#..##...");
         assert_eq!(line(rule, "", enable), input);
     }
@@ -196,13 +154,13 @@ mod tests {
     fn invert_turns_rest_and_motion_round() {
         let rule = Rule { invert: true, ..follow(0, 0) };
         assert_eq!(line(rule, "..##..", ""), "##..##");
-        let rule = Rule { invert: true, only_while: Some(ENABLE), ..pulse(1, 2, 0) };
+        let rule = Rule { invert: true, while_on: Some(ENABLE), ..pulse(1, 2, 0) };
         assert_eq!(line(rule, "", "..####.."), "##.#.###");
     }
 
     #[test]
     fn while_lets_a_follower_go_at_once_and_start_over() {
-        let rule = Rule { only_while: Some(ENABLE), ..follow(2, 2) };
+        let rule = Rule { while_on: Some(ENABLE), ..follow(2, 2) };
         let motor = "############";
         assert_eq!(line(rule, motor, "######.#####"), "..####...###");
     }
@@ -236,9 +194,10 @@ mod tests {
             bits: Vec<bool>,
             invert: bool,
         ) {
-            let [pulse_ms, every_ms, after_ms, release_ms] = times;
+            let [width_ms, every_ms, after_ms, release_ms] = times;
             nows.sort_unstable();
-            let pulse = Rule { invert, only_while: Some(ENABLE), ..pulse(pulse_ms, every_ms, after_ms) };
+            let pulse = pulse(width_ms, every_ms, after_ms);
+            let pulse = Rule { invert, while_on: Some(ENABLE), ..pulse };
             let mut device = Device::new(&[pulse, follow(after_ms, release_ms)]);
             for (now_ms, bit) in nows.into_iter().zip(bits) {
                 device.step(now_ms, |_| bit);

@@ -6,15 +6,19 @@ use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use super::device::{Device, Rule, Source};
-use crate::runtime::exchange::{Port, Snapshot};
+use super::device::Device;
+use crate::engine::Layout;
+use crate::isa::{Bit, BitSpace};
+use crate::runtime::exchange::Port;
 
 /// The device's time from one step to the next.
 const STEP: Duration = Duration::from_millis(1);
 
 /// Moves the inputs of the rules until `stop`. They stay as they are then.
-pub async fn run(rules: Vec<Rule>, port: Port, stop: impl Future<Output = ()>) {
-    let mut device = Device::new(&rules);
+///
+/// A Y is read as driven, since a plant feels the safe values too; any other bit as the last
+/// complete scan left it.
+pub async fn run(mut device: Device, layout: Layout, port: Port, stop: impl Future<Output = ()>) {
     let mut stop = pin!(stop);
     let mut tick = interval(STEP);
     tick.set_missed_tick_behavior(MissedTickBehavior::Skip);
@@ -26,15 +30,12 @@ pub async fn run(rules: Vec<Rule>, port: Port, stop: impl Future<Output = ()>) {
         }
         let now_ms = started.elapsed().as_millis() as u64;
         let seen = port.latest();
-        for (x, on) in device.step(now_ms, |source| read(&seen, source)) {
+        let read = |bit| match bit {
+            Bit::Space(BitSpace::Y, n) => seen.outputs[n as usize] != 0,
+            other => seen.bit(layout.bit(other)),
+        };
+        for (x, on) in device.step(now_ms, read) {
             port.set_input(x, on);
         }
-    }
-}
-
-fn read(seen: &Snapshot, source: Source) -> bool {
-    match source {
-        Source::Output(y) => seen.outputs[y as usize] != 0,
-        Source::Image(cell) => seen.bit(cell),
     }
 }

@@ -8,5 +8,5 @@
 mod device;
 mod drive;
 
-pub use device::{Device, Motion, Rule, Source};
+pub use device::Device;
 pub use drive::run;

@@ -3,17 +3,18 @@
 
 use std::io::{ErrorKind, Read, Write as _};
 use std::net::{SocketAddr, TcpStream};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::super::Server;
-use super::super::map::Limit;
-use super::super::settings::{Image, Run, Settings};
+use super::super::{Map, Server};
+use super::{loopback, range};
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
+use crate::resolve::controller::Modbus;
+use crate::resolve::range::Space;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason, Write};
 use crate::runtime::{Safe, ScanSide, Shape, WorldSide, link};
 
@@ -36,6 +37,7 @@ pub struct Controller {
     pub address: SocketAddr,
     pub layout: Layout,
     pub torn: Arc<AtomicU64>,
+    log: Log,
     commands: Sender<Do>,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
@@ -43,21 +45,18 @@ pub struct Controller {
 
 /// MC1..MC32 and MHR1..MHR123 are listed, a tag limits MHR110 to 1..=100; MC101..MC104 are
 /// X0..X3; Y0..Y3 are MI11..MI14.
-pub fn settings() -> Settings {
-    Settings {
-        listen: SocketAddr::from(([127, 0, 0, 1], 0)),
-        writable_coils: vec![1..=32],
-        writable_registers: vec![1..=123],
-        image: Image {
-            inputs: Some(Run { from: 101, to: 0, count: 4 }),
-            outputs: Some(Run { from: 0, to: 11, count: 4 }),
-        },
-        ..Settings::default()
+pub fn settings() -> Modbus {
+    let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
+    Modbus {
+        writable: vec![range(mc, 1, 32), range(Space::Word(WordSpace::Mhr), 1, 123)],
+        inputs: Some((range(mc, 101, 104), range(x, 0, 3))),
+        outputs: Some((range(y, 0, 3), range(mi, 11, 14))),
+        ..loopback()
     }
 }
 
 impl Controller {
-    pub fn start(settings: Settings, period: Duration) -> Controller {
+    pub fn start(settings: Modbus, period: Duration) -> Controller {
         let layout = Layout::new(&MemorySizes::default(), 0, 0);
         let mut safe = vec![Safe::Off; layout.sizes().y as usize];
         safe[2] = Safe::On;
@@ -71,7 +70,8 @@ impl Controller {
         let stop = Arc::new(AtomicBool::new(false));
         let torn = Arc::new(AtomicU64::new(0));
         let (commands, orders) = channel();
-        let (address, serving) = serve(settings, &layout, &port, &stop);
+        let log = Log::default();
+        let (address, serving) = serve((settings, log.clone()), &layout, &port, &stop);
         let scanner = Scanner {
             scan,
             world,
@@ -82,7 +82,7 @@ impl Controller {
             torn: Arc::clone(&torn),
         };
         let threads = vec![serving, thread::spawn(move || scanner.scan())];
-        let controller = Controller { port, address, layout, torn, commands, stop, threads };
+        let controller = Controller { port, address, layout, torn, log, commands, stop, threads };
         controller.order(Do::Run);
         controller
     }
@@ -114,6 +114,11 @@ impl Controller {
         Client::connect(self.address)
     }
 
+    /// All that the server has logged.
+    pub fn logged(&self) -> String {
+        String::from_utf8_lossy(&self.log.0.lock().unwrap()).into_owned()
+    }
+
     pub fn bit(&self, space: BitSpace, n: u32) -> bool {
         self.port.latest().bit(self.layout.bit(Bit::Space(space, n)))
     }
@@ -136,16 +141,33 @@ impl Drop for Controller {
     }
 }
 
+/// Where the server's log goes.
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<u8>>>);
+
+impl std::io::Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
 fn serve(
-    settings: Settings,
+    (settings, log): (Modbus, Log),
     layout: &Layout,
     port: &Port,
     stop: &Arc<AtomicBool>,
 ) -> (SocketAddr, JoinHandle<()>) {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    let cell = layout.word(Word::Space(WordSpace::Mhr, 110));
-    let limits = [Limit { cell, min: 1, max: 100 }];
-    let bound = Server::bind(settings, layout, &limits, port.clone());
+    let limits = |word| match word {
+        Word::Space(WordSpace::Mhr, 110) => (1, 100),
+        other => other.range(),
+    };
+    let map = Map::new(&settings, layout, limits);
+    let bound = Server::bind(settings, map, port.clone());
     let server = runtime.block_on(bound).unwrap();
     let address = server.address().unwrap();
     let stop = Arc::clone(stop);
@@ -154,7 +176,14 @@ fn serve(
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
     };
-    (address, thread::spawn(move || runtime.block_on(server.run(stopped))))
+    let writer = move || log.clone();
+    let logger = tracing_subscriber::fmt().with_ansi(false).with_writer(writer).finish();
+    let serving = thread::spawn(move || {
+        let _logging = tracing::subscriber::set_default(logger);
+        // As the daemon runs it: a task among others.
+        runtime.block_on(async { tokio::spawn(server.run(stopped)).await.unwrap() });
+    });
+    (address, serving)
 }
 
 struct Scanner {

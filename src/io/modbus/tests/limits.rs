@@ -4,8 +4,8 @@ use std::io::Write;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::super::settings::Settings;
 use super::controller::{Controller, settings};
+use crate::resolve::controller::Modbus;
 
 const PERIOD: Duration = Duration::from_millis(2);
 const READ: [u8; 5] = [3, 0, 0, 0, 1];
@@ -13,13 +13,13 @@ const FRAME: Duration = Duration::from_millis(300);
 const IDLE: Duration = Duration::from_millis(600);
 
 fn impatient() -> Controller {
-    let limits = Settings { frame_timeout: FRAME, idle_timeout: IDLE, ..settings() };
-    Controller::start(limits, PERIOD)
+    let [frame_timeout_ms, idle_timeout_ms] = [FRAME, IDLE].map(|limit| limit.as_millis() as u32);
+    Controller::start(Modbus { frame_timeout_ms, idle_timeout_ms, ..settings() }, PERIOD)
 }
 
 #[test]
 fn the_newest_connection_too_many_is_closed() {
-    let controller = Controller::start(Settings { connections: 3, ..settings() }, PERIOD);
+    let controller = Controller::start(Modbus { connections: 3, ..settings() }, PERIOD);
     let mut inside: Vec<_> = (0..3).map(|_| controller.client()).collect();
     for client in &mut inside {
         client.ask(&READ);
