@@ -53,7 +53,7 @@ fn start(page: &str) -> Controller {
             period_ns: ms(controller.period_ms),
             watchdog_ns: ms(2_000),
             scans: None,
-            statistics_every_ns: ms(60_000),
+            statistics_every_ns: Some(ms(60_000)),
         },
         memory: Memory {
             inputs: layout.sizes().x,

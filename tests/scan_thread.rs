@@ -180,7 +180,7 @@ fn settings(symbols: &Symbols, scans: u64) -> Settings {
             period_ns: 10_000_000,
             watchdog_ns: 200_000_000,
             scans: Some(scans),
-            statistics_every_ns: 100_000_000,
+            statistics_every_ns: Some(100_000_000),
         },
         memory: Memory {
             inputs: sizes.x,

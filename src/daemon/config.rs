@@ -99,15 +99,12 @@ fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memo
 }
 
 fn pace(controller: &Controller) -> Pace {
-    let statistics = match controller.statistics_ms {
-        0 => u64::MAX / 2,
-        ms => u64::from(ms) * MS_NS,
-    };
+    let statistics_ms = u64::from(controller.statistics_ms);
     Pace {
         period_ns: u64::from(controller.period_ms) * MS_NS,
         watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
         scans: None,
-        statistics_every_ns: statistics,
+        statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
     }
 }
 

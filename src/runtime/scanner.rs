@@ -35,8 +35,8 @@ pub struct Pace {
     pub watchdog_ns: u64,
     /// The orderly stop comes with this scan.
     pub scans: Option<u64>,
-    /// From report to report of statistics.
-    pub statistics_every_ns: u64,
+    /// From report to report of statistics; `None`: there are none.
+    pub statistics_every_ns: Option<u64>,
 }
 
 /// What remains of a scan thread that has ended.
@@ -99,7 +99,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             stopping: None,
             unpublished: false,
             last_ticks: 0,
-            next_report_ns: now_ns + pace.statistics_every_ns.min(FIRST_REPORT_NS),
+            next_report_ns: 0,
             ended_ns: now_ns,
             machine,
             clock,
@@ -115,7 +115,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let now_ns = self.clock.now_ns();
         self.grid = Grid::new(now_ns, self.pace.period_ns);
         self.books.restart(now_ns);
-        self.next_report_ns = now_ns + self.pace.statistics_every_ns.min(FIRST_REPORT_NS);
+        let first_ns = self.pace.statistics_every_ns.unwrap_or(0).min(FIRST_REPORT_NS);
+        self.next_report_ns = now_ns + first_ns;
         self.machine.start(now_ns);
         self.side.set_running(true);
         self.enter(Mode::Run, now_ns);
@@ -283,8 +284,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         if let Some(what) = self.overruns.due(now_ns) {
             self.journal.tell(self.scans, now_ns, what);
         }
+        let Some(every_ns) = self.pace.statistics_every_ns else { return };
         if now_ns >= self.next_report_ns {
-            self.next_report_ns = now_ns + self.pace.statistics_every_ns;
+            self.next_report_ns = now_ns + every_ns;
             self.journal.report(self.books.take_report(now_ns));
         }
     }

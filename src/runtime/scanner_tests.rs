@@ -161,7 +161,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
             period_ns: 10 * MS,
             watchdog_ns: 35 * MS,
             scans: None,
-            statistics_every_ns: 60_000 * MS,
+            statistics_every_ns: Some(60_000 * MS),
         },
         memory: Memory { inputs: 1, bits: 3, words: 1, first_output: 1, safe: vec![Safe::Hold] },
         watched: Watched::default(),
