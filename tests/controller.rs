@@ -71,7 +71,7 @@ connections = 2
 frame-timeout = "1s"
 
 [modbus-server.image]
-inputs  = { from = "MC1..MC8", to = "X0..X7" }
+inputs  = { from = "MC1..MC8", to = "X8..X15" }
 outputs = { from = "Y0..Y7", to = "MI1..MI8" }
 
 [[simulated-device]]
