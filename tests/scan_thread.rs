@@ -5,9 +5,6 @@
 //! The scanner runs on the test's own thread with a simulated clock; the allocator counts calls
 //! made on that thread between the begin and the end of a step.
 
-// An allocator that counts cannot be written without.
-#![allow(unsafe_code)]
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::fmt::Write as _;
