@@ -389,3 +389,38 @@ fn a_log_that_nobody_reads_costs_no_scan() {
     };
     assert_eq!(status.code(), Some(0));
 }
+
+/// A page's fenced block that begins with a line.
+fn fenced<'a>(page: &'a str, first: &str) -> &'a str {
+    let at = page.find(first).unwrap_or_else(|| panic!("no `{first}`"));
+    page[at..].split("```").next().unwrap()
+}
+
+/// A line of the log without what differs from run to run: numbers, and hashes.
+fn masked(line: &str) -> String {
+    let words = line.split_whitespace().skip(1).map(|word| match word.split_once('=') {
+        Some(("sha256", _)) => "sha256".to_owned(),
+        _ => word.chars().filter(|c| !c.is_ascii_digit() && *c != '.').collect(),
+    });
+    words.collect::<Vec<_>>().join(" ").replace("after ms", "after s").replace("run, ms", "run, s")
+}
+
+#[test]
+fn the_page_shows_what_is_logged() {
+    let page = include_str!("../docs/running.md");
+    let plant = Plant::new(ALIVE, "");
+    for file in ["gate.toml", "gate-controller.toml"] {
+        let text = fenced(page, &format!("# {file}"));
+        std::fs::write(plant.0.join(file), text).unwrap();
+    }
+    let mut command = plant.command(&[]);
+    let binary = command.get_program().to_owned();
+    command = Command::new(binary);
+    command.current_dir(&plant.0).args(["run", "gate-controller.toml", "--scans", "32"]);
+    let output = command.env_remove("RUNGD_LOG").output().unwrap();
+    let logged = String::from_utf8(output.stderr).unwrap();
+    let logged: Vec<_> = logged.lines().map(masked).collect();
+    for line in fenced(page, "2026-").lines() {
+        assert!(logged.contains(&masked(line)), "{line}\nnot in\n{}", logged.join("\n"));
+    }
+}
