@@ -10,11 +10,17 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::Duration;
+
+/// How long a line of the log may take to come.
+const LOG_WAIT_MAX: Duration = Duration::from_secs(30);
 
 /// The page's controller, run by the real program.
 struct Controller {
     rungd: Child,
-    log: Box<dyn BufRead>,
+    log: Receiver<String>,
     port: String,
     folder: PathBuf,
 }
@@ -36,7 +42,9 @@ impl Controller {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let log = Box::new(BufReader::new(rungd.stderr.take().unwrap()));
+        let (tell, log) = channel();
+        let lines = BufReader::new(rungd.stderr.take().unwrap()).lines().map_while(Result::ok);
+        thread::spawn(move || lines.for_each(|line| drop(tell.send(line))));
         let mut controller = Controller { rungd, log, port: String::new(), folder };
         let listens = controller.expect("Modbus server listens");
         let port = listens.split_once("address=127.0.0.1:").expect("its address").1;
@@ -47,16 +55,14 @@ impl Controller {
 
     /// Reads on to the next line of the log that has this.
     fn expect(&mut self, part: &str) -> String {
-        let mut seen = String::new();
-        loop {
-            let mut line = String::new();
-            let bytes = self.log.read_line(&mut line).unwrap();
-            assert!(bytes > 0, "{part:?} is not in the log:\n{seen}");
+        let mut seen = Vec::new();
+        while let Ok(line) = self.log.recv_timeout(LOG_WAIT_MAX) {
             if line.contains(part) {
                 return line;
             }
-            seen += &line;
+            seen.push(line);
         }
+        panic!("{part:?} is not in the log: {seen:#?}");
     }
 
     /// Runs what the page shows, with the port that the controller has.
