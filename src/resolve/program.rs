@@ -6,7 +6,9 @@
 //! that left a hole in it.
 
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Mnemonic, StageId, Structure, Word};
-use crate::source::span::Span;
+pub use crate::source::atom::Written;
+pub use crate::source::contact::{Comparison, Edge};
+use crate::source::span::{FileId, Span};
 
 /// A whole program, of one or several ladder files.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +29,8 @@ pub struct Program {
     pub tags: Vec<Tag>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
+    /// `[ladder] allow`: warnings that are silenced in a whole file.
+    pub allow: Vec<(FileId, String)>,
 }
 
 /// What kind of block, and how it comes to execute.
@@ -90,6 +94,8 @@ pub struct Rung {
     pub allow: Vec<String>,
     /// The place of the rung's header.
     pub span: Span,
+    /// From its header to the end of its last value: whatever lies within belongs to it.
+    pub extent: Span,
     /// Its legs, in the order of the instruction's legs.
     pub legs: Vec<Leg>,
     /// `do`, in order.
@@ -121,6 +127,9 @@ pub struct Branch {
 }
 
 /// A boolean over bits, edges and compares.
+///
+/// The place of `Not`, `All` and `Any` includes the parentheses around it, if it has any: a
+/// series begins before its first contact exactly when it stands in parentheses.
 #[derive(Clone, Debug)]
 pub enum Contact {
     /// A bit.
@@ -137,26 +146,6 @@ pub enum Contact {
     Compare(Value, Comparison, Value, Span),
 }
 
-/// Which edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Edge {
-    Rise,
-    Fall,
-}
-
-/// How two values are compared, as signed numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
-pub enum Comparison {
-    Eq,
-    Ne,
-    Lt,
-    Le,
-    Gt,
-    Ge,
-}
-
 /// A number: a constant or a location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
@@ -164,14 +153,6 @@ pub enum Value {
     Const(i32, Written),
     /// A word, read afresh at every execution.
     Word(Word),
-}
-
-/// How a constant was written: the checks warn of bare integers as timer values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Written {
-    Integer,
-    Duration,
 }
 
 /// One instruction with its operands.

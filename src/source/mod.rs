@@ -1,5 +1,18 @@
-//! TOML → what its author wrote, with the place of everything. The only module that knows TOML
-//! for ladders; it knows no addresses and no instructions.
+//! TOML → what its author wrote, with the place of everything. The only module that knows TOML;
+//! it knows no addresses and no instructions.
+//!
+//! [`ladder::read`] and [`controller::read`] take one file's text each; the resolver and the
+//! daemon's configuration take what they give. Findings go out beside it, and [`render`] turns
+//! them into text.
 
+pub mod atom;
+pub mod contact;
+mod contact_parser;
 pub mod finding;
+mod headers;
+pub mod instruction;
+pub mod ladder;
+pub mod nearest;
+pub mod reader;
 pub mod span;
+mod strict;

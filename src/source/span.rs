@@ -35,3 +35,24 @@ impl SourceFile {
         (line, before[start..].chars().count() as u32 + 1)
     }
 }
+
+impl Span {
+    /// From the start of one to the end of another, later one of the same file.
+    pub fn to(self, end: Span) -> Span {
+        Span { file: self.file, start: self.start, end: end.end.max(self.start) }
+    }
+
+    /// A part of it: bytes `start..end` counted from its own start.
+    pub fn part(self, start: usize, end: usize) -> Span {
+        Span { file: self.file, start: self.start + start as u32, end: self.start + end as u32 }
+    }
+}
+
+/// A value with its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Located<T> {
+    /// The value.
+    pub value: T,
+    /// Where it was written.
+    pub span: Span,
+}

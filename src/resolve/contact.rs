@@ -1,0 +1,125 @@
+//! Contacts: every name becomes a bit, or a value of a compare.
+
+use super::Resolver;
+use super::program::{Contact, Value, Written};
+use super::scope::Thing;
+use crate::isa::{Address, Bit};
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::contact as written;
+use crate::source::finding::{Code, Finding};
+use crate::source::span::Span;
+
+impl Resolver<'_> {
+    /// A series of contacts; those with mistakes are left out.
+    pub(super) fn contacts(&mut self, contacts: &[written::Contact]) -> Vec<Contact> {
+        contacts.iter().filter_map(|contact| self.contact(contact)).collect()
+    }
+
+    fn contact(&mut self, contact: &written::Contact) -> Option<Contact> {
+        match contact {
+            written::Contact::Bit(name) => {
+                Some(Contact::Bit(self.bit(&name.value, name.span)?, name.span))
+            }
+            written::Contact::Not(inner, span) => {
+                Some(Contact::Not(Box::new(self.contact(inner)?), *span))
+            }
+            written::Contact::All(items, span) => Some(Contact::All(self.all_of(items)?, *span)),
+            written::Contact::Any(items, span) => Some(Contact::Any(self.all_of(items)?, *span)),
+            written::Contact::Edge(edge, name, span) => {
+                Some(Contact::Edge(*edge, self.bit(&name.value, name.span)?, *span))
+            }
+            written::Contact::Compare(a, comparison, b, span) => {
+                // Both, so that both are reported.
+                let (a, b) = (self.value(a), self.value(b));
+                Some(Contact::Compare(a?, *comparison, b?, *span))
+            }
+        }
+    }
+
+    fn all_of(&mut self, items: &[written::Contact]) -> Option<Vec<Contact>> {
+        let contacts = self.contacts(items);
+        (contacts.len() == items.len()).then_some(contacts)
+    }
+
+    /// A bit by name.
+    fn bit(&mut self, name: &str, span: Span) -> Option<Bit> {
+        let thing = self.look_up(name, span)?;
+        if let Thing::Address(address @ Address::Bit(bit)) = thing {
+            self.note(name, span, address);
+            return Some(bit);
+        }
+        let help = match thing {
+            Thing::Address(Address::Word(_)) => format!("compare it: `{name} != 0`"),
+            Thing::Address(Address::Structure(structure)) => {
+                let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
+                format!("name one of its flags: `{name}.{flag}`")
+            }
+            Thing::Constant(..) => format!("compare something with it: `D0 == {name}`"),
+            _ => format!("`{name}.Running` is ON while it runs"),
+        };
+        self.wrong_kind(name, span, thing, "a bit", &help);
+        None
+    }
+
+    /// A value: a constant, or a word that can be read.
+    pub(super) fn value(&mut self, atom: &Atom) -> Option<Value> {
+        let name = match &atom.kind {
+            AtomKind::Integer(n) => return Some(Value::Const(*n, Written::Integer)),
+            AtomKind::Duration(ms) => return Some(Value::Const(*ms, Written::Duration)),
+            AtomKind::Name(name) => name,
+        };
+        let thing = self.look_up(name, atom.span)?;
+        match thing {
+            Thing::Constant(value, written) => return Some(Value::Const(value, written)),
+            Thing::Address(address @ Address::Word(word)) => {
+                self.note(name, atom.span, address);
+                return Some(Value::Word(word));
+            }
+            _ => {}
+        }
+        let help = match thing {
+            Thing::Address(Address::Structure(structure)) => {
+                let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
+                format!("its value is `{name}.{acc}`")
+            }
+            Thing::Address(_) => format!("a bit stands alone: `{name}`, or `!{name}`"),
+            _ => "a number, a duration, or a word as `D0` belongs here".to_owned(),
+        };
+        self.wrong_kind(name, atom.span, thing, "a number", &help);
+        None
+    }
+
+    /// The finding of a thing that is not what belongs in its place.
+    pub(super) fn wrong_kind(
+        &mut self,
+        name: &str,
+        span: Span,
+        thing: Thing,
+        wanted: &str,
+        help: &str,
+    ) {
+        let message = format!("`{name}` is {}, not {wanted}", self.kind_words(thing));
+        self.find(
+            Finding::new(Code::OperandType, span, message)
+                .label(format!("{wanted} belongs here"))
+                .help(help),
+        );
+    }
+
+    /// What a thing is, in words.
+    pub(super) fn kind_words(&self, thing: Thing) -> &'static str {
+        use crate::isa::Structure;
+        match thing {
+            Thing::Address(Address::Bit(_)) => "a bit",
+            Thing::Address(Address::Word(_)) => "a word",
+            Thing::Address(Address::Structure(Structure::Counter(_))) => "a counter",
+            Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
+            Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
+            Thing::Constant(..) => "a constant",
+            Thing::Block(id) => match self.scope.block_of(id) {
+                Some((_, block)) if block.kind == super::program::BlockKind::Program => "a program",
+                _ => "a task",
+            },
+        }
+    }
+}

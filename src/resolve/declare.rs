@@ -1,0 +1,209 @@
+//! The names of all tags, blocks and stages: declared before any of them is used.
+//!
+//! Fills the scope and the outer shape of the program (blocks and stages, still without rungs).
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use super::program::{Block, BlockKind, Program, Stage};
+use super::scope::BlockNames;
+use crate::isa::address::reads_as_address;
+use crate::isa::{BlockId, StageId, instruction};
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder::{self, BlockForm, Ladder};
+use crate::source::reader::Text;
+use crate::source::span::{FileId, Span};
+
+/// What a name is to name.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Tag,
+    Block(BlockForm),
+    Stage,
+}
+
+impl Role {
+    fn words(self) -> &'static str {
+        match self {
+            Role::Tag => "tag",
+            Role::Block(BlockForm::Program) => "program",
+            Role::Block(BlockForm::Task) => "task",
+            Role::Stage => "stage",
+        }
+    }
+}
+
+/// The tasks that nothing starts.
+const BUILT_IN: [(&str, BlockKind); 4] = [
+    ("FirstScan", BlockKind::FirstScan),
+    ("TopOfScan", BlockKind::TopOfScan),
+    ("BottomOfScan", BlockKind::BottomOfScan),
+    ("LastScan", BlockKind::LastScan),
+];
+
+impl Resolver<'_> {
+    /// Declares everything that has a name.
+    pub(super) fn declare(&mut self, ladders: &[(FileId, Ladder)], program: &mut Program) {
+        // Tags and blocks share one namespace over all files.
+        let mut names: HashMap<String, Span> = HashMap::new();
+        let ladders = || ladders.iter().map(|(_, ladder)| ladder);
+        for tag in ladders().flat_map(|ladder| &ladder.tags) {
+            self.declare_name(&tag.name, Role::Tag, &mut names);
+            let index = program.tags.len();
+            let meaning = self.tag(tag, program);
+            self.scope.add_tag(&tag.name.text, index, meaning);
+        }
+        self.used = vec![false; program.tags.len()];
+        for block in ladders().flat_map(|ladder| &ladder.blocks) {
+            if let Some(name) = &block.name {
+                self.declare_name(name, Role::Block(block.form), &mut names);
+            }
+            self.declare_block(block, program);
+        }
+        self.check_aliases(program);
+        if !program.blocks.iter().any(|block| block.name == "Main") {
+            self.no_main();
+        }
+    }
+
+    fn no_main(&mut self) {
+        let span = Span { file: self.options.first_file, start: 0, end: 0 };
+        let finding = Finding::new(Code::NoMain, span, "no program is called `Main`");
+        self.find(finding.help(
+            "Main is the program that always runs; without it nothing would:\n\
+             [[program]]\nname = \"Main\"",
+        ));
+    }
+
+    fn declare_name(&mut self, name: &Text, role: Role, names: &mut HashMap<String, Span>) {
+        if let Some(finding) = forbidden(name, role) {
+            self.find(finding);
+        }
+        if let Some(first) = names.get(&name.text) {
+            let message = format!("the name `{}` is taken", name.text);
+            let finding = Finding::new(Code::DuplicateName, name.span, message)
+                .label("again here")
+                .related(*first, "first here")
+                .help("tags, programs and tasks share one set of names, over all files");
+            self.find(finding);
+            return;
+        }
+        names.insert(name.text.clone(), name.span);
+    }
+
+    fn declare_block(&mut self, block: &ladder::Block, program: &mut Program) {
+        let id = BlockId(program.blocks.len() as u32);
+        let name = block.name.as_ref().map_or("", |name| &name.text);
+        let kind = self.block_kind(block, name);
+        let mut stages = Vec::new();
+        let mut stage_names: HashMap<String, Span> = HashMap::new();
+        let mut ids = HashMap::new();
+        for stage in &block.stages {
+            let stage_id = StageId(program.stages.len() as u32);
+            program.stages.push((id, stages.len()));
+            let (text, span) = match &stage.name {
+                Some(name) => {
+                    self.declare_stage(name, &mut stage_names);
+                    ids.entry(name.text.clone()).or_insert(stage_id);
+                    (name.text.clone(), name.span)
+                }
+                None => (String::new(), stage.span),
+            };
+            let doc = stage.doc.clone();
+            stages.push(Stage { id: stage_id, name: text, span, doc, rungs: Vec::new() });
+        }
+        if block.name.is_some() {
+            self.scope.add_block(name, BlockNames { id, kind, stages: ids });
+        }
+        program.blocks.push(Block {
+            id,
+            name: name.to_owned(),
+            span: block.name.as_ref().map_or(block.span, |name| name.span),
+            kind,
+            autostart: self.autostart(block, name),
+            doc: block.doc.clone(),
+            rungs: Vec::new(),
+            stages,
+        });
+    }
+
+    fn declare_stage(&mut self, name: &Text, names: &mut HashMap<String, Span>) {
+        if let Some(finding) = forbidden(name, Role::Stage) {
+            self.find(finding);
+        }
+        if let Some(first) = names.get(&name.text) {
+            let message = format!("this program has a stage `{}` already", name.text);
+            let finding = Finding::new(Code::DuplicateName, name.span, message)
+                .label("again here")
+                .related(*first, "first here");
+            self.find(finding);
+            return;
+        }
+        names.insert(name.text.clone(), name.span);
+    }
+
+    fn block_kind(&mut self, block: &ladder::Block, name: &str) -> BlockKind {
+        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
+        let span = block.name.as_ref().map_or(block.span, |name| name.span);
+        match (block.form, built_in) {
+            (BlockForm::Task, Some((_, kind))) => return *kind,
+            (BlockForm::Program, Some(_)) => {
+                let message = format!("`{name}` is the name of a built-in task");
+                let finding = Finding::new(Code::ForbiddenName, span, message);
+                self.find(finding.help("write `[[task]]`, or take another name"));
+            }
+            (BlockForm::Task, None) if name == "Main" => {
+                let message = "`Main` is the program that always runs, not a task";
+                let finding = Finding::new(Code::ForbiddenName, span, message);
+                self.find(finding.help("write `[[program]]`, or take another name"));
+            }
+            _ => {}
+        }
+        if block.form == BlockForm::Program { BlockKind::Program } else { BlockKind::Task }
+    }
+
+    fn autostart(&mut self, block: &ladder::Block, name: &str) -> bool {
+        let main = name == "Main" && block.form == BlockForm::Program;
+        if let Some(autostart) = &block.autostart
+            && main
+            && !autostart.value
+        {
+            let message = "`Main` always runs: it cannot be kept from starting";
+            let finding = Finding::new(Code::BlockRule, autostart.span, message);
+            self.find(finding.help("take `autostart` away, or give the program another name"));
+        }
+        main || block.autostart.as_ref().is_some_and(|autostart| autostart.value)
+    }
+}
+
+/// The finding of a name that is none, or means something else already.
+fn forbidden(name: &Text, role: Role) -> Option<Finding> {
+    let text = name.text.as_str();
+    let what = role.words();
+    let find = |message: String| Some(Finding::new(Code::ForbiddenName, name.span, message));
+    let hyphen = role != Role::Tag;
+    let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || (hyphen && c == '-');
+    if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {
+        let marks = if hyphen { "`_` and `-`" } else { "and `_`" };
+        let finding = find(format!("`{text}` cannot be the name of a {what}"))?;
+        return Some(finding.help(format!(
+            "a {what}'s name is a letter, then letters, digits {marks} (no spaces, no accents)"
+        )));
+    }
+    if reads_as_address(text) {
+        let finding = find(format!("`{text}` reads as an address"))?;
+        return Some(finding.help("take a name that says what it is for"));
+    }
+    let upper = text.to_ascii_uppercase();
+    if instruction::Mnemonic::from_name(&upper).is_some() {
+        let finding = find(format!("`{text}` is an instruction"))?;
+        return Some(finding.help("take a name that says what it is for"));
+    }
+    if text.eq_ignore_ascii_case("rise") || text.eq_ignore_ascii_case("fall") {
+        return find(format!("`{text}` is a word of the language: `{}(bit)`", text.to_lowercase()));
+    }
+    if role == Role::Stage && matches!(text, "Running" | "Done") {
+        return find(format!("`.{text}` is a bit of the block itself"));
+    }
+    None
+}

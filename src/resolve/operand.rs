@@ -1,0 +1,347 @@
+//! Instructions: operands against the instruction table, each of its kind.
+
+use super::Resolver;
+use super::program::{Arg, ArgValue, BlockKind, Instruction, Value, Written};
+use super::scope::Thing;
+use crate::isa::{Address, Bit, BitSpace, BlockId, Kind, Operand, Spec, Structure, Word};
+use crate::source::atom::Atom;
+use crate::source::finding::{Code, Finding};
+use crate::source::instruction::{self as written};
+use crate::source::nearest::did_you_mean;
+use crate::source::span::Span;
+
+impl Resolver<'_> {
+    /// One instruction; `None` if anything of it is wrong.
+    pub(super) fn instruction(
+        &mut self,
+        text: &written::Instruction,
+        spec: &'static Spec,
+        block: BlockId,
+    ) -> Option<Instruction> {
+        let mut whole = true;
+        let mut args: Vec<Arg> = Vec::new();
+        let mut given = Vec::new();
+        for operand in &text.operands {
+            let Some(row) = self.row(text, operand, spec, &given) else {
+                whole = false;
+                continue;
+            };
+            given.push(row.name);
+            match self.arg(row, &operand.value, spec, block) {
+                Some(value) => args.push(Arg { name: row.name, span: operand.value.span, value }),
+                None => whole = false,
+            }
+        }
+        for row in spec.operands.iter().filter(|row| !row.optional && !given.contains(&row.name)) {
+            // A superfluous operand is often the missing one without its key: one finding will do.
+            whole = false;
+            if !text.operands.iter().any(|o| o.key.is_none() && is_lost(text, o, spec)) {
+                self.find(missing_operand(text, spec, row));
+            }
+        }
+        whole.then_some(Instruction { mnemonic: spec.mnemonic, span: text.span, args })
+    }
+
+    /// The row of the instruction table that an operand stands for.
+    fn row(
+        &mut self,
+        text: &written::Instruction,
+        operand: &written::Operand,
+        spec: &'static Spec,
+        given: &[&str],
+    ) -> Option<&'static Operand> {
+        let Some(key) = &operand.key else {
+            let row = positional(spec, given);
+            if row.is_none() {
+                self.find(too_many(text, operand, spec));
+            }
+            return row;
+        };
+        let row = spec.operands.iter().find(|row| row.key == Some(key.value.as_str()));
+        if row.is_none() {
+            let message = format!("`{}` has no operand `{}=`", spec.name, key.value);
+            let keys = spec.operands.iter().filter_map(|row| row.key);
+            let mut help = format!("its form is `{}`", spec.form());
+            if let Some(near) = did_you_mean(&key.value, keys) {
+                help = format!("{near} {help}");
+            }
+            self.find(Finding::new(Code::UnknownOperand, key.span, message).help(help));
+        }
+        if given.contains(&key.value.as_str()) {
+            let message = format!("`{}=` is given twice", key.value);
+            self.find(Finding::new(Code::InstructionSyntax, operand.span, message));
+            return None;
+        }
+        row
+    }
+
+    fn arg(&mut self, row: &Operand, atom: &Atom, spec: &Spec, block: BlockId) -> Option<ArgValue> {
+        match row.kind {
+            Kind::WritableBit => self.writable_bit(atom, spec).map(ArgValue::Bit),
+            Kind::WritableWord => self.writable_word(atom, spec).map(ArgValue::Word),
+            Kind::Counter | Kind::Timer | Kind::Sensaphone => {
+                self.structure(atom, row.kind, spec).map(ArgValue::Structure)
+            }
+            Kind::Value(least, most) => {
+                let value = self.value(atom)?;
+                if row.name.ends_with("preset") && is_duration(value) {
+                    self.duration_as_count(atom, spec);
+                    return None;
+                }
+                self.within(value, (least, most), atom, row)
+            }
+            Kind::Duration => {
+                let value = self.value(atom)?;
+                self.within(value, (0, i32::MAX), atom, row)
+            }
+            Kind::Interval => self.value(atom).map(ArgValue::Value),
+            Kind::Program | Kind::Block | Kind::Task => {
+                self.block_operand(atom, row.kind, spec).map(ArgValue::Block)
+            }
+            Kind::Stage | Kind::Stages => self.stage_operand(atom, spec, block),
+        }
+    }
+
+    fn within(
+        &mut self,
+        value: Value,
+        (least, most): (i32, i32),
+        atom: &Atom,
+        row: &Operand,
+    ) -> Option<ArgValue> {
+        if let Value::Const(n, _) = value
+            && !(least..=most).contains(&n)
+        {
+            let message = format!("the {} {n} lies outside {least}..{most}", row.name);
+            self.find(Finding::new(Code::OutOfRange, atom.span, message));
+            return None;
+        }
+        Some(ArgValue::Value(value))
+    }
+
+    fn duration_as_count(&mut self, atom: &Atom, spec: &Spec) {
+        let message = format!("the preset of `{}` is a count, not a duration", spec.name);
+        let finding = Finding::new(Code::OperandType, atom.span, message);
+        self.find(finding.help("write a number; for a time, use a timer: `TMR T0 preset=2s`"));
+    }
+
+    fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
+        let (name, thing) = self.thing(atom, "a bit")?;
+        let Thing::Address(address @ Address::Bit(bit)) = thing else {
+            let help = format!("`{}` writes a bit: `Y0`, `C0`, or a tag of one", spec.name);
+            self.wrong_kind(name, atom.span, thing, "a bit", &help);
+            return None;
+        };
+        if bit.writable_by_ladder() {
+            self.note(name, atom.span, address);
+            return Some(bit);
+        }
+        let finding = if let Bit::Space(BitSpace::X, n) = bit {
+            let message = format!("`{name}` is an input: no instruction writes it");
+            Finding::new(Code::WriteToInput, atom.span, message).help(format!(
+                "outputs are `Y{n}` and the like, internal bits `C{n}`; to try inputs out, use a \
+                 stimulus or a simulated device"
+            ))
+        } else {
+            let help = match bit {
+                Bit::Stage(_) => "SGSET, SGRST and JMP turn stages ON and OFF",
+                Bit::Running(_) | Bit::Done(_) => "RUN, HALT and ENTASK start and stop blocks",
+                Bit::Flag(..) => "the owning instruction writes it; RSTCT, RSTT and RES reset it",
+                _ => "status bits are the controller's; use a C bit",
+            };
+            let message = format!("`{name}` is read-only");
+            Finding::new(Code::ReadOnly, atom.span, message).help(help)
+        };
+        self.find(finding);
+        None
+    }
+
+    fn writable_word(&mut self, atom: &Atom, spec: &Spec) -> Option<Word> {
+        let (name, thing) = self.thing(atom, "a word")?;
+        let Thing::Address(address @ Address::Word(word)) = thing else {
+            let help = match thing {
+                Thing::Address(Address::Structure(Structure::Sensaphone(_))) => {
+                    format!("its words are `{name}.ACC` and `{name}.PRE`")
+                }
+                Thing::Address(Address::Structure(_)) => format!("its word is `{name}.Acc`"),
+                _ => format!("`{}` writes to a word: `to=D0`", spec.name),
+            };
+            self.wrong_kind(name, atom.span, thing, "a word", &help);
+            return None;
+        };
+        if !word.writable() {
+            let message = format!("`{name}` is read-only");
+            let finding = Finding::new(Code::ReadOnly, atom.span, message);
+            self.find(finding.help("status words are the controller's; use a D or V word"));
+            return None;
+        }
+        self.note(name, atom.span, address);
+        Some(word)
+    }
+
+    fn structure(&mut self, atom: &Atom, kind: Kind, spec: &Spec) -> Option<Structure> {
+        let (wanted, example) = match kind {
+            Kind::Counter => ("a counter", "CT0"),
+            Kind::Timer => ("a timer", "T0"),
+            _ => ("a Sensaphone counter", "N0"),
+        };
+        let (name, thing) = self.thing(atom, wanted)?;
+        let fits = |structure: &Structure| match kind {
+            Kind::Counter => matches!(structure, Structure::Counter(_)),
+            Kind::Timer => matches!(structure, Structure::Timer(_)),
+            _ => matches!(structure, Structure::Sensaphone(_)),
+        };
+        match thing {
+            Thing::Address(address @ Address::Structure(structure)) if fits(&structure) => {
+                self.note(name, atom.span, address);
+                Some(structure)
+            }
+            _ => {
+                let base = name.split(['.', ',']).next().unwrap_or(name);
+                let help = match self.scope.look_up(base).map(|found| found.thing) {
+                    Ok(Thing::Address(Address::Structure(structure)))
+                        if fits(&structure) && base != name =>
+                    {
+                        format!("name the whole structure: `{base}`")
+                    }
+                    _ => format!("`{}` works on {wanted}: `{example}`, or a tag of one", spec.name),
+                };
+                self.wrong_kind(name, atom.span, thing, wanted, &help);
+                None
+            }
+        }
+    }
+
+    /// The thing that an operand names; a constant is a finding.
+    fn thing<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<(&'t str, Thing)> {
+        let Some(name) = atom.name() else {
+            let message = format!("`{atom}` is a constant, not {wanted}");
+            let finding = Finding::new(Code::OperandType, atom.span, message);
+            self.find(finding.label(format!("{wanted} belongs here")));
+            return None;
+        };
+        Some((name, self.look_up(name, atom.span)?))
+    }
+
+    fn block_operand(&mut self, atom: &Atom, kind: Kind, spec: &Spec) -> Option<BlockId> {
+        let wanted = match kind {
+            Kind::Program => "a program",
+            Kind::Task => "a task",
+            _ => "a program or task",
+        };
+        let name = atom.name().unwrap_or_default();
+        let Some(block) = self.scope.block(name) else {
+            self.unknown_block(atom, wanted);
+            return None;
+        };
+        let (id, program) = (block.id, block.kind == BlockKind::Program);
+        let help = match (kind, program) {
+            (Kind::Program, false) if spec.name == "RUN" => {
+                format!("a task is started by `ENTASK {name}`")
+            }
+            (Kind::Program, false) => "a task is halted by HALT, and started by ENTASK".to_owned(),
+            (Kind::Task, true) => format!("a program is started by `RUN {name}`"),
+            _ => return Some(id),
+        };
+        self.wrong_kind(name, atom.span, Thing::Block(id), wanted, &help);
+        None
+    }
+
+    fn unknown_block(&mut self, atom: &Atom, wanted: &str) {
+        let name = atom.to_string();
+        if atom.name().is_some_and(|name| self.scope.tag_index(name).is_some()) {
+            self.mark_used(&name);
+            let message = format!("`{name}` is a tag, not {wanted}");
+            self.find(Finding::new(Code::OperandType, atom.span, message));
+            return;
+        }
+        let mut known: Vec<&str> = self.scope.block_names().collect();
+        known.sort_unstable();
+        let help = did_you_mean(&name, known.iter().copied()).unwrap_or_else(|| {
+            let header = if wanted == "a task" { "task" } else { "program" };
+            format!("declare it: a `[[{header}]]` with `name = \"{name}\"`")
+        });
+        let message = format!("no program or task is called `{name}`");
+        self.find(Finding::new(Code::UnknownBlock, atom.span, message).help(help));
+    }
+
+    fn stage_operand(&mut self, atom: &Atom, spec: &Spec, block: BlockId) -> Option<ArgValue> {
+        let name = atom.to_string();
+        let (program, names) = self.scope.block_of(block)?;
+        if let Some(id) = names.stages.get(&name) {
+            return Some(ArgValue::Stage(*id));
+        }
+        let message = format!("`{program}` has no stage `{name}`");
+        let own = name.strip_prefix(program).and_then(|rest| rest.strip_prefix('.'));
+        let help = if let Some(stage) = own.filter(|stage| names.stages.contains_key(*stage)) {
+            format!("a stage of the same program goes without its name: `{stage}`")
+        } else if name.contains('.') {
+            format!("`{}` reaches the stages of its own program only", spec.name)
+        } else if names.stages.is_empty() && names.kind != BlockKind::Program {
+            "tasks have no stages; make it a `[[program]]`".to_owned()
+        } else {
+            let mut known: Vec<&str> = names.stages.keys().map(String::as_str).collect();
+            known.sort_unstable();
+            let near = did_you_mean(&name, known.iter().copied());
+            let declare = format!("declare it: a `[[program.stage]]` with `name = \"{name}\"`");
+            near.unwrap_or(declare)
+        };
+        self.find(Finding::new(Code::UnknownStage, atom.span, message).help(help));
+        None
+    }
+}
+
+/// The next positional operand, after those given.
+fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static Operand> {
+    let mut rows = spec.operands.iter().filter(|row| row.key.is_none());
+    rows.find(|row| row.kind == Kind::Stages || !given.contains(&row.name))
+}
+
+/// Whether a positional operand is one more than the instruction has.
+fn is_lost(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> bool {
+    let before = text.operands.iter().filter(|o| o.key.is_none() && o.span < operand.span);
+    let rows = || spec.operands.iter().filter(|row| row.key.is_none());
+    !rows().any(|row| row.kind == Kind::Stages) && before.count() >= rows().count()
+}
+
+fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> Finding {
+    let taken: Vec<&str> =
+        text.operands.iter().filter_map(|o| o.key.as_ref()).map(|key| key.value.as_str()).collect();
+    let free = spec.operands.iter().filter_map(|row| row.key).find(|key| !taken.contains(key));
+    let message = format!("`{}` has no place for `{}`", spec.name, operand.value);
+    let help = match free {
+        Some(key) => format!("write `{key}={}`; the form is `{}`", operand.value, spec.form()),
+        None => format!("its form is `{}`", spec.form()),
+    };
+    Finding::new(Code::UnknownOperand, operand.span, message).label("one too many").help(help)
+}
+
+fn missing_operand(text: &written::Instruction, spec: &Spec, row: &Operand) -> Finding {
+    let what = match row.key {
+        Some(key) => format!("`{key}=`"),
+        None => format!("{} to work on", kind_words(row.kind)),
+    };
+    let message = format!("`{}` lacks {what}", spec.name);
+    let end = Span { start: text.span.start, ..text.span };
+    Finding::new(Code::MissingOperand, end, message).help(format!("its form is `{}`", spec.form()))
+}
+
+fn kind_words(kind: Kind) -> &'static str {
+    match kind {
+        Kind::WritableBit => "a bit",
+        Kind::WritableWord => "a word",
+        Kind::Counter => "a counter",
+        Kind::Timer => "a timer",
+        Kind::Sensaphone => "a Sensaphone counter",
+        Kind::Value(..) => "a value",
+        Kind::Duration | Kind::Interval => "a duration",
+        Kind::Program => "a program",
+        Kind::Block => "a program or task",
+        Kind::Task => "a task",
+        Kind::Stage | Kind::Stages => "a stage",
+    }
+}
+
+fn is_duration(value: Value) -> bool {
+    matches!(value, Value::Const(_, Written::Duration))
+}

@@ -1,0 +1,270 @@
+//! Rungs: legs against the instruction's legs, then contacts and instructions.
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use super::program::{Block, Branch, Leg, Rung};
+use crate::isa::{BlockId, LegName, Mnemonic, Spec};
+use crate::source::finding::{Code, Finding};
+use crate::source::instruction::Instruction;
+use crate::source::ladder;
+use crate::source::nearest::did_you_mean;
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// One row's instructions with what the table says of them; `None` where it knows none.
+type Specs = Vec<Option<&'static Spec>>;
+
+impl Resolver<'_> {
+    /// All rungs of a block and its stages.
+    pub(super) fn rungs(&mut self, written: &ladder::Block, block: &mut Block) {
+        let mut names = HashMap::new();
+        block.rungs = self.series(&written.rungs, block.id, &mut names);
+        for (written, stage) in written.stages.iter().zip(&mut block.stages) {
+            stage.rungs = self.series(&written.rungs, block.id, &mut names);
+        }
+    }
+
+    fn series(
+        &mut self,
+        rungs: &[ladder::Rung],
+        block: BlockId,
+        names: &mut HashMap<String, Span>,
+    ) -> Vec<Rung> {
+        let mut resolved = Vec::new();
+        for rung in rungs {
+            if let Some(name) = &rung.name {
+                self.rung_name(name, names);
+            }
+            resolved.push(self.rung(rung, block));
+        }
+        resolved
+    }
+
+    fn rung_name(&mut self, name: &Text, names: &mut HashMap<String, Span>) {
+        let part = |part: &str| {
+            !part.is_empty() && part.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit())
+        };
+        if !name.text.split('-').all(part) {
+            let message = format!("`{}` is not in kebab-case", name.text);
+            let finding = Finding::new(Code::ForbiddenName, name.span, message);
+            self.find(finding.help("a rung's name reads `count-bottles`"));
+        }
+        if let Some(first) = names.insert(name.text.clone(), name.span) {
+            let message = format!("this block has a rung `{}` already", name.text);
+            let finding = Finding::new(Code::DuplicateName, name.span, message);
+            self.find(finding.label("again here").related(first, "first here"));
+        }
+    }
+
+    fn rung(&mut self, rung: &ladder::Rung, block: BlockId) -> Rung {
+        let specs = self.specs(&rung.body);
+        let branch_specs: Vec<Specs> =
+            rung.branches.iter().map(|branch| self.specs(&branch.body)).collect();
+        let legs = match (&rung.when, rung.legs.is_empty()) {
+            (Some(when), true) => self.when_rung(rung, when, &specs, &branch_specs),
+            (None, false) => self.leg_rung(rung, &specs),
+            // Both or neither: the reader has said so.
+            _ => Vec::new(),
+        };
+        let body = self.body(&rung.body, &specs, block);
+        let branches = rung.branches.iter().zip(&branch_specs).map(|(branch, specs)| Branch {
+            span: branch.span,
+            contacts: self.contacts(&branch.contacts),
+            body: self.body(&branch.body, specs, block),
+        });
+        Rung {
+            branches: branches.collect(),
+            name: rung.name.as_ref().map(|name| name.text.clone()),
+            doc: rung.doc.clone(),
+            allow: rung.allow.iter().map(|name| self.allowed(name)).collect(),
+            span: rung.span,
+            extent: rung.extent,
+            legs,
+            body,
+        }
+    }
+
+    fn body(
+        &mut self,
+        body: &[Instruction],
+        specs: &Specs,
+        block: BlockId,
+    ) -> Vec<super::program::Instruction> {
+        let known = body.iter().zip(specs).filter_map(|(text, spec)| Some((text, (*spec)?)));
+        known.filter_map(|(text, spec)| self.instruction(text, spec, block)).collect()
+    }
+
+    /// The table rows of instructions.
+    fn specs(&mut self, body: &[Instruction]) -> Specs {
+        body.iter().map(|instruction| self.spec(instruction)).collect()
+    }
+
+    fn spec(&mut self, instruction: &Instruction) -> Option<&'static Spec> {
+        let name = instruction.mnemonic.value.as_str();
+        if let Some(mnemonic) = Mnemonic::from_name(name) {
+            return Some(mnemonic.spec());
+        }
+        let span = instruction.mnemonic.span;
+        if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
+            let right = mnemonic.spec().name;
+            let message = format!("`{name}` is written `{right}`");
+            let finding = Finding::new(Code::WrongCase, span, message);
+            self.find(finding.help(format!("write `{right}`")));
+            return Some(mnemonic.spec());
+        }
+        let message = format!("there is no instruction `{name}`");
+        let known = crate::isa::instruction::TABLE.iter().map(|spec| spec.name);
+        let finding = Finding::new(Code::UnknownInstruction, span, message);
+        let help = habit(name).map(str::to_owned).or_else(|| did_you_mean(name, known));
+        let help = help.unwrap_or_else(|| "`rungd explain` lists all instructions".to_owned());
+        self.find(finding.help(help));
+        None
+    }
+
+    /// The one leg of a rung with `when`.
+    fn when_rung(
+        &mut self,
+        rung: &ladder::Rung,
+        when: &ladder::Leg,
+        specs: &Specs,
+        branch_specs: &[Specs],
+    ) -> Vec<Leg> {
+        let alone = rung.body.len() == 1 && rung.branches.is_empty();
+        for (instruction, spec) in rung.body.iter().zip(specs) {
+            let Some(spec) = spec.filter(|spec| spec.legs != [LegName::When]) else { continue };
+            let finding = if alone {
+                self.wants_legs(spec, instruction, when)
+            } else {
+                legs_shared(spec, instruction)
+            };
+            self.find(finding);
+        }
+        for (branch, specs) in rung.branches.iter().zip(branch_specs) {
+            for (instruction, spec) in branch.body.iter().zip(specs) {
+                if let Some(spec) = spec.filter(|spec| spec.legs != [LegName::When]) {
+                    self.find(legs_shared(spec, instruction));
+                }
+            }
+        }
+        vec![self.leg(LegName::When, when)]
+    }
+
+    fn wants_legs(&self, spec: &Spec, instruction: &Instruction, when: &ladder::Leg) -> Finding {
+        let name = spec.name;
+        let keys: Vec<String> = spec.legs.iter().map(|leg| format!("`{}`", leg.key())).collect();
+        let message = format!("`{name}` has the legs {}, and no `when`", keys.join(", "));
+        let lines = spec.legs.iter().enumerate().map(|(at, leg)| {
+            let array = if at == 0 { self.text(when.span) } else { "[\"$Off\"]" };
+            format!("leg.{} = {array}", leg.key())
+        });
+        let help = lines.collect::<Vec<_>>().join("\n");
+        Finding::new(Code::MissingLeg, when.key.span, message)
+            .label("names no leg")
+            .related(instruction.mnemonic.span, "of this instruction")
+            .help(format!("write its legs instead of `when`:\n{help}"))
+    }
+
+    /// The legs of a rung with `leg.*`, in the order of its instruction's legs.
+    fn leg_rung(&mut self, rung: &ladder::Rung, specs: &Specs) -> Vec<Leg> {
+        let legged = |spec: &Option<&'static Spec>| {
+            spec.as_ref().is_some_and(|spec| spec.legs != [LegName::When])
+        };
+        if let Some(at) = specs.iter().position(legged) {
+            let spec = specs[at].unwrap_or_else(|| unreachable!("it has legs"));
+            if let Some(other) = (0..specs.len()).find(|other| *other != at) {
+                let finding = legs_shared(spec, &rung.body[at]);
+                self.find(finding.related(rung.body[other].span, "stands beside it"));
+            }
+            if let Some(branch) = rung.branches.first() {
+                let finding = legs_shared(spec, &rung.body[at]);
+                self.find(finding.related(branch.span, "this branch hangs on it"));
+            }
+            return self.match_legs(rung, spec, &rung.body[at]);
+        }
+        if let (Some(Some(spec)), Some(leg)) = (specs.first(), rung.legs.first()) {
+            self.find(one_leg(spec, leg, self.text(leg.span)));
+        } else if let (true, Some(branch)) = (rung.body.is_empty(), rung.branches.first()) {
+            let message = "a rung with `leg.*` has one instruction in its `do`, and no branch";
+            self.find(Finding::new(Code::LegsShared, branch.span, message));
+        }
+        for leg in &rung.legs {
+            self.contacts(&leg.contacts);
+        }
+        Vec::new()
+    }
+
+    fn match_legs(
+        &mut self,
+        rung: &ladder::Rung,
+        spec: &Spec,
+        instruction: &Instruction,
+    ) -> Vec<Leg> {
+        let names: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
+        for leg in &rung.legs {
+            if names.contains(&leg.key.text.as_str()) {
+                continue;
+            }
+            let message = format!("`{}` has no leg `{}`", spec.name, leg.key.text);
+            let list = names.iter().map(|n| format!("`leg.{n}`")).collect::<Vec<_>>().join(", ");
+            let help = did_you_mean(&leg.key.text, names.iter().copied());
+            let help = help.unwrap_or_else(|| format!("its legs are {list}"));
+            self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
+            self.contacts(&leg.contacts);
+        }
+        let mut legs = Vec::new();
+        for name in spec.legs {
+            match rung.legs.iter().find(|leg| leg.key.text == name.key()) {
+                Some(leg) => legs.push(self.leg(*name, leg)),
+                None => self.find(missing_leg(spec, instruction, *name)),
+            }
+        }
+        legs
+    }
+
+    fn leg(&mut self, name: LegName, leg: &ladder::Leg) -> Leg {
+        Leg { name, span: leg.span, contacts: self.contacts(&leg.contacts) }
+    }
+}
+
+fn missing_leg(spec: &Spec, instruction: &Instruction, leg: LegName) -> Finding {
+    let message =
+        format!("`{}` has a leg `{}`, and the rung does not give it", spec.name, leg.key());
+    Finding::new(Code::MissingLeg, instruction.mnemonic.span, message)
+        .label(format!("`leg.{}` is missing", leg.key()))
+        .help(format!("if nothing drives it, say so:\nleg.{} = [\"$Off\"]", leg.key()))
+}
+
+fn legs_shared(spec: &Spec, instruction: &Instruction) -> Finding {
+    let message = format!("`{}` has legs, and so stands alone in its rung", spec.name);
+    let legs = spec.legs.iter().map(|leg| format!("leg.{} = […]", leg.key()));
+    Finding::new(Code::LegsShared, instruction.span, message)
+        .label("give it a rung of its own")
+        .help(format!(
+            "a rung with {} and this instruction alone; others read its flags in theirs",
+            legs.collect::<Vec<_>>().join(", ")
+        ))
+}
+
+fn one_leg(spec: &Spec, leg: &ladder::Leg, array: &str) -> Finding {
+    let message = format!("`{}` has no leg `{}`: its only one is `when`", spec.name, leg.key.text);
+    Finding::new(Code::UnknownLeg, leg.key.span, message).help(format!("write `when = {array}`"))
+}
+
+/// What people write who come from other controllers.
+fn habit(name: &str) -> Option<&'static str> {
+    Some(match name.to_ascii_uppercase().as_str() {
+        "TON" => "an on-delay is `TMR t preset=d`, or `ONDTMR t preset=d output=b`",
+        "TOF" => "an off-delay is `OFFDTMR t preset=d output=b`",
+        "RTO" => "a retentive timer is `TMRA t preset=d`, or `TMRAG` to survive a stop",
+        "OTE" | "OUTPUT" | "COIL" => "an output coil is `OUT b`",
+        "OTL" | "LATCH" => "a latch is `SET b`",
+        "OTU" | "UNLATCH" | "RESET" => "an unlatch is `RST b`",
+        "CTUD" => "an up/down counter is `UDC ct up-preset=n`; Sensaphone's are CTU and CTD",
+        "MOV" | "COPY" => "write `MOVE v to=w`",
+        "CALL" | "START" => "a program is started by `RUN p`, a task by `ENTASK t`",
+        "GOTO" => "a stage is left by `JMP s`",
+        "END" | "RET" | "RETURN" => "a program ends itself by `EXIT`",
+        _ => return None,
+    })
+}

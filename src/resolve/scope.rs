@@ -1,0 +1,305 @@
+//! The names of a program, and what each stands for.
+//!
+//! Filled while the ladder files are declared, or from a program that is resolved already; asked
+//! for every name in a contact or operand, and by whoever watches or writes by name.
+
+use std::collections::HashMap;
+
+use super::program::{BlockKind, Program, TagMeaning, Written};
+use crate::isa::address::{self, AddressError};
+use crate::isa::{Address, Bit, BlockId, MemorySizes, StageId, Structure};
+use crate::source::finding::Code;
+use crate::source::nearest::did_you_mean;
+
+/// All names of one program.
+#[derive(Debug)]
+pub struct Scope {
+    sizes: MemorySizes,
+    tags: HashMap<String, (usize, Option<TagMeaning>)>,
+    blocks: HashMap<String, BlockNames>,
+}
+
+/// A block, and the names of its stages.
+#[derive(Debug)]
+pub(super) struct BlockNames {
+    pub(super) id: BlockId,
+    pub(super) kind: BlockKind,
+    pub(super) stages: HashMap<String, StageId>,
+}
+
+/// What a name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Thing {
+    /// A bit, word or structure.
+    Address(Address),
+    /// A tag with a `value`.
+    Constant(i32, Written),
+    /// A Program or Task.
+    Block(BlockId),
+}
+
+/// A thing, and the tag by which it was found.
+#[derive(Debug)]
+pub struct Found {
+    /// What it is.
+    pub thing: Thing,
+    /// The tag's index in the program.
+    pub tag: Option<usize>,
+}
+
+/// Why a name stands for nothing.
+#[derive(Debug)]
+pub enum Mistake {
+    /// Its tag is in itself wrong, which a finding says already.
+    Reported,
+    /// What to say.
+    New {
+        /// Which finding.
+        code: Code,
+        /// What is wrong.
+        message: String,
+        /// What to write instead.
+        help: Option<String>,
+    },
+}
+
+impl Scope {
+    pub(super) fn new(sizes: MemorySizes) -> Scope {
+        Scope { sizes, tags: HashMap::new(), blocks: HashMap::new() }
+    }
+
+    /// The names of a resolved program.
+    pub fn of(program: &Program) -> Scope {
+        let mut scope = Scope::new(program.sizes.clone());
+        for (at, tag) in program.tags.iter().enumerate() {
+            scope.add_tag(&tag.name, at, Some(tag.meaning));
+        }
+        for block in &program.blocks {
+            let stages = block.stages.iter().map(|stage| (stage.name.clone(), stage.id)).collect();
+            scope.add_block(&block.name, BlockNames { id: block.id, kind: block.kind, stages });
+        }
+        scope
+    }
+
+    pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
+        self.tags.entry(name.to_owned()).or_insert((index, meaning));
+    }
+
+    pub(super) fn add_block(&mut self, name: &str, block: BlockNames) {
+        self.blocks.entry(name.to_owned()).or_insert(block);
+    }
+
+    /// The tag's index in the program; none for a tag that is in itself wrong.
+    pub(super) fn tag_index(&self, name: &str) -> Option<usize> {
+        self.tags.get(name).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
+    }
+
+    pub(super) fn block(&self, name: &str) -> Option<&BlockNames> {
+        self.blocks.get(name)
+    }
+
+    pub(super) fn block_names(&self) -> impl Iterator<Item = &str> {
+        self.blocks.keys().map(String::as_str)
+    }
+
+    pub(super) fn block_of(&self, id: BlockId) -> Option<(&str, &BlockNames)> {
+        self.blocks.iter().find(|(_, block)| block.id == id).map(|(name, b)| (name.as_str(), b))
+    }
+
+    /// What a name stands for, as an address.
+    ///
+    /// # Errors
+    /// A sentence for people.
+    pub fn address(&self, name: &str) -> Result<Address, String> {
+        match self.look_up(name) {
+            Ok(Found { thing: Thing::Address(address), .. }) => Ok(address),
+            Ok(Found { thing: Thing::Constant(..), .. }) => {
+                Err(format!("`{name}` is a constant: it has no address"))
+            }
+            Ok(Found { thing: Thing::Block(_), .. }) => {
+                Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
+            }
+            Err(Mistake::Reported) => Err(format!("`{name}` stands for nothing")),
+            Err(Mistake::New { message, help: None, .. }) => Err(message),
+            Err(Mistake::New { message, help: Some(help), .. }) => {
+                Err(format!("{message} ({help})"))
+            }
+        }
+    }
+
+    /// What a name stands for.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn look_up(&self, name: &str) -> Result<Found, Mistake> {
+        match address::parse(name, &self.sizes) {
+            Ok(address) => return Ok(Found { thing: Thing::Address(address), tag: None }),
+            Err(AddressError::NotAnAddress) => {}
+            Err(error) => return Err(address_mistake(name, error)),
+        }
+        let (base, member) = match name.split_once('.') {
+            Some((base, member)) => (base, Some(member)),
+            None => (name, None),
+        };
+        if let Some((index, meaning)) = self.tags.get(base) {
+            let meaning = meaning.ok_or(Mistake::Reported)?;
+            let thing = of_tag(base, meaning, member)?;
+            return Ok(Found { thing, tag: Some(*index) });
+        }
+        if let Some(block) = self.blocks.get(base) {
+            return Ok(Found { thing: of_block(base, block, member)?, tag: None });
+        }
+        Err(self.unknown(base, member))
+    }
+
+    fn unknown(&self, base: &str, member: Option<&str>) -> Mistake {
+        let blocks_with = self.blocks.iter().find(|(_, b)| b.stages.contains_key(base));
+        let help = match blocks_with {
+            Some((block, _)) if member.is_none() => {
+                Some(format!("a stage is named with its program: `{block}.{base}`"))
+            }
+            _ => did_you_mean(base, self.sorted_names()).or_else(|| habit(base)),
+        };
+        let message = format!("nothing is called `{base}`");
+        let help =
+            help.or_else(|| Some(format!("declare it: `{base} = {{ at = \"C0\" }}` under [tags]")));
+        Mistake::New { code: Code::UnknownName, message, help }
+    }
+
+    fn sorted_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> =
+            self.tags.keys().chain(self.blocks.keys()).map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+}
+
+/// What people write who are used to other notations.
+fn habit(name: &str) -> Option<String> {
+    let help = match name.to_ascii_uppercase().as_str() {
+        "AND" => "write `&`",
+        "OR" => "write `|`",
+        "NOT" => "write `!`",
+        "TRUE" | "ON" | "ALWAYS" => "write `$On`",
+        "FALSE" | "OFF" | "NEVER" => "write `$Off`",
+        _ => return None,
+    };
+    Some(help.to_owned())
+}
+
+fn new(code: Code, message: String, help: Option<String>) -> Mistake {
+    Mistake::New { code, message, help }
+}
+
+/// The mistake of a text that reads as an address and is none.
+pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
+    let base = name.split('.').next().unwrap_or(name);
+    match error {
+        AddressError::NotAnAddress => {
+            let help = "addresses read `X0`, `Y0`, `C0`, `D0`, `V0`, `MC1`, `MHR1`, `CT0`, `T0`";
+            new(Code::UnknownName, format!("`{name}` is no address"), Some(help.to_owned()))
+        }
+        AddressError::Case(right) => new(
+            Code::WrongCase,
+            format!("`{name}` is written `{right}`"),
+            Some(format!("write `{right}`")),
+        ),
+        AddressError::BeyondMemory { space, first, last } => {
+            let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");
+            let help = (space != "N" && space != "ST" && space != "DST")
+                .then(|| "sizes are set under `[memory]` of the controller file".to_owned());
+            new(Code::BeyondMemory, message, help)
+        }
+        AddressError::UnknownMember(&[]) => {
+            let message = format!("`{base}` is a single value: nothing stands behind a dot of it");
+            new(Code::UnknownMember, message, Some(format!("write `{base}`")))
+        }
+        AddressError::UnknownMember(members) => unknown_member(name, members),
+        AddressError::UnknownNickname => {
+            let status = &crate::isa::status::BIT_NICKNAMES;
+            let words = &crate::isa::status::WORD_NICKNAMES;
+            let all: Vec<&str> = status.iter().chain(words).copied().collect();
+            let help = did_you_mean(name, all.iter().copied());
+            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
+            new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))
+        }
+        AddressError::SensaphoneElement => {
+            let counter = name.split(',').nth(1).unwrap_or("n").trim();
+            let message = "a Sensaphone counter has the elements 0 to 6".to_owned();
+            let help = format!(
+                "the current value is `N,{counter},6` or `N{counter}.ACC` (element 7 in the \
+                 manual's example is a misprint); the preset is `N{counter}.PRE`"
+            );
+            new(Code::UnknownMember, message, Some(help))
+        }
+    }
+}
+
+fn unknown_member(name: &str, members: &[&str]) -> Mistake {
+    let (base, member) = name.split_once('.').unwrap_or((name, ""));
+    let list = members.iter().map(|m| format!("`.{m}`")).collect::<Vec<_>>().join(", ");
+    let help = did_you_mean(member, members.iter().copied());
+    let help = help.map_or(String::new(), |near| format!("{near} ")) + &format!("it has {list}");
+    new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
+}
+
+fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing, Mistake> {
+    let thing = match meaning {
+        TagMeaning::Address(address) => Thing::Address(address),
+        TagMeaning::Constant(value, written) => Thing::Constant(value, written),
+    };
+    let Some(member) = member else { return Ok(thing) };
+    let Thing::Address(Address::Structure(structure)) = thing else {
+        let what = match thing {
+            Thing::Address(address) => format!("it is {address}"),
+            _ => "it is a constant".to_owned(),
+        };
+        let message = format!("`{base}` has no members: {what}");
+        return Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))));
+    };
+    structure
+        .member(member)
+        .map(Thing::Address)
+        .ok_or_else(|| member_mistake(base, structure, member))
+}
+
+fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {
+    let members = structure.members();
+    match members.iter().find(|right| right.eq_ignore_ascii_case(member)) {
+        Some(right) => address_mistake(
+            &format!("{base}.{member}"),
+            AddressError::Case(format!("{base}.{right}")),
+        ),
+        None => unknown_member(&format!("{base}.{member}"), members),
+    }
+}
+
+fn of_block(base: &str, block: &BlockNames, member: Option<&str>) -> Result<Thing, Mistake> {
+    let Some(member) = member else { return Ok(Thing::Block(block.id)) };
+    let program = block.kind == BlockKind::Program;
+    let bit = match member {
+        "Running" => Some(Bit::Running(block.id)),
+        "Done" if !program => Some(Bit::Done(block.id)),
+        _ => block.stages.get(member).map(|id| Bit::Stage(*id)),
+    };
+    if let Some(bit) = bit {
+        return Ok(Thing::Address(Address::Bit(bit)));
+    }
+    if program && member == "Done" {
+        let message = format!("`{base}` is a program, and only tasks have `.Done`");
+        let help = format!("write `!{base}.Running`, or have its last stage SET a bit");
+        return Err(new(Code::UnknownMember, message, Some(help)));
+    }
+    let mut known: Vec<&str> = block.stages.keys().map(String::as_str).collect();
+    known.extend(if program { &["Running"][..] } else { &["Running", "Done"] });
+    known.sort_unstable();
+    let list = known.iter().map(|k| format!("`{base}.{k}`")).collect::<Vec<_>>().join(", ");
+    let help = did_you_mean(member, known.iter().copied());
+    let help = help.unwrap_or_else(|| format!("there is {list}"));
+    let (code, message) = if program {
+        (Code::UnknownStage, format!("program `{base}` has no stage `{member}`"))
+    } else {
+        (Code::UnknownMember, format!("task `{base}` has no `.{member}`"))
+    };
+    Err(new(code, message, Some(help)))
+}

@@ -1,0 +1,190 @@
+//! Tags: what each stands for, and which of its keys fit that.
+
+use std::collections::HashMap;
+
+use super::Resolver;
+use super::program::{Program, Tag, TagMeaning, Written};
+use super::scope::{Mistake, address_mistake};
+use crate::isa::address;
+use crate::isa::{Address, Bit, BitSpace};
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder;
+use crate::source::reader::{Constant, Text};
+use crate::source::span::{Located, Span};
+
+impl Resolver<'_> {
+    /// Resolves a tag and adds it to the program; gives what it stands for.
+    pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
+        let meaning = self.meaning(tag)?;
+        self.misfits(tag, meaning);
+        let bit = matches!(meaning, TagMeaning::Address(Address::Bit(_)));
+        let initial = tag.initial.as_ref().and_then(|value| self.tag_value(value, bit));
+        let min = tag.min.as_ref().and_then(|value| self.tag_value(value, false));
+        let max = tag.max.as_ref().and_then(|value| self.tag_value(value, false));
+        let resolved = Tag {
+            name: tag.name.text.clone(),
+            span: tag.name.span,
+            doc: tag.doc.clone(),
+            meaning,
+            initial,
+            min,
+            max,
+            alarm: tag.alarm.as_ref().map(|alarm| alarm.text.clone()),
+            log_changes: tag.log.is_some(),
+            spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
+            used: false,
+        };
+        self.ranges(&resolved);
+        program.tags.push(resolved);
+        Some(meaning)
+    }
+
+    fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {
+        let name = &tag.name.text;
+        match (&tag.at, &tag.value) {
+            (Some(at), Some(value)) => {
+                let message = format!("tag `{name}` has both `at` and `value`");
+                let finding = Finding::new(Code::TagKey, value.span, message)
+                    .related(at.span, "`at` is here")
+                    .help("`at` names an address, `value` a constant: keep one");
+                self.find(finding);
+                None
+            }
+            (Some(at), None) => self.at(at).map(TagMeaning::Address),
+            (None, Some(value)) => match value.value {
+                Constant::Integer(n) => Some(TagMeaning::Constant(n, Written::Integer)),
+                Constant::Duration(ms) => Some(TagMeaning::Constant(ms, Written::Duration)),
+                Constant::Bit(on) => {
+                    let nickname = if on { "$On" } else { "$Off" };
+                    let message = "a constant is a number or a duration";
+                    let finding = Finding::new(Code::WrongType, value.span, message);
+                    self.find(finding.help(format!("a bit that never changes is `{nickname}`")));
+                    None
+                }
+            },
+            (None, None) => {
+                if !tag.has_meaning {
+                    let message = format!("tag `{name}` has neither `at` nor `value`");
+                    let finding = Finding::new(Code::MissingKey, tag.name.span, message);
+                    self.find(finding.help(format!("write `{name} = {{ at = \"C0\" }}`")));
+                }
+                None
+            }
+        }
+    }
+
+    fn at(&mut self, at: &Text) -> Option<Address> {
+        match address::parse(&at.text, &self.options.sizes) {
+            Ok(address) => Some(address),
+            Err(error) => {
+                if let Mistake::New { code, message, help } = address_mistake(&at.text, error) {
+                    let mut finding = Finding::new(code, at.span, message);
+                    finding.help = help;
+                    self.find(finding);
+                }
+                None
+            }
+        }
+    }
+
+    /// Keys that do not fit what the tag stands for.
+    fn misfits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) {
+        let (bit, word, read_only, what) = match meaning {
+            TagMeaning::Constant(..) => (false, false, true, "a constant"),
+            TagMeaning::Address(Address::Bit(bit)) => (true, false, !bit_has_initial(bit), "a bit"),
+            TagMeaning::Address(Address::Word(word)) => (false, true, !word.writable(), "a word"),
+            TagMeaning::Address(Address::Structure(_)) => (false, false, true, "a structure"),
+        };
+        let constant = matches!(meaning, TagMeaning::Constant(..));
+        let keys = [
+            ("initial", tag.initial.as_ref().map(|v| v.span), !read_only && (bit || word)),
+            ("min", tag.min.as_ref().map(|v| v.span), word && !read_only),
+            ("max", tag.max.as_ref().map(|v| v.span), word && !read_only),
+            ("alarm", tag.alarm.as_ref().map(|v| v.span), bit),
+            ("log", tag.log.as_ref().map(|v| v.span), bit || word),
+        ];
+        for (key, span, fits) in keys {
+            let Some(span) = span.filter(|_| !fits) else { continue };
+            let what = if read_only && (bit || word) { "a read-only location" } else { what };
+            let message = format!("`{key}` does not fit {what}");
+            let help = match key {
+                "alarm" => "an alarm watches a bit: OUT a C bit from the compare, and watch that",
+                "min" | "max" => "limits stand on a word: `D0`, `V0`, `CT0.Acc`",
+                _ if constant => "a constant never changes",
+                _ if key == "log" => "name a member: `at = \"CT0.Acc\"`",
+                _ => "only what a program can write has an initial value: `Y0`, `D0`, `CT0.Acc`",
+            };
+            self.find(Finding::new(Code::TagKey, span, message).help(help));
+        }
+        if let Some(log) = tag.log.as_ref().filter(|log| log.text != "change") {
+            let message = format!("`log` knows no `{}`", log.text);
+            let finding = Finding::new(Code::TagKey, log.span, message);
+            self.find(finding.help("write `log = \"change\"`"));
+        }
+    }
+
+    fn tag_value(&mut self, value: &Located<Constant>, bit: bool) -> Option<(i32, Span)> {
+        let number = match (value.value, bit) {
+            (Constant::Bit(on), true) => i32::from(on),
+            (Constant::Integer(n @ 0..=1), true) => n,
+            (Constant::Integer(n) | Constant::Duration(n), false) => n,
+            (_, true) => {
+                let message = "a bit is `true` or `false`";
+                self.find(Finding::new(Code::WrongType, value.span, message));
+                return None;
+            }
+            (Constant::Bit(_), false) => {
+                let message = "a word holds a number, not `true` or `false`";
+                self.find(Finding::new(Code::WrongType, value.span, message));
+                return None;
+            }
+        };
+        Some((number, value.span))
+    }
+
+    /// `min` <= `initial` <= `max`, all within what the location can hold.
+    fn ranges(&mut self, tag: &Tag) {
+        if let TagMeaning::Address(address @ Address::Word(word)) = tag.meaning {
+            let (least, most) = word.range();
+            for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
+                if !(least..=most).contains(&n) {
+                    let message = format!("{n} is more than `{address}` holds: {least}..{most}");
+                    self.find(Finding::new(Code::OutOfRange, span, message));
+                }
+            }
+        }
+        self.between(tag.min, tag.max, "`min` is greater than `max`");
+        self.between(tag.min, tag.initial, "`initial` is less than `min`");
+        self.between(tag.initial, tag.max, "`initial` is greater than `max`");
+    }
+
+    fn between(&mut self, low: Option<(i32, Span)>, high: Option<(i32, Span)>, message: &str) {
+        if let (Some((low, low_span)), Some((high, high_span))) = (low, high)
+            && low > high
+        {
+            let finding = Finding::new(Code::OutOfRange, high_span, message);
+            self.find(finding.related(low_span, format!("{low} here, {high} there")));
+        }
+    }
+
+    /// One location has one initial value and one pair of limits, however many tags name it.
+    pub(super) fn check_aliases(&mut self, program: &Program) {
+        let mut first: HashMap<(Address, &str), (i32, Span)> = HashMap::new();
+        for tag in &program.tags {
+            let TagMeaning::Address(address) = tag.meaning else { continue };
+            for (key, value) in [("initial", tag.initial), ("min", tag.min), ("max", tag.max)] {
+                let Some((n, span)) = value else { continue };
+                let (other, place) = *first.entry((address, key)).or_insert((n, span));
+                if other != n {
+                    let message = format!("`{key}` of `{address}` is given twice, differently");
+                    let finding = Finding::new(Code::TagKey, span, message);
+                    self.find(finding.related(place, "another tag of it says this"));
+                }
+            }
+        }
+    }
+}
+
+fn bit_has_initial(bit: Bit) -> bool {
+    matches!(bit, Bit::Space(space, _) if space != BitSpace::St)
+}

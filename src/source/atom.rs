@@ -1,0 +1,142 @@
+//! Atoms: the names and constants that contacts, operands and tags are made of.
+//!
+//! An atom knows whether it is a number, a duration or a name. What a name means is the
+//! resolver's business.
+
+use std::fmt;
+
+use super::finding::{Code, Finding};
+use super::reader::bad_duration;
+use super::span::Span;
+use crate::isa::duration;
+
+/// A name or constant, and its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Atom {
+    /// What it is.
+    pub kind: AtomKind,
+    /// Its place.
+    pub span: Span,
+}
+
+/// What an atom is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AtomKind {
+    /// A tag, an address, a member, a stage, a nickname: whatever is not a constant.
+    Name(String),
+    /// An integer.
+    Integer(i32),
+    /// A duration in ms.
+    Duration(i32),
+}
+
+/// How a constant was written: the checks warn of bare integers as timer values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Written {
+    Integer,
+    Duration,
+}
+
+impl Atom {
+    /// Reads one word that has no spaces.
+    ///
+    /// # Errors
+    /// The finding: a constant that is none, or lies outside `i32`.
+    pub fn parse(word: &str, span: Span) -> Result<Atom, Finding> {
+        let digits = word.strip_prefix('-').unwrap_or(word);
+        let kind = if digits.starts_with(|c: char| c.is_ascii_digit()) {
+            constant(word, span)?
+        } else {
+            AtomKind::Name(word.to_owned())
+        };
+        Ok(Atom { kind, span })
+    }
+
+    /// The name, if it is one.
+    pub fn name(&self) -> Option<&str> {
+        match &self.kind {
+            AtomKind::Name(name) => Some(name),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Atom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            AtomKind::Name(name) => f.write_str(name),
+            AtomKind::Integer(n) => write!(f, "{n}"),
+            AtomKind::Duration(ms) => f.write_str(&duration::print(*ms)),
+        }
+    }
+}
+
+fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
+    let (sign, digits) = match word.strip_prefix('-') {
+        Some(digits) => (-1, digits),
+        None => (1, word),
+    };
+    let hexadecimal = digits.strip_prefix("0x");
+    if hexadecimal.is_none() && !digits.bytes().all(|b| b.is_ascii_digit()) {
+        if sign < 0 && duration::parse(digits).is_ok() {
+            let finding = Finding::new(Code::BadDuration, span, "a duration is never negative");
+            return Err(finding.help(format!("write `{digits}`, or a number of ms")));
+        }
+        if !duration::looks_like(digits) {
+            return Err(no_number(word, span));
+        }
+        let ms = duration::parse(digits).map_err(|error| bad_duration(word, span, error))?;
+        return Ok(AtomKind::Duration(ms));
+    }
+    let (digits, radix) = hexadecimal.map_or((digits, 10), |digits| (digits, 16));
+    if digits.is_empty() || !digits.bytes().all(|b| char::from(b).is_digit(radix)) {
+        return Err(no_number(word, span));
+    }
+    // Only too many digits can fail here, and then the number is too large.
+    let number = i64::from_str_radix(digits, radix).unwrap_or(i64::MAX).saturating_mul(sign);
+    i32::try_from(number).map(AtomKind::Integer).map_err(|_| {
+        let message = format!("`{word}` lies outside -2147483648..2147483647");
+        Finding::new(Code::OutOfRange, span, message)
+    })
+}
+
+fn no_number(word: &str, span: Span) -> Finding {
+    let message = format!("`{word}` is neither a number nor a duration");
+    Finding::new(Code::InstructionSyntax, span, message).help(
+        "write `123`, `-5`, `0x1F`, or a duration: `250ms`, `1m30s`; names begin with a letter",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(word: &str, expected: &str) {
+        let found = match Atom::parse(word, Span::default()) {
+            Ok(atom) => format!("{:?}", atom.kind),
+            Err(finding) => finding.message,
+        };
+        assert_eq!(found, expected, "{word}");
+    }
+
+    #[test]
+    fn constants_and_names() {
+        check("12", "Integer(12)");
+        check("-2147483648", "Integer(-2147483648)");
+        check("0x1F", "Integer(31)");
+        check("1m30s", "Duration(90000)");
+        check("00:00:02:500", "Duration(2500)");
+        check("bottles.Acc", "Name(\"bottles.Acc\")");
+        check("$100ms", "Name(\"$100ms\")");
+        check("2147483648", "`2147483648` lies outside -2147483648..2147483647");
+        check(
+            "0xFFFFFFFFFFFFFFFFFFFF",
+            "`0xFFFFFFFFFFFFFFFFFFFF` lies outside -2147483648..2147483647",
+        );
+        check("12a", "`12a` is neither a number nor a duration");
+        check("0x", "`0x` is neither a number nor a duration");
+        check("-5s", "a duration is never negative");
+        check("5s1m", "the units of `5s1m` do not descend");
+    }
+}

@@ -1,0 +1,147 @@
+//! Contacts as their author wrote them: a tree of names, with the place of every part.
+//!
+//! [`parse`] reads one string of a leg's array, and `Display` prints one with the parentheses
+//! that it needs and no others, so that printing and parsing agree.
+
+use std::fmt;
+
+use super::atom::Atom;
+use super::contact_parser;
+use super::finding::Finding;
+use super::span::{Located, Span};
+
+/// A boolean over bits, edges and compares.
+///
+/// The place of `!…`, `…&…` and `…|…` includes the parentheses around it, if it has any.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// A bit, by its name.
+    Bit(Located<String>),
+    /// `!`.
+    Not(Box<Contact>, Span),
+    /// `&`: two or more.
+    All(Vec<Contact>, Span),
+    /// `|`: two or more.
+    Any(Vec<Contact>, Span),
+    /// `rise(bit)`, `fall(bit)`.
+    Edge(Edge, Located<String>, Span),
+    /// A compare of two values.
+    Compare(Atom, Comparison, Atom, Span),
+}
+
+/// Which edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Edge {
+    Rise,
+    Fall,
+}
+
+/// How two values are compared, as signed numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum Comparison {
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+}
+
+/// Parses one string of a leg's array; `span` is the place of its first byte to its last.
+///
+/// # Errors
+/// The first mistake in it, with its exact place.
+pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
+    contact_parser::parse(text, span)
+}
+
+impl Edge {
+    /// The word as written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Edge::Rise => "rise",
+            Edge::Fall => "fall",
+        }
+    }
+}
+
+impl Comparison {
+    /// The sign as written.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Comparison::Eq => "==",
+            Comparison::Ne => "!=",
+            Comparison::Lt => "<",
+            Comparison::Le => "<=",
+            Comparison::Gt => ">",
+            Comparison::Ge => ">=",
+        }
+    }
+
+    /// The comparison that is ON where this one is OFF.
+    pub fn negated(self) -> Comparison {
+        match self {
+            Comparison::Eq => Comparison::Ne,
+            Comparison::Ne => Comparison::Eq,
+            Comparison::Lt => Comparison::Ge,
+            Comparison::Le => Comparison::Gt,
+            Comparison::Gt => Comparison::Le,
+            Comparison::Ge => Comparison::Lt,
+        }
+    }
+}
+
+impl Contact {
+    /// Its place.
+    pub fn span(&self) -> Span {
+        match self {
+            Contact::Bit(name) => name.span,
+            Contact::Not(_, span)
+            | Contact::All(_, span)
+            | Contact::Any(_, span)
+            | Contact::Edge(_, _, span)
+            | Contact::Compare(_, _, _, span) => *span,
+        }
+    }
+}
+
+impl fmt::Display for Contact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Contact::Bit(name) => f.write_str(&name.value),
+            Contact::Not(inner, _) => write!(f, "!{}", Grouped(inner)),
+            Contact::All(items, _) => series(f, items, " & "),
+            Contact::Any(items, _) => series(f, items, " | "),
+            Contact::Edge(edge, name, _) => write!(f, "{}({})", edge.name(), name.value),
+            Contact::Compare(a, comparison, b, _) => write!(f, "{a} {} {b}", comparison.sign()),
+        }
+    }
+}
+
+fn series(f: &mut fmt::Formatter<'_>, items: &[Contact], sign: &str) -> fmt::Result {
+    for (at, item) in items.iter().enumerate() {
+        if at > 0 {
+            f.write_str(sign)?;
+        }
+        match item {
+            // Neither needs parentheses beside `&` and `|`.
+            Contact::Not(..) | Contact::Compare(..) => write!(f, "{item}")?,
+            _ => write!(f, "{}", Grouped(item))?,
+        }
+    }
+    Ok(())
+}
+
+/// A contact, in parentheses unless it is a bit or an edge.
+struct Grouped<'a>(&'a Contact);
+
+impl fmt::Display for Grouped<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Contact::Bit(_) | Contact::Edge(..) | Contact::Not(..) => self.0.fmt(f),
+            other => write!(f, "({other})"),
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! `out-of-place`: a ladder file reads top-down, and TOML does not.
+//!
+//! To TOML, `[[program.stage.rung]]` joins the last `[[program.stage]]` of the last `[[program]]`,
+//! however far above that stands and whatever came between. Here each header leaves open only
+//! what it stands in itself; a header whose parent is no longer open is a finding.
+//!
+//! The parser gives tables sorted by name; their places give the order of the file back.
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::finding::{Code, Finding};
+use super::reader::Doc;
+use super::span::Span;
+
+/// A header, or the place where one is missing.
+struct Header<'a> {
+    path: Vec<&'a str>,
+    span: Span,
+    /// How many leading parts of the path are tables of an array, which a header can close.
+    arrays: usize,
+    /// A part of the path that should be an array of tables and has no header of its own.
+    headless: bool,
+}
+
+/// The parents that a header's last part may have, for the help.
+const PARENTS: [(&str, &[&str]); 3] =
+    [("branch", &["rung"]), ("rung", &["program", "stage", "task"]), ("stage", &["program"])];
+
+/// The parts that are always arrays of tables.
+const ARRAYS: [&str; 2] = ["program", "task"];
+
+/// Checks the order of all headers of a file.
+pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {
+    let mut headers = Vec::new();
+    collect(doc, root, &Header::root(doc), &mut headers);
+    headers.sort_by_key(|header| header.span.start);
+    for at in 0..headers.len() {
+        let header = &headers[at];
+        let before = at.checked_sub(1).map(|at| &headers[at]);
+        if header.headless {
+            doc.find(headless(header));
+        } else if let Some(before) = before
+            && !stands_open(header, before)
+        {
+            doc.find(out_of_place(header, before));
+        }
+    }
+}
+
+/// Whether a table was made by the header of a table below it, and has none of its own.
+pub(super) fn is_implicit(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) -> bool {
+    !doc.slice(value.span()).starts_with(['[', '{'])
+}
+
+impl Header<'_> {
+    fn root(doc: Doc<'_>) -> Self {
+        Header { path: Vec::new(), span: doc.span(0..0), arrays: 0, headless: false }
+    }
+}
+
+fn collect<'a>(
+    doc: Doc<'_>,
+    table: &'a DeTable<'_>,
+    parent: &Header<'a>,
+    headers: &mut Vec<Header<'a>>,
+) {
+    for (key, value) in table {
+        let mut path = parent.path.clone();
+        path.push(key.get_ref());
+        match value.get_ref() {
+            DeValue::Table(below) => {
+                let headless = parent.headless
+                    || (parent.path.is_empty()
+                        && ARRAYS.contains(&&**key.get_ref())
+                        && is_implicit(doc, value));
+                let span = doc.span(value.span());
+                let header = Header { path, span, arrays: parent.arrays, headless };
+                visit(doc, below, header, headers);
+            }
+            DeValue::Array(array) => {
+                for item in array {
+                    let DeValue::Table(below) = item.get_ref() else { continue };
+                    let (path, span) = (path.clone(), doc.span(item.span()));
+                    let arrays = path.len();
+                    let header = Header { path, span, arrays, headless: parent.headless };
+                    visit(doc, below, header, headers);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn visit<'a>(
+    doc: Doc<'_>,
+    table: &'a DeTable<'_>,
+    header: Header<'a>,
+    headers: &mut Vec<Header<'a>>,
+) {
+    collect(doc, table, &header, headers);
+    let range = header.span.start as usize..header.span.end as usize;
+    if doc.slice(range).starts_with('[') {
+        headers.push(header);
+    }
+}
+
+/// Whether what a header belongs to is still open behind the header before it.
+fn stands_open(header: &Header<'_>, before: &Header<'_>) -> bool {
+    let parents = header.arrays.min(header.path.len() - 1);
+    before.path.starts_with(&header.path[..parents])
+}
+
+fn headless(header: &Header<'_>) -> Finding {
+    let (text, parent) = (header.path.join("."), header.path[0]);
+    let message = format!("`[[{text}]]` stands before any `[[{parent}]]`");
+    Finding::new(Code::OutOfPlace, header.span, message)
+        .help(format!("begin the {parent} first:\n[[{parent}]]\nname = \"Main\""))
+}
+
+fn out_of_place(header: &Header<'_>, before: &Header<'_>) -> Finding {
+    let text = header.path.join(".");
+    let parent = header.path[..header.path.len() - 1].join(".");
+    let message =
+        format!("`[[{text}]]` would silently join a `[[{parent}]]` further up, which was closed");
+    let closer = format!("this header closed `[[{parent}]]`");
+    let finding = Finding::new(Code::OutOfPlace, header.span, message)
+        .label("out of place")
+        .related(before.span, closer);
+    match meant(header, before) {
+        Some(meant) => finding.help(format!(
+            "write `[[{meant}]]` to go on in the place above, or a new `[[{parent}]]` first"
+        )),
+        None => finding.help(format!("move it up to its `[[{parent}]]`, or begin a new one")),
+    }
+}
+
+/// The deepest place still open in which the last part of the header can stand.
+fn meant(header: &Header<'_>, before: &Header<'_>) -> Option<String> {
+    let last = *header.path.last()?;
+    let (_, parents) = PARENTS.iter().find(|(name, _)| *name == last)?;
+    let depth = (1..=before.path.len()).rev().find(|n| parents.contains(&before.path[n - 1]))?;
+    Some(format!("{}.{last}", before.path[..depth].join(".")))
+}

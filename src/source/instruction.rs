@@ -1,0 +1,92 @@
+//! Instructions as their author wrote them: a mnemonic, and operands split at spaces.
+//!
+//! The one idea: `key=value` is recognised here, what the keys are is not.
+
+use super::atom::Atom;
+use super::finding::{Code, Finding};
+use super::span::{Located, Span};
+
+/// One instruction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instruction {
+    /// The place of its whole text.
+    pub span: Span,
+    /// The first word.
+    pub mnemonic: Located<String>,
+    /// The other words.
+    pub operands: Vec<Operand>,
+}
+
+/// One operand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operand {
+    /// The place of the whole word.
+    pub span: Span,
+    /// The key of `key=value`.
+    pub key: Option<Located<String>>,
+    /// The value.
+    pub value: Atom,
+}
+
+/// Parses the text of an instruction; `span` is the place of its first byte to its last. All
+/// mistakes in it go to `findings`; then there is no instruction.
+pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Instruction> {
+    let mut words = words(text).into_iter();
+    let Some((at, mnemonic)) = words.next() else {
+        let finding = Finding::new(Code::InstructionSyntax, span, "an empty instruction");
+        findings.push(finding.help("take it away, or name an instruction: `OUT Y0`"));
+        return None;
+    };
+    let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
+    let mut operands = Vec::new();
+    let mut whole = true;
+    for (at, word) in words {
+        match operand(word, span.part(at, at + word.len())) {
+            Ok(operand) => operands.push(operand),
+            Err(finding) => {
+                findings.push(*finding);
+                whole = false;
+            }
+        }
+    }
+    whole.then_some(Instruction { span, mnemonic, operands })
+}
+
+fn words(text: &str) -> Vec<(usize, &str)> {
+    let mut words = Vec::new();
+    let mut at = 0;
+    for word in text.split([' ', '\t']) {
+        if !word.is_empty() {
+            words.push((at, word));
+        }
+        at += word.len() + 1;
+    }
+    words
+}
+
+fn operand(word: &str, span: Span) -> Result<Operand, Box<Finding>> {
+    let error = |message: String| Finding::new(Code::InstructionSyntax, span, message);
+    if let Some(stray) = word.chars().find(|c| !allowed(*c)) {
+        let message = format!("`{}` belongs to no operand", stray.escape_debug());
+        return Err(Box::new(error(message)));
+    }
+    if word.ends_with(',') {
+        let finding = error("operands are separated by spaces".to_owned());
+        return Err(Box::new(finding.help("take the comma away")));
+    }
+    let Some((key, value)) = word.split_once('=') else {
+        return Ok(Operand { span, key: None, value: Atom::parse(word, span).map_err(Box::new)? });
+    };
+    if key.is_empty() || value.is_empty() || value.contains('=') {
+        let finding = error("an operand with a key is one word: `key=value`".to_owned());
+        return Err(Box::new(finding.help("write it without spaces: `preset=12`")));
+    }
+    let place = span.part(key.len() + 1, word.len());
+    let key = Located { value: key.to_owned(), span: span.part(0, key.len()) };
+    let value = Atom::parse(value, place).map_err(Box::new)?;
+    Ok(Operand { span, key: Some(key), value })
+}
+
+fn allowed(c: char) -> bool {
+    c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | ',' | '$' | ':' | '=')
+}

@@ -1,0 +1,332 @@
+//! A ladder file as its author wrote it: blocks, stages, rungs, tags, in file order.
+//!
+//! [`read`] takes the file's text; the resolver takes the [`Ladder`]. A part that could not be
+//! read is left out, and a finding says so: whoever gets an error finding as well must not take
+//! the ladder for whole.
+
+use super::contact::{self, Contact};
+use super::finding::{Code, Finding};
+use super::instruction::{self, Instruction};
+use super::reader::{self, Constant, Table, Text};
+use super::span::{FileId, Located, Span};
+
+/// One ladder file.
+#[derive(Clone, Debug, Default)]
+pub struct Ladder {
+    /// `[ladder] name`.
+    pub name: Option<Text>,
+    /// `[ladder] doc`.
+    pub doc: Option<String>,
+    /// `[ladder] allow`.
+    pub allow: Vec<Text>,
+    /// `[ladder] order`.
+    pub order: Option<Located<Vec<Text>>>,
+    /// `[tags]`, in file order.
+    pub tags: Vec<Tag>,
+    /// Programs and tasks, in file order.
+    pub blocks: Vec<Block>,
+}
+
+/// A tag.
+#[derive(Clone, Debug)]
+pub struct Tag {
+    /// Its name.
+    pub name: Text,
+    /// `at`.
+    pub at: Option<Text>,
+    /// `value`.
+    pub value: Option<Located<Constant>>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// `initial`.
+    pub initial: Option<Located<Constant>>,
+    /// `min`.
+    pub min: Option<Located<Constant>>,
+    /// `max`.
+    pub max: Option<Located<Constant>>,
+    /// `alarm`.
+    pub alarm: Option<Text>,
+    /// `log`.
+    pub log: Option<Text>,
+    /// `spare`.
+    pub spare: Option<Located<bool>>,
+    /// Whether `at` or `value` was there, even one that could not be read.
+    pub has_meaning: bool,
+}
+
+/// Whether a block is a Program or a Task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum BlockForm {
+    Program,
+    Task,
+}
+
+/// A Program or Task.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Which of the two.
+    pub form: BlockForm,
+    /// The place of its header.
+    pub span: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// `autostart`, of a Program.
+    pub autostart: Option<Located<bool>>,
+    /// Its own rungs.
+    pub rungs: Vec<Rung>,
+    /// Its stages.
+    pub stages: Vec<Stage>,
+}
+
+/// A Stage.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// The place of its header.
+    pub span: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// Its rungs.
+    pub rungs: Vec<Rung>,
+}
+
+/// A rung.
+#[derive(Clone, Debug)]
+pub struct Rung {
+    /// The place of its header.
+    pub span: Span,
+    /// From its header to the end of its last value.
+    pub extent: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// `allow`.
+    pub allow: Vec<Text>,
+    /// `when`.
+    pub when: Option<Leg>,
+    /// `leg.*`, in file order.
+    pub legs: Vec<Leg>,
+    /// `do`.
+    pub body: Vec<Instruction>,
+    /// Its branches.
+    pub branches: Vec<Branch>,
+}
+
+/// A series of contacts.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// The key: `when`, or the name behind `leg.`.
+    pub key: Text,
+    /// The place of its array.
+    pub span: Span,
+    /// The elements that could be read.
+    pub contacts: Vec<Contact>,
+}
+
+/// A branch of a rung.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// The place of its header.
+    pub span: Span,
+    /// Its contacts.
+    pub contacts: Vec<Contact>,
+    /// `do`.
+    pub body: Vec<Instruction>,
+}
+
+/// Reads a ladder file. The ladder is `None` when the text is not TOML.
+pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
+    reader::document(source, file, read_root)
+}
+
+fn read_root(mut root: Table<'_>) -> Ladder {
+    let mut ladder = Ladder::default();
+    if let Some(mut head) = root.table("ladder", "`[ladder]`") {
+        ladder.name = head.string("name");
+        ladder.doc = head.string("doc").map(|doc| doc.text);
+        ladder.order = head.strings("order");
+        ladder.allow = head.strings("allow").map_or(Vec::new(), |allow| allow.value);
+        head.finish();
+    }
+    if let Some(mut tags) = root.table("tags", "`[tags]`") {
+        let help = |name: &str, value: &str| {
+            let key = if value.starts_with('"') { "at" } else { "value" };
+            format!("write `{name} = {{ {key} = {value} }}`")
+        };
+        let entries = tags.entries("a tag", help);
+        ladder.tags = entries.into_iter().map(|(name, table)| read_tag(name, table)).collect();
+    }
+    let programs = root.tables("program", "a program").into_iter();
+    ladder.blocks = programs.map(|table| read_block(table, BlockForm::Program)).collect();
+    let tasks = root.tables("task", "a task").into_iter();
+    ladder.blocks.extend(tasks.map(|table| read_block(table, BlockForm::Task)));
+    ladder.blocks.sort_by_key(|block| block.span.start);
+    root.finish();
+    ladder
+}
+
+fn read_tag(name: Text, mut table: Table<'_>) -> Tag {
+    let tag = Tag {
+        name,
+        at: table.string("at"),
+        value: table.constant("value"),
+        doc: table.string("doc").map(|doc| doc.text),
+        initial: table.constant("initial"),
+        min: table.constant("min"),
+        max: table.constant("max"),
+        alarm: table.string("alarm"),
+        log: table.string("log"),
+        spare: table.boolean("spare"),
+        has_meaning: table.has("at") || table.has("value"),
+    };
+    table.finish();
+    tag
+}
+
+fn read_block(mut table: Table<'_>, form: BlockForm) -> Block {
+    let name = table.required_string("name");
+    let doc = table.string("doc").map(|doc| doc.text);
+    let program = form == BlockForm::Program;
+    let autostart = if program { table.boolean("autostart") } else { None };
+    let rungs = table.tables("rung", "a rung").into_iter().map(read_rung).collect();
+    let mut stages = table.tables("stage", "a stage");
+    if !program && let Some(stage) = stages.first() {
+        let message = "a task contains no stages";
+        let finding = Finding::new(Code::StageInTask, stage.span(), message);
+        table.find(finding.help(
+            "make it a `[[program]]`, which RUN starts and EXIT ends, or give the task rungs",
+        ));
+        stages.clear();
+    }
+    let stages = stages.into_iter().map(read_stage).collect();
+    let span = table.span();
+    table.finish();
+    Block { form, span, name, doc, autostart, rungs, stages }
+}
+
+fn read_stage(mut table: Table<'_>) -> Stage {
+    let name = table.required_string("name");
+    let doc = table.string("doc").map(|doc| doc.text);
+    let rungs = table.tables("rung", "a rung").into_iter().map(read_rung).collect();
+    let span = table.span();
+    table.finish();
+    Stage { span, name, doc, rungs }
+}
+
+fn read_rung(mut table: Table<'_>) -> Rung {
+    let (span, extent) = (table.span(), table.extent());
+    let name = table.string("name");
+    let doc = table.string("doc").map(|doc| doc.text);
+    let allow = table.strings("allow").map_or(Vec::new(), |allow| allow.value);
+    let when = read_when(&mut table);
+    let legs = match table.table("leg", "`leg`") {
+        Some(mut legs) => legs.string_arrays(),
+        None => Vec::new(),
+    };
+    let legs: Vec<Leg> =
+        legs.into_iter().map(|(key, texts)| read_leg(&table, key, texts)).collect();
+    check_legs(&table);
+    let body = read_body(&mut table);
+    let branches: Vec<Branch> =
+        table.tables("branch", "a branch").into_iter().map(read_branch).collect();
+    if !table.has("do") && branches.is_empty() {
+        table.find(no_instruction("a rung", span));
+    }
+    table.finish();
+    Rung { span, extent, name, doc, allow, when, legs, body, branches }
+}
+
+fn check_legs(table: &Table<'_>) {
+    let finding = match (table.has("when"), table.key_span("leg")) {
+        (true, Some(leg)) => {
+            let message = "a rung has `when` or `leg.*`, not both";
+            let when = table.key_span("when").unwrap_or(leg);
+            Finding::new(Code::MixedLegs, leg, message)
+                .related(when, "`when` is here")
+                .help("`when` is for instructions with one leg; `leg.*` names the legs of others")
+        }
+        (false, None) => Finding::new(Code::MixedLegs, table.span(), "a rung without contacts")
+            .help("a rung that is always ON says so: `when = [\"$On\"]`"),
+        _ => return,
+    };
+    table.find(finding);
+}
+
+fn read_branch(mut table: Table<'_>) -> Branch {
+    let span = table.span();
+    let contacts = read_when(&mut table).map_or(Vec::new(), |leg| leg.contacts);
+    if !table.has("when") {
+        let finding = Finding::new(Code::MixedLegs, span, "a branch without contacts");
+        table.find(finding.help(
+            "a branch adds contacts to the rung's: `when = [\"X1\"]`; to do more with the rung's \
+             own, put it in the rung's `do`",
+        ));
+    }
+    let body = read_body(&mut table);
+    if !table.has("do") {
+        table.find(no_instruction("a branch", span));
+    }
+    table.finish();
+    Branch { span, contacts, body }
+}
+
+fn no_instruction(what: &str, span: Span) -> Finding {
+    let finding = Finding::new(Code::NoInstruction, span, format!("{what} that drives nothing"));
+    finding.help("give it an instruction: `do = [\"OUT Y0\"]`")
+}
+
+fn read_when(table: &mut Table<'_>) -> Option<Leg> {
+    let key_span = table.key_span("when")?;
+    let texts = table.strings("when")?;
+    let key = Text { text: "when".to_owned(), span: key_span, exact: true };
+    Some(read_leg(table, key, texts))
+}
+
+fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
+    if texts.value.is_empty() {
+        let finding = Finding::new(Code::EmptyLeg, texts.span, "a leg without contacts");
+        table.find(finding.help("always ON is `[\"$On\"]`, never is `[\"$Off\"]`"));
+    }
+    let mut contacts = Vec::new();
+    for text in &texts.value {
+        if !plain(table, text, Code::ContactSyntax) {
+            continue;
+        }
+        match contact::parse(&text.text, text.span) {
+            Ok(contact) => contacts.push(contact),
+            Err(finding) => table.find(finding),
+        }
+    }
+    Leg { key, span: texts.span, contacts }
+}
+
+fn read_body(table: &mut Table<'_>) -> Vec<Instruction> {
+    let Some(texts) = table.strings("do") else { return Vec::new() };
+    if texts.value.is_empty() && !table.has("branch") {
+        table.find(no_instruction(table.place(), texts.span));
+    }
+    let mut body = Vec::new();
+    let mut findings = Vec::new();
+    for text in &texts.value {
+        if plain(table, text, Code::InstructionSyntax) {
+            body.extend(instruction::parse(&text.text, text.span, &mut findings));
+        }
+    }
+    findings.into_iter().for_each(|finding| table.find(finding));
+    body
+}
+
+/// Whether a contact or instruction stands in the file byte by byte: only then has each of its
+/// parts a place.
+fn plain(table: &Table<'_>, text: &Text, code: Code) -> bool {
+    if !text.exact {
+        let finding = Finding::new(code, text.span, "a string with `\\` or several lines");
+        table.find(finding.help("nothing here needs an escape: write it plainly, on one line"));
+    }
+    text.exact
+}

@@ -1,0 +1,135 @@
+//! Strict TOML 1.0: the parser reads TOML 1.1, and what 1.1 added is refused here, so that a
+//! file means the same to every tool that an engineer may own.
+//!
+//! Also the findings of a text that is not TOML at all. Called by the reader, once a file.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Error};
+
+use super::finding::{Code, Finding};
+use super::reader::Doc;
+
+/// Makes findings of the parser's errors: the first of each line, since the parser goes on after
+/// an error and the later ones are mostly its echo.
+pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
+    let mut places: Vec<(Range<usize>, &Error)> =
+        errors.iter().map(|error| (error.span().unwrap_or(0..0), error)).collect();
+    places.sort_by_key(|(range, _)| range.start);
+    let mut last_line_end = None;
+    for (range, error) in places {
+        if last_line_end.is_some_and(|end| range.start <= end) {
+            continue;
+        }
+        let rest = doc.slice(range.start..doc.len());
+        last_line_end = Some(range.start + rest.find('\n').unwrap_or(rest.len()));
+        let finding = Finding::new(Code::TomlSyntax, doc.span(range), error.message());
+        doc.find(match help(error.message()) {
+            Some(words) => finding.help(words),
+            None => finding,
+        });
+    }
+}
+
+fn help(message: &str) -> Option<&'static str> {
+    if message.starts_with("duplicate key") {
+        return Some("a key, and a table's header, stand once; `[[…]]` headers may repeat");
+    }
+    if message.contains("string values must be quoted") {
+        return Some("texts stand in quotes: `\"…\"`");
+    }
+    None
+}
+
+/// Walks all values and refuses what TOML 1.0 does not know.
+pub(super) fn check(doc: Doc<'_>, table: &DeTable<'_>) {
+    for (key, value) in table {
+        escapes(doc, key.span());
+        check_value(doc, value);
+    }
+}
+
+fn check_value(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) {
+    match value.get_ref() {
+        DeValue::String(_) => escapes(doc, value.span()),
+        DeValue::Array(array) => array.iter().for_each(|item| check_value(doc, item)),
+        DeValue::Table(table) => {
+            if doc.slice(value.span()).starts_with('{') {
+                inline_table(doc, table, value.span());
+            }
+            check(doc, table);
+        }
+        _ => {}
+    }
+}
+
+/// No line may end between the braces of an inline table except inside a value, and no comma may
+/// follow its last pair.
+fn inline_table(doc: Doc<'_>, table: &DeTable<'_>, whole: Range<usize>) {
+    let mut leaves = Vec::new();
+    collect_leaves(doc, table, &mut leaves);
+    leaves.sort_by_key(|range| range.start);
+    let mut at = whole.start;
+    let ends = leaves.iter().map(|leaf| leaf.start).chain([whole.end]);
+    let behind = leaves.iter().map(|leaf| leaf.end).chain([whole.end]);
+    for (end, next) in ends.zip(behind) {
+        let gap = doc.slice(at..end);
+        if let Some(newline) = gap.find('\n') {
+            let place = doc.span(whole.start..at + newline);
+            doc.find(
+                Finding::new(Code::TomlSyntax, place, "an inline table goes over several lines")
+                    .label("TOML 1.0 wants it on one line")
+                    .help("write it on one line, or as a table under a `[header]` of its own"),
+            );
+            return;
+        }
+        at = next.max(at);
+    }
+    let tail = leaves.last().map_or(whole.start, |leaf| leaf.end);
+    if let Some(comma) = doc.slice(tail..whole.end).find(',') {
+        let place = doc.span(tail + comma..tail + comma + 1);
+        doc.find(
+            Finding::new(Code::TomlSyntax, place, "a comma behind the last key of an inline table")
+                .label("TOML 1.0 allows none here")
+                .help("take the comma away"),
+        );
+    }
+}
+
+/// The places of all keys and values between the braces; a dotted key's parts count one by one.
+fn collect_leaves(doc: Doc<'_>, table: &DeTable<'_>, leaves: &mut Vec<Range<usize>>) {
+    for (key, value) in table {
+        leaves.push(key.span());
+        match value.get_ref() {
+            DeValue::Table(below) if !doc.slice(value.span()).starts_with('{') => {
+                collect_leaves(doc, below, leaves);
+            }
+            _ => leaves.push(value.span()),
+        }
+    }
+}
+
+/// `\e` and `\xHH` are of TOML 1.1.
+fn escapes(doc: Doc<'_>, range: Range<usize>) {
+    let raw = doc.slice(range.clone());
+    if !raw.starts_with('"') {
+        return;
+    }
+    let bytes = raw.as_bytes();
+    let mut at = 0;
+    while at + 1 < bytes.len() {
+        if bytes[at] != b'\\' {
+            at += 1;
+            continue;
+        }
+        if matches!(bytes[at + 1], b'e' | b'x') {
+            let place = doc.span(range.start + at..range.start + at + 2);
+            doc.find(
+                Finding::new(Code::TomlSyntax, place, "an escape that TOML 1.0 does not know")
+                    .help("write `\\u00HH` with the character's number"),
+            );
+        }
+        at += 2;
+    }
+}
