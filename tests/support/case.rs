@@ -56,11 +56,12 @@ impl Case {
         names
     }
 
-    /// The test to which a cell belongs.
+    /// The test to which a cell belongs; those without a label make one.
     pub fn test_of(&self, label: Option<&str>, alias: &str) -> String {
         match label {
             Some(label) => format!("{}-{label}-{alias}", self.name),
-            None => self.name.clone(),
+            None if self.name.contains('-') => self.name.clone(),
+            None => format!("{}-between", self.name),
         }
     }
 
