@@ -126,9 +126,8 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, S
 
 fn parse_scan(row: &str, last_scan: u64) -> Result<u64, String> {
     let text = row.split(',').next().unwrap_or("").trim();
-    let scan: u64 = text
-        .parse()
-        .map_err(|_| format!("`{text}` is not a scan: a number from 0 is wanted"))?;
+    let scan: u64 =
+        text.parse().map_err(|_| format!("`{text}` is not a scan: a number from 0 is wanted"))?;
     if scan < last_scan {
         return Err(format!("scan {scan} stands behind scan {last_scan}: rows ascend by scan"));
     }
@@ -145,9 +144,9 @@ fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> 
         Target::Input(n) => Ok(Change::Input(n, bit()?)),
         Target::Bit(cell) => Ok(Change::Bit(cell, bit()?)),
         Target::Word(cell, (min, max)) => {
-            let value: i64 = text
-                .parse()
-                .map_err(|_| format!("`{name}` is a word: it takes a decimal number, not `{text}`"))?;
+            let value: i64 = text.parse().map_err(|_| {
+                format!("`{name}` is a word: it takes a decimal number, not `{text}`")
+            })?;
             if value < i64::from(min) || value > i64::from(max) {
                 return Err(format!("`{name}` takes {min} to {max}, not {value}"));
             }
