@@ -4,5 +4,6 @@
 #![allow(dead_code)]
 
 pub mod case;
+pub mod plc;
 pub mod run;
 pub mod table;

@@ -40,9 +40,7 @@ pub fn cell(program: &Program, symbols: &Symbols, name: &str) -> Result<Cell, St
 pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Target, String> {
     match resolve_operand(program, name)? {
         Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
-        Address::Bit(bit) if Symbols::writable_bit(bit) => {
-            Ok(Target::Bit(symbols.layout.bit(bit)))
-        }
+        Address::Bit(bit) if Symbols::writable_bit(bit) => Ok(Target::Bit(symbols.layout.bit(bit))),
         Address::Word(word) if Word::writable(word) => {
             Ok(Target::Word(symbols.layout.word(word), symbols.limits(word)))
         }
@@ -112,8 +110,7 @@ fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
         .map_err(|e| format!("line {} of the stimulus: {}", e.line, e.message))?;
     let cells = table.columns.iter().map(|column| cell(&program, &symbols, &column.operand));
     let cells: Vec<Cell> = cells.collect::<Result<_, _>>()?;
-    let plan =
-        Plan { period_ms: case.period_ms, scans: table.scans(), stop: case.stop, stimulus };
+    let plan = Plan { period_ms: case.period_ms, scans: table.scans(), stop: case.stop, stimulus };
     let mut rows = Rows::new(cells.clone());
     run(engine_program, &plan, &mut rows).map_err(|e| e.to_string())?;
     let mut unordered = Rows::new(cells);
