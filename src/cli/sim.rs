@@ -1,0 +1,170 @@
+//! `rungd sim`: ladder files, a stimulus and a plan in; a trace out. Virtual time, no sleeping.
+//!
+//! Reads and writes the files; what happens between them is `sim`.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+
+use crate::isa::{Address, Bit, BitSpace, duration};
+use crate::lower::{Symbols, lower};
+use crate::resolve::program::Program;
+use crate::resolve::resolve_operand;
+use crate::sim::stimulus::{Stimulus, Target};
+use crate::sim::svg::SvgTrace;
+use crate::sim::trace::{CsvTrace, Watched};
+use crate::sim::{self, Plan};
+
+/// Scans where neither `--scans` nor `--for` is given.
+const DEFAULT_SCANS: u64 = 100;
+
+/// Runs a ladder program in virtual time and prints what its operands do.
+#[derive(Args, Debug)]
+pub struct SimArgs {
+    /// Ladder files; several are one program
+    #[arg(required = true, value_name = "LADDER.toml")]
+    ladders: Vec<PathBuf>,
+    /// Time between two scans
+    #[arg(long, default_value = "10ms", value_parser = period)]
+    period: u32,
+    /// How many scans to run (default 100)
+    #[arg(long, value_name = "N", conflicts_with = "time")]
+    scans: Option<u64>,
+    /// How long to run, as 10s
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
+    time: Option<u32>,
+    /// Inputs and queued writes by scan: CSV, header `scan,OP,OP,…`
+    #[arg(long, value_name = "S.csv")]
+    stimulus: Option<PathBuf>,
+    /// Operands to trace, in this order (default: all that the ladder names)
+    #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
+    watch: Option<Vec<String>>,
+    /// Where the trace goes: a CSV file, a timing diagram where it ends in .svg, or - for CSV on
+    /// standard output
+    #[arg(long, default_value = "-", value_name = "OUT.csv|OUT.svg|-")]
+    trace: PathBuf,
+    /// Stop in an orderly way: the last scan is the last scan, and a row `stop` follows
+    #[arg(long)]
+    stop: bool,
+}
+
+fn period(text: &str) -> Result<u32, String> {
+    match time(text)? {
+        0 => Err("a period is at least 1ms".to_owned()),
+        ms => Ok(ms),
+    }
+}
+
+fn time(text: &str) -> Result<u32, String> {
+    let ms = duration::parse(text).map_err(|_| {
+        format!("`{text}` is not a duration: write it as 10ms, 2s, 1m30s or 00:01:30:000")
+    })?;
+    Ok(ms.unsigned_abs())
+}
+
+/// Simulates a loaded program.
+///
+/// # Errors
+/// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
+pub fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
+    refuse_other_forms(&args.trace)?;
+    let (engine_program, symbols) = lower(program);
+    let plan = Plan {
+        period_ms: args.period,
+        scans: scans(args),
+        stop: args.stop,
+        stimulus: stimulus(args, program, &symbols)?,
+    };
+    let watched = watched(args, program, &symbols)?;
+    if extension(&args.trace) == Some("svg") {
+        let mut trace = SvgTrace::new(&watched);
+        sim::run(engine_program, &plan, &mut trace)?;
+        return Ok(trace.finish(output(&args.trace)?)?);
+    }
+    let mut trace = CsvTrace::new(&watched, output(&args.trace)?)?;
+    sim::run(engine_program, &plan, &mut trace)?;
+    trace.finish()?;
+    Ok(())
+}
+
+fn output(path: &Path) -> Result<Box<dyn Write>> {
+    if path == Path::new("-") {
+        return Ok(Box::new(BufWriter::new(io::stdout().lock())));
+    }
+    let file = File::create(path).with_context(|| path.display().to_string())?;
+    Ok(Box::new(BufWriter::new(file)))
+}
+
+fn extension(path: &Path) -> Option<&str> {
+    path.extension().and_then(|e| e.to_str())
+}
+
+/// The ladder files given.
+pub fn ladders(args: &SimArgs) -> &[PathBuf] {
+    &args.ladders
+}
+
+fn refuse_other_forms(trace: &Path) -> Result<()> {
+    if extension(trace) == Some("vcd") {
+        bail!("--trace {}: this version writes CSV and SVG, not VCD", trace.display());
+    }
+    Ok(())
+}
+
+fn scans(args: &SimArgs) -> u64 {
+    match (args.scans, args.time) {
+        (Some(scans), _) => scans,
+        (None, Some(ms)) => u64::from(ms).div_ceil(u64::from(args.period)),
+        (None, None) => DEFAULT_SCANS,
+    }
+}
+
+fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stimulus> {
+    let Some(path) = &args.stimulus else { return Ok(Stimulus::default()) };
+    let name = path.display();
+    let bytes = std::fs::read(path).with_context(|| name.to_string())?;
+    let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
+    let lookup = |operand: &str| target(program, symbols, operand);
+    Stimulus::parse(&text, &lookup).map_err(|e| anyhow::anyhow!("{name}:{}: {}", e.line, e.message))
+}
+
+/// What an operand of a stimulus is, or why it cannot be written from outside.
+fn target(program: &Program, symbols: &Symbols, operand: &str) -> Result<Target, String> {
+    let layout = &symbols.layout;
+    match resolve_operand(program, operand)? {
+        Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
+        Address::Bit(bit) if bit.writable_by_ladder() => Ok(Target::Bit(layout.bit(bit))),
+        Address::Word(word) if word.writable() => {
+            Ok(Target::Word(layout.word(word), symbols.limits(word)))
+        }
+        Address::Structure(structure) => Err(format!(
+            "`{operand}` is a structure: name a member, as `{operand}.{}`",
+            structure.members().last().filter(|m| **m == "ACC").unwrap_or(&"Acc")
+        )),
+        _ => Err(format!("`{operand}` is read-only: nothing outside can write it")),
+    }
+}
+
+fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<Watched>> {
+    let named = |name: &str| -> Result<Watched> {
+        let address =
+            resolve_operand(program, name).map_err(|m| anyhow::anyhow!("--watch: {m}"))?;
+        let Some(cell) = symbols.layout.cell(address) else {
+            bail!("--watch: `{name}` is a structure: name its members, as `{name}.Done`");
+        };
+        Ok(Watched { name: name.to_owned(), cell })
+    };
+    match &args.watch {
+        Some(names) => names.iter().map(|name| named(name.trim())).collect(),
+        None => {
+            let all = program.operands.iter().filter_map(|operand| {
+                let cell = symbols.layout.cell(operand.address)?;
+                Some(Watched { name: operand.name.clone(), cell })
+            });
+            Ok(all.collect())
+        }
+    }
+}
