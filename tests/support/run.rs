@@ -2,6 +2,7 @@
 
 use std::io;
 
+use rungd::check::check;
 use rungd::engine::{Cell, Image};
 use rungd::isa::{Address, Bit, BitSpace, Word};
 use rungd::lower::{Symbols, lower, lower_with};
@@ -10,6 +11,7 @@ use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::sim::stimulus::{Stimulus, Target};
 use rungd::sim::trace::{RowName as TraceRow, Trace};
 use rungd::sim::{Plan, run};
+use rungd::source::finding::{Finding, Severity};
 use rungd::source::span::SourceFile;
 
 use super::case::{Case, Expects};
@@ -25,9 +27,14 @@ pub struct Outcome {
 /// Loads a ladder; its errors as one text.
 pub fn load(ladder: &str) -> Result<Program, String> {
     let file = SourceFile { name: "case.toml".into(), text: ladder.into() };
-    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-    let line = |f: &rungd::source::finding::Finding| format!("{}: {}", f.code.name(), f.message);
-    program.ok_or_else(|| findings.iter().map(line).collect::<Vec<_>>().join("\n"))
+    let (program, mut findings) = load_ladders(&[file], &LoadOptions::default());
+    if let Some(program) = &program {
+        findings.extend(check(program, &[]));
+    }
+    findings.retain(|finding| finding.severity() == Severity::Error);
+    let line = |f: &Finding| format!("{}: {}", f.code.name(), f.message);
+    let errors = findings.iter().map(line).collect::<Vec<_>>().join("\n");
+    program.filter(|_| errors.is_empty()).ok_or(errors)
 }
 
 /// The cell of an operand.
