@@ -3,12 +3,17 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use anyhow::Result;
 use clap::Args;
 use tracing::error;
 
+use super::check::style;
+use super::exit::Exit;
 use crate::daemon::log::{self, LogFormat, LogLevel};
-use crate::daemon::{self, Ending, Failure, Options, Refusal, config};
+use crate::daemon::{self, Ending, Failure, Options, config};
 use crate::isa::duration;
+use crate::load;
+use crate::source::render::{refuses, render};
 
 /// Runs a controller: scans its ladder at a fixed period until a signal stops it
 #[derive(Args, Debug)]
@@ -37,65 +42,57 @@ fn repeat(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Exit codes of `rungd run`, beside clap's 2 for a wrong command line.
-mod exit {
-    pub const OK: i32 = 0;
-    /// The environment: a port that is taken, no thread to be had; a second signal.
-    pub const FAILURE: i32 = 1;
-    /// `--scans`, and a fault came first.
-    pub const FAULT: i32 = 3;
-    /// A bug in rungd (`EX_SOFTWARE`).
-    pub const BUG: i32 = 70;
-    /// A bad program or configuration (`EX_CONFIG`): starting again will not help.
-    pub const CONFIGURATION: i32 = 78;
-}
-
-/// Runs a controller until its end; gives the exit code.
-pub fn run(args: &RunArgs) -> i32 {
-    let log = match log::init(args.log_format, args.log_level) {
-        Ok(log) => log,
-        Err(error) => {
-            eprintln!("rungd: {error:#}");
-            return exit::CONFIGURATION;
-        }
-    };
-    let code = run_logged(args);
+/// Runs a controller until its end.
+///
+/// # Errors
+/// The log cannot be started.
+pub fn run(args: &RunArgs) -> Result<Exit> {
+    let log = log::init(args.log_format, args.log_level)?;
+    let exit = run_logged(args).unwrap_or_else(|why| {
+        error!("rungd does not start: {why:#}");
+        Exit::of(&why)
+    });
     log.flush();
-    code
+    Ok(exit)
 }
 
-fn run_logged(args: &RunArgs) -> i32 {
-    let setup = match config::load(&args.controller) {
-        Ok(setup) => setup,
-        Err(refusal) => return refuse(args, &refusal),
+fn run_logged(args: &RunArgs) -> Result<Exit> {
+    let loaded = load::controller_file(&args.controller)?;
+    let style = style(false);
+    if refuses(&loaded.findings, style) {
+        return Ok(refuse(args, &render(&loaded.findings, &loaded.files, style)));
+    }
+    let (program, setup) = match config::settle(&loaded) {
+        Ok(settled) => settled,
+        Err(why) => return Ok(refuse(args, &why)),
     };
+    // The files' texts are not needed any more; a controller runs for months.
+    drop(loaded);
     let options = Options { scans: args.scans, repeat: args.repeat_reason };
-    match daemon::run(setup, &options) {
-        Ok(Ending::Orderly) => exit::OK,
-        Ok(Ending::Hurried) => exit::FAILURE,
-        Ok(Ending::Fault) => exit::FAULT,
-        Ok(Ending::Bug) => exit::BUG,
+    match daemon::run(program, setup, &options) {
+        Ok(Ending::Orderly) => Ok(Exit::Ok),
+        Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
+        Ok(Ending::Bug) => Ok(Exit::Software),
         Err(Failure::Configuration(why)) => {
             error!("rungd does not start: {why}");
-            exit::CONFIGURATION
+            Ok(Exit::Config)
         }
         Err(Failure::Environment(why)) => {
             error!("rungd does not start: {why:#}");
-            exit::FAILURE
+            Ok(Exit::Io)
         }
     }
 }
 
-/// All findings, for a person each a block of lines; where lines must be whole, one by one.
-fn refuse(args: &RunArgs, refusal: &Refusal) -> i32 {
-    let controller = args.controller.display();
+/// All findings: for people as blocks of lines; where lines must be whole, one by one.
+fn refuse(args: &RunArgs, text: &str) -> Exit {
     if log::is_for_people(args.log_format) {
-        eprintln!("{}", refusal.0.trim_end());
+        eprintln!("{}", text.trim_end());
     } else {
-        for line in refusal.0.lines().filter(|line| !line.trim().is_empty()) {
+        for line in text.lines().filter(|line| !line.trim().is_empty()) {
             error!("{line}");
         }
     }
-    error!("rungd does not start: {controller} cannot be run as it is");
-    exit::CONFIGURATION
+    error!("rungd does not start: {} cannot be run as it is", args.controller.display());
+    Exit::Config
 }

@@ -1,31 +1,21 @@
-//! Files → settings: a controller file and its ladders, read, judged, and made ready to run.
+//! What was loaded → settings: a program and a controller file, made ready to run.
 //!
-//! Options mirror the files, settings are resolved: what comes out of [`load`] has every default
-//! in its place and every address found. What is wrong comes out as one text with all findings,
-//! for a person at a terminal or in a log.
-
-use std::path::Path;
+//! `load` reads files and finds what is wrong in them; here the engine's program is made of the
+//! ladder, and what the controller file asks for becomes what the runtime and the drivers take.
 
 use crate::engine;
 use crate::isa::{Bit, BitSpace};
+use crate::load::Loaded;
 use crate::lower::{Symbols, lower};
-use crate::resolve::controller::{self as resolved, resolve_controller};
+use crate::resolve::controller::{self as resolved, Controller};
 use crate::resolve::program::Program;
-use crate::resolve::{LoadOptions, load_ladders};
 use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
-use crate::source::controller::{self as written, Realtime};
-use crate::source::finding::{Finding, Severity};
-use crate::source::render::{Style, render};
-use crate::source::span::{FileId, SourceFile};
+use crate::source::controller::Realtime;
+use crate::source::span::SourceFile;
 
 use super::narration::Narration;
 
 const MS_NS: u64 = 1_000_000;
-
-/// Why a controller file is not run: a text of one or more lines that names file, place, cause
-/// and remedy.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal(pub String);
 
 /// A controller, ready to be started.
 pub struct Setup {
@@ -33,9 +23,8 @@ pub struct Setup {
     pub controller: String,
     /// What the log tells of the ladder.
     pub ladder: LadderFacts,
-    /// All warnings as text; empty without any.
-    pub warnings: String,
-    pub(super) program: engine::Program,
+    /// How many warnings the check has.
+    pub warnings: usize,
     pub(super) symbols: Symbols,
     pub(super) narration: Narration,
     pub(super) watched: Watched,
@@ -61,95 +50,60 @@ pub struct LadderFacts {
     pub rungs: usize,
 }
 
-/// Loads a controller file and its ladders.
+/// Makes what was loaded ready to run, with the cross-checks that only running needs; `Err` is
+/// why it cannot be run by this version. `loaded` has no errors.
 ///
 /// # Errors
-/// All that is wrong with them, as text.
-pub fn load(path: &Path) -> Result<Setup, Refusal> {
-    let mut files = vec![read(path, None)?];
-    let (controller, found) = written::read(&files[0].text, FileId(0));
-    let Some(controller) = controller.filter(|_| !any_error(&found)) else {
-        return Err(refusal(&found, &files));
+/// A text that names file, place, cause and remedy.
+pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
+    let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
+        return Err("nothing was loaded".to_owned());
     };
-    for ladder in &controller.ladder {
-        let named_in = Some((&files[0], ladder.span.start));
-        let ladder = path.parent().unwrap_or(Path::new("")).join(&ladder.text);
-        files.push(read(&ladder, named_in)?);
+    if let Some(range) = controller.retain.first() {
+        let (line, column) = files[0].line_column(range.span.start);
+        return Err(format!(
+            "{}:{line}:{column}: `[retain] ranges` asks for memory that survives a restart, and \
+             this version has no store for it: it would start cold without a word. Take the \
+             table out to run without",
+            files[0].name
+        ));
     }
-    let order = controller.order.clone();
-    let options = LoadOptions { sizes: controller.memory.clone(), order, first_file: FileId(1) };
-    let (program, found) = load_ladders(&files[1..], &options);
-    let Some(program) = program else { return Err(refusal(&found, &files)) };
-    judge(path, &controller, &program, found, &files)
-}
-
-/// The cross-checks: does what the controller file asks for fit the program, and this version?
-fn judge(
-    path: &Path,
-    written: &written::Controller,
-    program: &Program,
-    mut findings: Vec<Finding>,
-    files: &[SourceFile],
-) -> Result<Setup, Refusal> {
-    let (controller, found) = resolve_controller(written, program);
-    findings.extend(found);
-    findings.sort_by_key(|f| (f.span.file, f.span.start));
-    if any_error(&findings) {
-        return Err(refusal(&findings, files));
-    }
-    if let Some(range) = written.retain.first() {
-        let place = place(&files[0], range.span.start);
-        return Err(Refusal(format!(
-            "{place}: `[retain] ranges` asks for memory that survives a restart, and this version \
-             has no store for it: it would start cold without a word. Take the table out to run \
-             without."
-        )));
-    }
-    let mut setup = settle(&controller, program, files);
-    setup.controller = path.display().to_string();
-    if !findings.is_empty() {
-        setup.warnings = render(&findings, files, Style::default());
-    }
-    Ok(setup)
-}
-
-fn settle(controller: &resolved::Controller, program: &Program, files: &[SourceFile]) -> Setup {
     let (code, symbols) = lower(program);
     let (narration, watched) = Narration::new(program, &symbols);
-    let layout = &symbols.layout;
-    let first_output = layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize;
-    Setup {
-        controller: String::new(),
+    let setup = Setup {
+        controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
-        warnings: String::new(),
+        warnings: loaded.findings.len(),
         narration,
         watched,
         pace: pace(controller),
-        memory: Memory {
-            inputs: program.sizes.x,
-            bits: layout.bit_count() as usize,
-            words: layout.word_count() as usize,
-            first_output,
-            safe: safe_values(controller, program.sizes.y),
-        },
+        memory: memory(controller, program, &symbols),
         posture: posture(&controller.realtime),
         modbus: controller.modbus.clone(),
         rules: controller.devices.clone(),
-        program: code,
         symbols,
+    };
+    Ok((code, setup))
+}
+
+fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memory {
+    let layout = &symbols.layout;
+    Memory {
+        inputs: program.sizes.x,
+        bits: layout.bit_count() as usize,
+        words: layout.word_count() as usize,
+        first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+        safe: safe_values(controller, program.sizes.y),
     }
 }
 
-fn pace(controller: &resolved::Controller) -> Pace {
-    let statistics = match controller.statistics_ms {
-        0 => u64::MAX / 2,
-        ms => u64::from(ms) * MS_NS,
-    };
+fn pace(controller: &Controller) -> Pace {
+    let statistics_ms = u64::from(controller.statistics_ms);
     Pace {
         period_ns: u64::from(controller.period_ms) * MS_NS,
         watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
         scans: None,
-        statistics_every_ns: statistics,
+        statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
     }
 }
 
@@ -163,7 +117,7 @@ fn posture(realtime: &Realtime) -> Posture {
     }
 }
 
-fn safe_values(controller: &resolved::Controller, outputs: u32) -> Vec<Safe> {
+fn safe_values(controller: &Controller, outputs: u32) -> Vec<Safe> {
     let mut safe = vec![Safe::Off; outputs as usize];
     let kinds = [(&controller.outputs_on, Safe::On), (&controller.outputs_hold, Safe::Hold)];
     for (ranges, kind) in kinds {
@@ -196,29 +150,6 @@ fn sha256(files: &[SourceFile]) -> String {
         hash.update(file.text.as_bytes());
     }
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-fn read(path: &Path, named_in: Option<(&SourceFile, u32)>) -> Result<SourceFile, Refusal> {
-    let name = path.display().to_string();
-    let from = named_in.map(|(file, at)| format!("{}: ", place(file, at))).unwrap_or_default();
-    let bytes = std::fs::read(path)
-        .map_err(|error| Refusal(format!("{from}cannot read {name}: {error}")))?;
-    let text = String::from_utf8(bytes)
-        .map_err(|_| Refusal(format!("{from}{name} is not UTF-8 text, so it is not TOML")))?;
-    Ok(SourceFile { name, text })
-}
-
-fn place(file: &SourceFile, offset: u32) -> String {
-    let (line, column) = file.line_column(offset);
-    format!("{}:{line}:{column}", file.name)
-}
-
-fn any_error(findings: &[Finding]) -> bool {
-    findings.iter().any(|finding| finding.severity() == Severity::Error)
-}
-
-fn refusal(findings: &[Finding], files: &[SourceFile]) -> Refusal {
-    Refusal(render(findings, files, Style::default()))
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ impl LogWriter {
         let watchdog = span(self.watchdog_ns);
         error!(
             scan,
-            watchdog,
+            %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
             remedy(fault)
         );
@@ -87,36 +87,37 @@ impl LogWriter {
         let (tag, scan, was) = (&news.tag, record.scan, span(after_ns));
         match (&news.alarm, on) {
             (Some(_), _) if !self.alarms.take(record.at_ns) => {}
-            (Some(text), true) => warn!(tag, scan, "alarm ON: {text}"),
+            (Some(text), true) => warn!(%tag, scan, "alarm ON: {text}"),
             (Some(text), false) => {
                 let lasted_ms = after_ns / 1_000_000;
-                info!(tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
+                info!(%tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
             }
             (None, _) if !self.changes.take(record.at_ns) => {}
-            (None, true) => info!(tag, scan, "{tag} is ON"),
-            (None, false) => info!(tag, scan, "{tag} is OFF"),
+            (None, true) => info!(%tag, scan, "{tag} is ON"),
+            (None, false) => info!(%tag, scan, "{tag} is OFF"),
         }
     }
 
-    fn overruns(&self, count: u32, skipped: u64, longest_ns: u64, scan: u64) {
-        let (period, took) = (span(self.period_ns), us(longest_ns));
-        if count == 1 {
-            warn!(
-                scan,
-                took_us = took,
-                skipped,
-                "overrun: a scan was not over at the next grid point; the period is {period}"
-            );
+    fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
+        let (period, scan_us_max, late_us_max) = (span(self.period_ns), us(scan_ns), us(late_ns));
+        // A scan that would have been in time had it begun in time is the machine's doing.
+        let cause = if scan_ns >= self.period_ns {
+            "the ladder takes longer than its period allows"
         } else {
-            warn!(
-                scan,
-                overruns = count,
-                longest_us = took,
-                skipped,
-                "overruns: {count} more scans were not over at the next grid point; the period \
-                 is {period}"
-            );
-        }
+            "the machine woke the scan thread too late"
+        };
+        let what = match count {
+            1 => "overrun: a scan was".to_owned(),
+            _ => format!("overruns: {count} more scans were"),
+        };
+        warn!(
+            scan,
+            skipped,
+            scan_us_max,
+            late_us_max,
+            %period,
+            "{what} not over at the next grid point: {cause}"
+        );
     }
 
     /// Repeats, every minute, why the controller does not run.
@@ -169,11 +170,11 @@ impl Observer for LogWriter {
             What::Word { watch, from, to } => {
                 let tag = self.narration.word(watch);
                 if self.changes.take(record.at_ns) {
-                    info!(tag, scan, from, to, "{tag} is {to}, was {from}");
+                    info!(%tag, scan, from, to, "{tag} is {to}, was {from}");
                 }
             }
-            What::Overruns { count, skipped, longest_ns } => {
-                self.overruns(count, skipped, longest_ns, scan);
+            What::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
+                self.overruns(count, skipped, (scan_ns_max, late_ns_max), scan);
             }
         }
     }
@@ -272,5 +273,50 @@ impl Allowance {
             );
             self.withheld = 0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS_NS: u64 = 1_000_000;
+
+    fn writer() -> LogWriter {
+        let program = crate::resolve::program::Program::default();
+        let (_, symbols) = crate::lower::lower(&program);
+        let (narration, _) = Narration::new(&program, &symbols);
+        LogWriter::new(narration, 10 * MS_NS, 200 * MS_NS, 60 * SECOND_NS)
+    }
+
+    #[test]
+    fn a_chatter_is_thinned_out_and_what_was_left_out_is_counted() {
+        let mut allowance = writer().changes;
+        let start = 1000 * SECOND_NS;
+        let taken = (0..6000).filter(|n| allowance.take(start + n * 10 * MS_NS)).count();
+        assert!((1350..1450).contains(&taken), "200 at once, 20 a second for a minute: {taken}");
+        assert_eq!(allowance.withheld, 6000 - taken as u64);
+        allowance.tell_withheld(start + 60 * SECOND_NS);
+        assert_eq!(allowance.withheld, 0);
+        let later = start + 600 * SECOND_NS;
+        assert_eq!((0..300).filter(|_| allowance.take(later)).count(), 200);
+    }
+
+    #[test]
+    fn the_reason_is_repeated_every_minute_for_as_long_as_it_lasts() {
+        let mut writer = writer();
+        let fault = Mode::Fault(FaultReason::EnginePanic);
+        let told: Vec<u64> = (0..200)
+            .filter(|second| {
+                let before = writer.standing.as_ref().map(|standing| standing.told_ns);
+                writer.stand(fault, second * SECOND_NS);
+                before.is_some() && before != writer.standing.as_ref().map(|s| s.told_ns)
+            })
+            .collect();
+        assert_eq!(told, [60, 120, 180]);
+        writer.stand(Mode::Run, 200 * SECOND_NS);
+        assert!(writer.standing.is_none());
+        writer.stand(Mode::Stop(StopReason::Signal), 300 * SECOND_NS);
+        assert!(writer.standing.is_none(), "the process is about to end");
     }
 }

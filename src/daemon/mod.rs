@@ -1,8 +1,8 @@
 //! The daemon: a thin shell of tokio around the scan thread.
 //!
-//! `rungd run` calls [`log::init`], [`config::load`] and [`run`], in this order. Here are signals,
-//! systemd, the drivers' tasks and the log; what scans, and when, is `runtime`, which knows none
-//! of these. Nothing here can make a scan wait.
+//! `rungd run` calls [`log::init`], [`config::settle`] and [`run`], in this order. Here are
+//! signals, systemd, the drivers' tasks and the log; what scans, and when, is `runtime`, which
+//! knows none of these. Nothing here can make a scan wait.
 
 pub mod config;
 pub mod log;
@@ -12,5 +12,5 @@ mod narration;
 mod shell;
 mod systemd;
 
-pub use config::{Refusal, Setup};
+pub use config::Setup;
 pub use shell::{Ending, Failure, Options, run};

@@ -107,7 +107,8 @@ fn block_name(kind: BlockKind, name: &str) -> String {
 
 /// A text of the ladder's author in one line of the log.
 pub(super) fn one_line(text: &str) -> String {
-    text.split(char::is_control).filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+    let words = text.split(|c: char| c.is_control() || c.is_whitespace());
+    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 /// Why the controller is in this mode, and what to do about it.

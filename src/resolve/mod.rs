@@ -55,6 +55,7 @@ pub fn load_ladders(
         return (None, in_order(findings));
     }
     let mut resolver = Resolver::new(files, options);
+    resolver.misread = !findings.is_empty();
     let program = resolver.program(&whole);
     findings.append(&mut resolver.findings);
     let refused = findings.iter().any(|f| f.severity() == Severity::Error);
@@ -81,6 +82,8 @@ struct Resolver<'a> {
     options: &'a LoadOptions,
     scope: Scope,
     findings: Vec<Finding>,
+    /// Whether the readers found something: then a block may be missing for that reason.
+    misread: bool,
     /// Per tag: whether the ladder names it.
     used: Vec<bool>,
     /// Bits and words by the names under which the ladder names them, in order of resolving.
@@ -95,6 +98,7 @@ impl<'a> Resolver<'a> {
             options,
             scope,
             findings: Vec::new(),
+            misread: false,
             used: Vec::new(),
             named: Vec::new(),
         }

@@ -45,8 +45,9 @@ pub enum What {
     Bit { watch: u32, on: bool, after_ns: u64 },
     /// A watched word, by its position in [`Watched::words`].
     Word { watch: u32, from: i32, to: i32 },
-    /// Scans that ended after the next grid point, since the last such record.
-    Overruns { count: u32, skipped: u64, longest_ns: u64 },
+    /// Scans that ended after the next grid point, since the last such record: because they
+    /// took long, or began late.
+    Overruns { count: u32, skipped: u64, scan_ns_max: u64, late_ns_max: u64 },
 }
 
 /// What the log wants to know of every change: alarms and tags with `log = "change"`.
@@ -134,15 +135,17 @@ impl Watches {
 pub(super) struct OverrunSummary {
     count: u32,
     skipped: u64,
-    longest_ns: u64,
+    scan_ns_max: u64,
+    late_ns_max: u64,
     told_ns: Option<u64>,
 }
 
 impl OverrunSummary {
-    pub fn add(&mut self, skipped: u64, scan_ns: u64) {
+    pub fn add(&mut self, skipped: u64, scan_ns: u64, late_ns: u64) {
         self.count = self.count.saturating_add(1);
         self.skipped += skipped;
-        self.longest_ns = self.longest_ns.max(scan_ns);
+        self.scan_ns_max = self.scan_ns_max.max(scan_ns);
+        self.late_ns_max = self.late_ns_max.max(late_ns);
     }
 
     /// What is to be told now: the first overrun at once, then sums.
@@ -156,9 +159,9 @@ impl OverrunSummary {
         if self.count == 0 {
             return None;
         }
-        let OverrunSummary { count, skipped, longest_ns, .. } =
+        let OverrunSummary { count, skipped, scan_ns_max, late_ns_max, .. } =
             std::mem::replace(self, OverrunSummary { told_ns: Some(now_ns), ..Self::default() });
-        Some(What::Overruns { count, skipped, longest_ns })
+        Some(What::Overruns { count, skipped, scan_ns_max, late_ns_max })
     }
 }
 
@@ -184,15 +187,15 @@ mod tests {
         let s = 1_000_000_000;
         let mut summary = OverrunSummary::default();
         assert_eq!(summary.due(0), None);
-        summary.add(1, 7);
-        assert_eq!(summary.due(0), Some(What::Overruns { count: 1, skipped: 1, longest_ns: 7 }));
-        summary.add(2, 9);
-        summary.add(1, 8);
+        let due = |count, skipped, scan_ns_max, late_ns_max| {
+            Some(What::Overruns { count, skipped, scan_ns_max, late_ns_max })
+        };
+        summary.add(1, 7, 0);
+        assert_eq!(summary.due(0), due(1, 1, 7, 0));
+        summary.add(2, 9, 1);
+        summary.add(1, 8, 5);
         assert_eq!(summary.due(9 * s), None);
-        assert_eq!(
-            summary.due(10 * s),
-            Some(What::Overruns { count: 2, skipped: 3, longest_ns: 9 })
-        );
+        assert_eq!(summary.due(10 * s), due(2, 3, 9, 5));
         assert_eq!(summary.due(30 * s), None);
     }
 

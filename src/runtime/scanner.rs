@@ -14,10 +14,10 @@ use std::sync::Arc;
 use super::beat::Beat;
 use super::exchange::{BATCH_WRITES_MAX, FaultReason, Mode, StopReason, Write};
 use super::link::ScanSide;
+use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Statistics};
-use crate::engine::{BitCell, BlockEvent, ScanTimes, WordCell};
 
 /// The most writes that one scan applies; batches behind them wait for the next. Any batch fits.
 const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
@@ -25,30 +25,6 @@ const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
 /// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
 const LAST_TICKS_MAX: u32 = 1000;
-
-/// What is scanned: the engine, or a stand-in in tests.
-pub trait Machine {
-    /// RUN begins.
-    fn start(&mut self, now_ns: u64);
-    /// Step 1 of a scan.
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes);
-    /// Step 2, for every X.
-    fn set_input(&mut self, x: u32, on: bool);
-    /// Step 3, for every queued write.
-    fn write_bit(&mut self, cell: BitCell, on: bool);
-    /// Step 3, for every queued write.
-    fn write_word(&mut self, cell: WordCell, value: i32);
-    /// Steps 4 to 7; true if this was the last scan.
-    fn execute(&mut self) -> bool;
-    /// The next scan that is begun is the last.
-    fn request_stop(&mut self);
-    /// The termination passes behind the last scan.
-    fn terminate(&mut self);
-    /// All bits and words.
-    fn image(&self) -> (&[u8], &[i32]);
-    /// What happened to blocks in the last scan or in `terminate`, and how much more did.
-    fn events(&self) -> (&[BlockEvent], u32);
-}
 
 /// What the scanner is told at start.
 #[derive(Clone, Debug)]
@@ -59,8 +35,8 @@ pub struct Pace {
     pub watchdog_ns: u64,
     /// The orderly stop comes with this scan.
     pub scans: Option<u64>,
-    /// From report to report of statistics.
-    pub statistics_every_ns: u64,
+    /// From report to report of statistics; `None`: there are none.
+    pub statistics_every_ns: Option<u64>,
 }
 
 /// What remains of a scan thread that has ended.
@@ -123,7 +99,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             stopping: None,
             unpublished: false,
             last_ticks: 0,
-            next_report_ns: now_ns + pace.statistics_every_ns.min(FIRST_REPORT_NS),
+            next_report_ns: 0,
             ended_ns: now_ns,
             machine,
             clock,
@@ -138,8 +114,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     pub fn start(&mut self) {
         let now_ns = self.clock.now_ns();
         self.grid = Grid::new(now_ns, self.pace.period_ns);
-        self.books = Books::new(now_ns);
-        self.next_report_ns = now_ns + self.pace.statistics_every_ns.min(FIRST_REPORT_NS);
+        self.books.restart(now_ns);
+        let first_ns = self.pace.statistics_every_ns.unwrap_or(0).min(FIRST_REPORT_NS);
+        self.next_report_ns = now_ns + first_ns;
         self.machine.start(now_ns);
         self.side.set_running(true);
         self.enter(Mode::Run, now_ns);
@@ -158,7 +135,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let end_ns = self.clock.now_ns();
         let skipped = self.grid.advance(end_ns);
         if self.mode == Mode::Run {
-            self.account(skipped, end_ns.saturating_sub(deadline_ns), end_ns);
+            self.account(skipped, woke_ns.saturating_sub(deadline_ns), end_ns);
         }
         !self.is_over()
     }
@@ -299,16 +276,17 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// Overruns and reports.
-    fn account(&mut self, skipped: u64, took_ns: u64, now_ns: u64) {
+    fn account(&mut self, skipped: u64, late_ns: u64, now_ns: u64) {
         if skipped > 0 {
             self.books.overrun(skipped);
-            self.overruns.add(skipped, took_ns);
+            self.overruns.add(skipped, self.books.last_scan_ns(), late_ns);
         }
         if let Some(what) = self.overruns.due(now_ns) {
             self.journal.tell(self.scans, now_ns, what);
         }
+        let Some(every_ns) = self.pace.statistics_every_ns else { return };
         if now_ns >= self.next_report_ns {
-            self.next_report_ns = now_ns + self.pace.statistics_every_ns;
+            self.next_report_ns = now_ns + every_ns;
             self.journal.report(self.books.take_report(now_ns));
         }
     }

@@ -161,7 +161,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
             period_ns: 10 * MS,
             watchdog_ns: 35 * MS,
             scans: None,
-            statistics_every_ns: 60_000 * MS,
+            statistics_every_ns: Some(60_000 * MS),
         },
         memory: Memory { inputs: 1, bits: 3, words: 1, first_output: 1, safe: vec![Safe::Hold] },
         watched: Watched::default(),
@@ -213,7 +213,7 @@ fn an_overrun_skips_to_the_grid_and_is_counted_and_told_once() {
     let statistics = rig.scanner.report().statistics;
     assert_eq!((statistics.overruns, statistics.skipped), (2, 3));
     let told = rig.heard.take();
-    let first = "2: Overruns { count: 1, skipped: 2, longest_ns: 25000000 }";
+    let first = "2: Overruns { count: 1, skipped: 2, scan_ns_max: 25000000, late_ns_max: 0 }";
     assert_eq!(told, ["0: Mode(Run)", first]);
 }
 

@@ -77,6 +77,13 @@ impl Books {
         Books { report: since(), whole: since(), mean: FilteredMean(None) }
     }
 
+    /// Forgets all: RUN begins.
+    pub fn restart(&mut self, now_ns: u64) {
+        self.report.clear(now_ns);
+        self.whole.clear(now_ns);
+        self.mean = FilteredMean(None);
+    }
+
     /// Enters a complete scan.
     pub fn scan(&mut self, execution_ns: u64, lateness_ns: u64) {
         for since in [&mut self.report, &mut self.whole] {
@@ -92,6 +99,11 @@ impl Books {
             since.overruns += 1;
             since.skipped += skipped;
         }
+    }
+
+    /// How long the last scan took.
+    pub fn last_scan_ns(&self) -> u64 {
+        self.whole.execution.last_ns
     }
 
     /// What DST1..DST4 show.

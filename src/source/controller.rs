@@ -1,7 +1,7 @@
 //! A controller file as its author wrote it: which ladders run, how often, and with what around.
 //!
 //! [`read`] takes the file's text. Names and ranges are still texts here, since tags can stand in
-//! them: [`crate::resolve::controller`] makes addresses of them once the ladders are loaded.
+//! them: the resolver makes addresses of them once the ladders are loaded.
 
 use super::finding::Finding;
 use super::reader::{self, Table, Text};
@@ -144,7 +144,7 @@ pub fn is_controller(source: &str) -> bool {
 }
 
 fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
-    root.require("ladder");
+    root.require("ladder", "[\"ladder.toml\"]");
     let ladder = root.strings("ladder").map_or(Vec::new(), |ladder| ladder.value);
     let order = root.strings("order");
     let memory = read_memory(&mut root);

@@ -7,7 +7,10 @@
 
 pub mod atom;
 pub mod contact;
+mod contact_lexer;
 mod contact_parser;
+#[cfg(test)]
+mod contact_tests;
 pub mod controller;
 pub mod finding;
 mod headers;
@@ -18,3 +21,4 @@ pub mod reader;
 pub mod render;
 pub mod span;
 mod strict;
+pub mod table;

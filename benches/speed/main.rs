@@ -1,0 +1,125 @@
+//! The scan engine's speed beside straight-line native Rust that does the same work.
+//!
+//! `cargo bench --bench speed` checks that both give the same outputs, times them in turns and
+//! prints a table; `-- --help` shows how to choose. `docs/speed.md` tells what the workloads are
+//! and what came out; `benches/instructions.sh` counts instructions with `--side`.
+
+mod ladder;
+mod load;
+mod native;
+mod rounds;
+mod scanned;
+mod straight;
+mod workload;
+
+use clap::{Parser, ValueEnum};
+use native::Native;
+use scanned::Scanned;
+use workload::{Name, Workload};
+
+/// Which side to run alone.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Side {
+    Native,
+    Engine,
+    /// Only what comes from outside, on the engine's side.
+    Outside,
+    /// The same on the native side.
+    NativeOutside,
+}
+
+/// The scan engine beside straight-line native Rust.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// Only workloads whose name contains this.
+    #[arg(default_value = "")]
+    only: String,
+    /// Only this size.
+    #[arg(long)]
+    n: Option<usize>,
+    /// Rounds of each workload.
+    #[arg(long, default_value_t = 101)]
+    rounds: usize,
+    /// Scans to check before timing; with --side, scans to run.
+    #[arg(long, default_value_t = 3000)]
+    scans: usize,
+    /// Run one side for --scans scans, without a table (for instruction counts).
+    #[arg(long)]
+    side: Option<Side>,
+    /// Print the ladder text, or the straight-line Rust, and stop.
+    #[arg(long, value_name = "ladder|rust")]
+    print: Option<String>,
+    /// Time loading instead: from text to the first scan.
+    #[arg(long)]
+    load: bool,
+    /// What `cargo bench` says.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() -> anyhow::Result<()> {
+    let arguments = Arguments::parse();
+    if arguments.load {
+        return load::table();
+    }
+    if arguments.print.is_none() && arguments.side.is_none() {
+        println!("workload          n   native ns   engine ns   ratio   (quartiles)   coil changes");
+    }
+    for name in Name::ALL {
+        let sizes: &[usize] =
+            if name == Name::Stages { &[10, 100, 1000] } else { &[100, 1000, 10_000] };
+        for n in sizes.iter().filter(|n| arguments.n.is_none_or(|only| only == **n)) {
+            if name.text().contains(&arguments.only) {
+                one(&arguments, &Workload::new(name, *n))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn one(arguments: &Arguments, workload: &Workload) -> anyhow::Result<()> {
+    match (arguments.print.as_deref(), arguments.side) {
+        (Some("ladder"), _) => print!("{}", ladder::text(workload)),
+        (Some(_), _) => print!("{}", straight::source(workload)),
+        (None, Some(side)) => alone(workload, side, arguments.scans)?,
+        (None, None) => {
+            let changes = rounds::check(workload, arguments.scans)?;
+            let figures = rounds::measure(workload, arguments.rounds)?;
+            let [low, high] = figures.ratio_quartiles;
+            println!(
+                "{:10} {:8} {:11.2} {:11.2} {:7.2}   ({low:.2} {high:.2}) {changes:14}",
+                workload.name.text(),
+                workload.n,
+                figures.native_ns,
+                figures.engine_ns,
+                figures.ratio,
+            );
+        }
+    }
+    Ok(())
+}
+
+fn alone(workload: &Workload, side: Side, scans: usize) -> anyhow::Result<()> {
+    let scene = workload.scene.iter().cycle().take(scans);
+    match side {
+        Side::Native | Side::NativeOutside => {
+            let mut native = Native::new(workload)?;
+            for outside in scene {
+                native.outside(outside);
+                if matches!(side, Side::Native) {
+                    native.scan();
+                }
+            }
+        }
+        Side::Engine | Side::Outside => {
+            let mut engine = Scanned::new(workload)?;
+            for outside in scene {
+                engine.outside(outside);
+                if matches!(side, Side::Engine) {
+                    engine.scan();
+                }
+            }
+        }
+    }
+    Ok(())
+}

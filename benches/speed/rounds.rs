@@ -1,0 +1,94 @@
+//! Rounds: the native side and the engine take turns, so that both meet the same weather.
+//!
+//! Only scans count: what it takes to put in what comes from outside is timed too, and taken off.
+//! (A clock read around each scan would cost as much as a scan of a hundred native rungs.)
+
+use std::time::Instant;
+
+use super::native::Native;
+use super::scanned::Scanned;
+use super::workload::{Outside, Workload};
+
+/// What one workload gave: medians over the rounds.
+pub struct Figures {
+    pub native_ns: f64,
+    pub engine_ns: f64,
+    pub ratio: f64,
+    /// The quartiles of the rounds' ratios.
+    pub ratio_quartiles: [f64; 2],
+}
+
+/// Runs both sides and compares all coils after every scan; gives how often any coil changed.
+pub fn check(workload: &Workload, scans: usize) -> anyhow::Result<usize> {
+    let (mut native, mut engine) = (Native::new(workload)?, Scanned::new(workload)?);
+    let mut before = native.coils().to_vec();
+    let mut changes = 0;
+    for (scan, outside) in workload.scene.iter().cycle().take(scans).enumerate() {
+        native.outside(outside);
+        engine.outside(outside);
+        native.scan();
+        engine.scan();
+        let (native, engine) = (native.coils(), engine.coils());
+        if let Some(coil) = (0..native.len()).find(|at| native[*at] != engine[*at]) {
+            anyhow::bail!("scan {scan}: C{coil} differs (engine {})", engine[coil]);
+        }
+        changes += before.iter().zip(native).filter(|(a, b)| a != b).count();
+        before.copy_from_slice(native);
+    }
+    Ok(changes)
+}
+
+pub fn measure(workload: &Workload, rounds: usize) -> anyhow::Result<Figures> {
+    let (mut native, mut engine) = (Native::new(workload)?, Scanned::new(workload)?);
+    let rungs = workload.rungs_per_scan();
+    // A round of the native side takes about 2 ms.
+    let scans = (1_000_000 / rungs).clamp(20, 10_000);
+    let per_rung = |seconds: f64| seconds * 1e9 / (scans * rungs) as f64;
+    let mut scene = workload.scene.iter().cycle();
+    let mut both = Vec::with_capacity(rounds);
+    for _ in 0..rounds + 2 {
+        let outsides: Vec<&Outside> = scene.by_ref().take(scans).collect();
+        let native_s = scans_alone(&outsides, &mut native, Native::outside, Native::scan);
+        let engine_s = scans_alone(&outsides, &mut engine, Scanned::outside, Scanned::scan);
+        both.push((per_rung(native_s), per_rung(engine_s)));
+    }
+    // The first two warm the caches.
+    let both = &both[2..];
+    let ratios = sorted(both.iter().map(|(native, engine)| engine / native));
+    Ok(Figures {
+        native_ns: middle(&sorted(both.iter().map(|b| b.0))),
+        engine_ns: middle(&sorted(both.iter().map(|b| b.1))),
+        ratio: middle(&ratios),
+        ratio_quartiles: [ratios[ratios.len() / 4], ratios[ratios.len() * 3 / 4]],
+    })
+}
+
+/// Seconds that the scans take: with what comes from outside, less what that takes alone.
+fn scans_alone<S>(
+    outsides: &[&Outside],
+    side: &mut S,
+    outside: impl Fn(&mut S, &Outside),
+    scan: impl Fn(&mut S),
+) -> f64 {
+    let start = Instant::now();
+    for from_outside in outsides {
+        outside(side, from_outside);
+        scan(side);
+    }
+    let together = start.elapsed();
+    let start = Instant::now();
+    for from_outside in outsides {
+        outside(side, from_outside);
+    }
+    together.as_secs_f64() - start.elapsed().as_secs_f64()
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<_> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn middle(sorted: &[f64]) -> f64 {
+    sorted[sorted.len() / 2]
+}

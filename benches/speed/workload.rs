@@ -1,0 +1,232 @@
+//! The workloads as data: which rungs there are, and what comes from outside in each scan.
+//!
+//! `ladder` writes one as a ladder file, `straight` as Rust; both do the same work. Everything
+//! follows from a seed. W and W′ are flat: rungs of four kinds in Main. S is staged: Programs of
+//! eight Stages, one of which executes.
+
+/// How many inputs change, and how many data words compares look at.
+pub const INPUTS: u64 = 256;
+pub const WORDS: u64 = 64;
+/// Data words that are written from outside in a scan.
+const WRITES_PER_SCAN: usize = 4;
+/// Scans until what comes from outside repeats.
+const SCENE_SCANS: usize = 1024;
+/// Stages of each Program of S.
+pub const STAGES: usize = 8;
+/// Coils of each Program of S: one that all Stages drive, and two of each Stage's own.
+pub const STAGED_COILS: usize = 1 + 2 * STAGES;
+
+/// A named workload and its size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Name {
+    /// W, the four kinds one after the other.
+    Ordered,
+    /// W, the four kinds mixed.
+    Shuffled,
+    /// W′: more and other contacts, kinds mixed.
+    Contacts,
+    /// S: Programs with Stages.
+    Stages,
+}
+
+impl Name {
+    pub const ALL: [Name; 4] = [Name::Ordered, Name::Shuffled, Name::Contacts, Name::Stages];
+
+    pub fn text(self) -> &'static str {
+        match self {
+            Name::Ordered => "W-order",
+            Name::Shuffled => "W-shuffled",
+            Name::Contacts => "W-contacts",
+            Name::Stages => "S-stages",
+        }
+    }
+}
+
+/// What a rung is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    CountUp,
+    CountDown,
+    OnDelay,
+    OffDelay,
+}
+
+/// An input as a contact.
+#[derive(Clone, Copy, Debug)]
+pub struct Input {
+    pub x: u64,
+    pub opposite: bool,
+}
+
+/// One contact of a leg.
+#[derive(Clone, Copy, Debug)]
+pub enum Contact {
+    Bit(Input),
+    Or(Input, Input),
+    Less(u64, i32),
+    NotRise(u64),
+}
+
+/// A rung of W or W′: contacts, an instruction, a coil. `reset`: two inputs, of counters.
+#[derive(Clone, Debug)]
+pub struct Rung {
+    pub kind: Kind,
+    pub leg: Vec<Contact>,
+    pub reset: [u64; 2],
+    pub preset: i32,
+}
+
+/// A Stage of S: two OUTs, an on-delay, and a JMP to the next Stage, which the delay allows.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub shared: [Contact; 2],
+    pub own: [Contact; 2],
+    pub timer: Contact,
+    pub preset: i32,
+    pub leave: Contact,
+}
+
+#[derive(Clone, Debug)]
+pub enum Shape {
+    Flat(Vec<Rung>),
+    Staged(Vec<[Stage; STAGES]>),
+}
+
+/// What comes from outside before a scan.
+#[derive(Clone, Debug, Default)]
+pub struct Outside {
+    /// Inputs that change.
+    pub toggles: Vec<u16>,
+    /// Queued writes of data words.
+    pub writes: Vec<(u16, i32)>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Workload {
+    pub name: Name,
+    pub n: usize,
+    pub shape: Shape,
+    pub scene: Vec<Outside>,
+}
+
+impl Workload {
+    pub fn new(name: Name, n: usize) -> Workload {
+        let mut random = Random(0x5eed_0000 + n as u64);
+        let shape = match name {
+            Name::Ordered => Shape::Flat(flat(n, &mut random, plain_leg)),
+            Name::Shuffled => {
+                let mut rungs = flat(n, &mut random, plain_leg);
+                random.shuffle(&mut rungs);
+                Shape::Flat(rungs)
+            }
+            Name::Contacts => {
+                let mut rungs = flat(n, &mut random, rich_leg);
+                random.shuffle(&mut rungs);
+                Shape::Flat(rungs)
+            }
+            Name::Stages => Shape::Staged((0..n).map(|_| stages(&mut random)).collect()),
+        };
+        let writes = if name == Name::Contacts { WRITES_PER_SCAN } else { 0 };
+        let scene = (0..SCENE_SCANS).map(|_| outside(&mut random, writes)).collect();
+        Workload { name, n, shape, scene }
+    }
+
+    /// How many coils there are, from C0 on.
+    pub fn coils(&self) -> usize {
+        match &self.shape {
+            Shape::Flat(rungs) => rungs.len(),
+            Shape::Staged(programs) => programs.len() * STAGED_COILS,
+        }
+    }
+
+    /// How many structures of a sort there are at most.
+    pub fn structures(&self) -> usize {
+        match &self.shape {
+            Shape::Flat(rungs) => rungs.len(),
+            Shape::Staged(programs) => programs.len() * STAGES,
+        }
+    }
+
+    /// How many rungs a scan executes: of S, those of one Stage of each Program.
+    pub fn rungs_per_scan(&self) -> usize {
+        match &self.shape {
+            Shape::Flat(rungs) => rungs.len(),
+            Shape::Staged(programs) => programs.len() * 4,
+        }
+    }
+}
+
+fn flat(n: usize, random: &mut Random, leg: fn(&mut Random) -> Vec<Contact>) -> Vec<Rung> {
+    let kind = |at: usize| match at * 4 / n {
+        0 => Kind::CountUp,
+        1 => Kind::CountDown,
+        2 => Kind::OnDelay,
+        _ => Kind::OffDelay,
+    };
+    let mut rung = |at| Rung {
+        kind: kind(at),
+        leg: leg(random),
+        reset: [random.below(INPUTS), random.below(INPUTS)],
+        preset: 2 + random.below(14) as i32,
+    };
+    (0..n).map(&mut rung).collect()
+}
+
+fn plain_leg(random: &mut Random) -> Vec<Contact> {
+    vec![random.bit(false), random.bit(true)]
+}
+
+fn rich_leg(random: &mut Random) -> Vec<Contact> {
+    let (a, b) = (random.input(true), random.input(false));
+    let less = Contact::Less(random.below(WORDS), 50 + random.below(50) as i32);
+    vec![random.bit(false), Contact::Or(a, b), less, Contact::NotRise(random.below(INPUTS))]
+}
+
+fn stages(random: &mut Random) -> [Stage; STAGES] {
+    std::array::from_fn(|_| Stage {
+        shared: [random.bit(false), random.bit(true)],
+        own: [random.bit(false), random.bit(true)],
+        timer: Contact::Or(random.input(false), random.input(true)),
+        preset: 2 + random.below(14) as i32,
+        leave: random.bit(false),
+    })
+}
+
+fn outside(random: &mut Random, writes: usize) -> Outside {
+    Outside {
+        toggles: (0..INPUTS as u16).filter(|_| random.below(8) == 0).collect(),
+        writes: (0..writes)
+            .map(|_| (random.below(WORDS) as u16, random.below(100) as i32))
+            .collect(),
+    }
+}
+
+/// splitmix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, bound: u64) -> u64 {
+        (self.next() >> 32) * bound >> 32
+    }
+
+    fn input(&mut self, opposite: bool) -> Input {
+        Input { x: self.below(INPUTS), opposite }
+    }
+
+    fn bit(&mut self, opposite: bool) -> Contact {
+        Contact::Bit(self.input(opposite))
+    }
+
+    fn shuffle<T>(&mut self, items: &mut [T]) {
+        for at in (1..items.len()).rev() {
+            items.swap(at, self.below(at as u64 + 1) as usize);
+        }
+    }
+}
