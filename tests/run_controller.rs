@@ -255,7 +255,7 @@ fn overruns_are_told_once_and_counted() {
     assert_eq!(code, 0);
     let overruns: Vec<_> = lines.iter().filter(|line| message(line).contains("overrun")).collect();
     assert_eq!(overruns.len(), 2, "the first, and the sum of the rest: {overruns:#?}");
-    assert!(message(overruns[0]).contains("the ladder takes longer than its period allows"));
+    assert!(message(overruns[0]).contains("a scan took longer than the period"));
     let whole = find(&lines, "scan statistics of the whole run");
     assert!(whole["overruns"].as_u64().unwrap() >= 19, "{whole}");
     assert!(whole["skipped"].as_u64().unwrap() >= 19, "{whole}");
