@@ -7,6 +7,7 @@ pub mod daemon;
 pub mod engine;
 pub mod io;
 pub mod isa;
+pub mod load;
 pub mod lower;
 pub mod resolve;
 pub mod runtime;

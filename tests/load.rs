@@ -12,7 +12,7 @@ fn load(text: &str) -> Program {
 
 #[test]
 fn the_example_of_the_language_page_resolves() {
-    let program = load(include_str!("ui/bottling.toml"));
+    let program = load(include_str!("bottling.toml"));
     assert_eq!(program.name, "bottling");
     let blocks: Vec<&str> = program.blocks.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(blocks, ["Main", "Drain", "Housekeeping"]);

@@ -1,10 +1,25 @@
-//! The command line: one small file a subcommand.
+//! The command line: one small file a subcommand, and what they share.
+//!
+//! [`run`] is the whole of the program but for the process's exit. Findings and failures go to
+//! standard error, results to standard output.
 
+pub mod check;
+pub mod exit;
+pub mod explain;
+pub mod run;
 pub mod sim;
 
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use anyhow::Result;
 use clap::{Parser, Subcommand};
 
-/// A soft-PLC for Linux.
+use crate::load;
+use crate::source::render::{refuses, render};
+use exit::Exit;
+
+/// A soft-PLC for Linux: ladder programs in TOML, scanned at a fixed period.
 #[derive(Parser, Debug)]
 #[command(version)]
 struct Cli {
@@ -14,31 +29,57 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// Simulate
+    Check(check::CheckArgs),
+    Explain(explain::ExplainArgs),
+    Run(run::RunArgs),
     Sim(sim::SimArgs),
 }
 
 /// Runs the command line; gives the exit code.
 pub fn run() -> i32 {
-    let Command::Sim(args) = Cli::parse().command;
-    let mut files = Vec::new();
-    for path in sim::ladders(&args) {
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        files.push(crate::source::span::SourceFile { name, text });
-    }
-    let (program, findings) = crate::resolve::load_ladders(&files, &Default::default());
-    for f in findings {
-        let file = &files[f.span.file.0 as usize];
-        let (line, column) = file.line_column(f.span.start);
-        eprintln!("{}:{line}:{column}: {}: {}", file.name, f.code.name(), f.message);
-    }
-    let Some(program) = program else { return 78 };
-    match sim::simulate(&args, &program) {
-        Ok(()) => 0,
-        Err(e) => {
-            eprintln!("rungd: {e:#}");
-            78
+    let command = Cli::parse().command;
+    // Whoever started us is told a bug from a bad file, whatever went wrong.
+    let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&command)));
+    let exit = match outcome {
+        Ok(Ok(exit)) => exit,
+        Ok(Err(error)) if exit::is_broken_pipe(&error) => Exit::Ok,
+        Ok(Err(error)) => {
+            say(&format!("rungd: {error:#}\n"));
+            Exit::of(&error)
         }
+        Err(_) => {
+            say("rungd: this is a bug in rungd; please report it with the lines above\n");
+            Exit::Software
+        }
+    };
+    exit as i32
+}
+
+fn dispatch(command: &Command) -> Result<Exit> {
+    match command {
+        Command::Check(args) => check::check(args),
+        Command::Explain(args) => explain::explain(args),
+        Command::Run(args) => run::run(args),
+        Command::Sim(args) => simulate(args),
+    }
+}
+
+/// Says something on standard error; nobody listening is no reason to fail.
+fn say(text: &str) {
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}
+
+fn simulate(args: &sim::SimArgs) -> Result<Exit> {
+    let loaded = load::ladder_files(sim::ladders(args))?;
+    let style = check::style(false);
+    if !loaded.findings.is_empty() {
+        say(&render(&loaded.findings, &loaded.files, style));
+    }
+    match loaded.program {
+        Some(program) if !refuses(&loaded.findings, style) => {
+            sim::simulate(args, &program)?;
+            Ok(Exit::Ok)
+        }
+        _ => Ok(Exit::Config),
     }
 }

@@ -14,6 +14,7 @@ use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::resolve_operand;
 use crate::sim::stimulus::{Stimulus, Target};
+use crate::sim::svg::SvgTrace;
 use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
 
@@ -41,8 +42,9 @@ pub struct SimArgs {
     /// Operands to trace, in this order (default: all that the ladder names)
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     watch: Option<Vec<String>>,
-    /// Where the trace goes: a file ending in .csv, or - for standard output
-    #[arg(long, default_value = "-", value_name = "OUT.csv|-")]
+    /// Where the trace goes: a CSV file, a timing diagram where it ends in .svg, or - for CSV on
+    /// standard output
+    #[arg(long, default_value = "-", value_name = "OUT.csv|OUT.svg|-")]
     trace: PathBuf,
     /// Stop in an orderly way: the last scan is the last scan, and a row `stop` follows
     #[arg(long)]
@@ -77,16 +79,27 @@ pub fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
         stimulus: stimulus(args, program, &symbols)?,
     };
     let watched = watched(args, program, &symbols)?;
-    let out: Box<dyn Write> = if args.trace == Path::new("-") {
-        Box::new(BufWriter::new(io::stdout().lock()))
-    } else {
-        let name = args.trace.display();
-        Box::new(BufWriter::new(File::create(&args.trace).with_context(|| name.to_string())?))
-    };
-    let mut trace = CsvTrace::new(&watched, out)?;
+    if extension(&args.trace) == Some("svg") {
+        let mut trace = SvgTrace::new(&watched);
+        sim::run(engine_program, &plan, &mut trace)?;
+        return Ok(trace.finish(output(&args.trace)?)?);
+    }
+    let mut trace = CsvTrace::new(&watched, output(&args.trace)?)?;
     sim::run(engine_program, &plan, &mut trace)?;
     trace.finish()?;
     Ok(())
+}
+
+fn output(path: &Path) -> Result<Box<dyn Write>> {
+    if path == Path::new("-") {
+        return Ok(Box::new(BufWriter::new(io::stdout().lock())));
+    }
+    let file = File::create(path).with_context(|| path.display().to_string())?;
+    Ok(Box::new(BufWriter::new(file)))
+}
+
+fn extension(path: &Path) -> Option<&str> {
+    path.extension().and_then(|e| e.to_str())
 }
 
 /// The ladder files given.
@@ -95,12 +108,10 @@ pub fn ladders(args: &SimArgs) -> &[PathBuf] {
 }
 
 fn refuse_other_forms(trace: &Path) -> Result<()> {
-    match trace.extension().and_then(|e| e.to_str()) {
-        Some(form @ ("vcd" | "svg")) => {
-            bail!("--trace {}: this version writes CSV only, not {form}", trace.display())
-        }
-        _ => Ok(()),
+    if extension(trace) == Some("vcd") {
+        bail!("--trace {}: this version writes CSV and SVG, not VCD", trace.display());
     }
+    Ok(())
 }
 
 fn scans(args: &SimArgs) -> u64 {

@@ -4,7 +4,7 @@
 //! the element's next turn, in this scan if that is still to come. So every turn begins by asking
 //! whether a pass is due.
 
-use super::control::{ControlKind, RestartState};
+use super::control::{Control, ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, Events};
 use super::image::BitCell;
 use super::memory::Memory;
@@ -179,8 +179,9 @@ impl Machine {
                 self.program.tables.ops.run::<F>(batch.kind, first..first + count, view);
                 continue;
             }
-            for at in batch.first..batch.first + batch.count {
-                if !self.control(at, standing) {
+            for at in first..first + count {
+                let control = self.program.tables.ops.control[at];
+                if !self.control(control, standing) {
                     return false;
                 }
             }
@@ -189,10 +190,8 @@ impl Machine {
     }
 
     /// Executes a control instruction; `false`: it ended its block's execution.
-    fn control(&mut self, at: u32, standing: Standing) -> bool {
-        let control = self.program.control(at);
-        let leg = control.leg;
-        let on = self.memory.view().power(leg) != 0;
+    fn control(&mut self, control: Control, standing: Standing) -> bool {
+        let on = self.memory.view().power(control.leg) != 0;
         match control.kind {
             ControlKind::Restart(restart) => return self.restart(restart, on, standing),
             ControlKind::EnableOnce { task, history } => self.enable_once(task, history, on),
@@ -210,8 +209,8 @@ impl Machine {
             ControlKind::StageOn(stage) => self.switch_stage(stage, true),
             ControlKind::StageOff(stage) => self.leave_stage(stage),
             ControlKind::Stop => self.stop_requested = true,
-            ControlKind::Jump(_) => self.jump(at, standing),
-            ControlKind::Converge { .. } => self.converge(at),
+            ControlKind::Jump(targets) => self.jump(targets, standing),
+            ControlKind::Converge { from, to } => self.converge(from, to),
         }
         true
     }
@@ -290,29 +289,24 @@ impl Machine {
     }
 
     /// JMP, SGDIVRG: the Stage they stand in goes OFF and its pass is due, the targets come ON.
-    fn jump(&mut self, at: u32, standing: Standing) {
+    fn jump(&mut self, targets: StageList, standing: Standing) {
         let Some(from) = standing.stage else { return };
         self.stage_state(from).pass_due = true;
-        let ControlKind::Jump(targets) = &self.program.control(at).kind else { return };
-        let (count, stays) = (targets.len(), targets.contains(&from));
+        let stays = self.program.tables.stage_lists[targets.places()].contains(&from);
         self.switch_stage(from, stays);
-        for i in 0..count {
-            let ControlKind::Jump(targets) = &self.program.control(at).kind else { return };
-            let target = targets[i];
-            self.switch_stage(target, true);
+        for at in targets.places() {
+            self.switch_stage(self.program.tables.stage_lists[at], true);
         }
     }
 
-    fn converge(&mut self, at: u32) {
-        let ControlKind::Converge { from, to } = &self.program.control(at).kind else { return };
-        if !from.iter().all(|stage| self.bit_of(Bit::Stage(*stage))) {
+    /// SGCONVRG: once all are ON they go OFF, and the target comes ON.
+    fn converge(&mut self, from: StageList, to: StageId) {
+        let stages = &self.program.tables.stage_lists[from.places()];
+        if !stages.iter().all(|stage| self.bit_of(Bit::Stage(*stage))) {
             return;
         }
-        let (count, to) = (from.len(), *to);
-        for i in 0..count {
-            let ControlKind::Converge { from, .. } = &self.program.control(at).kind else { return };
-            let stage = from[i];
-            self.leave_stage(stage);
+        for at in from.places() {
+            self.leave_stage(self.program.tables.stage_lists[at]);
         }
         self.switch_stage(to, true);
     }

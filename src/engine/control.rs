@@ -7,7 +7,7 @@ use super::ops::Power;
 use crate::isa::{BlockId, StageId};
 
 /// A control instruction with its rung's power.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Control {
     /// The rung's power.
     pub leg: Power,
@@ -15,8 +15,23 @@ pub struct Control {
     pub kind: ControlKind,
 }
 
+/// Several Stages: `first..first + count` of the program's list of Stages that are named together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct StageList {
+    pub first: u32,
+    pub count: u32,
+}
+
+impl StageList {
+    /// The places in the program's list.
+    pub fn places(self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
 /// The control instructions.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub enum ControlKind {
     /// RUN of a Program.
     Run(BlockId),
@@ -41,7 +56,7 @@ pub enum ControlKind {
         every: u32,
     },
     /// JMP and SGDIVRG: from the Stage it stands in to these.
-    Jump(Box<[StageId]>),
+    Jump(StageList),
     /// SGSET.
     StageOn(StageId),
     /// SGRST.
@@ -49,7 +64,7 @@ pub enum ControlKind {
     /// SGCONVRG: when all of these are ON, they go OFF and the target comes ON.
     Converge {
         /// The Stages that must be ON.
-        from: Box<[StageId]>,
+        from: StageList,
         /// The target.
         to: StageId,
     },

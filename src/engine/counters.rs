@@ -38,26 +38,48 @@ pub enum CounterRule {
     UpDown(UdcPresets),
 }
 
-impl CounterRule {
+/// A rule with its presets as they were read, once, at the start of an execution: a preset may be
+/// the counter's own `.Acc`.
+#[derive(Clone, Copy)]
+enum ReadRule {
+    Up(i32),
+    Down(i32),
+    UpDown(Option<i32>, Option<i32>),
+}
+
+impl ReadRule {
     /// What a reset puts in `.Acc`.
     #[inline(always)]
-    fn reset_value(&self, view: &View) -> i32 {
+    fn reset_value(self) -> i32 {
         match self {
-            CounterRule::Down(preset) => view.word(*preset),
-            CounterRule::Up(_) | CounterRule::UpDown(_) => 0,
+            ReadRule::Down(preset) => preset,
+            ReadRule::Up(_) | ReadRule::UpDown(..) => 0,
         }
     }
 
     /// `.Done` and `.DnDone`.
     #[inline(always)]
-    fn done(&self, view: &View, acc: i32) -> (bool, bool) {
+    fn done(self, acc: i32) -> (bool, bool) {
         match self {
-            CounterRule::Up(preset) => (acc >= view.word(*preset), false),
-            CounterRule::Down(_) => (acc <= 0, false),
-            CounterRule::UpDown(presets) => (
-                presets.up.is_some_and(|p| acc >= view.word(p)),
-                presets.dn.is_some_and(|p| acc <= view.word(p)),
-            ),
+            ReadRule::Up(preset) => (acc >= preset, false),
+            ReadRule::Down(_) => (acc <= 0, false),
+            ReadRule::UpDown(up, dn) => {
+                (up.is_some_and(|p| acc >= p), dn.is_some_and(|p| acc <= p))
+            }
+        }
+    }
+}
+
+impl CounterRule {
+    #[inline(always)]
+    fn read(&self, view: &View) -> ReadRule {
+        match self {
+            CounterRule::Up(preset) => ReadRule::Up(view.word(*preset)),
+            CounterRule::Down(preset) => ReadRule::Down(view.word(*preset)),
+            CounterRule::UpDown(presets) => {
+                let read = |preset: Option<u32>| preset.map(|p| view.word(p));
+                ReadRule::UpDown(read(presets.up), read(presets.dn))
+            }
         }
     }
 
@@ -78,17 +100,17 @@ impl CounterRule {
 impl Counter {
     /// Writes `.Acc` and the flags that follow from it.
     #[inline(always)]
-    fn put<const F: bool>(&self, view: &mut View, rule: &CounterRule, acc: i32, reset: u8) {
+    fn put<const F: bool>(&self, view: &mut View, rule: ReadRule, acc: i32, reset: u8) {
         let acc = view.put_word::<F>(self.acc, acc);
-        let (done, dn_done) = rule.done(view, acc);
+        let (done, dn_done) = rule.done(acc);
         let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
         view.put_flags::<F>(self.flags, flags);
     }
 
     /// RSTCT and the termination pass: the reset value at once, `.Reset` ON.
     pub(super) fn reset<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
-        let acc = rule.reset_value(view);
-        self.put::<F>(view, rule, acc, 1);
+        let rule = rule.read(view);
+        self.put::<F>(view, rule, rule.reset_value(), 1);
     }
 
     /// The pass: reset, histories OFF, a pending reset gone; CNTDN has had its first load.
@@ -117,6 +139,7 @@ impl Operation for Cnt {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
         let (leg, rst) = (view.power(self.up), view.power(self.rst));
+        let preset = view.word(self.preset);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
         let counts = leg & (state.up ^ 1);
@@ -124,7 +147,7 @@ impl Operation for Cnt {
         state.pending = 0;
         let acc = view.word(self.counter.acc).saturating_add(i32::from(counts));
         let acc = if reset != 0 { 0 } else { acc };
-        self.counter.put::<F>(view, &CounterRule::Up(self.preset), acc, reset);
+        self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -146,6 +169,7 @@ impl Operation for Cntdn {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
         let (leg, rst) = (view.power(self.dn), view.power(self.rst));
+        let preset = view.word(self.preset);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
         let counts = leg & (state.dn ^ 1);
@@ -153,9 +177,10 @@ impl Operation for Cntdn {
         state.dn = leg;
         state.pending = 0;
         state.loaded = 1;
-        let from = if loads != 0 { self.preset } else { self.counter.acc };
-        let acc = view.word(from).saturating_sub(i32::from(counts & (reset ^ 1)));
-        self.counter.put::<F>(view, &CounterRule::Down(self.preset), acc, reset);
+        let acc = view.word(self.counter.acc);
+        let from = if loads != 0 { preset } else { acc };
+        let acc = from.saturating_sub(i32::from(counts & (reset ^ 1)));
+        self.counter.put::<F>(view, ReadRule::Down(preset), acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -178,6 +203,7 @@ impl Operation for Udc {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
         let (up, dn, rst) = (view.power(self.up), view.power(self.dn), view.power(self.rst));
+        let rule = CounterRule::UpDown(self.presets).read(view);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
         let (adds, takes) = (up & (state.up ^ 1), dn & (state.dn ^ 1));
@@ -187,7 +213,7 @@ impl Operation for Udc {
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc).saturating_add(step);
         let acc = if reset != 0 { 0 } else { acc };
-        self.counter.put::<F>(view, &CounterRule::UpDown(self.presets), acc, reset);
+        self.counter.put::<F>(view, rule, acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {

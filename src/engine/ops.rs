@@ -179,7 +179,7 @@ kinds! {
     Sub sub, "SUB.";
 }
 
-pub use super::control::{Control, ControlKind, RestartState};
+pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::counters::{Cnt, Cntdn, Counter, CounterRule, Rstct, Udc, UdcPresets};
 pub use super::logic::{
     Add, And2, And3, And4, Equal, Fall, Less, Move, Nd, Out, Pd, Ponoff, Rise, Rst, Set, Sub,

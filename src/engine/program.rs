@@ -5,7 +5,6 @@
 
 use std::ops::Range;
 
-use super::control::Control;
 use super::counters::{Counter, CounterRule};
 use super::image::{BitCell, WordCell};
 use super::layout::Layout;
@@ -52,6 +51,8 @@ pub struct Tables {
     pub batches: Vec<Batch>,
     /// Terminations of all elements, in file order.
     pub terminations: Vec<Termination>,
+    /// The Stages that JMP, SGDIVRG and SGCONVRG name, instruction by instruction.
+    pub stage_lists: Vec<StageId>,
 }
 
 /// An element: a block's own rungs, or a Stage.
@@ -128,10 +129,5 @@ impl Program {
     /// The Stages of a block.
     pub(super) fn stages_of(&self, id: BlockId) -> impl Iterator<Item = StageId> + use<> {
         self.block(id).stages.clone().map(StageId)
-    }
-
-    /// A control operation.
-    pub(super) fn control(&self, at: u32) -> &Control {
-        &self.tables.ops.control[at as usize]
     }
 }

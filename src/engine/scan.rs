@@ -171,12 +171,23 @@ impl Engine {
     }
 
     fn execute_with<const F: bool>(&mut self) {
+        if self.last {
+            self.start_last_scan_task();
+        }
         for at in 0..self.machine.program.order.len() {
             let id = self.machine.program.order[at];
-            if self.last && self.machine.program.block(id).role == BlockRole::LastScan {
+            self.machine.turn::<F>(id);
+        }
+    }
+
+    /// `LastScan` is Running from the start of the last scan until it has executed, as `FirstScan`
+    /// is in the first.
+    fn start_last_scan_task(&mut self) {
+        for at in 0..self.machine.program.order.len() {
+            let id = self.machine.program.order[at];
+            if self.machine.program.block(id).role == BlockRole::LastScan {
                 self.machine.mark_started(id);
             }
-            self.machine.turn::<F>(id);
         }
     }
 

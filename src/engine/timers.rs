@@ -99,6 +99,7 @@ struct Flags {
 #[inline(always)]
 fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let elapsed = timer.elapsed_ms(view);
+    let preset = timer.preset(view);
     let state = timer.state(view);
     let on = leg & (state.pending ^ 1);
     let adds = on & state.running;
@@ -108,7 +109,7 @@ fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let keep = 0i32.wrapping_sub(i32::from(adds));
     let acc = view.word(timer.acc).saturating_add_unsigned(elapsed) & keep;
     let acc = timer.put_acc::<F>(view, acc);
-    let done = on & u8::from(acc >= timer.preset(view));
+    let done = on & u8::from(acc >= preset);
     timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing: on });
     done
 }
@@ -226,10 +227,11 @@ impl Operation for Tmra {
         if reset != 0 {
             return timer.reset::<F>(view, TimerRule::Zero);
         }
+        let preset = timer.preset(view);
         let acc = view.word(timer.acc);
         let acc = if advances { acc.saturating_add_unsigned(elapsed) } else { acc };
         let acc = timer.put_acc::<F>(view, acc);
-        let done = u8::from(acc >= timer.preset(view));
+        let done = u8::from(acc >= preset);
         timer.put_flags::<F>(view, acc, Flags { done, reset: 0, timing: en });
     }
 

@@ -6,6 +6,7 @@
 //! added here first.
 
 pub mod address;
+pub mod address_text;
 pub mod duration;
 pub mod instruction;
 pub mod status;

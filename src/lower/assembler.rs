@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 
 use super::schedule;
-use crate::engine::ops::{And2, Op, Power};
+use crate::engine::ops::{And2, Op, Power, StageList};
 use crate::engine::{
     self, Batch, BitCell, BlockCode, ElementCode, Layout, Tables, Termination, WordCell,
 };
-use crate::isa::{Address, Bit, BitSpace, BlockId, Mnemonic, Structure, Word};
+use crate::isa::{Address, Bit, BitSpace, BlockId, Mnemonic, StageId, Structure, Word};
 use crate::resolve::program::{ArgValue, Instruction, Program, Rung, TagMeaning, Value};
 
 pub(super) struct Assembler<'p> {
@@ -128,6 +128,13 @@ impl<'p> Assembler<'p> {
 
     pub fn terminates(&mut self, termination: Termination) {
         self.tables.terminations.push(termination);
+    }
+
+    /// Several Stages that one instruction names.
+    pub fn stage_list(&mut self, stages: impl Iterator<Item = StageId>) -> StageList {
+        let first = self.tables.stage_lists.len() as u32;
+        self.tables.stage_lists.extend(stages);
+        StageList { first, count: self.tables.stage_lists.len() as u32 - first }
     }
 
     /// A power that nothing can change while its rung executes: inputs and status bits as they

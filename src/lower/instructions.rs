@@ -62,12 +62,15 @@ impl Site<'_> {
         }
     }
 
-    fn stages(&self, name: &str) -> Box<[StageId]> {
-        let stages = self.instruction.args_of(name).filter_map(|arg| match arg.value {
+    fn stages<'a>(&'a self, name: &'a str) -> impl Iterator<Item = StageId> + 'a {
+        self.instruction.args_of(name).filter_map(|arg| match arg.value {
             ArgValue::Stage(stage) => Some(stage),
             _ => None,
-        });
-        stages.collect()
+        })
+    }
+
+    fn stage(&self, name: &str) -> StageId {
+        self.stages(name).next().expect("the resolver gives a stage")
     }
 }
 
@@ -261,7 +264,6 @@ impl Assembler<'_> {
     }
 
     fn control(&mut self, site: &Site) {
-        let first_stage = |name| site.stages(name)[0];
         let kind = match site.instruction.mnemonic {
             Mnemonic::Run => ControlKind::Run(site.block()),
             Mnemonic::Restart => ControlKind::Restart(RestartState {
@@ -271,12 +273,15 @@ impl Assembler<'_> {
             Mnemonic::Halt => ControlKind::Halt(site.block()),
             Mnemonic::Exit => ControlKind::Exit,
             Mnemonic::Entask => self.entask(site),
-            Mnemonic::Jmp | Mnemonic::Sgdivrg => ControlKind::Jump(site.stages("stage")),
-            Mnemonic::Sgset => ControlKind::StageOn(first_stage("stage")),
-            Mnemonic::Sgrst => ControlKind::StageOff(first_stage("stage")),
-            Mnemonic::Sgconvrg => {
-                ControlKind::Converge { from: site.stages("stage"), to: first_stage("to") }
+            Mnemonic::Jmp | Mnemonic::Sgdivrg => {
+                ControlKind::Jump(self.stage_list(site.stages("stage")))
             }
+            Mnemonic::Sgset => ControlKind::StageOn(site.stage("stage")),
+            Mnemonic::Sgrst => ControlKind::StageOff(site.stage("stage")),
+            Mnemonic::Sgconvrg => ControlKind::Converge {
+                from: self.stage_list(site.stages("stage")),
+                to: site.stage("to"),
+            },
             _ => ControlKind::Stop,
         };
         self.op(Op::Control(Control { leg: site.when(), kind }));

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use super::Resolver;
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
-use crate::isa::address::reads_as_address;
+use crate::isa::address_text::reads_as_address;
 use crate::isa::{BlockId, StageId, instruction};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
@@ -34,7 +34,7 @@ impl Role {
 }
 
 /// The tasks that nothing starts.
-const BUILT_IN: [(&str, BlockKind); 4] = [
+pub(super) const BUILT_IN: [(&str, BlockKind); 4] = [
     ("FirstScan", BlockKind::FirstScan),
     ("TopOfScan", BlockKind::TopOfScan),
     ("BottomOfScan", BlockKind::BottomOfScan),
@@ -61,12 +61,22 @@ impl Resolver<'_> {
             self.declare_block(block, program);
         }
         self.check_aliases(program);
-        if !program.blocks.iter().any(|block| block.name == "Main") {
-            self.no_main();
+        // A program without a name may be the one that was meant.
+        let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
+        let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);
+        let lost = self.misread && !programs;
+        if !lost && !program.blocks.iter().any(has_main) {
+            self.no_main(program);
         }
     }
 
-    fn no_main(&mut self) {
+    fn no_main(&mut self, program: &Program) {
+        let mut blocks = program.blocks.iter();
+        if let Some(block) = blocks.find(|block| block.name.eq_ignore_ascii_case("Main")) {
+            let finding = Finding::new(Code::NoMain, block.span, "no program is called `Main`");
+            self.find(finding.help("write `name = \"Main\"`: names have their case"));
+            return;
+        }
         let span = Span { file: self.options.first_file, start: 0, end: 0 };
         let finding = Finding::new(Code::NoMain, span, "no program is called `Main`");
         self.find(finding.help(

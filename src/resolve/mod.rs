@@ -3,11 +3,14 @@
 //! [`load_ladders`] takes the texts of one or several ladder files and gives the resolved
 //! [`Program`], which the checks judge and `lower` turns into an engine program. It does no I/O.
 
+mod claims;
 mod contact;
+pub mod controller;
 mod declare;
 mod operand;
 mod order;
 pub mod program;
+pub mod range;
 mod rung;
 pub mod scope;
 mod tags;
@@ -52,6 +55,7 @@ pub fn load_ladders(
         return (None, in_order(findings));
     }
     let mut resolver = Resolver::new(files, options);
+    resolver.misread = !findings.is_empty();
     let program = resolver.program(&whole);
     findings.append(&mut resolver.findings);
     let refused = findings.iter().any(|f| f.severity() == Severity::Error);
@@ -78,6 +82,8 @@ struct Resolver<'a> {
     options: &'a LoadOptions,
     scope: Scope,
     findings: Vec<Finding>,
+    /// Whether the readers found something: then a block may be missing for that reason.
+    misread: bool,
     /// Per tag: whether the ladder names it.
     used: Vec<bool>,
     /// Bits and words by the names under which the ladder names them, in order of resolving.
@@ -92,6 +98,7 @@ impl<'a> Resolver<'a> {
             options,
             scope,
             findings: Vec::new(),
+            misread: false,
             used: Vec::new(),
             named: Vec::new(),
         }

@@ -1,7 +1,8 @@
 //! Instructions: operands against the instruction table, each of its kind.
 
 use super::Resolver;
-use super::program::{Arg, ArgValue, BlockKind, Instruction, Value, Written};
+use super::declare::BUILT_IN;
+use super::program::{Arg, ArgValue, BlockKind, Instruction, Value};
 use super::scope::Thing;
 use crate::isa::{Address, Bit, BitSpace, BlockId, Kind, Operand, Spec, Structure, Word};
 use crate::source::atom::Atom;
@@ -35,7 +36,7 @@ impl Resolver<'_> {
         for row in spec.operands.iter().filter(|row| !row.optional && !given.contains(&row.name)) {
             // A superfluous operand is often the missing one without its key: one finding will do.
             whole = false;
-            if !text.operands.iter().any(|o| o.key.is_none() && is_lost(text, o, spec)) {
+            if !text.operands.iter().any(|operand| is_lost(text, operand, spec)) {
                 self.find(missing_operand(text, spec, row));
             }
         }
@@ -84,10 +85,6 @@ impl Resolver<'_> {
             }
             Kind::Value(least, most) => {
                 let value = self.value(atom)?;
-                if row.name.ends_with("preset") && is_duration(value) {
-                    self.duration_as_count(atom, spec);
-                    return None;
-                }
                 self.within(value, (least, most), atom, row)
             }
             Kind::Duration => {
@@ -96,7 +93,7 @@ impl Resolver<'_> {
             }
             Kind::Interval => self.value(atom).map(ArgValue::Value),
             Kind::Program | Kind::Block | Kind::Task => {
-                self.block_operand(atom, row.kind, spec).map(ArgValue::Block)
+                self.block_operand(atom, row.kind).map(ArgValue::Block)
             }
             Kind::Stage | Kind::Stages => self.stage_operand(atom, spec, block),
         }
@@ -117,12 +114,6 @@ impl Resolver<'_> {
             return None;
         }
         Some(ArgValue::Value(value))
-    }
-
-    fn duration_as_count(&mut self, atom: &Atom, spec: &Spec) {
-        let message = format!("the preset of `{}` is a count, not a duration", spec.name);
-        let finding = Finding::new(Code::OperandType, atom.span, message);
-        self.find(finding.help("write a number; for a time, use a timer: `TMR T0 preset=2s`"));
     }
 
     fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
@@ -214,37 +205,33 @@ impl Resolver<'_> {
 
     /// The thing that an operand names; a constant is a finding.
     fn thing<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<(&'t str, Thing)> {
-        let Some(name) = atom.name() else {
-            let message = format!("`{atom}` is a constant, not {wanted}");
-            let finding = Finding::new(Code::OperandType, atom.span, message);
-            self.find(finding.label(format!("{wanted} belongs here")));
-            return None;
-        };
+        let name = self.name_of(atom, wanted)?;
         Some((name, self.look_up(name, atom.span)?))
     }
 
-    fn block_operand(&mut self, atom: &Atom, kind: Kind, spec: &Spec) -> Option<BlockId> {
+    /// The name that an operand is; a constant is a finding.
+    fn name_of<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<&'t str> {
+        if atom.name().is_none() {
+            let message = format!("`{atom}` is a constant, not {wanted}");
+            let finding = Finding::new(Code::OperandType, atom.span, message);
+            self.find(finding.label(format!("{wanted} belongs here")));
+        }
+        atom.name()
+    }
+
+    /// Any block: whether it may be started or stopped in this way is for the rules to judge.
+    fn block_operand(&mut self, atom: &Atom, kind: Kind) -> Option<BlockId> {
         let wanted = match kind {
             Kind::Program => "a program",
             Kind::Task => "a task",
             _ => "a program or task",
         };
-        let name = atom.name().unwrap_or_default();
-        let Some(block) = self.scope.block(name) else {
+        let name = self.name_of(atom, wanted)?;
+        let block = self.scope.block(name).map(|block| block.id);
+        if block.is_none() {
             self.unknown_block(atom, wanted);
-            return None;
-        };
-        let (id, program) = (block.id, block.kind == BlockKind::Program);
-        let help = match (kind, program) {
-            (Kind::Program, false) if spec.name == "RUN" => {
-                format!("a task is started by `ENTASK {name}`")
-            }
-            (Kind::Program, false) => "a task is halted by HALT, and started by ENTASK".to_owned(),
-            (Kind::Task, true) => format!("a program is started by `RUN {name}`"),
-            _ => return Some(id),
-        };
-        self.wrong_kind(name, atom.span, Thing::Block(id), wanted, &help);
-        None
+        }
+        block
     }
 
     fn unknown_block(&mut self, atom: &Atom, wanted: &str) {
@@ -254,6 +241,11 @@ impl Resolver<'_> {
             let message = format!("`{name}` is a tag, not {wanted}");
             self.find(Finding::new(Code::OperandType, atom.span, message));
             return;
+        }
+        if BUILT_IN.iter().any(|(built_in, _)| *built_in == name) {
+            let message = format!("`{name}` is a built-in task: nothing starts or stops it");
+            let finding = Finding::new(Code::BuiltInTask, atom.span, message);
+            return self.find(finding.help("delete this; a task of your own has another name"));
         }
         let mut known: Vec<&str> = self.scope.block_names().collect();
         known.sort_unstable();
@@ -266,7 +258,7 @@ impl Resolver<'_> {
     }
 
     fn stage_operand(&mut self, atom: &Atom, spec: &Spec, block: BlockId) -> Option<ArgValue> {
-        let name = atom.to_string();
+        let name = self.name_of(atom, "the name of a stage")?.to_owned();
         let (program, names) = self.scope.block_of(block)?;
         if let Some(id) = names.stages.get(&name) {
             return Some(ArgValue::Stage(*id));
@@ -297,8 +289,11 @@ fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static Operand> {
     rows.find(|row| row.kind == Kind::Stages || !given.contains(&row.name))
 }
 
-/// Whether a positional operand is one more than the instruction has.
+/// Whether an operand has no row: an unknown key, or one more than the instruction has.
 fn is_lost(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> bool {
+    if let Some(key) = &operand.key {
+        return !spec.operands.iter().any(|row| row.key == Some(key.value.as_str()));
+    }
     let before = text.operands.iter().filter(|o| o.key.is_none() && o.span < operand.span);
     let rows = || spec.operands.iter().filter(|row| row.key.is_none());
     !rows().any(|row| row.kind == Kind::Stages) && before.count() >= rows().count()
@@ -340,8 +335,4 @@ fn kind_words(kind: Kind) -> &'static str {
         Kind::Task => "a task",
         Kind::Stage | Kind::Stages => "a stage",
     }
-}
-
-fn is_duration(value: Value) -> bool {
-    matches!(value, Value::Const(_, Written::Duration))
 }

@@ -136,14 +136,15 @@ impl Resolver<'_> {
             let finding = if alone {
                 self.wants_legs(spec, instruction, when)
             } else {
-                legs_shared(spec, instruction)
+                self.legs_shared(spec, instruction, Some(when))
             };
             self.find(finding);
         }
         for (branch, specs) in rung.branches.iter().zip(branch_specs) {
             for (instruction, spec) in branch.body.iter().zip(specs) {
                 if let Some(spec) = spec.filter(|spec| spec.legs != [LegName::When]) {
-                    self.find(legs_shared(spec, instruction));
+                    let finding = self.legs_shared(spec, instruction, None);
+                    self.find(finding);
                 }
             }
         }
@@ -154,15 +155,41 @@ impl Resolver<'_> {
         let name = spec.name;
         let keys: Vec<String> = spec.legs.iter().map(|leg| format!("`{}`", leg.key())).collect();
         let message = format!("`{name}` has the legs {}, and no `when`", keys.join(", "));
-        let lines = spec.legs.iter().enumerate().map(|(at, leg)| {
-            let array = if at == 0 { self.text(when.span) } else { "[\"$Off\"]" };
-            format!("leg.{} = {array}", leg.key())
-        });
-        let help = lines.collect::<Vec<_>>().join("\n");
+        let help = self.leg_lines(spec, Some(when));
         Finding::new(Code::MissingLeg, when.key.span, message)
             .label("names no leg")
             .related(instruction.mnemonic.span, "of this instruction")
             .help(format!("write its legs instead of `when`:\n{help}"))
+    }
+
+    /// The lines that give an instruction its legs: its first one `when`'s contacts.
+    fn leg_lines(&self, spec: &Spec, when: Option<&ladder::Leg>) -> String {
+        let lines = spec.legs.iter().enumerate().map(|(at, leg)| {
+            let array = match when {
+                Some(when) if at == 0 => self.text(when.span),
+                _ if at == 0 => "[\"$On\"]",
+                _ => "[\"$Off\"]",
+            };
+            format!("leg.{:<3} = {array}", leg.key())
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
+    fn legs_shared(
+        &self,
+        spec: &Spec,
+        instruction: &Instruction,
+        when: Option<&ladder::Leg>,
+    ) -> Finding {
+        let message = format!("`{}` has legs, and so stands alone in its rung", spec.name);
+        let lines = self.leg_lines(spec, when);
+        let text = self.text(instruction.span);
+        Finding::new(Code::LegsShared, instruction.span, message)
+            .label("give it a rung of its own")
+            .help(format!(
+                "a rung of its own, with the legs that it is to have:\n{lines}\n\
+                 do      = [\"{text}\"]"
+            ))
     }
 
     /// The legs of a rung with `leg.*`, in the order of its instruction's legs.
@@ -173,11 +200,11 @@ impl Resolver<'_> {
         if let Some(at) = specs.iter().position(legged) {
             let spec = specs[at].unwrap_or_else(|| unreachable!("it has legs"));
             if let Some(other) = (0..specs.len()).find(|other| *other != at) {
-                let finding = legs_shared(spec, &rung.body[at]);
+                let finding = legs_not_alone(spec, &rung.body[at]);
                 self.find(finding.related(rung.body[other].span, "stands beside it"));
             }
             if let Some(branch) = rung.branches.first() {
-                let finding = legs_shared(spec, &rung.body[at]);
+                let finding = legs_not_alone(spec, &rung.body[at]);
                 self.find(finding.related(branch.span, "this branch hangs on it"));
             }
             return self.match_legs(rung, spec, &rung.body[at]);
@@ -201,25 +228,33 @@ impl Resolver<'_> {
         instruction: &Instruction,
     ) -> Vec<Leg> {
         let names: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
-        for leg in &rung.legs {
-            if names.contains(&leg.key.text.as_str()) {
-                continue;
-            }
+        let unknown: Vec<&ladder::Leg> =
+            rung.legs.iter().filter(|leg| !names.contains(&leg.key.text.as_str())).collect();
+        let given = |name: LegName| rung.legs.iter().find(|leg| leg.key.text == name.key());
+        let missing: Vec<LegName> =
+            spec.legs.iter().copied().filter(|name| given(*name).is_none()).collect();
+        // One too many and one too few are one mistake.
+        let mistyped = unknown.len() == 1 && missing.len() == 1;
+        for leg in unknown {
             let message = format!("`{}` has no leg `{}`", spec.name, leg.key.text);
-            let list = names.iter().map(|n| format!("`leg.{n}`")).collect::<Vec<_>>().join(", ");
-            let help = did_you_mean(&leg.key.text, names.iter().copied());
-            let help = help.unwrap_or_else(|| format!("its legs are {list}"));
+            let help = match did_you_mean(&leg.key.text, names.iter().copied()) {
+                _ if mistyped => {
+                    format!("write `leg.{} = {}`", missing[0].key(), self.text(leg.span))
+                }
+                Some(help) => help,
+                None => {
+                    let list = names.iter().map(|n| format!("`leg.{n}`")).collect::<Vec<_>>();
+                    format!("its legs are {}", list.join(", "))
+                }
+            };
             self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
             self.contacts(&leg.contacts);
         }
-        let mut legs = Vec::new();
-        for name in spec.legs {
-            match rung.legs.iter().find(|leg| leg.key.text == name.key()) {
-                Some(leg) => legs.push(self.leg(*name, leg)),
-                None => self.find(missing_leg(spec, instruction, *name)),
-            }
+        if !mistyped {
+            missing.iter().for_each(|name| self.find(missing_leg(spec, instruction, *name)));
         }
-        legs
+        let legs = spec.legs.iter().filter_map(|name| Some((*name, given(*name)?)));
+        legs.map(|(name, leg)| self.leg(name, leg)).collect()
     }
 
     fn leg(&mut self, name: LegName, leg: &ladder::Leg) -> Leg {
@@ -235,15 +270,10 @@ fn missing_leg(spec: &Spec, instruction: &Instruction, leg: LegName) -> Finding 
         .help(format!("if nothing drives it, say so:\nleg.{} = [\"$Off\"]", leg.key()))
 }
 
-fn legs_shared(spec: &Spec, instruction: &Instruction) -> Finding {
+fn legs_not_alone(spec: &Spec, instruction: &Instruction) -> Finding {
     let message = format!("`{}` has legs, and so stands alone in its rung", spec.name);
-    let legs = spec.legs.iter().map(|leg| format!("leg.{} = […]", leg.key()));
     Finding::new(Code::LegsShared, instruction.span, message)
-        .label("give it a rung of its own")
-        .help(format!(
-            "a rung with {} and this instruction alone; others read its flags in theirs",
-            legs.collect::<Vec<_>>().join(", ")
-        ))
+        .help("move the other into a rung of its own, which reads the flags in its `when`")
 }
 
 fn one_leg(spec: &Spec, leg: &ladder::Leg, array: &str) -> Finding {

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use super::program::{BlockKind, Program, TagMeaning, Written};
-use crate::isa::address::{self, AddressError};
+use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, MemorySizes, StageId, Structure};
 use crate::source::finding::Code;
 use crate::source::nearest::did_you_mean;
@@ -132,7 +132,7 @@ impl Scope {
     /// # Errors
     /// What is wrong with it.
     pub fn look_up(&self, name: &str) -> Result<Found, Mistake> {
-        match address::parse(name, &self.sizes) {
+        match address_text::parse(name, &self.sizes) {
             Ok(address) => return Ok(Found { thing: Thing::Address(address), tag: None }),
             Err(AddressError::NotAnAddress) => {}
             Err(error) => return Err(address_mistake(name, error)),

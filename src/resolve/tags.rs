@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::Resolver;
 use super::program::{Program, Tag, TagMeaning, Written};
 use super::scope::{Mistake, address_mistake};
-use crate::isa::address;
+use crate::isa::address_text;
 use crate::isa::{Address, Bit, BitSpace};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder;
@@ -74,7 +74,7 @@ impl Resolver<'_> {
     }
 
     fn at(&mut self, at: &Text) -> Option<Address> {
-        match address::parse(&at.text, &self.options.sizes) {
+        match address_text::parse(&at.text, &self.options.sizes) {
             Ok(address) => Some(address),
             Err(error) => {
                 if let Mistake::New { code, message, help } = address_mistake(&at.text, error) {
@@ -148,7 +148,7 @@ impl Resolver<'_> {
             let (least, most) = word.range();
             for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
                 if !(least..=most).contains(&n) {
-                    let message = format!("{n} is more than `{address}` holds: {least}..{most}");
+                    let message = format!("`{address}` holds {least}..{most}, not {n}");
                     self.find(Finding::new(Code::OutOfRange, span, message));
                 }
             }

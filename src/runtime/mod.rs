@@ -1,1 +1,237 @@
-//! (empty)
+//! The scan thread and its meeting point with the world.
+//!
+//! [`prepare`] puts the scan thread and the monitor thread together and asks the machine for the
+//! real-time posture; [`Prepared::start`] lets the first scan begin. Drivers hold a
+//! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, tracing, files, and
+//! any knowledge of names.
+//!
+//! The idea: one thread owns the engine and nothing else does. All it says leaves it by rings,
+//! all it hears comes by rings and atomics, so that nobody can make it wait.
+
+mod beat;
+pub mod exchange;
+mod histogram;
+mod link;
+mod machine;
+mod monitor;
+pub mod pacing;
+mod posture;
+mod record;
+mod scanner;
+#[cfg(test)]
+mod scanner_tests;
+mod statistics;
+mod sys;
+
+use std::io;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+pub use link::{Publication, Returned, Safe, ScanSide, Shape, WorldSide, link};
+pub use machine::Machine;
+pub use monitor::{Monitor, Observer};
+pub use posture::{Grant, Held, Posture};
+pub use record::{Record, Watched, What};
+pub use scanner::{Pace, Report, Scanner};
+pub use statistics::{Spread, Statistics};
+pub use sys::monotonic_ns;
+
+use beat::{Beat, Life};
+use exchange::Port;
+use pacing::{Clock, MonotonicClock};
+
+/// All that the two threads are told at start.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Period, watchdog, number of scans, reports.
+    pub pace: Pace,
+    /// Sizes of memory, and the safe values.
+    pub memory: Memory,
+    /// What the log wants to know of.
+    pub watched: Watched,
+    /// What is asked of the machine.
+    pub posture: Posture,
+}
+
+/// How much of the machine's memory the world sees, and where its inputs and outputs lie.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    /// How many X there are.
+    pub inputs: u32,
+    /// Public bits; they come first in the image.
+    pub bits: usize,
+    /// Public words; likewise.
+    pub words: usize,
+    /// The cell of Y0; Y1 and so on follow it.
+    pub first_output: usize,
+    /// What each Y does outside RUN.
+    pub safe: Vec<Safe>,
+}
+
+/// The scan thread and the monitor, ready to go; the scan thread waits with its posture taken.
+pub struct Prepared {
+    grants: Vec<Grant>,
+    go: Sender<()>,
+    scan: JoinHandle<Report>,
+    monitor: Box<dyn FnOnce() -> io::Result<JoinHandle<()>>>,
+    port: Port,
+    beat: Arc<Beat>,
+    held: Held,
+}
+
+/// The running controller.
+pub struct Runtime {
+    port: Port,
+    beat: Arc<Beat>,
+    scan: JoinHandle<Report>,
+    monitor: JoinHandle<()>,
+    _held: Held,
+}
+
+/// Puts a scanner, a monitor and a port together on a clock, without threads: for tests.
+pub fn assemble<M: Machine, C: Clock, O: Observer>(
+    machine: M,
+    clock: C,
+    settings: &Settings,
+    observer: O,
+) -> (Scanner<M, C>, Monitor<O>, Port) {
+    let memory = &settings.memory;
+    let (bits, words) = machine.image();
+    let (port, side, world) = link(Shape {
+        inputs: memory.inputs,
+        bits: bits[..memory.bits].to_vec(),
+        words: words[..memory.words].to_vec(),
+        first_output: memory.first_output,
+        safe: memory.safe.clone(),
+    });
+    let (journal, reader) = record::journal();
+    let beat = Arc::new(Beat::default());
+    let monitor = Monitor {
+        world,
+        journal: reader,
+        beat: Arc::clone(&beat),
+        port: port.clone(),
+        observer,
+        watchdog_ns: settings.pace.watchdog_ns,
+        dropped: 0,
+        lost: false,
+    };
+    let (pace, watched) = (settings.pace.clone(), settings.watched.clone());
+    let parts = scanner::Parts { machine, clock, side, journal, beat, pace, watched };
+    (Scanner::new(parts), monitor, port)
+}
+
+/// Starts the scan thread up to the point where its first scan could begin.
+///
+/// # Errors
+/// The machine gives no thread.
+pub fn prepare<M, O>(machine: M, settings: &Settings, observer: O) -> io::Result<Prepared>
+where
+    M: Machine + Send + 'static,
+    O: Observer + 'static,
+{
+    let (held, mut grants) = settings.posture.apply_to_process();
+    let (scanner, monitor, port) = assemble(machine, MonotonicClock, settings, observer);
+    let beat = Arc::clone(&monitor.beat);
+    let (go, gone) = channel();
+    let (tell, told) = channel();
+    let posture = settings.posture.clone();
+    let life = Arc::clone(&beat);
+    let scan = thread::Builder::new().name("rungd-scan".into()).spawn(move || {
+        let _ = tell.send(posture.apply_to_scan_thread());
+        run_scanner(scanner, &gone, &life)
+    })?;
+    grants.extend(told.recv().unwrap_or_default());
+    let turn = turn_time(settings.pace.period_ns);
+    let monitor = Box::new(move || {
+        let named = thread::Builder::new().name("rungd-monitor".into());
+        named.spawn(move || run_monitor(monitor, turn))
+    });
+    Ok(Prepared { grants, go, scan, monitor, port, beat, held })
+}
+
+impl Prepared {
+    /// What was asked of the machine, and its answers.
+    pub fn grants(&self) -> &[Grant] {
+        &self.grants
+    }
+
+    /// The port, for drivers; nothing is scanned yet.
+    pub fn port(&self) -> Port {
+        self.port.clone()
+    }
+
+    /// Lets the first scan begin. (A `Prepared` that is dropped instead ends its thread.)
+    ///
+    /// # Errors
+    /// The machine gives no thread.
+    pub fn start(self) -> io::Result<Runtime> {
+        let Prepared { go, scan, monitor, port, beat, held, .. } = self;
+        let monitor = monitor()?;
+        let _ = go.send(());
+        Ok(Runtime { port, beat, scan, monitor, _held: held })
+    }
+}
+
+impl Runtime {
+    /// The port, for drivers.
+    pub fn port(&self) -> Port {
+        self.port.clone()
+    }
+
+    /// Asks for the orderly stop; returns at once.
+    pub fn request_stop(&self) {
+        self.beat.request_stop();
+    }
+
+    /// Complete scans, and ticks in STOP and FAULT, so far: what grows is alive.
+    pub fn pulses(&self) -> u64 {
+        self.beat.pulses()
+    }
+
+    /// Whether the scan thread has ended as it should, and all it left was handed on.
+    pub fn is_over(&self) -> bool {
+        self.monitor.is_finished()
+    }
+
+    /// The scan thread's last word; `None` where it ended in a panic.
+    pub fn join(self) -> Option<Report> {
+        let _ = self.monitor.join();
+        self.scan.join().ok()
+    }
+}
+
+/// Says how the scan thread ended, also when that is by a panic.
+struct Ending<'a>(&'a Beat);
+
+impl Drop for Ending<'_> {
+    fn drop(&mut self) {
+        self.0.set_life(if thread::panicking() { Life::Lost } else { Life::Ended });
+    }
+}
+
+fn run_scanner<M: Machine, C: Clock>(
+    mut scanner: Scanner<M, C>,
+    go: &Receiver<()>,
+    beat: &Beat,
+) -> Report {
+    let _ending = Ending(beat);
+    if go.recv().is_ok() {
+        scanner.start();
+        while scanner.step() {}
+    }
+    scanner.report()
+}
+
+fn run_monitor<O: Observer>(mut monitor: Monitor<O>, every: Duration) {
+    while monitor.turn(monotonic_ns()) {
+        thread::sleep(every);
+    }
+}
+
+/// Half a period, so that what waits for a scan hears of it soon; at least 1 ms, at most 10.
+fn turn_time(period_ns: u64) -> Duration {
+    Duration::from_nanos(period_ns / 2).clamp(Duration::from_millis(1), Duration::from_millis(10))
+}

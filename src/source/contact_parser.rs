@@ -1,29 +1,16 @@
-//! The grammar of contacts: a lexer and a Pratt parser over one string.
+//! The grammar of contacts: a Pratt parser over the tokens of one string.
 //!
 //! `!` binds tighter than `&`, and `&` than `|`; a compare stands between two values and inside
 //! none of them. Nesting is limited, so that no input can exhaust the stack.
 
 use super::atom::{Atom, AtomKind};
 use super::contact::{Comparison, Contact, Edge};
+use super::contact_lexer::{Parsed, Token, lex};
 use super::finding::{Code, Finding};
 use super::span::{Located, Span};
 
 /// Deepest nesting of parentheses and `!`.
 const DEPTH_MAX: u32 = 32;
-
-/// What a string of contacts is made of.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Token {
-    Atom(Atom),
-    Not,
-    And,
-    Or,
-    Open,
-    Close,
-    Compare(Comparison),
-}
-
-type Parsed<T> = Result<T, Finding>;
 
 /// Parses a whole string.
 pub(super) fn parse(text: &str, span: Span) -> Parsed<Contact> {
@@ -189,7 +176,12 @@ impl Parser<'_> {
             _ => {
                 let message = format!("`{word}` cannot have parentheses behind it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
-                return Err(finding.help("only `rise(bit)` and `fall(bit)` have"));
+                return Err(finding.help(match word.to_ascii_lowercase().as_str() {
+                    "rise" => "write `rise(…)`",
+                    "fall" => "write `fall(…)`",
+                    "not" => "write `!(…)`",
+                    _ => "only `rise(bit)` and `fall(bit)` have",
+                }));
             }
         };
         self.at += 1;
@@ -199,23 +191,14 @@ impl Parser<'_> {
             }
             found => {
                 let place = found.map_or(self.end(), |(_, place)| place);
-                let finding = Finding::new(
-                    Code::ContactSyntax,
-                    place,
-                    format!("`{word}()` takes the name of one bit"),
-                );
-                return Err(finding.help(format!(
-                    "to see the edge of more, give it a bit of its own with OUT, or use PD: \
-                     `{word}(C0)`"
-                )));
+                return Err(one_bit(word, place));
             }
         };
         match self.take(&Token::Close) {
             Some(close) => Ok(Contact::Edge(edge, name, span.to(close))),
             None => {
                 let place = self.peek().map_or(self.end(), |(_, place)| place);
-                let message = format!("`{word}()` takes the name of one bit, then `)`");
-                Err(Finding::new(Code::ContactSyntax, place, message))
+                Err(one_bit(word, place))
             }
         }
     }
@@ -229,12 +212,36 @@ impl Parser<'_> {
                 return Err(self.error(place, message));
             }
         };
-        if let Some((Token::Compare(_), place)) = self.peek() {
+        if let Some((Token::Compare(second), place)) = self.peek() {
             let finding = Finding::new(Code::ContactSyntax, place, "two compares in a row");
-            return Err(finding.help("join them: `0 <= D0 & D0 < 5`"));
+            let third = match self.tokens.get(self.at + 1) {
+                Some((Token::Atom(third), _)) => third.to_string(),
+                _ => "…".to_owned(),
+            };
+            let (first, second) = (comparison.sign(), second.sign());
+            return Err(finding
+                .help(format!("join them: `{left} {first} {right} & {right} {second} {third}`")));
         }
         let span = left.span.to(right.span);
         Ok(Contact::Compare(left, comparison, right, span))
+    }
+
+    /// A word that other notations have in the place of a sign, at a place or just before it.
+    fn habit(&self, place: Span) -> Option<(Span, &'static str)> {
+        let at = self.tokens.iter().position(|(_, span)| *span == place)?;
+        let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
+        words.into_iter().flatten().find_map(|(token, span)| {
+            let Token::Atom(atom) = token else { return None };
+            let help = match atom.name()?.to_ascii_lowercase().as_str() {
+                "and" => "write `&`",
+                "or" => "write `|`",
+                "not" => "write `!`",
+                "rise" => "write `rise(bit)`",
+                "fall" => "write `fall(bit)`",
+                _ => return None,
+            };
+            Some((*span, help))
+        })
     }
 
     fn error(&self, place: Span, message: impl Into<String>) -> Finding {
@@ -248,6 +255,9 @@ impl Parser<'_> {
         match token {
             Token::Atom(_) | Token::Not | Token::Open => {
                 let (before, behind) = (before.trim(), behind.trim());
+                if let Some((place, help)) = self.habit(place) {
+                    return self.error(place, "a word in the place of a sign").help(help);
+                }
                 self.error(place, "`&` or `|` is missing before this").help(format!(
                     "contacts in series are strings of their own: `\"{before}\", \"{behind}\"`"
                 ))
@@ -261,6 +271,12 @@ impl Parser<'_> {
     }
 }
 
+fn one_bit(word: &str, place: Span) -> Finding {
+    let message = format!("`{word}()` takes the name of one bit");
+    Finding::new(Code::ContactSyntax, place, message)
+        .help(format!("to see an edge of more than that, OUT it to a bit of its own: `{word}(C0)`"))
+}
+
 /// `left op right`; `grow` when `left` is a series of the same operator that is still growing.
 fn join(left: Contact, power: Power, right: Contact, grow: bool) -> Contact {
     let span = left.span().to(right.span());
@@ -270,104 +286,4 @@ fn join(left: Contact, power: Power, right: Contact, grow: bool) -> Contact {
     };
     items.push(right);
     if power == Power::And { Contact::All(items, span) } else { Contact::Any(items, span) }
-}
-
-fn lex(text: &str, span: Span) -> Parsed<Vec<(Token, Span)>> {
-    let mut tokens = Vec::new();
-    let mut at = 0;
-    while let Some(c) = text[at..].chars().next() {
-        if c == ' ' || c == '\t' {
-            at += 1;
-            continue;
-        }
-        let rest = &text[at..];
-        let (token, length) = match sign(rest) {
-            Some(found) => found,
-            None => atom(rest, c, at, span)?,
-        };
-        tokens.push((token, span.part(at, at + length)));
-        at += length;
-    }
-    Ok(tokens)
-}
-
-fn sign(rest: &str) -> Option<(Token, usize)> {
-    const SIGNS: [(&str, Token); 11] = [
-        ("==", Token::Compare(Comparison::Eq)),
-        ("!=", Token::Compare(Comparison::Ne)),
-        ("<=", Token::Compare(Comparison::Le)),
-        (">=", Token::Compare(Comparison::Ge)),
-        ("<", Token::Compare(Comparison::Lt)),
-        (">", Token::Compare(Comparison::Gt)),
-        ("!", Token::Not),
-        ("&", Token::And),
-        ("|", Token::Or),
-        ("(", Token::Open),
-        (")", Token::Close),
-    ];
-    let doubled = rest.starts_with("&&") || rest.starts_with("||") || rest.starts_with("<>");
-    let found = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)).filter(|_| !doubled);
-    found.map(|(sign, token)| (token.clone(), sign.len()))
-}
-
-fn atom(rest: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)> {
-    let number = first.is_ascii_digit()
-        || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
-    let length = if number {
-        let tail = |c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == ':' || c == '.');
-        1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
-    } else if first.is_ascii_alphabetic() || first == '$' || first == '_' {
-        let length = name_length(rest);
-        length + element_length(&rest[..length], &rest[length..])
-    } else {
-        return Err(stray(rest, first, at, span));
-    };
-    let place = span.part(at, at + length);
-    let mut atom = Atom::parse(&rest[..length], place);
-    if let Err(finding) = &mut atom
-        && finding.code == Code::InstructionSyntax
-    {
-        finding.code = Code::ContactSyntax;
-    }
-    atom.map(|atom| (Token::Atom(atom), length))
-}
-
-fn name_length(rest: &str) -> usize {
-    let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '-'));
-    1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
-}
-
-/// The length of `,19,6` behind an `N`: the Sensaphone way to name an element. Else 0.
-fn element_length(name: &str, behind: &str) -> usize {
-    if !name.eq_ignore_ascii_case("N") {
-        return 0;
-    }
-    let number = |text: &str| {
-        let digits = text.strip_prefix(',')?;
-        let digits_at = digits.len() - digits.trim_start_matches(' ').len();
-        let digits = &digits[digits_at..];
-        let count = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
-        (count > 0).then_some(1 + digits_at + count)
-    };
-    let first = number(behind);
-    let both = first.and_then(|first| Some(first + number(&behind[first..])?));
-    both.unwrap_or(0)
-}
-
-/// The finding of a character that no contact begins with.
-fn stray(rest: &str, first: char, at: usize, span: Span) -> Finding {
-    let place = span.part(at, at + first.len_utf8());
-    let two = span.part(at, (at + 2).min((span.end - span.start) as usize));
-    let finding = |message: String, place| Finding::new(Code::ContactSyntax, place, message);
-    match first {
-        '&' => finding("`&&` is written `&`".into(), two).help("write `&`"),
-        '|' => finding("`||` is written `|`".into(), two).help("write `|`"),
-        '<' => finding("`<>` is written `!=`".into(), two).help("write `!=`"),
-        '=' => finding("`=` is written `==`".into(), place).help("write `==`"),
-        '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
-            .help(format!("write `!{}`", rest[1..].trim_start())),
-        ',' => finding("a comma in a contact".into(), place)
-            .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`"),
-        _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place),
-    }
 }

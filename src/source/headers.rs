@@ -19,8 +19,8 @@ struct Header<'a> {
     span: Span,
     /// How many leading parts of the path are tables of an array, which a header can close.
     arrays: usize,
-    /// A part of the path that should be an array of tables and has no header of its own.
-    headless: bool,
+    /// How long the part of the path is that should be an array of tables and has no header.
+    headless: Option<usize>,
 }
 
 /// The parents that a header's last part may have, for the help.
@@ -28,7 +28,7 @@ const PARENTS: [(&str, &[&str]); 3] =
     [("branch", &["rung"]), ("rung", &["program", "stage", "task"]), ("stage", &["program"])];
 
 /// The parts that are always arrays of tables.
-const ARRAYS: [&str; 2] = ["program", "task"];
+const ARRAYS: [&str; 5] = ["program", "task", "stage", "rung", "branch"];
 
 /// Checks the order of all headers of a file.
 pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {
@@ -38,8 +38,8 @@ pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {
     for at in 0..headers.len() {
         let header = &headers[at];
         let before = at.checked_sub(1).map(|at| &headers[at]);
-        if header.headless {
-            doc.find(headless(header));
+        if let Some(length) = header.headless {
+            doc.find(headless(header, length));
         } else if let Some(before) = before
             && !stands_open(header, before)
         {
@@ -55,7 +55,7 @@ pub(super) fn is_implicit(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) -> bool {
 
 impl Header<'_> {
     fn root(doc: Doc<'_>) -> Self {
-        Header { path: Vec::new(), span: doc.span(0..0), arrays: 0, headless: false }
+        Header { path: Vec::new(), span: doc.span(0..0), arrays: 0, headless: None }
     }
 }
 
@@ -70,10 +70,8 @@ fn collect<'a>(
         path.push(key.get_ref());
         match value.get_ref() {
             DeValue::Table(below) => {
-                let headless = parent.headless
-                    || (parent.path.is_empty()
-                        && ARRAYS.contains(&&**key.get_ref())
-                        && is_implicit(doc, value));
+                let missing = ARRAYS.contains(&&**key.get_ref()) && is_implicit(doc, value);
+                let headless = parent.headless.or(missing.then_some(path.len()));
                 let span = doc.span(value.span());
                 let header = Header { path, span, arrays: parent.arrays, headless };
                 visit(doc, below, header, headers);
@@ -111,11 +109,16 @@ fn stands_open(header: &Header<'_>, before: &Header<'_>) -> bool {
     before.path.starts_with(&header.path[..parents])
 }
 
-fn headless(header: &Header<'_>) -> Finding {
-    let (text, parent) = (header.path.join("."), header.path[0]);
+fn headless(header: &Header<'_>, length: usize) -> Finding {
+    let (text, parent) = (header.path.join("."), header.path[..length].join("."));
     let message = format!("`[[{text}]]` stands before any `[[{parent}]]`");
-    Finding::new(Code::OutOfPlace, header.span, message)
-        .help(format!("begin the {parent} first:\n[[{parent}]]\nname = \"Main\""))
+    let help = match header.path[length - 1] {
+        "program" => format!("begin the program first:\n[[{parent}]]\nname = \"Main\""),
+        "task" => format!("begin the task first:\n[[{parent}]]\nname = \"Housekeeping\""),
+        "stage" => format!("begin the stage first:\n[[{parent}]]\nname = \"Open\""),
+        part => format!("begin the {part} first: `[[{parent}]]`"),
+    };
+    Finding::new(Code::OutOfPlace, header.span, message).help(help)
 }
 
 fn out_of_place(header: &Header<'_>, before: &Header<'_>) -> Finding {

@@ -68,7 +68,13 @@ fn operand(word: &str, span: Span) -> Result<Operand, Box<Finding>> {
     let error = |message: String| Finding::new(Code::InstructionSyntax, span, message);
     if let Some(stray) = word.chars().find(|c| !allowed(*c)) {
         let message = format!("`{}` belongs to no operand", stray.escape_debug());
-        return Err(Box::new(error(message)));
+        let help = match stray {
+            '+' | '*' | '/' => "operands are names and constants: compute with ADD and SUB",
+            '"' | '\'' => "operands have no quotes",
+            '(' | ')' | '!' | '&' | '|' | '<' | '>' => "conditions stand in `when`",
+            _ => "an operand is a name, a number or a duration: `D0`, `12`, `1m30s`",
+        };
+        return Err(Box::new(error(message).help(help)));
     }
     if word.ends_with(',') {
         let finding = error("operands are separated by spaces".to_owned());

@@ -225,7 +225,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
     let allow = table.strings("allow").map_or(Vec::new(), |allow| allow.value);
     let when = read_when(&mut table);
     let legs = match table.table("leg", "`leg`") {
-        Some(mut legs) => legs.string_arrays(),
+        Some(mut legs) => legs.string_arrays("leg."),
         None => Vec::new(),
     };
     let legs: Vec<Leg> =
@@ -288,7 +288,7 @@ fn read_when(table: &mut Table<'_>) -> Option<Leg> {
 }
 
 fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
-    if texts.value.is_empty() {
+    if texts.value.is_empty() && !table.doc().has_finding_in(texts.span) {
         let finding = Finding::new(Code::EmptyLeg, texts.span, "a leg without contacts");
         table.find(finding.help("always ON is `[\"$On\"]`, never is `[\"$Off\"]`"));
     }
@@ -307,7 +307,8 @@ fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
 
 fn read_body(table: &mut Table<'_>) -> Vec<Instruction> {
     let Some(texts) = table.strings("do") else { return Vec::new() };
-    if texts.value.is_empty() && !table.has("branch") {
+    let unread = table.doc().has_finding_in(texts.span);
+    if texts.value.is_empty() && !table.has("branch") && !unread {
         table.find(no_instruction(table.place(), texts.span));
     }
     let mut body = Vec::new();

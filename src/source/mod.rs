@@ -7,12 +7,18 @@
 
 pub mod atom;
 pub mod contact;
+mod contact_lexer;
 mod contact_parser;
+#[cfg(test)]
+mod contact_tests;
+pub mod controller;
 pub mod finding;
 mod headers;
 pub mod instruction;
 pub mod ladder;
 pub mod nearest;
 pub mod reader;
+pub mod render;
 pub mod span;
 mod strict;
+pub mod table;

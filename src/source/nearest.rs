@@ -4,10 +4,10 @@
 //! less, other, or two swapped), without regard to case.
 
 /// The known name nearest to a mistyped one, if any is near enough to be worth offering: one
-/// slip for every three letters, and at least one.
+/// slip for every three letters, and at least one if it has two.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = fold(name);
-    let limit = (name.len() / 3).max(1);
+    let limit = (name.len() / 3).max(usize::from(name.len() > 1));
     known
         .into_iter()
         .map(|candidate| (distance(&name, &fold(candidate)), candidate))
@@ -16,7 +16,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
-/// `there is …: did you mean …?` as the tail of a help text; empty when nothing is near.
+/// `did you mean …?` for a help text, if something is near.
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     nearest(name, known).map(|near| format!("did you mean `{near}`?"))
 }
@@ -60,6 +60,7 @@ mod tests {
         assert_eq!(nearest("jma", known), Some("jam"));
         assert_eq!(nearest("conveyor", known), None);
         assert_eq!(nearest("", known), None);
+        assert_eq!(nearest("Q", ["X", "Y"]), None);
     }
 
     #[test]

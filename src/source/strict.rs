@@ -17,13 +17,18 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
     let mut places: Vec<(Range<usize>, &Error)> =
         errors.iter().map(|error| (error.span().unwrap_or(0..0), error)).collect();
     places.sort_by_key(|(range, _)| range.start);
-    let mut last_line_end = None;
+    let mut last: Option<(usize, &str)> = None;
     for (range, error) in places {
-        if last_line_end.is_some_and(|end| range.start <= end) {
+        let rest = doc.slice(range.start..doc.len());
+        let line_end = range.start + rest.find('\n').unwrap_or(rest.len());
+        // On the same line, or the same again further down: an echo.
+        let echo = last.is_some_and(|(end, message)| {
+            range.start <= end || (message == error.message() && message.contains("missing"))
+        });
+        last = Some((line_end, error.message()));
+        if echo {
             continue;
         }
-        let rest = doc.slice(range.start..doc.len());
-        last_line_end = Some(range.start + rest.find('\n').unwrap_or(rest.len()));
         let finding = Finding::new(Code::TomlSyntax, doc.span(range), error.message());
         doc.find(match help(error.message()) {
             Some(words) => finding.help(words),
@@ -35,6 +40,9 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
 fn help(message: &str) -> Option<&'static str> {
     if message.starts_with("duplicate key") {
         return Some("a key, and a table's header, stand once; `[[…]]` headers may repeat");
+    }
+    if message.contains("missing comma between") {
+        return Some("a comma is missing, or the `]` or `}` of something further up");
     }
     if message.contains("string values must be quoted") {
         return Some("texts stand in quotes: `\"…\"`");

@@ -1,0 +1,150 @@
+//! `bare-timer-value`: a timer's preset, an interval, or what a timer's `.Acc` is compared with,
+//! given as an integer without a unit. 0 needs none.
+//!
+//! Passes:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["T0.Acc > 1s"], do = ["OUT Y0"] },
+//! ]
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3000"] },
+//!   { when = ["T0.Acc > 1"], do = ["OUT Y0"] },
+//! ]
+//! ```
+
+use crate::isa::{Kind, Structure, Word, duration};
+use crate::resolve::program::{Arg, ArgValue, Contact, Value, Written};
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, Placed};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    for placed in &context.instructions {
+        for arg in &placed.instruction.args {
+            let kind = placed.mnemonic().spec().operand(arg.name).map(|operand| operand.kind);
+            if matches!(kind, Some(Kind::Duration | Kind::Interval)) {
+                findings.extend(operand(placed, arg));
+            }
+        }
+    }
+    findings.extend(context.contacts.iter().filter_map(|contact| compare(context, contact)));
+}
+
+fn operand(placed: &Placed, arg: &Arg) -> Option<Finding> {
+    let ArgValue::Value(value) = arg.value else { return None };
+    let number = bare(value)?;
+    let key = arg.name;
+    let message = format!("{key}={number} of {} has no unit: ms or s?", placed.name());
+    let help = choice(number, |ms| format!("{key}={}", duration::print(ms)));
+    Some(Finding::new(Code::BareTimerValue, arg.span, message).label("read as ms").help(help))
+}
+
+fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
+    let Contact::Compare(left, comparison, right, span) = contact else { return None };
+    let timer = |value: &Value| matches!(value, Value::Word(Word::Acc(Structure::Timer(_))));
+    let number = match (left, right) {
+        (acc, value) | (value, acc) if timer(acc) => bare(*value)?,
+        _ => return None,
+    };
+    let message = format!("`{}` compares a time with a number: ms or s?", context.contact(contact));
+    let help = choice(number, |ms| {
+        let timed = |value: &Value| match value {
+            Value::Const(..) => Value::Const(ms, Written::Duration),
+            word => *word,
+        };
+        context.contact(&Contact::Compare(timed(left), *comparison, timed(right), *span))
+    });
+    Some(Finding::new(Code::BareTimerValue, *span, message).label("read as ms").help(help))
+}
+
+/// A constant without a unit, but for 0 and what no duration can be.
+fn bare(value: Value) -> Option<i32> {
+    match value {
+        Value::Const(number, Written::Integer) if number > 0 => Some(number),
+        _ => None,
+    }
+}
+
+/// Both readings, as they would be written.
+fn choice(number: i32, write: impl Fn(i32) -> String) -> String {
+    match number.checked_mul(1000) {
+        Some(s) => format!("`{}`, as it is read now, or `{}`", write(number), write(s)),
+        None => format!("`{}`", write(number)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::{check, check_main};
+
+    #[test]
+    fn presets_and_intervals() {
+        check(
+            r#"
+            [tags]
+            bare = { value = 3000 }
+            timed = { value = "3s" }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["TMR T0 preset=3000", "TMR T1 preset=3s"] },
+              { when = ["X0"], do = ["TMR T2 preset=D0"] },
+              { when = ["X0"], do = ["TMR T3 preset=0", "TMR T4 preset=bare"] },
+              { when = ["X0"], do = ["TMR T5 preset=timed"] },
+              { when = ["X0"], do = ["TMR T6 preset=3000000", "ENTASK Report every=10"] },
+              { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3000"] },
+            ]
+
+            [[task]]
+            name = "Report"
+            rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
+            "#,
+            expect![[r#"
+                8:39 bare-timer-value
+                  preset=3000 of TMR has no unit: ms or s?
+                    `preset=3s`, as it is read now, or `preset=50m`
+                10:58 bare-timer-value
+                  preset=3000 of TMR has no unit: ms or s?
+                    `preset=3s`, as it is read now, or `preset=50m`
+                12:39 bare-timer-value
+                  preset=3000000 of TMR has no unit: ms or s?
+                    `preset=50m`
+                12:70 bare-timer-value
+                  every=10 of ENTASK has no unit: ms or s?
+                    `every=10ms`, as it is read now, or `every=10s`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn compares_of_acc() {
+        check_main(
+            r#"
+            { when = ["T0.Acc > 500", "T0.Acc > 500ms"], do = ["OUT Y2"] },
+            { when = ["T0.Acc == 0", "T0.Acc < D0"], do = ["OUT Y0"] },
+            { when = ["500 <= T0.Acc", "CT0.Acc > 500"], do = ["OUT Y1"] },
+            { when = ["X0"], do = ["TMR T0 preset=3s"] },
+            { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3000"] },
+            "#,
+            expect![[r#"
+                4:12 bare-timer-value
+                  `T0.Acc > 500` compares a time with a number: ms or s?
+                    `T0.Acc > 500ms`, as it is read now, or `T0.Acc > 8m20s`
+                6:12 bare-timer-value
+                  `500 <= T0.Acc` compares a time with a number: ms or s?
+                    `500ms <= T0.Acc`, as it is read now, or `8m20s <= T0.Acc`
+            "#]],
+        );
+    }
+}

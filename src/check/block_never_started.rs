@@ -1,0 +1,141 @@
+//! `block-never-started`: from what runs at the start, nothing leads to this program or task.
+//!
+//! `Main`, programs with `autostart = true` and the built-in tasks run at the start; RUN, RESTART
+//! and ENTASK lead on. What only itself, or only another block that is never started, would start
+//! is never started either.
+//!
+//! Passes:
+//!
+//! ```toml
+//! [[program]]
+//! name = "Main"
+//! rung = [ { when = ["X0"], do = ["RUN Drain"] } ]
+//!
+//! [[program]]
+//! name = "Drain"
+//! rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
+//! ```
+//!
+//! Fails: the same without the RUN.
+
+use crate::isa::{BlockId, Mnemonic};
+use crate::resolve::program::{Block, BlockKind, Program};
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, is_built_in, is_main, kind_name};
+use super::names::list;
+use super::reach::{leading_to, reached};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let starts = context.of(&[Mnemonic::Run, Mnemonic::Restart, Mnemonic::Entask]);
+    let edges: Vec<(Option<BlockId>, BlockId)> = starts
+        .filter_map(|p| p.target_block().map(|(to, _)| (Some(p.place.block.id), to)))
+        .collect();
+    let blocks = &context.program.blocks;
+    let roots = blocks.iter().filter(|b| runs_at_start(b)).map(|b| b.id);
+    let reached = reached(roots, &edges);
+    let never = blocks.iter().filter(|block| !reached.contains(&block.id));
+    findings.extend(never.map(|block| finding(context.program, block, &edges)));
+}
+
+fn runs_at_start(block: &Block) -> bool {
+    block.autostart || is_main(block) || is_built_in(block.kind)
+}
+
+fn finding(program: &Program, block: &Block, edges: &[(Option<BlockId>, BlockId)]) -> Finding {
+    let name = &block.name;
+    let from: Vec<String> = leading_to(block.id, edges)
+        .into_iter()
+        .map(|from| format!("`{}`", program.block(from).name))
+        .collect();
+    let (starters, start) = match block.kind {
+        BlockKind::Program => ("RUN or RESTART", format!("`RUN {name}`, or `autostart = true`")),
+        _ => ("ENTASK", format!("`ENTASK {name}`, or `ENTASK {name} every=1s`")),
+    };
+    let (why, help) = match from.as_slice() {
+        [] if edges.contains(&(Some(block.id), block.id)) => {
+            (format!("the only {starters} of it stands in itself"), start)
+        }
+        [] => (format!("there is no {starters} of it"), start),
+        _ => {
+            let from = list(&from);
+            (format!("only {from} would start it, which is never started either"), start)
+        }
+    };
+    let help = format!("start it in a block that runs: {help}");
+    let message = format!("{} `{name}` is never started: {why}", kind_name(block.kind));
+    Finding::new(Code::BlockNeverStarted, block.span, message).label("never runs").help(help)
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn programs_and_tasks() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN A"] } ]
+
+            [[program]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["ENTASK T"] } ]
+
+            [[program]]
+            name = "Auto"
+            autostart = true
+            rung = [ { when = ["X1"], do = ["RESTART Again"] } ]
+
+            [[program]]
+            name = "Again"
+            rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
+
+            [[program]]
+            name = "Never"
+            rung = [ { when = ["X1"], do = ["RUN Behind"] } ]
+
+            [[program]]
+            name = "Behind"
+            rung = [ { when = ["X1"], do = ["RESTART Behind"] } ]
+
+            [[program]]
+            name = "Self"
+            rung = [ { when = ["X1"], do = ["RUN Self"] } ]
+
+            [[task]]
+            name = "T"
+            rung = [ { when = ["X1"], do = ["OUT Y1"] } ]
+
+            [[task]]
+            name = "NoEntask"
+            rung = [ { when = ["X1"], do = ["OUT Y2"] } ]
+
+            [[task]]
+            name = "TopOfScan"
+            rung = [ { when = ["X1"], do = ["OUT Y3"] } ]
+            "#,
+            expect![[r#"
+                19:9 block-never-started
+                  program `Never` is never started: there is no RUN or RESTART of it
+                    start it in a block that runs: `RUN Never`, or `autostart = true`
+                23:9 block-never-started
+                  program `Behind` is never started: only `Never` would start it, which is
+                  never started either
+                    start it in a block that runs: `RUN Behind`, or `autostart = true`
+                27:9 block-never-started
+                  program `Self` is never started: the only RUN or RESTART of it stands in
+                  itself
+                    start it in a block that runs: `RUN Self`, or `autostart = true`
+                35:9 block-never-started
+                  task `NoEntask` is never started: there is no ENTASK of it
+                    start it in a block that runs: `ENTASK NoEntask`, or `ENTASK NoEntask
+                    every=1s`
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,202 @@
+//! Contacts as they would be written, and the conditions that a help offers to paste.
+//!
+//! What this prints is the ladder's own grammar: a test loads it again. Parentheses are set
+//! wherever `&` and `|` meet.
+
+use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
+use crate::resolve::program::{Comparison, Contact, Edge, Program, Value, Written};
+
+use super::context::{Context, Place, is_main};
+use super::names::name;
+
+/// Longer than this, a condition is not printed in a help.
+const CONDITION_MAX: usize = 72;
+
+/// Of more places than this, a condition is not printed in a help.
+const PLACES_MAX: usize = 6;
+
+/// The bit that is always ON.
+const ON: &str = status::BIT_NICKNAMES[status::st::ON as usize];
+
+/// A series of contacts, behind a bit of its place if there is one; empty: always ON.
+pub struct Power<'a> {
+    /// The bit that leads the series: `Day.Green`, `Drain.Running`.
+    pub gate: Option<String>,
+    /// The contacts.
+    pub contacts: Vec<&'a Contact>,
+}
+
+impl Power<'_> {
+    /// As one element of `when`; beside others it takes the parentheses that it needs.
+    fn print(&self, program: &Program, alone: bool) -> String {
+        let all = match (&self.gate, self.contacts.as_slice()) {
+            (None, []) => return ON.to_owned(),
+            (Some(gate), []) => return gate.clone(),
+            (None, [one @ Contact::Any(..)]) => return print(program, one),
+            (None, [one @ Contact::All(..)]) => print(program, one),
+            (None, [one]) => return print(program, one),
+            (gate, many) => {
+                let parts = many.iter().flat_map(|contact| match contact {
+                    Contact::All(parts, _) => parts.as_slice(),
+                    one => std::slice::from_ref(*one),
+                });
+                let parts = parts.map(|contact| grouped(program, contact));
+                gate.iter().cloned().chain(parts).collect::<Vec<_>>().join(" & ")
+            }
+        };
+        if alone { all } else { format!("({all})") }
+    }
+}
+
+impl<'a> Context<'a> {
+    /// A contact as it would be written.
+    pub fn contact(&self, contact: &Contact) -> String {
+        print(self.program, contact)
+    }
+
+    /// One condition that is ON when any of these has power: what `when = ["…"]` would hold.
+    /// `None` where that is no help: a power cannot be told, it is too long, or always ON.
+    pub fn any_of(
+        &self,
+        powers: impl ExactSizeIterator<Item = Option<Power<'a>>>,
+    ) -> Option<String> {
+        let count = powers.len();
+        if count > PLACES_MAX {
+            return None;
+        }
+        let mut terms: Vec<String> = Vec::new();
+        for power in powers {
+            let term = power?.print(self.program, count == 1);
+            if !terms.contains(&term) {
+                terms.push(term);
+            }
+        }
+        let text = terms.join(" | ");
+        (text.len() <= CONDITION_MAX && !terms.iter().any(|term| term == ON)).then_some(text)
+    }
+
+    /// What gives a place its power, `$On` left out. `None` in a rung with other legs than `when`.
+    pub fn power(&self, place: &Place<'a>) -> Option<Power<'a>> {
+        let when = place.rung.legs.iter().find(|leg| leg.name == LegName::When)?;
+        let behind = place.branch.map_or(&[][..], |branch| &branch.contacts);
+        let on = Bit::Space(BitSpace::St, status::st::ON);
+        let needed = |c: &&Contact| !matches!(c, Contact::Bit(bit, _) if *bit == on);
+        let contacts = when.contacts.iter().chain(behind).filter(needed).collect();
+        Some(Power { gate: None, contacts })
+    }
+
+    /// What gives a place its power as another block sees it: its stage is ON, its program runs.
+    /// `None` in a task too, whose rungs execute now and then.
+    pub fn power_from_outside(&self, place: &Place<'a>) -> Option<Power<'a>> {
+        let mut power = self.power(place)?;
+        power.gate = match place.stage {
+            _ if place.in_task() => return None,
+            Some(stage) => Some(name(self.program, Address::Bit(Bit::Stage(stage.id)))),
+            None if is_main(place.block) => None,
+            None => Some(name(self.program, Address::Bit(Bit::Running(place.block.id)))),
+        };
+        Some(power)
+    }
+}
+
+/// A contact that can stand beside `&` and `|`.
+fn grouped(program: &Program, contact: &Contact) -> String {
+    let text = print(program, contact);
+    match contact {
+        Contact::All(..) | Contact::Any(..) => format!("({text})"),
+        _ => text,
+    }
+}
+
+fn print(program: &Program, contact: &Contact) -> String {
+    let join = |parts: &[Contact], operator: &str| {
+        parts.iter().map(|part| grouped(program, part)).collect::<Vec<_>>().join(operator)
+    };
+    match contact {
+        Contact::Bit(bit, _) => name(program, Address::Bit(*bit)),
+        Contact::Not(inner, _) => match &**inner {
+            Contact::Bit(..) | Contact::Edge(..) => format!("!{}", print(program, inner)),
+            _ => format!("!({})", print(program, inner)),
+        },
+        Contact::All(parts, _) => join(parts, " & "),
+        Contact::Any(parts, _) => join(parts, " | "),
+        Contact::Edge(edge, bit, _) => {
+            let word = if *edge == Edge::Rise { "rise" } else { "fall" };
+            format!("{word}({})", name(program, Address::Bit(*bit)))
+        }
+        Contact::Compare(left, comparison, right, _) => format!(
+            "{} {} {}",
+            value(program, *left),
+            comparison_sign(*comparison),
+            value(program, *right)
+        ),
+    }
+}
+
+fn value(program: &Program, value: Value) -> String {
+    match value {
+        Value::Const(ms, Written::Duration) => duration::print(ms),
+        Value::Const(number, Written::Integer) => number.to_string(),
+        Value::Word(word) => name(program, Address::Word(word)),
+    }
+}
+
+fn comparison_sign(comparison: Comparison) -> &'static str {
+    match comparison {
+        Comparison::Eq => "==",
+        Comparison::Ne => "!=",
+        Comparison::Lt => "<",
+        Comparison::Le => "<=",
+        Comparison::Gt => ">",
+        Comparison::Ge => ">=",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::check::context::Context;
+    use crate::check::testing::load;
+
+    /// What the contacts of a rung are printed as.
+    fn printed(contacts: &[String]) -> Vec<String> {
+        let contacts: Vec<String> = contacts.iter().map(|text| format!("\"{text}\"")).collect();
+        let ladder = format!(
+            "[tags]\nlamp = {{ at = \"Y0\" }}\nbottles = {{ at = \"CT0\" }}\n\
+             [[program]]\nname = \"Main\"\n\
+             rung = [ {{ when = [{}], do = [\"OUT lamp\", \"RUN Day\", \"ENTASK Tell\"] }} ]\n\
+             [[program]]\nname = \"Day\"\n[[program.stage]]\nname = \"Green\"\n\
+             [[task]]\nname = \"Tell\"\n",
+            contacts.join(", ")
+        );
+        let (program, findings) = load(&ladder);
+        let program = program.unwrap_or_else(|| panic!("{findings:?}"));
+        let context = Context::new(&program, &[]);
+        let when = &program.blocks[0].rungs[0].legs[0];
+        when.contacts.iter().map(|contact| context.contact(contact)).collect()
+    }
+
+    #[test]
+    fn what_is_printed_can_be_pasted() {
+        let written = [
+            "Y0 | CT0.Done",
+            "!X0 & !(X1 | C2) & !rise(X3)",
+            "X0 & X1 | X2 & (fall(C1) | MC1)",
+            "!(D0 == -3) & V1 <= 2s & CT0.Acc != N,0,6",
+            "Day.Green | Day.Running | Tell.Done | N0.DN",
+            "$On & ST0 & $ScanCounter > 5 & DST4 < N3.PRE",
+        ];
+        let once = printed(&written.map(str::to_owned));
+        assert_eq!(
+            once,
+            [
+                "lamp | bottles.Done",
+                "!X0 & !(X1 | C2) & !rise(X3)",
+                "(X0 & X1) | (X2 & (fall(C1) | MC1))",
+                "!(D0 == -3) & V1 <= 2s & bottles.Acc != N0.ACC",
+                "Day.Green | Day.Running | Tell.Done | N0.DN",
+                "$On & $FirstScan & $ScanCounter > 5 & DST4 < N3.PRE",
+            ]
+        );
+        assert_eq!(printed(&once), once);
+    }
+}

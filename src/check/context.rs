@@ -1,0 +1,265 @@
+//! What every rule looks at: the program, and every instruction and contact with its place.
+//!
+//! [`Context::new`] walks the program once, in file order; the rules then ask for instructions by
+//! mnemonic, for the drivers of a bit, the owners of a structure, or the compares. Judging is left
+//! to the rules, and names are in `names`. The one idea: an *element* (a block's own rungs, or one
+//! stage) is what a termination pass terminates, so it is the unit in which drivers meet.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
+use crate::resolve::program::{
+    Arg, ArgValue, Block, BlockKind, Branch, Contact, Instruction, Program, Rung, Stage,
+};
+use crate::resolve::range::Range;
+use crate::source::span::Span;
+
+/// The program under the rules, walked.
+pub struct Context<'a> {
+    /// The program.
+    pub program: &'a Program,
+    /// What the controller file retains; empty without one.
+    pub retained: &'a [Range],
+    /// Every instruction, in file order.
+    pub instructions: Vec<Placed<'a>>,
+    /// Every contact, in file order; one that has parts stands before its parts.
+    pub contacts: Vec<&'a Contact>,
+    drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
+    owners: BTreeMap<Structure, Vec<Placed<'a>>>,
+}
+
+/// Where an instruction stands.
+#[derive(Clone, Copy)]
+pub struct Place<'a> {
+    /// Its block.
+    pub block: &'a Block,
+    /// Its stage; `None` in a block's own rungs.
+    pub stage: Option<&'a Stage>,
+    /// Its rung.
+    pub rung: &'a Rung,
+    /// The rung's number in its element, from 1.
+    pub rung_number: usize,
+    /// Its branch; `None` in the rung's own `do`.
+    pub branch: Option<&'a Branch>,
+}
+
+/// A block's own rungs, or one stage.
+pub type Element = (BlockId, Option<StageId>);
+
+/// An instruction and its place.
+#[derive(Clone, Copy)]
+pub struct Placed<'a> {
+    /// Where.
+    pub place: Place<'a>,
+    /// What.
+    pub instruction: &'a Instruction,
+}
+
+/// An instruction that writes a bit ON and OFF at every execution: OUT, PD, ND, and the outputs
+/// of ONDTMR and OFFDTMR.
+#[derive(Clone, Copy)]
+pub struct Driver<'a> {
+    /// The instruction and its place.
+    pub placed: Placed<'a>,
+    /// The place of the operand that names the bit.
+    pub span: Span,
+}
+
+impl<'a> Context<'a> {
+    /// Walks the program.
+    pub fn new(program: &'a Program, retained: &'a [Range]) -> Context<'a> {
+        let mut context = Context {
+            program,
+            retained,
+            instructions: Vec::new(),
+            contacts: Vec::new(),
+            drivers: BTreeMap::new(),
+            owners: BTreeMap::new(),
+        };
+        for block in &program.blocks {
+            context.walk_rungs(block, None, &block.rungs);
+            for stage in &block.stages {
+                context.walk_rungs(block, Some(stage), &stage.rungs);
+            }
+        }
+        context.index();
+        context
+    }
+
+    fn walk_rungs(&mut self, block: &'a Block, stage: Option<&'a Stage>, rungs: &'a [Rung]) {
+        for (at, rung) in rungs.iter().enumerate() {
+            let place = Place { block, stage, rung, rung_number: at + 1, branch: None };
+            rung.legs.iter().for_each(|leg| self.walk_contacts(&leg.contacts));
+            self.walk_body(place, &rung.body);
+            for branch in &rung.branches {
+                self.walk_contacts(&branch.contacts);
+                self.walk_body(Place { branch: Some(branch), ..place }, &branch.body);
+            }
+        }
+    }
+
+    fn walk_body(&mut self, place: Place<'a>, body: &'a [Instruction]) {
+        self.instructions.extend(body.iter().map(|instruction| Placed { place, instruction }));
+    }
+
+    fn walk_contacts(&mut self, contacts: &'a [Contact]) {
+        for contact in contacts {
+            self.contacts.push(contact);
+            match contact {
+                Contact::Not(inner, _) => self.walk_contacts(std::slice::from_ref(&**inner)),
+                Contact::All(parts, _) | Contact::Any(parts, _) => self.walk_contacts(parts),
+                Contact::Bit(..) | Contact::Edge(..) | Contact::Compare(..) => {}
+            }
+        }
+    }
+
+    fn index(&mut self) {
+        for &placed in &self.instructions {
+            if let Some((bit, span)) = placed.driven() {
+                self.drivers.entry(bit).or_default().push(Driver { placed, span });
+            }
+            if let (true, Some(structure)) =
+                (placed.mnemonic().owns_structure(), placed.structure())
+            {
+                self.owners.entry(structure).or_default().push(placed);
+            }
+        }
+    }
+
+    /// All instructions of these mnemonics, in file order.
+    pub fn of<'s>(&'s self, mnemonics: &'s [Mnemonic]) -> impl Iterator<Item = &'s Placed<'a>> {
+        self.instructions.iter().filter(move |p| mnemonics.contains(&p.mnemonic()))
+    }
+
+    /// Every driven bit with its drivers, in file order.
+    pub fn drivers(&self) -> impl Iterator<Item = (Bit, &[Driver<'a>])> {
+        self.drivers.iter().map(|(bit, drivers)| (*bit, drivers.as_slice()))
+    }
+
+    /// The drivers of a bit, in file order.
+    pub fn drivers_of(&self, bit: Bit) -> &[Driver<'a>] {
+        self.drivers.get(&bit).map_or(&[], Vec::as_slice)
+    }
+
+    /// Every owned structure with its owners, in file order.
+    pub fn owners(&self) -> impl Iterator<Item = (Structure, &[Placed<'a>])> {
+        self.owners.iter().map(|(structure, owners)| (*structure, owners.as_slice()))
+    }
+
+    /// Whether an instruction owns the structure.
+    pub fn is_owned(&self, structure: Structure) -> bool {
+        self.owners.contains_key(&structure)
+    }
+}
+
+impl<'a> Placed<'a> {
+    /// The mnemonic.
+    pub fn mnemonic(&self) -> Mnemonic {
+        self.instruction.mnemonic
+    }
+
+    /// The mnemonic as written.
+    pub fn name(&self) -> &'static str {
+        self.mnemonic().spec().name
+    }
+
+    /// The structure it names.
+    pub fn structure(&self) -> Option<Structure> {
+        self.instruction.args.iter().find_map(|arg| match arg.value {
+            ArgValue::Structure(structure) => Some(structure),
+            _ => None,
+        })
+    }
+
+    /// The block it names, with the operand.
+    pub fn target_block(&self) -> Option<(BlockId, &'a Arg)> {
+        self.instruction.args.iter().find_map(|arg| match arg.value {
+            ArgValue::Block(block) => Some((block, arg)),
+            _ => None,
+        })
+    }
+
+    /// The bit of its first operand: of OUT, SET, RST, PD, ND, PONOFF.
+    pub fn bit(&self) -> Option<(Bit, Span)> {
+        bit_of(self.instruction.arg("bit")?)
+    }
+
+    /// The bit that it writes at every execution, if it is a driver.
+    pub fn driven(&self) -> Option<(Bit, Span)> {
+        match self.mnemonic() {
+            Mnemonic::Out | Mnemonic::Pd | Mnemonic::Nd => self.bit(),
+            _ => bit_of(self.instruction.arg("output")?),
+        }
+    }
+
+    /// The stages that it names under an operand's name.
+    pub fn stages(&self, name: &'a str) -> impl Iterator<Item = StageId> + 'a {
+        self.instruction.args_of(name).filter_map(|arg| match arg.value {
+            ArgValue::Stage(stage) => Some(stage),
+            _ => None,
+        })
+    }
+
+    /// The stages that it turns ON: the targets of JMP, SGDIVRG, SGSET, SGCONVRG.
+    pub fn stages_entered(&self) -> impl Iterator<Item = StageId> + 'a {
+        let name = match self.mnemonic() {
+            Mnemonic::Jmp | Mnemonic::Sgdivrg | Mnemonic::Sgset => "stage",
+            _ => "to",
+        };
+        self.stages(name)
+    }
+}
+
+fn bit_of(arg: &Arg) -> Option<(Bit, Span)> {
+    match arg.value {
+        ArgValue::Bit(bit) => Some((bit, arg.span)),
+        _ => None,
+    }
+}
+
+impl Place<'_> {
+    /// The element it lies in.
+    pub fn element(&self) -> Element {
+        (self.block.id, self.stage.map(|stage| stage.id))
+    }
+
+    /// Whether its block is a Task, built-in or not.
+    pub fn in_task(&self) -> bool {
+        self.block.kind != BlockKind::Program
+    }
+}
+
+/// `Program` or `Task`, in a sentence.
+pub fn kind_name(kind: BlockKind) -> &'static str {
+    if kind == BlockKind::Program { "program" } else { "task" }
+}
+
+/// Whether nothing starts or stops a block of this kind.
+pub fn is_built_in(kind: BlockKind) -> bool {
+    !matches!(kind, BlockKind::Program | BlockKind::Task)
+}
+
+/// Whether it is the Program that always runs.
+pub fn is_main(block: &Block) -> bool {
+    block.kind == BlockKind::Program && block.name == "Main"
+}
+
+impl fmt::Display for Place<'_> {
+    /// ``program `Day`, stage `Green`, rung 2``, for a sentence.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} `{}`", kind_name(self.block.kind), self.block.name)?;
+        if let Some(stage) = self.stage {
+            write!(f, ", stage `{}`", stage.name)?;
+        }
+        match &self.rung.name {
+            Some(name) => write!(f, ", rung `{name}`")?,
+            None => write!(f, ", rung {}", self.rung_number)?,
+        }
+        let is_it = |other: &Branch| self.branch.is_some_and(|branch| std::ptr::eq(branch, other));
+        match self.rung.branches.iter().position(is_it) {
+            Some(at) => write!(f, ", branch {}", at + 1),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! `duplicate-out`: within one block's own rungs, or one stage, one instruction drives a bit.
+//!
+//! OUT, PD, ND, and ONDTMR and OFFDTMR by their output, write their bit ON and OFF at every
+//! execution: of two, the first has no effect at all. SET, RST and PONOFF write it now and then and
+//! are no drivers.
+//!
+//! Passes:
+//!
+//! ```toml
+//! rung = [ { when = ["X0 | X1"], do = ["OUT Y0"] } ]
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["OUT Y0"] },
+//!   { when = ["X1"], do = ["OUT Y0"] },
+//! ]
+//! ```
+
+use crate::isa::{Address, Bit, Mnemonic};
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, Driver, Element};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    for (bit, drivers) in context.drivers() {
+        for (at, second) in drivers.iter().enumerate() {
+            let element = second.placed.place.element();
+            let first = drivers[..at].iter().find(|d| d.placed.place.element() == element);
+            if let Some(first) = first {
+                let all = within(drivers, element);
+                findings.push(finding(context, bit, (first, second), &all));
+            }
+        }
+    }
+}
+
+fn within<'d, 'a>(drivers: &'d [Driver<'a>], element: Element) -> Vec<&'d Driver<'a>> {
+    drivers.iter().filter(|d| d.placed.place.element() == element).collect()
+}
+
+fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[&Driver]) -> Finding {
+    let (first, second) = pair;
+    let message = format!(
+        "{} is driven twice, by {} in {}, and by {} in {}: the first has no effect",
+        context.say_bit(bit),
+        first.placed.name(),
+        first.placed.place,
+        second.placed.name(),
+        second.placed.place,
+    );
+    Finding::new(Code::DuplicateOut, second.span, message)
+        .label("driven again")
+        .related(first.span, "has no effect")
+        .help(help(context, bit, all))
+}
+
+fn help(context: &Context, bit: Bit, all: &[&Driver]) -> String {
+    let name = context.name(Address::Bit(bit));
+    let outs = all.iter().all(|d| d.placed.mnemonic() == Mnemonic::Out);
+    let powers = all.iter().map(|d| context.power(&d.placed.place).filter(|_| outs));
+    match context.any_of(powers) {
+        Some(when) => format!(
+            "drive it in one rung, if either condition is to turn it ON:\n\
+             when = [\"{when}\"]\ndo   = [\"OUT {name}\"]"
+        ),
+        None => {
+            format!("let each drive a bit of its own, and drive this one from both: `OUT {name}`")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::{check, check_main};
+
+    #[test]
+    fn the_help_joins_the_conditions() {
+        check_main(
+            r#"
+            { when = ["X0", "X1"], do = ["OUT Y0"] },
+            { when = ["X2 | rise(X3)"], do = ["OUT Y0"] },
+            "#,
+            expect![[r#"
+                5:40 duplicate-out
+                  `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in
+                  program `Main`, rung 2: the first has no effect
+                    drive it in one rung, if either condition is to turn it ON:
+                    when = ["(X0 & X1) | X2 | rise(X3)"]
+                    do = ["OUT Y0"]
+            "#]],
+        );
+    }
+
+    #[test]
+    fn all_drivers_count_and_set_does_not() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["PD Y0", "SET C0", "SET C0", "RST C0", "PONOFF C0"] },
+            { when = ["X1"], do = ["ND Y0"] },
+            { when = ["X2"], do = ["ONDTMR T0 preset=1s output=Y1"] },
+            { when = ["X3"], do = ["OFFDTMR T1 preset=1s output=Y1"] },
+            "#,
+            expect![[r#"
+                5:28 duplicate-out
+                  `Y0` is driven twice, by PD in program `Main`, rung 1, and by ND in
+                  program `Main`, rung 2: the first has no effect
+                    let each drive a bit of its own, and drive this one from both: `OUT Y0`
+                7:53 duplicate-out
+                  `Y1` is driven twice, by ONDTMR in program `Main`, rung 3, and by
+                  OFFDTMR in program `Main`, rung 4: the first has no effect
+                    let each drive a bit of its own, and drive this one from both: `OUT Y1`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn within_a_branch_and_within_a_stage() {
+        check(
+            r#"
+            [tags]
+            lamp = { at = "Y0" }
+
+            [[program]]
+            name = "Main"
+
+            [[program.rung]]
+            when = ["X0"]
+            do   = ["OUT lamp", "RUN Day"]
+
+            [[program.rung.branch]]
+            when = ["D0 > 5 & !X1"]
+            do   = ["OUT Y0"]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [
+              { when = ["$On"], do = ["OUT Y1"] },
+              { when = ["X1"], do = ["OUT Y1", "JMP B"] },
+            ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X1"], do = ["OUT Y1"] } ]
+            "#,
+            expect![[r#"
+                13:14 duplicate-out
+                  `lamp` (Y0) is driven twice, by OUT in program `Main`, rung 1, and by
+                  OUT in program `Main`, rung 1, branch 1: the first has no effect
+                    drive it in one rung, if either condition is to turn it ON:
+                    when = ["X0 | (X0 & D0 > 5 & !X1)"]
+                    do = ["OUT lamp"]
+                22:29 duplicate-out
+                  `Y1` is driven twice, by OUT in program `Day`, stage `A`, rung 1, and by
+                  OUT in program `Day`, stage `A`, rung 2: the first has no effect
+                    let each drive a bit of its own, and drive this one from both: `OUT Y1`
+            "#]],
+        );
+    }
+}

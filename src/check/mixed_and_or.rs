@@ -1,0 +1,74 @@
+//! `mixed-and-or`: `&` and `|` side by side without parentheses.
+//!
+//! `&` binds tighter, but two readers may disagree. The parser notes parentheses in the places: a
+//! series that begins before its first contact stands in some.
+//!
+//! Passes:
+//!
+//! ```toml
+//! when = ["X0 & (X1 | X2)"]
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! when = ["X0 & X1 | X2"]
+//! ```
+
+use crate::resolve::program::Contact;
+use crate::source::finding::{Code, Finding};
+
+use super::context::Context;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    for contact in &context.contacts {
+        let Contact::Any(parts, span) = contact else { continue };
+        if !parts.iter().any(is_bare_series) {
+            continue;
+        }
+        findings.push(
+            Finding::new(Code::MixedAndOr, *span, "`&` and `|` are mixed without parentheses")
+                .label("`&` binds tighter")
+                .help(format!("as it is read now: `{}`", context.contact(contact))),
+        );
+    }
+}
+
+fn is_bare_series(contact: &Contact) -> bool {
+    match contact {
+        Contact::All(parts, span) => parts.first().is_some_and(|p| p.span().start == span.start),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn parentheses_make_it_plain() {
+        check_main(
+            r#"
+            { when = ["X0 & X1 | X2"], do = ["OUT Y0"] },
+            { when = ["(X0 & X1) | X2", "X3 & (X4 | X5)"], do = ["OUT Y1"] },
+            { when = ["X9", "X0 | (X1 | X2 & !X3 & D0 > 3)"], do = ["OUT Y2"] },
+            { when = ["!((X0 | X1) & X2 | X3)"], do = ["OUT Y3"] },
+            { when = ["((X0 | X1) & X2) | X3 | ((X4 & X5))"], do = ["OUT Y4"] },
+            "#,
+            expect![[r#"
+                4:12 mixed-and-or
+                  `&` and `|` are mixed without parentheses
+                    as it is read now: `(X0 & X1) | X2`
+                6:23 mixed-and-or
+                  `&` and `|` are mixed without parentheses
+                    as it is read now: `X1 | (X2 & !X3 & D0 > 3)`
+                7:13 mixed-and-or
+                  `&` and `|` are mixed without parentheses
+                    as it is read now: `((X0 | X1) & X2) | X3`
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,301 @@
+//! `out-lost-on-jump-back`: a jump to an earlier stage drops a bit that both stages drive.
+//!
+//! In the scan after the jump the earlier stage executes first and drives the bit; then the left
+//! stage's turn comes, and its termination turns the bit OFF: the output drops for one scan. The
+//! same holds for stages that SGCONVRG leaves, and for a bit that the target SETs, where the one
+//! scan may be for good. A jump to a later stage terminates first, and is silent.
+//!
+//! Passes: the stages hold no OUT; a program behind them drives the bit.
+//!
+//! ```toml
+//! rung = [ { when = ["Day.Green | Day.Amber"], do = ["OUT Y0"] } ]
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! [[program.stage]]
+//! name = "Green"
+//! rung = [
+//!   { when = ["$On"], do = ["OUT Y0"] },
+//!   { when = ["X0"], do = ["JMP Amber"] },
+//! ]
+//!
+//! [[program.stage]]
+//! name = "Amber"
+//! rung = [
+//!   { when = ["$On"], do = ["OUT Y0"] },
+//!   { when = ["X1"], do = ["JMP Green"] },
+//! ]
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::isa::{Address, Bit, Mnemonic, StageId};
+use crate::resolve::program::Block;
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, Placed};
+use super::names::list;
+
+/// What every stage does to bits.
+#[derive(Default)]
+struct Stages {
+    /// The bits that each drives.
+    driven: BTreeMap<StageId, BTreeSet<Bit>>,
+    /// The bits that each SETs.
+    set: BTreeMap<StageId, BTreeSet<Bit>>,
+}
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let stages = Stages::of(context);
+    for jump in context.of(&[Mnemonic::Jmp, Mnemonic::Sgdivrg, Mnemonic::Sgconvrg]) {
+        for pair in jumps_back(context, jump) {
+            let lost = stages.lost(pair);
+            if !lost.is_empty() {
+                findings.push(finding(context, &stages, jump, (pair, &lost)));
+            }
+        }
+    }
+}
+
+impl Stages {
+    fn of(context: &Context) -> Stages {
+        let mut stages = Stages::default();
+        for placed in &context.instructions {
+            let Some(stage) = placed.place.stage else { continue };
+            if let Some((bit, _)) = placed.driven() {
+                stages.driven.entry(stage.id).or_default().insert(bit);
+            } else if let (Mnemonic::Set, Some((bit, _))) = (placed.mnemonic(), placed.bit()) {
+                stages.set.entry(stage.id).or_default().insert(bit);
+            }
+        }
+        stages
+    }
+
+    fn drives(&self, stage: StageId, bit: Bit) -> bool {
+        self.driven.get(&stage).is_some_and(|bits| bits.contains(&bit))
+    }
+
+    fn sets(&self, stage: StageId, bit: Bit) -> bool {
+        self.set.get(&stage).is_some_and(|bits| bits.contains(&bit))
+    }
+
+    /// What the left stage drives, and the target drives or SETs.
+    fn lost(&self, (left, target): (StageId, StageId)) -> Vec<Bit> {
+        let bits = self.driven.get(&left).into_iter().flatten().copied();
+        bits.filter(|bit| self.drives(target, *bit) || self.sets(target, *bit)).collect()
+    }
+}
+
+/// The pairs (left, target) of which the left one terminates behind the target's execution, in
+/// the same scan.
+fn jumps_back(context: &Context, jump: &Placed) -> Vec<(StageId, StageId)> {
+    let at = |stage: StageId| context.program.stages[stage.0 as usize].1;
+    let here = jump.place.stage.map(|stage| stage.id);
+    let left: Vec<StageId> = match jump.mnemonic() {
+        Mnemonic::Sgconvrg => jump.stages("stage").collect(),
+        _ => here.into_iter().collect(),
+    };
+    // What comes behind the jump in the file has its turn in this scan, the rest in the next.
+    let this_scan = |stage: StageId| here.is_none_or(|here| at(stage) > at(here));
+    let targets: Vec<StageId> = jump.stages_entered().collect();
+    let pairs = left.iter().flat_map(|l| targets.iter().map(move |t| (*l, *t)));
+    pairs.filter(|(l, t)| at(*l) > at(*t) && this_scan(*l) == this_scan(*t)).collect()
+}
+
+fn finding(
+    context: &Context,
+    stages: &Stages,
+    jump: &Placed,
+    ((left, target), lost): ((StageId, StageId), &[Bit]),
+) -> Finding {
+    let names: Vec<String> = lost.iter().map(|bit| context.say_bit(*bit)).collect();
+    let (left_name, target_name) =
+        (&context.program.stage(left).name, &context.program.stage(target).name);
+    let message = format!(
+        "this jump back turns {} OFF for a scan: stage `{left_name}` terminates behind stage \
+         `{target_name}`, which drives {} too",
+        list(&names),
+        if lost.len() == 1 { "it" } else { "them" },
+    );
+    let mut finding = Finding::new(Code::OutLostOnJumpBack, jump.instruction.span, message)
+        .label(format!("`{target_name}` comes before `{left_name}`"))
+        .help(help(context, stages, jump.place.block, lost));
+    for driver in lost.iter().flat_map(|bit| context.drivers_of(*bit)) {
+        let stage = driver.placed.place.stage.map(|stage| stage.id);
+        if stage.is_some_and(|stage| stage == left || stage == target) {
+            finding = finding.related(driver.span, "driven here");
+        }
+    }
+    finding
+}
+
+/// A program to paste: it drives the bits from the stages' bits.
+fn help(context: &Context, stages: &Stages, block: &Block, lost: &[Bit]) -> String {
+    let mut name = format!("{}Outputs", block.name);
+    while context.program.blocks.iter().any(|b| b.name == name) {
+        name.push('2');
+    }
+    let bits: Vec<String> = lost.iter().map(|b| context.name(Address::Bit(*b))).collect();
+    let mut text = format!(
+        "take {} out of the stages of `{}`, and drive {} in a program behind it:\n\
+         [[program]]\nname = \"{name}\"\nautostart = true\nrung = [",
+        list(&bits.iter().map(|bit| format!("`{bit}`")).collect::<Vec<_>>()),
+        block.name,
+        if lost.len() == 1 { "it" } else { "them" },
+    );
+    for (bit, bit_name) in lost.iter().zip(&bits) {
+        let when = condition(context, stages, block, *bit);
+        text.push_str(&format!("\n  {{ when = [\"{when}\"], do = [\"OUT {bit_name}\"] }},"));
+    }
+    text.push_str("\n]");
+    text
+}
+
+/// The stages that turn the bit ON, with the conditions of their OUTs where these can be told.
+fn condition(context: &Context, stages: &Stages, block: &Block, bit: Bit) -> String {
+    let in_stages = |p: &Placed| p.place.block.id == block.id && p.place.stage.is_some();
+    let drivers: Vec<&Placed> =
+        context.drivers_of(bit).iter().map(|d| &d.placed).filter(|p| in_stages(p)).collect();
+    let outs = drivers.iter().all(|p| p.mnemonic() == Mnemonic::Out)
+        && !block.stages.iter().any(|stage| stages.sets(stage.id, bit));
+    let powers = drivers.iter().map(|p| context.power_from_outside(&p.place).filter(|_| outs));
+    context.any_of(powers).unwrap_or_else(|| {
+        let ids = block.stages.iter().map(|stage| stage.id);
+        let ids = ids.filter(|id| stages.drives(*id, bit) || stages.sets(*id, bit));
+        let names = ids.map(|id| context.name(Address::Bit(Bit::Stage(id))));
+        names.collect::<Vec<_>>().join(" | ")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn the_help_is_a_program_to_paste() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [
+              { when = ["$On"], do = ["OUT Y0", "OUT Y3"] },
+              { when = ["X1"], do = ["OUT Y1", "JMP B"] },
+            ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [
+              { when = ["X3"], do = ["OUT Y0"] },
+              { when = ["X2", "!X3"], do = ["OUT Y1", "JMP A"] },
+            ]
+            "#,
+            expect![[r#"
+                19:42 out-lost-on-jump-back
+                  this jump back turns `Y0` and `Y1` OFF for a scan: stage `B` terminates
+                  behind stage `A`, which drives them too
+                    take `Y0` and `Y1` out of the stages of `Day`, and drive them in a
+                    program behind it:
+                    [[program]]
+                    name = "DayOutputs"
+                    autostart = true
+                    rung = [
+                    { when = ["Day.A | (Day.B & X3)"], do = ["OUT Y0"] },
+                    { when = ["(Day.A & X1) | (Day.B & X2 & !X3)"], do = ["OUT Y1"] },
+                    ]
+            "#]],
+        );
+    }
+
+    #[test]
+    fn to_itself_and_to_a_later_one() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["OUT Y0", "JMP A", "JMP B"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["OUT Y0", "EXIT"] } ]
+            "#,
+            expect![[""]],
+        );
+    }
+
+    #[test]
+    fn diverge_converge_and_set() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["SET Y0", "RST Y0", "SGDIVRG B C"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["OUT Y1"] } ]
+
+            [[program.stage]]
+            name = "C"
+            rung = [ { when = ["X3"], do = ["OUT Y0", "SGCONVRG B C to=A"] } ]
+
+            [[program.stage]]
+            name = "D"
+            rung = [ { when = ["X3"], do = ["OUT Y1", "SGDIVRG B C"] } ]
+            "#,
+            expect![[r#"
+                18:44 out-lost-on-jump-back
+                  this jump back turns `Y0` OFF for a scan: stage `C` terminates behind
+                  stage `A`, which drives it too
+                    take `Y0` out of the stages of `Day`, and drive it in a program behind
+                    it:
+                    [[program]]
+                    name = "DayOutputs"
+                    autostart = true
+                    rung = [
+                    { when = ["Day.A | Day.C"], do = ["OUT Y0"] },
+                    ]
+                21:9 stage-never-entered
+                  stage `D` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or
+                  SGCONVRG leads to it
+                    enter it, from stage `C` say: `do = ["JMP D"]`
+                22:44 out-lost-on-jump-back
+                  this jump back turns `Y1` OFF for a scan: stage `D` terminates behind
+                  stage `B`, which drives it too
+                    take `Y1` out of the stages of `Day`, and drive it in a program behind
+                    it:
+                    [[program]]
+                    name = "DayOutputs"
+                    autostart = true
+                    rung = [
+                    { when = ["(Day.B & X2) | (Day.D & X3)"], do = ["OUT Y1"] },
+                    ]
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,29 @@
+//! What is reached from where: for stages that are entered and blocks that are started.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// All that the roots lead to, themselves included. An edge `(None, b)` reaches `b` from outside.
+pub fn reached<T: Ord + Copy>(
+    roots: impl IntoIterator<Item = T>,
+    edges: &[(Option<T>, T)],
+) -> BTreeSet<T> {
+    let mut leads: BTreeMap<Option<T>, Vec<T>> = BTreeMap::new();
+    for (from, to) in edges {
+        leads.entry(*from).or_default().push(*to);
+    }
+    let outside = leads.get(&None).into_iter().flatten().copied();
+    let mut open: Vec<T> = roots.into_iter().chain(outside).collect();
+    let mut reached = BTreeSet::new();
+    while let Some(next) = open.pop() {
+        if reached.insert(next) {
+            open.extend(leads.get(&Some(next)).into_iter().flatten());
+        }
+    }
+    reached
+}
+
+/// From where else than itself edges lead to it, each once.
+pub fn leading_to<T: Ord + Copy>(target: T, edges: &[(Option<T>, T)]) -> BTreeSet<T> {
+    let leading = edges.iter().filter(|(_, to)| *to == target);
+    leading.filter_map(|(from, _)| *from).filter(|from| *from != target).collect()
+}

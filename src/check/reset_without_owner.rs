@@ -1,0 +1,90 @@
+//! `reset-without-owner`: RSTCT, RSTT and RES name a structure that an instruction owns.
+//!
+//! Passes:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["X1"], do = ["RSTT T0"] },
+//! ]
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["TMR T0 preset=3s"] },
+//!   { when = ["X1"], do = ["RSTT T1"] },
+//! ]
+//! ```
+
+use crate::isa::{Address, Mnemonic, Structure};
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, Placed};
+use super::names::list;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    for reset in context.of(&[Mnemonic::Rstct, Mnemonic::Rstt, Mnemonic::Res]) {
+        if let Some(structure) = reset.structure().filter(|s| !context.is_owned(*s)) {
+            findings.push(finding(context, reset, structure));
+        }
+    }
+}
+
+fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
+    let said = context.say_structure(structure);
+    let message = format!("{} resets {said}, which no instruction owns", reset.name());
+    let name = context.name(Address::Structure(structure));
+    let add = match structure {
+        Structure::Counter(_) => format!("`UDCG {name}`"),
+        Structure::Timer(_) => format!("`TMR {name} preset=1s`"),
+        Structure::Sensaphone(_) => format!("`CTU {name} preset=1`"),
+    };
+    let owned: Vec<String> = context
+        .owners()
+        .map(|(owned, _)| owned)
+        .filter(|owned| owned.space_name() == structure.space_name())
+        .take(4)
+        .map(|owned| context.say_structure(owned))
+        .collect();
+    let help = if owned.is_empty() {
+        format!("add the instruction that it resets, such as {add}")
+    } else {
+        format!("owned are {}; or add the instruction that it resets, such as {add}", list(&owned))
+    };
+    Finding::new(Code::ResetWithoutOwner, reset.instruction.span, message)
+        .label("nothing to reset")
+        .help(help)
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn only_owned_structures_are_reset() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["TMR T0 preset=3s"] },
+            { when = ["X1"], do = ["RSTT T0", "RSTT T1"] },
+            { when = ["X2"], do = ["RSTCT CT3", "RES N5"] },
+            "#,
+            expect![[r#"
+                5:36 reset-without-owner
+                  RSTT resets `T1`, which no instruction owns
+                    owned are `T0`; or add the instruction that it resets, such as `TMR T1
+                    preset=1s`
+                6:25 reset-without-owner
+                  RSTCT resets `CT3`, which no instruction owns
+                    add the instruction that it resets, such as `UDCG CT3`
+                6:38 reset-without-owner
+                  RES resets `N5`, which no instruction owns
+                    add the instruction that it resets, such as `CTU N5 preset=1`
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,122 @@
+//! `retained-but-reset`: the controller file retains a structure whose owner resets it at every
+//! stop.
+//!
+//! The termination passes of an orderly stop run before memory is kept, so what is kept of a CNT is
+//! 0. UDCG, TMRAG and the Sensaphone counters have no termination logic. The finding lies at the
+//! owner, where it can be allowed; the range is told beside it.
+//!
+//! Passes: `ranges = ["CT0"]` and
+//!
+//! ```toml
+//! do = ["UDCG CT0 up-preset=12"]
+//! ```
+//!
+//! Fails: `ranges = ["CT0"]` and
+//!
+//! ```toml
+//! do = ["CNT CT0 preset=12"]
+//! ```
+
+use std::collections::BTreeSet;
+
+use crate::isa::instruction::Termination;
+use crate::isa::{Address, Structure, Word, WordSpace};
+use crate::resolve::range::{Range, Space};
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, Placed};
+use super::names::structure_kind;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    for (structure, owners) in context.owners() {
+        let Some(range) = context.retained.iter().find(|range| covers(range, structure)) else {
+            continue;
+        };
+        let resets = |p: &&Placed| p.mnemonic().spec().termination == Termination::Reset;
+        if let Some(owner) = owners.iter().find(resets) {
+            findings.push(finding(context, structure, owner, range));
+        }
+    }
+}
+
+fn covers(range: &Range, structure: Structure) -> bool {
+    let space = match structure {
+        Structure::Counter(_) => Space::Counter,
+        Structure::Timer(_) => Space::Timer,
+        Structure::Sensaphone(_) => Space::Sensaphone,
+    };
+    range.space == space && (range.first..=range.last).contains(&structure.number())
+}
+
+fn finding(context: &Context, structure: Structure, owner: &Placed, range: &Range) -> Finding {
+    let said = context.say_structure(structure);
+    let message = format!(
+        "{} {said} is retained, but {} resets it at every stop, before it is kept",
+        structure_kind(structure),
+        owner.name()
+    );
+    let name = context.name(Address::Structure(structure));
+    let help = match structure {
+        Structure::Timer(_) => format!("TMRAG keeps its time; `RSTT {name}` resets it"),
+        _ => {
+            let (word, and_retain) = word(context);
+            format!(
+                "UDCG keeps its count, and `RSTCT {name}` resets it; or keep a copy{and_retain}:\n\
+                 `MOVE {name}.Acc to={word}` in every scan, and in task FirstScan `MOVE {word} \
+                 to={name}.Acc`"
+            )
+        }
+    };
+    Finding::new(Code::RetainedButReset, owner.instruction.span, message)
+        .label("reset at every stop")
+        .related(range.span, "retained here")
+        .help(help)
+}
+
+/// A retained D that the ladder does not name; else `D0`, which is then to be retained too.
+fn word(context: &Context) -> (Word, &'static str) {
+    let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
+    let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));
+    let words = data.flat_map(|range| range.first..=range.last);
+    match words
+        .map(|n| Word::Space(WordSpace::D, n))
+        .find(|word| !named.contains(&Address::Word(*word)))
+    {
+        Some(word) => (word, ""),
+        None => (Word::Space(WordSpace::D, 0), ", in a word that you retain"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_retained;
+
+    #[test]
+    fn owners_with_termination_logic() {
+        check_retained(
+            "ranges = [\"CT0..CT2\", \"T0..T1\", \"N0\", \"D10..D20\"]",
+            r#"
+            { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=12"] },
+            { leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT1 up-preset=12"] },
+            { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT3 preset=12"] },
+            { when = ["X0"], do = ["TMR T0 preset=3s", "TMRAG T1 preset=3s"] },
+            { when = ["X0"], do = ["CTU N0 preset=3", "MOVE 0 to=D10"] },
+            "#,
+            expect![[r#"
+                4:45 retained-but-reset
+                  counter `CT0` is retained, but CNT resets it at every stop, before it is
+                  kept
+                    UDCG keeps its count, and `RSTCT CT0` resets it; or keep a copy:
+                    `MOVE CT0.Acc to=D11` in every scan, and in task FirstScan `MOVE D11
+                    to=CT0.Acc`
+                7:25 retained-but-reset
+                  timer `T0` is retained, but TMR resets it at every stop, before it is
+                  kept
+                    TMRAG keeps its time; `RSTT T0` resets it
+            "#]],
+        );
+    }
+}

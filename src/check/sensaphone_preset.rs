@@ -1,0 +1,130 @@
+//! `sensaphone-preset`: of the CTU and the CTD of one counter, one states the preset, or both the
+//! same.
+//!
+//! A constant is what PRE holds at a cold start, a location is copied at every execution; a
+//! constant beside a location is two different presets too.
+//!
+//! Passes:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["CTU N0 preset=5"] },
+//!   { when = ["X1"], do = ["CTD N0"] },
+//! ]
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["CTU N0"] },
+//!   { when = ["X1"], do = ["CTD N0"] },
+//! ]
+//! ```
+
+use crate::isa::{Address, Structure};
+use crate::resolve::program::{Arg, ArgValue, Value};
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, Placed};
+use super::names::list;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    for (structure, owners) in context.owners() {
+        if !matches!(structure, Structure::Sensaphone(_)) {
+            continue;
+        }
+        let stated: Vec<(&Placed, &Arg)> =
+            owners.iter().filter_map(|o| o.instruction.arg("preset").map(|arg| (o, arg))).collect();
+        match stated.as_slice() {
+            [] => findings.push(none_stated(context, structure, owners)),
+            [first, others @ ..] => {
+                let other = others.iter().filter(|other| !same(first.1, other.1));
+                findings.extend(other.map(|other| different(context, structure, *first, *other)));
+            }
+        }
+    }
+}
+
+fn same(a: &Arg, b: &Arg) -> bool {
+    match (a.value, b.value) {
+        (ArgValue::Value(Value::Const(a, _)), ArgValue::Value(Value::Const(b, _))) => a == b,
+        (a, b) => a == b,
+    }
+}
+
+fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Finding {
+    let said = context.say_structure(structure);
+    let names: Vec<String> = owners.iter().map(|o| o.name().to_owned()).collect();
+    let verb = if owners.len() == 1 { "does" } else { "do" };
+    let message =
+        format!("{} of {said} {verb} not state a preset: .DN compares with it", list(&names));
+    let name = context.name(Address::Structure(structure));
+    let mut finding = Finding::new(Code::SensaphonePreset, owners[0].instruction.span, message)
+        .label("preset missing")
+        .help(format!("`{} {name} preset=10`", owners[0].name()));
+    for other in &owners[1..] {
+        finding = finding.related(other.instruction.span, "nor here");
+    }
+    finding
+}
+
+fn different(
+    context: &Context,
+    structure: Structure,
+    first: (&Placed, &Arg),
+    second: (&Placed, &Arg),
+) -> Finding {
+    let said = context.say_structure(structure);
+    let name = context.name(Address::Structure(structure));
+    let message = format!(
+        "{} and {} of {said} state different presets: a counter has one",
+        first.0.name(),
+        second.0.name()
+    );
+    Finding::new(Code::SensaphonePreset, second.1.span, message)
+        .label("another preset")
+        .related(first.1.span, "the first")
+        .help(format!("leave it out here: `{} {name}`", second.0.name()))
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn none_one_and_two_presets() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["CTU N0"] },
+            { when = ["X1"], do = ["CTD N0"] },
+            { when = ["X0"], do = ["CTU N1 preset=5"] },
+            { when = ["X1"], do = ["CTD N1"] },
+            { when = ["X0"], do = ["CTU N2 preset=5"] },
+            { when = ["X1"], do = ["CTD N2 preset=6"] },
+            { when = ["X0"], do = ["CTU N3 preset=5"] },
+            { when = ["X1"], do = ["CTD N3 preset=D0"] },
+            { when = ["X0"], do = ["CTU N4 preset=D0"] },
+            { when = ["X1"], do = ["CTD N4 preset=D0"] },
+            { when = ["X1"], do = ["CTD N5"] },
+            "#,
+            expect![[r#"
+                4:25 sensaphone-preset
+                  CTU and CTD of `N0` do not state a preset: .DN compares with it
+                    `CTU N0 preset=10`
+                9:39 sensaphone-preset
+                  CTU and CTD of `N2` state different presets: a counter has one
+                    leave it out here: `CTD N2`
+                11:39 sensaphone-preset
+                  CTU and CTD of `N3` state different presets: a counter has one
+                    leave it out here: `CTD N3`
+                14:25 sensaphone-preset
+                  CTD of `N5` does not state a preset: .DN compares with it
+                    `CTD N5 preset=10`
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,73 @@
+//! `set-never-reset`: a bit is SET, and nothing ever turns it OFF.
+//!
+//! RST and PONOFF turn a bit OFF, and so do its drivers (see `duplicate_out`). MC bits are left
+//! out: a Modbus client writes them.
+//!
+//! Passes:
+//!
+//! ```toml
+//! rung = [
+//!   { when = ["X0"], do = ["SET C0"] },
+//!   { when = ["X1"], do = ["RST C0"] },
+//! ]
+//! ```
+//!
+//! Fails: the first rung alone.
+
+use std::collections::BTreeSet;
+
+use crate::isa::{Address, Bit, BitSpace, Mnemonic};
+use crate::source::finding::{Code, Finding};
+
+use super::context::Context;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let mut off: BTreeSet<Bit> = context.drivers().map(|(bit, _)| bit).collect();
+    let resets = context.of(&[Mnemonic::Rst, Mnemonic::Ponoff]);
+    off.extend(resets.filter_map(|p| p.bit().map(|(bit, _)| bit)));
+    for set in context.of(&[Mnemonic::Set]) {
+        let Some((bit, span)) = set.bit() else { continue };
+        // One finding a bit is enough: the first SET.
+        if matches!(bit, Bit::Space(BitSpace::Mc, _)) || !off.insert(bit) {
+            continue;
+        }
+        let message = format!("{} is SET, and nothing ever turns it OFF", context.say_bit(bit));
+        let name = context.name(Address::Bit(bit));
+        findings.push(Finding::new(Code::SetNeverReset, span, message).label("stays ON").help(
+            format!(
+                "`RST {name}` in a rung that says when, or `OUT {name}` if the bit is to follow \
+                 this rung"
+            ),
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn what_turns_a_bit_off() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["SET C0", "SET C1", "SET C2", "SET C3"] },
+            { when = ["X0"], do = ["SET C4", "SET MC1", "SET Y0"] },
+            { when = ["X1"], do = ["RST C0", "PONOFF C1", "OUT C2"] },
+            { when = ["X2"], do = ["ONDTMR T0 preset=1s output=C3", "SET C4"] },
+            "#,
+            expect![[r#"
+                5:29 set-never-reset
+                  `C4` is SET, and nothing ever turns it OFF
+                    `RST C4` in a rung that says when, or `OUT C4` if the bit is to follow
+                    this rung
+                5:50 set-never-reset
+                  `Y0` is SET, and nothing ever turns it OFF
+                    `RST Y0` in a rung that says when, or `OUT Y0` if the bit is to follow
+                    this rung
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,118 @@
+//! `allow`: which warnings their author silenced, and where.
+//!
+//! A rung's `allow` silences the warnings that begin in the rung, `[ladder] allow` those of its
+//! file. A warning of several places is silenced at the one that it is reported at. Errors are
+//! never silenced.
+
+use crate::resolve::program::Program;
+use crate::source::finding::{Finding, Severity};
+use crate::source::span::{FileId, Span};
+
+/// The findings without those that are allowed; the readers' warnings may be among them.
+pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
+    let allows = rung_allows(program);
+    let silenced = |finding: &Finding| {
+        let name = finding.code.name();
+        let in_file =
+            |(file, allowed): &(FileId, String)| allowed == name && *file == finding.span.file;
+        program.allow.iter().any(in_file)
+            || allows
+                .iter()
+                .any(|(allowed, extent)| *allowed == name && begins_in(*extent, finding.span))
+    };
+    findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
+}
+
+/// What rungs allow, and where.
+fn rung_allows(program: &Program) -> Vec<(&str, Span)> {
+    let rungs = program.blocks.iter().flat_map(|block| {
+        block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
+    });
+    rungs.flat_map(|rung| rung.allow.iter().map(|name| (name.as_str(), rung.extent))).collect()
+}
+
+fn begins_in(extent: Span, span: Span) -> bool {
+    extent.file == span.file && (extent.start..extent.end).contains(&span.start)
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::{check, check_main};
+
+    #[test]
+    fn a_rung_silences_what_begins_in_it() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+
+            [[program.rung]]
+            allow = ["bare-timer-value"]
+            when = ["T0.Acc > 5"]
+            do = ["TMR T0 preset=5"]
+
+            [[program.rung.branch]]
+            when = ["X0"]
+            do = ["TMR T1 preset=5", "SET C0"]
+
+            [[program.rung]]
+            when = ["X0"]
+            do = ["TMR T2 preset=5"]
+            "#,
+            expect![[r#"
+                11:31 set-never-reset
+                  `C0` is SET, and nothing ever turns it OFF
+                    `RST C0` in a rung that says when, or `OUT C0` if the bit is to follow
+                    this rung
+                15:22 bare-timer-value
+                  preset=5 of TMR has no unit: ms or s?
+                    `preset=5ms`, as it is read now, or `preset=5s`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_rung_of_one_line_silences_itself_alone() {
+        check_main(
+            r#"
+            { allow = ["bare-timer-value"], when = ["X0"], do = ["TMR T0 preset=5"] },
+            { when = ["X0"], do = ["TMR T1 preset=5"] },
+            { when = ["X0"], do = ["TMR T2 preset=5"], allow = ["bare-timer-value"] },
+            "#,
+            expect![[r#"
+                5:39 bare-timer-value
+                  preset=5 of TMR has no unit: ms or s?
+                    `preset=5ms`, as it is read now, or `preset=5s`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_ladder_silences_in_its_file_and_errors_stay() {
+        check(
+            r#"
+            [ladder]
+            allow = ["bare-timer-value", "duplicate-out"]
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["TMR T2 preset=5", "OUT Y0"] },
+              { when = ["X1"], do = ["OUT Y0"] },
+            ]
+            "#,
+            expect![[r#"
+                2:31 unknown-allow
+                  `duplicate-out` is an error: it cannot be silenced
+                8:29 duplicate-out
+                  `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in
+                  program `Main`, rung 2: the first has no effect
+                    drive it in one rung, if either condition is to turn it ON:
+                    when = ["X0 | X1"]
+                    do = ["OUT Y0"]
+            "#]],
+        );
+    }
+}

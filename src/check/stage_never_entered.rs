@@ -1,0 +1,168 @@
+//! `stage-never-entered`: from a program's initial stage and its own rungs, nothing leads to this
+//! stage.
+//!
+//! JMP, SGSET, SGDIVRG and SGCONVRG lead to a stage. A stage that only itself, or only another
+//! stage without an entry, leads to is never entered either.
+//!
+//! Passes:
+//!
+//! ```toml
+//! [[program.stage]]
+//! name = "Open"
+//! rung = [ { when = ["X0"], do = ["JMP Close"] } ]
+//!
+//! [[program.stage]]
+//! name = "Close"
+//! rung = [ { when = ["X1"], do = ["EXIT"] } ]
+//! ```
+//!
+//! Fails: the same with `do = ["EXIT"]` in `Open`.
+
+use crate::isa::{Mnemonic, StageId};
+use crate::resolve::program::{Block, Stage};
+use crate::source::finding::{Code, Finding};
+
+use super::context::Context;
+use super::names::list;
+use super::reach::{leading_to, reached};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let edges = entries(context);
+    let blocks = &context.program.blocks;
+    let initial = blocks.iter().filter_map(|block| block.stages.first()).map(|stage| stage.id);
+    let reached = reached(initial, &edges);
+    for block in blocks {
+        let never = block.stages.iter().enumerate().filter(|(_, s)| !reached.contains(&s.id));
+        findings.extend(never.map(|(at, stage)| finding(context, block, (at, stage), &edges)));
+    }
+}
+
+/// Which stage leads to which; from a program's own rungs it is `None`.
+fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
+    const ENTERING: [Mnemonic; 4] =
+        [Mnemonic::Jmp, Mnemonic::Sgset, Mnemonic::Sgdivrg, Mnemonic::Sgconvrg];
+    let entering = context.of(&ENTERING);
+    let pairs = entering.flat_map(|p| {
+        let from = p.place.stage.map(|stage| stage.id);
+        p.stages_entered().map(move |to| (from, to))
+    });
+    pairs.collect()
+}
+
+fn finding(
+    context: &Context,
+    block: &Block,
+    (at, stage): (usize, &Stage),
+    edges: &[(Option<StageId>, StageId)],
+) -> Finding {
+    let from: Vec<String> = leading_to(stage.id, edges)
+        .into_iter()
+        .map(|from| format!("`{}`", context.program.stage(from).name))
+        .collect();
+    let why = match from.as_slice() {
+        [] => "no JMP, SGSET, SGDIVRG or SGCONVRG leads to it".to_owned(),
+        _ => format!("only {} leads to it, which is never entered either", list(&from)),
+    };
+    let before = &block.stages[at.saturating_sub(1)].name;
+    let help = match from.as_slice() {
+        [] => format!("enter it, from stage `{before}` say: `do = [\"JMP {}\"]`", stage.name),
+        _ => format!("enter {} from a stage that is", list(&from)),
+    };
+    let message =
+        format!("stage `{}` of program `{}` is never entered: {why}", stage.name, block.name);
+    Finding::new(Code::StageNeverEntered, stage.span, message).label("never ON").help(help)
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn nothing_leads_there() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["JMP B"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["EXIT"] } ]
+
+            [[program.stage]]
+            name = "Alone"
+            rung = [ { when = ["X2"], do = ["JMP Alone", "JMP Behind"] } ]
+
+            [[program.stage]]
+            name = "Behind"
+            rung = [ { when = ["X2"], do = ["JMP A"] } ]
+            "#,
+            expect![[r#"
+                17:9 stage-never-entered
+                  stage `Alone` of program `Day` is never entered: no JMP, SGSET, SGDIVRG
+                  or SGCONVRG leads to it
+                    enter it, from stage `B` say: `do = ["JMP Alone"]`
+                21:9 stage-never-entered
+                  stage `Behind` of program `Day` is never entered: only `Alone` leads to
+                  it, which is never entered either
+                    enter `Alone` from a stage that is
+            "#]],
+        );
+    }
+
+    #[test]
+    fn own_rungs_and_all_instructions_lead() {
+        check(
+            r#"
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["RUN Day"] } ]
+
+            [[program]]
+            name = "Day"
+
+            rung = [ { when = ["X2"], do = ["SGSET B", "SGCONVRG B to=E"] } ]
+
+            [[program.stage]]
+            name = "A"
+            rung = [ { when = ["X1"], do = ["SGDIVRG C D"] } ]
+
+            [[program.stage]]
+            name = "B"
+            rung = [ { when = ["X2"], do = ["OUT Y0"] } ]
+
+            [[program.stage]]
+            name = "C"
+            rung = [ { when = ["X2"], do = ["OUT Y1"] } ]
+
+            [[program.stage]]
+            name = "D"
+            rung = [ { when = ["X2"], do = ["OUT Y2"] } ]
+
+            [[program.stage]]
+            name = "E"
+            rung = [ { when = ["X2"], do = ["SGRST F"] } ]
+
+            [[program.stage]]
+            name = "F"
+            rung = [ { when = ["X2"], do = ["OUT Y3"] } ]
+            "#,
+            expect![[r#"
+                31:9 stage-never-entered
+                  stage `F` of program `Day` is never entered: no JMP, SGSET, SGDIVRG or
+                  SGCONVRG leads to it
+                    enter it, from stage `E` say: `do = ["JMP F"]`
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,80 @@
+//! One door for the tests of all rules: ladder text in, one line a finding out.
+
+use expect_test::Expect;
+
+use crate::resolve::controller::resolve_controller;
+use crate::resolve::program::Program;
+use crate::resolve::{LoadOptions, load_ladders};
+use crate::source::controller;
+use crate::source::finding::Finding;
+use crate::source::span::{FileId, SourceFile};
+
+/// Loads the ladder, checks it and silences what it allows. Indentation and blank lines around it
+/// do not count.
+pub fn check(ladder: &str, expected: Expect) {
+    let lines: Vec<&str> = ladder.trim().lines().map(str::trim_start).collect();
+    let ladder = lines.join("\n");
+    expected.assert_eq(&print(&ladder, &findings(&ladder)));
+}
+
+/// [`check`] of rungs of `Main`, one inline table a line: rung k stands in line k + 3.
+pub fn check_main(rungs: &str, expected: Expect) {
+    check(&format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.trim()), expected);
+}
+
+/// [`check_main`] beside a controller file with this in its `[retain]`.
+pub fn check_retained(retain: &str, rungs: &str, expected: Expect) {
+    let rungs: Vec<&str> = rungs.trim().lines().map(str::trim_start).collect();
+    let ladder = format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.join("\n"));
+    let (program, _) = load(&ladder);
+    let program = program.expect("the ladder has no errors");
+    let text = format!("ladder = [\"test.toml\"]\n[retain]\n{retain}\n");
+    let (written, found) = controller::read(&text, FileId(1));
+    assert!(found.is_empty(), "{found:?}");
+    let (resolved, found) = resolve_controller(&written.expect("it is TOML"), &program);
+    assert!(found.is_empty(), "{found:?}");
+    expected.assert_eq(&print(&ladder, &super::check(&program, &resolved.retain)));
+}
+
+/// The findings of a ladder.
+fn findings(ladder: &str) -> Vec<Finding> {
+    let (program, mut findings) = load(ladder);
+    let Some(program) = program else { return findings };
+    findings.extend(super::check(&program, &[]));
+    super::silence(&program, findings)
+}
+
+/// The resolved program of a ladder, and what reading and resolving found.
+pub fn load(ladder: &str) -> (Option<Program>, Vec<Finding>) {
+    let file = SourceFile { name: "test.toml".to_owned(), text: ladder.to_owned() };
+    load_ladders(&[file], &LoadOptions::default())
+}
+
+/// `line:col name`, the message and, further in, the help; long lines are folded.
+fn print(ladder: &str, findings: &[Finding]) -> String {
+    let file = SourceFile { name: String::new(), text: ladder.to_owned() };
+    let mut text = String::new();
+    for finding in findings {
+        let (line, column) = file.line_column(finding.span.start);
+        text.push_str(&format!("{line}:{column} {}\n", finding.code.name()));
+        fold(&finding.message, "  ", &mut text);
+        finding.help.iter().flat_map(|help| help.lines()).for_each(|line| {
+            fold(line, "    ", &mut text);
+        });
+    }
+    text
+}
+
+fn fold(line: &str, indent: &str, text: &mut String) {
+    let mut width = 0;
+    for word in line.split_whitespace() {
+        let fits = width > 0 && width + 1 + word.len() <= 72;
+        if width > 0 && !fits {
+            text.push('\n');
+        }
+        text.push_str(if fits { " " } else { indent });
+        text.push_str(word);
+        width = word.len() + if fits { width + 1 } else { 0 };
+    }
+    text.push('\n');
+}

@@ -1,0 +1,106 @@
+//! `unused-tag`: nothing in the ladder names this tag, nor a member of it.
+//!
+//! A tag with `alarm` or `log` does its work without being named, and `spare = true` says that it
+//! is meant. A ladder that names the address instead is told so.
+//!
+//! Passes:
+//!
+//! ```toml
+//! [tags]
+//! infeed_2 = { at = "X1", spare = true }
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! [tags]
+//! infeed_2 = { at = "X1" }
+//! ```
+
+use crate::isa::Address;
+use crate::resolve::program::{Tag, TagMeaning};
+use crate::source::finding::{Code, Finding};
+
+use super::context::Context;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let idle = |tag: &&Tag| !tag.used && !tag.spare && tag.alarm.is_none() && !tag.log_changes;
+    findings.extend(context.program.tags.iter().filter(idle).map(|tag| finding(context, tag)));
+}
+
+fn finding(context: &Context, tag: &Tag) -> Finding {
+    let name = &tag.name;
+    let finding = |message| Finding::new(Code::UnusedTag, tag.span, message).label("unused");
+    match tag.meaning {
+        TagMeaning::Address(address) if is_named(context, address) => finding(format!(
+            "nothing names tag `{name}`, though the ladder uses {address} by its address"
+        ))
+        .help(format!("write `{name}` where the ladder says `{address}`")),
+        TagMeaning::Address(address) => finding(format!("nothing names tag `{name}` ({address})"))
+            .help(format!(
+                "delete it, or say that it is meant: `{name} = {{ at = \"{address}\", spare = \
+                 true }}`"
+            )),
+        TagMeaning::Constant(..) => finding(format!("nothing names the constant `{name}`"))
+            .help("delete it, or say that it is meant: `spare = true`"),
+    }
+}
+
+fn is_named(context: &Context, address: Address) -> bool {
+    match address {
+        Address::Structure(structure) => {
+            context.instructions.iter().any(|p| p.structure() == Some(structure))
+                || context.program.operands.iter().any(|operand| {
+                    structure.member_addresses().any(|member| member == operand.address)
+                })
+        }
+        address => context.program.operands.iter().any(|operand| operand.address == address),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check;
+
+    #[test]
+    fn what_counts_as_use() {
+        check(
+            r#"
+            [tags]
+            never = { at = "X1" }
+            spare = { at = "X2", spare = true }
+            bare = { at = "X3" }
+            alarmed = { at = "C1", alarm = "Look" }
+            logged = { at = "C2", log = "change" }
+            counter = { at = "CT0" }
+            by_address = { at = "T0" }
+            limit = { value = 5 }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X3", "counter.Done"], do = ["OUT Y0"] },
+              { when = ["X4"], do = ["TMR T0 preset=1s"] },
+            ]
+            "#,
+            expect![[r#"
+                2:1 unused-tag
+                  nothing names tag `never` (X1)
+                    delete it, or say that it is meant: `never = { at = "X1", spare = true
+                    }`
+                4:1 unused-tag
+                  nothing names tag `bare`, though the ladder uses X3 by its address
+                    write `bare` where the ladder says `X3`
+                8:1 unused-tag
+                  nothing names tag `by_address`, though the ladder uses T0 by its address
+                    write `by_address` where the ladder says `T0`
+                9:1 unused-tag
+                  nothing names the constant `limit`
+                    delete it, or say that it is meant: `spare = true`
+            "#]],
+        );
+    }
+}

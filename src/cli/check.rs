@@ -1,0 +1,68 @@
+//! `rungd check`: are these files right? Findings on standard error, and the exit code.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+
+use super::exit::Exit;
+use crate::load::{self, Loaded};
+use crate::source::render::{Style, refuses, render};
+
+/// Checks ladder files and controller files, and prints everything found in them.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// Ladder files, which together are one program, and controller files, which each bring
+    /// their own
+    #[arg(required = true, value_name = "FILE.toml")]
+    files: Vec<PathBuf>,
+    /// Make warnings errors
+    #[arg(long, value_name = "WHAT")]
+    deny: Option<Deny>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Deny {
+    Warnings,
+}
+
+/// Checks the files.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn check(args: &CheckArgs) -> Result<Exit> {
+    let style = style(args.deny.is_some());
+    let mut ladders = Vec::new();
+    let mut all = Loaded::default();
+    for path in &args.files {
+        if load::is_controller_file(path)? {
+            append(&mut all, load::controller_file(path)?);
+        } else {
+            ladders.push(path.clone());
+        }
+    }
+    if !ladders.is_empty() {
+        append(&mut all, load::ladder_files(&ladders)?);
+    }
+    super::say(&render(&all.findings, &all.files, style));
+    Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })
+}
+
+/// Joins the files and findings of two loads; those of the second get new numbers.
+fn append(all: &mut Loaded, mut loaded: Loaded) {
+    let shift = all.files.len() as u32;
+    for finding in &mut loaded.findings {
+        finding.span.file.0 += shift;
+        finding.related.iter_mut().for_each(|(span, _)| span.file.0 += shift);
+    }
+    all.files.append(&mut loaded.files);
+    all.findings.append(&mut loaded.findings);
+}
+
+/// How findings are shown on standard error.
+pub fn style(deny_warnings: bool) -> Style {
+    let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
+        || std::env::var_os("TERM").is_some_and(|value| value == "dumb");
+    Style { color: std::io::stderr().is_terminal() && !plain, deny_warnings }
+}

@@ -1,0 +1,62 @@
+//! Exit codes: what a script, and systemd, can tell from the outside. `docs/exit-codes.md` is
+//! the page for people; a test keeps the two alike.
+
+use std::io;
+
+/// How the process ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// What was asked for is done.
+    Ok = 0,
+    /// The command line is wrong.
+    Usage = 2,
+    /// A bug in rungd.
+    Software = 70,
+    /// A file, port or device could not be read, written or opened.
+    Io = 74,
+    /// A controller ended otherwise than in an orderly way: a fault came before the last of
+    /// `--scans`, or a second signal before the passes.
+    Fault = 75,
+    /// A ladder, controller or stimulus file is wrong. A restart does not help.
+    Config = 78,
+}
+
+impl Exit {
+    /// All of them, with their names.
+    pub const ALL: [(Exit, &'static str); 6] = [
+        (Exit::Ok, "OK"),
+        (Exit::Usage, "USAGE"),
+        (Exit::Software, "SOFTWARE"),
+        (Exit::Io, "IO"),
+        (Exit::Fault, "FAULT"),
+        (Exit::Config, "CONFIG"),
+    ];
+
+    /// The code of a failure: the environment's if an I/O error is at its root, else the files'.
+    pub fn of(error: &anyhow::Error) -> Exit {
+        match error.chain().find_map(|cause| cause.downcast_ref::<io::Error>()) {
+            Some(_) => Exit::Io,
+            None => Exit::Config,
+        }
+    }
+}
+
+/// Whether a failure is only that nobody reads our output any more (`… | head`).
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let io = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
+    io.is_some_and(|io| io.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_lists_every_code() {
+        let page = include_str!("../../docs/exit-codes.md");
+        for (exit, name) in Exit::ALL {
+            let row = format!("| {} | `{name}` |", exit as i32);
+            assert!(page.contains(&row), "{row}");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! `rungd explain`: an instruction from the instruction table, or a finding from its page.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+use anyhow::Result;
+use clap::Args;
+
+use super::exit::Exit;
+use crate::check::page;
+use crate::isa::instruction::{self, Mnemonic, Termination};
+use crate::isa::{Kind, LegName, Spec};
+use crate::source::finding::{self, Code, Severity};
+use crate::source::nearest::nearest;
+
+/// Explains an instruction (`CNT`) or a finding (`missing-leg`); without a name, lists them all.
+#[derive(Args, Debug)]
+pub struct ExplainArgs {
+    /// A mnemonic or the name of a finding
+    #[arg(value_name = "NAME")]
+    name: Option<String>,
+}
+
+/// Prints the explanation.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn explain(args: &ExplainArgs) -> Result<Exit> {
+    let text = match &args.name {
+        None => list(),
+        Some(name) => match explanation(name) {
+            Some(text) => text,
+            None => {
+                let known = instruction::TABLE.iter().map(|spec| spec.name);
+                let known = known.chain(finding::TABLE.iter().map(|row| row.name));
+                let near = nearest(name, known);
+                let near = near.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
+                super::say(&format!("rungd: no instruction or finding is called `{name}`{near}\n"));
+                return Ok(Exit::Usage);
+            }
+        },
+    };
+    std::io::stdout().lock().write_all(text.as_bytes())?;
+    Ok(Exit::Ok)
+}
+
+/// The text for a mnemonic in any case, or a finding's name.
+pub fn explanation(name: &str) -> Option<String> {
+    if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
+        return Some(of_instruction(mnemonic.spec()));
+    }
+    Code::from_name(&name.to_ascii_lowercase()).map(of_finding)
+}
+
+fn list() -> String {
+    let mut text = "Instructions:\n".to_owned();
+    for spec in instruction::TABLE {
+        let _ = writeln!(text, "  {:<36} {}", spec.form(), spec.title);
+    }
+    for (title, severity) in [("Errors", Severity::Error), ("Warnings", Severity::Warning)] {
+        let _ = writeln!(text, "\n{title}:");
+        for row in finding::TABLE.iter().filter(|row| row.severity == severity) {
+            let _ = writeln!(text, "  {:<24} {}", row.name, row.summary);
+        }
+    }
+    text
+}
+
+fn of_instruction(spec: &Spec) -> String {
+    let mut text = format!("{}: {}\n\n", spec.name, spec.title);
+    for line in wrapped(spec.summary, 78) {
+        let _ = writeln!(text, "{line}");
+    }
+    let legs: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
+    let _ = writeln!(text, "\n  form         {}", spec.form());
+    let _ = writeln!(text, "  legs         {}", legs.join(", "));
+    for (at, operand) in spec.operands.iter().enumerate() {
+        let head = if at == 0 { "operands" } else { "" };
+        let optional = if operand.optional { ", or left out" } else { "" };
+        let kind = describe(operand.kind);
+        let _ = writeln!(text, "  {head:<12} {:<10} {kind}{optional}", operand.name);
+    }
+    let _ = writeln!(text, "  termination  {}", termination(spec.termination));
+    let _ = writeln!(text, "  source       {}", spec.source);
+    let _ = writeln!(text, "\nExample:\n\n{}", indented(&example(spec)));
+    text
+}
+
+fn of_finding(code: Code) -> String {
+    page(code.name()).map(for_a_terminal).unwrap_or_default()
+}
+
+/// A page without the marks that only its test reads, and the blank lines around them.
+fn for_a_terminal(page: &str) -> String {
+    let mut lines: Vec<&str> = Vec::new();
+    for line in page.lines().filter(|line| !line.starts_with("<!--")) {
+        if !(line.is_empty() && lines.last().is_some_and(|last| last.is_empty())) {
+            lines.push(line);
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+fn termination(termination: Termination) -> &'static str {
+    match termination {
+        Termination::Off => "the bit it drives goes OFF",
+        Termination::Reset => "its structure is reset, and its output bit goes OFF",
+        Termination::Kept => "what it wrote is kept",
+        Termination::Untouched => "none: it keeps its value when its block stops",
+        Termination::RungOff => "as with its rung OFF",
+    }
+}
+
+fn describe(kind: Kind) -> String {
+    match kind {
+        Kind::WritableBit => "a bit that a program can write: Y, C, MC, MI".to_owned(),
+        Kind::WritableWord => "a word that a program can write: V, D, MHR, MIR, .Acc".to_owned(),
+        Kind::Counter => "a counter: CTn".to_owned(),
+        Kind::Timer => "a timer: Tn".to_owned(),
+        Kind::Sensaphone => "a Sensaphone counter: Nn".to_owned(),
+        Kind::Value(i32::MIN, i32::MAX) => "a constant or a word".to_owned(),
+        Kind::Value(least, most) => format!("a constant {least}..{most}, or a word"),
+        Kind::Duration => "a duration, or a word that holds ms".to_owned(),
+        Kind::Interval => "a duration, or a word that holds ms; 0: every scan".to_owned(),
+        Kind::Program => "a program".to_owned(),
+        Kind::Block => "a program or a task".to_owned(),
+        Kind::Task => "a task".to_owned(),
+        Kind::Stage => "a stage of the same program".to_owned(),
+        Kind::Stages => "one or more stages of the same program".to_owned(),
+    }
+}
+
+/// A rung with the instruction, as it can be pasted.
+fn example(spec: &Spec) -> String {
+    let mut words = vec![spec.name.to_owned()];
+    for operand in spec.operands {
+        let value = match operand.kind {
+            Kind::WritableBit => "Y0",
+            Kind::WritableWord => "D0",
+            Kind::Counter => "CT0",
+            Kind::Timer => "T0",
+            Kind::Sensaphone => "N0",
+            Kind::Value(..) if operand.name == "dn-preset" => "0",
+            Kind::Value(..) => "12",
+            Kind::Duration => "2s500ms",
+            Kind::Interval => "1s",
+            Kind::Program | Kind::Block => "Drain",
+            Kind::Task => "Housekeeping",
+            Kind::Stage => "Close",
+            Kind::Stages => "Left Right",
+        };
+        words.push(match operand.key {
+            Some(key) => format!("{key}={value}"),
+            None => value.to_owned(),
+        });
+    }
+    let mut lines = vec!["[[program.rung]]".to_owned()];
+    for (at, leg) in spec.legs.iter().enumerate() {
+        let key = match leg {
+            LegName::When => "when".to_owned(),
+            leg => format!("leg.{}", leg.key()),
+        };
+        lines.push(format!("{key:<7} = [\"X{at}\"]"));
+    }
+    lines.push(format!("{:<7} = [\"{}\"]", "do", words.join(" ")));
+    lines.join("\n") + "\n"
+}
+
+fn indented(text: &str) -> String {
+    text.lines().map(|line| format!("  {line}\n")).collect()
+}
+
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.len() - 1;
+        if !lines[last].is_empty() && lines[last].len() + 1 + word.len() > width {
+            lines.push(word.to_owned());
+            continue;
+        }
+        if !lines[last].is_empty() {
+            lines[last].push(' ');
+        }
+        lines[last].push_str(word);
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resolve::{LoadOptions, load_ladders};
+    use crate::source::span::SourceFile;
+
+    /// Stages for those that work on stages, and the blocks that others name.
+    const AROUND: &str = "[[program]]\nname = \"Drain\"\n[[task]]\nname = \"Housekeeping\"\n";
+    const STAGES: &str = "[[program.stage]]\nname = \"Close\"\n[[program.stage]]\nname = \"Left\"\n\
+                          [[program.stage]]\nname = \"Right\"\n";
+
+    #[test]
+    fn every_example_can_be_pasted() {
+        for spec in instruction::TABLE {
+            let example = example(spec);
+            let text = format!("[[program]]\nname = \"Main\"\n{example}{STAGES}{AROUND}");
+            let file = SourceFile { name: "example.toml".into(), text };
+            let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+            assert!(program.is_some(), "{example}{findings:#?}");
+        }
+    }
+
+    #[test]
+    fn an_instruction_is_explained() {
+        expect_test::expect![[r#"
+            CNT: Up counter
+
+            Adds one at each rising edge of UP. Done while .Acc >= preset; counts on past
+            it. RST holds .Acc at 0 and has priority.
+
+              form         CNT ct preset=v
+              legs         up, rst
+              operands     ct         a counter: CTn
+                           preset     a constant 0..2147483647, or a word
+              termination  its structure is reset, and its output bit goes OFF
+              source       seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)
+
+            Example:
+
+              [[program.rung]]
+              leg.up  = ["X0"]
+              leg.rst = ["X1"]
+              do      = ["CNT CT0 preset=12"]
+
+        "#]]
+        .assert_eq(&explanation("cnt").unwrap_or_default());
+    }
+
+    #[test]
+    fn everything_has_an_explanation() {
+        for row in finding::TABLE {
+            assert!(explanation(row.name).is_some_and(|text| text.contains(row.name)));
+        }
+        assert_eq!(explanation("no-such-thing"), None);
+    }
+}

@@ -1,0 +1,98 @@
+//! `rungd run`: a controller file in; a controller that scans until it is told to stop.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::Result;
+use clap::Args;
+use tracing::error;
+
+use super::check::style;
+use super::exit::Exit;
+use crate::daemon::log::{self, LogFormat, LogLevel};
+use crate::daemon::{self, Ending, Failure, Options, config};
+use crate::isa::duration;
+use crate::load;
+use crate::source::render::{refuses, render};
+
+/// Runs a controller: scans its ladder at a fixed period until a signal stops it
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// The controller file
+    #[arg(value_name = "CONTROLLER.toml")]
+    controller: PathBuf,
+    /// Run N scans, then stop in an orderly way
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    scans: Option<u64>,
+    /// The form of the log (default: text, or journal under systemd)
+    #[arg(long, value_name = "FORM")]
+    log_format: Option<LogFormat>,
+    /// Log from this level on (default: the environment's RUNGD_LOG, or info)
+    #[arg(long, value_name = "LEVEL")]
+    log_level: Option<LogLevel>,
+    /// How often to repeat why the controller does not run
+    #[arg(long, value_name = "TIME", default_value = "1m", value_parser = repeat, hide = true)]
+    repeat_reason: Duration,
+}
+
+fn repeat(text: &str) -> Result<Duration, String> {
+    match duration::parse(text) {
+        Ok(ms) if ms > 0 => Ok(Duration::from_millis(u64::from(ms.unsigned_abs()))),
+        _ => Err(format!("`{text}` is not a duration: write it as 500ms or 1m")),
+    }
+}
+
+/// Runs a controller until its end.
+///
+/// # Errors
+/// The log cannot be started.
+pub fn run(args: &RunArgs) -> Result<Exit> {
+    let log = log::init(args.log_format, args.log_level)?;
+    let exit = run_logged(args).unwrap_or_else(|why| {
+        error!("rungd does not start: {why:#}");
+        Exit::of(&why)
+    });
+    log.flush();
+    Ok(exit)
+}
+
+fn run_logged(args: &RunArgs) -> Result<Exit> {
+    let loaded = load::controller_file(&args.controller)?;
+    let style = style(false);
+    if refuses(&loaded.findings, style) {
+        return Ok(refuse(args, &render(&loaded.findings, &loaded.files, style)));
+    }
+    let setup = match config::settle(&loaded) {
+        Ok(setup) => setup,
+        Err(why) => return Ok(refuse(args, &why)),
+    };
+    // The files' texts are not needed any more; a controller runs for months.
+    drop(loaded);
+    let options = Options { scans: args.scans, repeat: args.repeat_reason };
+    match daemon::run(setup, &options) {
+        Ok(Ending::Orderly) => Ok(Exit::Ok),
+        Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
+        Ok(Ending::Bug) => Ok(Exit::Software),
+        Err(Failure::Configuration(why)) => {
+            error!("rungd does not start: {why}");
+            Ok(Exit::Config)
+        }
+        Err(Failure::Environment(why)) => {
+            error!("rungd does not start: {why:#}");
+            Ok(Exit::Io)
+        }
+    }
+}
+
+/// All findings: for people as blocks of lines; where lines must be whole, one by one.
+fn refuse(args: &RunArgs, text: &str) -> Exit {
+    if log::is_for_people(args.log_format) {
+        eprintln!("{}", text.trim_end());
+    } else {
+        for line in text.lines().filter(|line| !line.trim().is_empty()) {
+            error!("{line}");
+        }
+    }
+    error!("rungd does not start: {} cannot be run as it is", args.controller.display());
+    Exit::Config
+}

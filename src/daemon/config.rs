@@ -1,0 +1,167 @@
+//! What was loaded → settings: a program and a controller file, made ready to run.
+//!
+//! `load` reads files and finds what is wrong in them; here the engine's program is made of the
+//! ladder, and what the controller file asks for becomes what the runtime and the drivers take.
+
+use crate::engine;
+use crate::isa::{Bit, BitSpace};
+use crate::load::Loaded;
+use crate::lower::{Symbols, lower};
+use crate::resolve::controller::{self as resolved, Controller};
+use crate::resolve::program::Program;
+use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
+use crate::source::controller::Realtime;
+use crate::source::span::SourceFile;
+
+use super::narration::Narration;
+
+const MS_NS: u64 = 1_000_000;
+
+/// A controller, ready to be started.
+pub struct Setup {
+    /// The controller file, as given.
+    pub controller: String,
+    /// What the log tells of the ladder.
+    pub ladder: LadderFacts,
+    /// How many warnings the check has.
+    pub warnings: usize,
+    pub(super) program: engine::Program,
+    pub(super) symbols: Symbols,
+    pub(super) narration: Narration,
+    pub(super) watched: Watched,
+    pub(super) pace: Pace,
+    pub(super) memory: Memory,
+    pub(super) posture: Posture,
+    pub(super) modbus: Option<resolved::Modbus>,
+    pub(super) rules: Vec<resolved::Device>,
+}
+
+/// What is told of a ladder at start.
+#[derive(Clone, Debug)]
+pub struct LadderFacts {
+    /// Its name.
+    pub name: String,
+    /// Its files.
+    pub files: String,
+    /// SHA-256 of the files' bytes one behind the other: `cat FILES | sha256sum` gives the same.
+    pub sha256: String,
+    /// How many Programs and Tasks.
+    pub blocks: usize,
+    /// How many rungs.
+    pub rungs: usize,
+}
+
+/// Makes what was loaded ready to run, with the cross-checks that only running needs; `Err` is
+/// why it cannot be run by this version. `loaded` has no errors.
+///
+/// # Errors
+/// A text that names file, place, cause and remedy.
+pub fn settle(loaded: &Loaded) -> Result<Setup, String> {
+    let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
+        return Err("nothing was loaded".to_owned());
+    };
+    if let Some(range) = controller.retain.first() {
+        let (line, column) = files[0].line_column(range.span.start);
+        return Err(format!(
+            "{}:{line}:{column}: `[retain] ranges` asks for memory that survives a restart, and \
+             this version has no store for it: it would start cold without a word. Take the \
+             table out to run without",
+            files[0].name
+        ));
+    }
+    let (code, symbols) = lower(program);
+    let (narration, watched) = Narration::new(program, &symbols);
+    Ok(Setup {
+        controller: files[0].name.clone(),
+        ladder: facts(program, &files[1..]),
+        warnings: loaded.findings.len(),
+        narration,
+        watched,
+        pace: pace(controller),
+        memory: memory(controller, program, &symbols),
+        posture: posture(&controller.realtime),
+        modbus: controller.modbus.clone(),
+        rules: controller.devices.clone(),
+        program: code,
+        symbols,
+    })
+}
+
+fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memory {
+    let layout = &symbols.layout;
+    Memory {
+        inputs: program.sizes.x,
+        bits: layout.bit_count() as usize,
+        words: layout.word_count() as usize,
+        first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+        safe: safe_values(controller, program.sizes.y),
+    }
+}
+
+fn pace(controller: &Controller) -> Pace {
+    let statistics_ms = u64::from(controller.statistics_ms);
+    Pace {
+        period_ns: u64::from(controller.period_ms) * MS_NS,
+        watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
+        scans: None,
+        statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
+    }
+}
+
+fn posture(realtime: &Realtime) -> Posture {
+    Posture {
+        priority: (realtime.priority > 0).then_some(realtime.priority),
+        lock_memory: realtime.lock_memory,
+        cpu_dma_latency: realtime.cpu_dma_latency,
+        cpu: realtime.cpu,
+        strict: realtime.strict,
+    }
+}
+
+fn safe_values(controller: &Controller, outputs: u32) -> Vec<Safe> {
+    let mut safe = vec![Safe::Off; outputs as usize];
+    let kinds = [(&controller.outputs_on, Safe::On), (&controller.outputs_hold, Safe::Hold)];
+    for (ranges, kind) in kinds {
+        for range in ranges {
+            for output in range.first..=range.last {
+                safe[output as usize] = kind;
+            }
+        }
+    }
+    safe
+}
+
+fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {
+    let rungs = |block: &crate::resolve::program::Block| {
+        block.rungs.len() + block.stages.iter().map(|stage| stage.rungs.len()).sum::<usize>()
+    };
+    let names: Vec<_> = files.iter().map(|file| file.name.as_str()).collect();
+    LadderFacts {
+        name: program.name.clone(),
+        files: names.join(" "),
+        sha256: sha256(files),
+        blocks: program.blocks.len(),
+        rungs: program.blocks.iter().map(rungs).sum(),
+    }
+}
+
+fn sha256(files: &[SourceFile]) -> String {
+    let mut hash = hmac_sha256::Hash::new();
+    for file in files {
+        hash.update(file.text.as_bytes());
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_that_of_the_bytes_one_behind_the_other() {
+        let file = |text: &str| SourceFile { name: String::new(), text: text.into() };
+        let whole = sha256(&[file("abc")]);
+        assert!(whole.starts_with("ba7816bf8f01cfea") && whole.len() == 64);
+        assert_eq!(sha256(&[file("a"), file("bc")]), whole);
+    }
+}

@@ -1,0 +1,142 @@
+//! Log lines on their way to standard error, which may be slow, or stuck.
+//!
+//! Who logs hands a line to a bounded queue and goes on; one thread writes. When the reader of the
+//! log stalls, lines are dropped and counted, and a line says so once it reads again. So neither
+//! the Modbus server nor the monitor ever waits for a terminal or for the journal.
+
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tracing_subscriber::fmt::MakeWriter;
+
+/// How many lines wait before further ones are dropped.
+const LINES_MAX: usize = 4096;
+/// For how long the end of the process waits for a log that does not move.
+const FLUSH_MAX: Duration = Duration::from_secs(1);
+
+enum Item {
+    Line(Vec<u8>),
+    /// All before it is written: answer.
+    Flush(SyncSender<()>),
+}
+
+/// The end that logs. Cheap to clone.
+#[derive(Clone)]
+pub struct LogQueue {
+    sender: SyncSender<Item>,
+    dropped: Arc<AtomicU64>,
+}
+
+impl LogQueue {
+    /// A queue, and the thread that writes what is in it.
+    ///
+    /// # Errors
+    /// The machine gives no thread.
+    pub fn new(out: impl Write + Send + 'static) -> io::Result<LogQueue> {
+        let (sender, receiver) = sync_channel(LINES_MAX);
+        let dropped = Arc::new(AtomicU64::new(0));
+        let queue = LogQueue { sender, dropped: Arc::clone(&dropped) };
+        let writer = thread::Builder::new().name("rungd-log".into());
+        writer.spawn(move || write_lines(&receiver, &dropped, out))?;
+        Ok(queue)
+    }
+
+    /// Waits until what was logged so far is written; not for ever.
+    pub fn flush(&self) {
+        let deadline = Instant::now() + FLUSH_MAX;
+        let (done, answer) = sync_channel(1);
+        let mut item = Item::Flush(done);
+        while let Err(error) = self.sender.try_send(item) {
+            item = match error {
+                std::sync::mpsc::TrySendError::Full(item) if Instant::now() < deadline => item,
+                _ => return,
+            };
+            thread::sleep(Duration::from_millis(5));
+        }
+        let _ = answer.recv_timeout(deadline.saturating_duration_since(Instant::now()));
+    }
+}
+
+impl Write for LogQueue {
+    /// A whole line, as `tracing_subscriber` writes them.
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        if self.sender.try_send(Item::Line(line.to_vec())).is_err() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<'a> MakeWriter<'a> for LogQueue {
+    type Writer = LogQueue;
+
+    fn make_writer(&'a self) -> LogQueue {
+        self.clone()
+    }
+}
+
+fn write_lines(receiver: &Receiver<Item>, dropped: &AtomicU64, mut out: impl Write) {
+    for item in receiver {
+        match item {
+            Item::Line(line) => {
+                // A log that is gone is no reason to end, and there is nobody left to tell.
+                let _ = out.write_all(&line);
+                let lines = dropped.swap(0, Ordering::Relaxed);
+                if lines > 0 {
+                    tracing::warn!(lines, "log lines were dropped: the log was read too slowly");
+                }
+            }
+            Item::Flush(done) => {
+                let _ = out.flush();
+                let _ = done.try_send(());
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    /// Writes nothing until it is let.
+    #[derive(Clone, Default)]
+    struct Stuck(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Stuck {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().extend(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_stuck_log_costs_lines_and_no_time() {
+        let stuck = Stuck::default();
+        let mut queue = LogQueue::new(stuck.clone()).unwrap();
+        let held = stuck.0.lock().unwrap();
+        let before = Instant::now();
+        for _ in 0..2 * LINES_MAX {
+            queue.write_all(b"x\n").unwrap();
+        }
+        assert!(before.elapsed() < Duration::from_secs(1));
+        let dropped = queue.dropped.load(Ordering::Relaxed) as usize;
+        assert!(dropped >= LINES_MAX - 1, "{dropped}");
+        drop(held);
+        LogQueue::flush(&queue);
+        assert_eq!(stuck.0.lock().unwrap().len() / 2, 2 * LINES_MAX - dropped);
+    }
+}

@@ -1,0 +1,183 @@
+//! Numbers into names and sentences: what a record of the scan thread means to a person.
+//!
+//! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
+
+use crate::engine::{BlockEvent, Cell, Element};
+use crate::isa::{BlockId, StageId};
+use crate::lower::Symbols;
+use crate::resolve::program::{BlockKind, Program};
+use crate::runtime::Watched;
+use crate::runtime::exchange::{FaultReason, Mode};
+
+/// The names of everything that the log speaks of.
+#[derive(Clone, Debug)]
+pub(super) struct Narration {
+    /// `Program Drain`, by `BlockId`; and whether nothing starts or stops it.
+    blocks: Vec<(String, bool)>,
+    stages: Vec<String>,
+    bits: Vec<BitNews>,
+    words: Vec<String>,
+}
+
+/// A bit whose changes are logged.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct BitNews {
+    pub tag: String,
+    /// The alarm's text; `None` for `log = "change"`.
+    pub alarm: Option<String>,
+}
+
+impl Narration {
+    /// The names of a program, and what the scan thread is to watch.
+    pub fn new(program: &Program, symbols: &Symbols) -> (Narration, Watched) {
+        let mut watched = Watched::default();
+        let (mut bits, mut words) = (Vec::new(), Vec::new());
+        for alarm in &symbols.alarms {
+            watched.bits.push(alarm.bit);
+            bits.push(BitNews { tag: alarm.tag.clone(), alarm: Some(one_line(&alarm.text)) });
+        }
+        for logged in &symbols.logged {
+            let tag = logged.tag.clone();
+            match logged.cell {
+                Cell::Bit(cell) => {
+                    watched.bits.push(cell);
+                    bits.push(BitNews { tag, alarm: None });
+                }
+                Cell::Word(cell) => {
+                    watched.words.push(cell);
+                    words.push(tag);
+                }
+            }
+        }
+        let blocks = program.blocks.iter().map(|b| (block_name(b.kind, &b.name), built_in(b.kind)));
+        let stages = symbols.stages.iter().map(|name| format!("Stage {name}"));
+        let (blocks, stages) = (blocks.collect(), stages.collect());
+        (Narration { blocks, stages, bits, words }, watched)
+    }
+
+    /// What happened to a block, and whether it is news: the passes, and what built-in Tasks do at
+    /// every start and stop, are details.
+    pub fn block_event(&self, event: BlockEvent) -> (String, bool) {
+        match event {
+            BlockEvent::Started(id) => (format!("{} started", self.block(id)), !self.built_in(id)),
+            BlockEvent::Stopped(id) => (format!("{} stopped", self.block(id)), !self.built_in(id)),
+            BlockEvent::Completed(id) => {
+                (format!("{} completed", self.block(id)), !self.built_in(id))
+            }
+            BlockEvent::StageOn(id) => (format!("{} is ON", self.stage(id)), true),
+            BlockEvent::StageOff(id) => (format!("{} is OFF", self.stage(id)), true),
+            BlockEvent::Terminated(Element::Block(id)) => {
+                (format!("{} had its termination pass", self.block(id)), false)
+            }
+            BlockEvent::Terminated(Element::Stage(id)) => {
+                (format!("{} had its termination pass", self.stage(id)), false)
+            }
+        }
+    }
+
+    pub fn bit(&self, watch: u32) -> Option<&BitNews> {
+        self.bits.get(watch as usize)
+    }
+
+    pub fn word(&self, watch: u32) -> &str {
+        self.words.get(watch as usize).map_or("?", String::as_str)
+    }
+
+    fn block(&self, id: BlockId) -> &str {
+        self.blocks.get(id.0 as usize).map_or("?", |block| &block.0)
+    }
+
+    fn built_in(&self, id: BlockId) -> bool {
+        self.blocks.get(id.0 as usize).is_some_and(|block| block.1)
+    }
+
+    fn stage(&self, id: StageId) -> &str {
+        self.stages.get(id.0 as usize).map_or("?", String::as_str)
+    }
+}
+
+fn built_in(kind: BlockKind) -> bool {
+    !matches!(kind, BlockKind::Program | BlockKind::Task)
+}
+
+fn block_name(kind: BlockKind, name: &str) -> String {
+    let what = if kind == BlockKind::Program { "Program" } else { "Task" };
+    format!("{what} {name}")
+}
+
+/// A text of the ladder's author in one line of the log.
+pub(super) fn one_line(text: &str) -> String {
+    let words = text.split(|c: char| c.is_control() || c.is_whitespace());
+    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// Why the controller is in this mode, and what to do about it.
+pub(super) fn reason(mode: Mode) -> String {
+    match mode {
+        Mode::Run => String::new(),
+        Mode::Stop(reason) => reason.to_string(),
+        Mode::Fault(reason) => reason.to_string(),
+    }
+}
+
+/// What a person can do about a fault.
+pub(super) fn remedy(reason: FaultReason) -> &'static str {
+    match reason {
+        FaultReason::ScanTooLong { .. } | FaultReason::ScanNeverEnds => {
+            "restart rungd; if it comes again, raise `[scan] watchdog`, or see what else the \
+             machine was doing"
+        }
+        FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
+            "restart rungd, and report this with the lines above: it is a bug in rungd"
+        }
+    }
+}
+
+/// A span of time for people: `250ms`, `3.2s`, `4m10s`, `2h05m`.
+pub(super) fn span(ns: u64) -> String {
+    let ms = ns / 1_000_000;
+    let s = ms / 1000;
+    match s {
+        0 => format!("{ms}ms"),
+        1..60 if ms.is_multiple_of(1000) => format!("{s}s"),
+        1..60 => format!("{s}.{}s", ms % 1000 / 100),
+        60..3600 if s.is_multiple_of(60) => format!("{}m", s / 60),
+        60..3600 => format!("{}m{:02}s", s / 60, s % 60),
+        _ => format!("{}h{:02}m", s / 3600, s % 3600 / 60),
+    }
+}
+
+/// Microseconds with one decimal, for fields.
+pub(super) fn us(ns: u64) -> f64 {
+    (ns as f64 / 100.0).round() / 10.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_are_short() {
+        let check = |ms: u64, expected: &str| assert_eq!(span(ms * 1_000_000), expected);
+        check(0, "0ms");
+        check(250, "250ms");
+        check(3_000, "3s");
+        check(3_290, "3.2s");
+        check(60_000, "1m");
+        check(250_000, "4m10s");
+        check(7_500_000, "2h05m");
+    }
+
+    #[test]
+    fn a_text_cannot_break_the_line() {
+        assert_eq!(
+            one_line("Bottles jammed\n<0>at the \u{1b}[31meye"),
+            "Bottles jammed <0>at the [31meye"
+        );
+    }
+
+    #[test]
+    fn microseconds_keep_one_decimal() {
+        assert_eq!((us(12_345), us(0), us(999_960)), (12.3, 0.0, 1000.0));
+    }
+}

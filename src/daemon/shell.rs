@@ -1,0 +1,303 @@
+//! A controller from its start to its end: threads, drivers, signals, systemd.
+//!
+//! Read [`run`] top-down. The scan thread does its work whatever happens here; this shell looks at
+//! it fifty times a second, for that is all that signals and systemd need.
+
+use std::future::Future;
+use std::io;
+use std::time::{Duration, Instant};
+
+use sd_notify::NotifyState;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio::time::{MissedTickBehavior, interval, timeout};
+use tracing::{error, info, warn};
+
+use super::config::Setup;
+use super::log_writer::{LogWriter, tell_statistics};
+use super::narration::span;
+use super::systemd::{Notice, Notices};
+use crate::engine::Engine;
+use crate::io::{modbus, simulated};
+use crate::runtime::exchange::{FaultReason, Mode, Port};
+use crate::runtime::{self, Grant, Prepared, Report, Runtime, Settings};
+
+/// What the command line says beside the controller file.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Stop in an orderly way with this scan.
+    pub scans: Option<u64>,
+    /// How often the log repeats why the controller does not run.
+    pub repeat: Duration,
+}
+
+/// How a controller ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// By a signal, or with its last scan.
+    Orderly,
+    /// `--scans` was given, and a fault came first.
+    Fault,
+    /// By a state that cannot be.
+    Bug,
+    /// By a second signal, while it was stopping.
+    Hurried,
+}
+
+/// Why a controller did not start.
+#[derive(Debug)]
+pub enum Failure {
+    /// What the controller file insists on is not to be had here.
+    Configuration(String),
+    /// The environment: a port that is taken, no thread to be had.
+    Environment(anyhow::Error),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Failure::Environment(error.into())
+    }
+}
+
+/// How often the shell looks at the scan thread.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// How much longer than a scan may take its end is waited for.
+const STOP_SLACK: Duration = Duration::from_secs(2);
+/// How long drivers may take to end.
+const DRIVERS_END_MAX: Duration = Duration::from_secs(1);
+
+/// Runs a controller until it ends.
+///
+/// # Errors
+/// It did not start.
+pub fn run(setup: Setup, options: &Options) -> Result<Ending, Failure> {
+    tell_start(&setup);
+    tell_panics();
+    let settings = Settings {
+        pace: runtime::Pace { scans: options.scans, ..setup.pace.clone() },
+        memory: setup.memory.clone(),
+        watched: setup.watched.clone(),
+        posture: setup.posture.clone(),
+    };
+    let (pace, repeat_ns) = (&settings.pace, options.repeat.as_nanos() as u64);
+    let writer =
+        LogWriter::new(setup.narration.clone(), pace.period_ns, pace.watchdog_ns, repeat_ns);
+    let engine = Engine::new(setup.program.clone());
+    let prepared = runtime::prepare(engine, &settings, writer)?;
+    tell_posture(prepared.grants(), settings.posture.strict)?;
+    let tokio = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
+    let ending = tokio.block_on(shell(prepared, &setup, patience));
+    tokio.shutdown_background();
+    ending
+}
+
+/// From the drivers' start to the scan thread's end.
+async fn shell(prepared: Prepared, setup: &Setup, patience: Duration) -> Result<Ending, Failure> {
+    let mut signals = Signals::new()?;
+    let (stop, stopped) = watch::channel(false);
+    let mut drivers = start_drivers(setup, &prepared.port(), &stopped).await?;
+    let runtime = prepared.start()?;
+    let over = attend(&runtime, &mut signals, patience).await;
+    let _ = stop.send(true);
+    let all_end = async { while drivers.join_next().await.is_some() {} };
+    if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
+        warn!("drivers did not end in {}", span(DRIVERS_END_MAX.as_nanos() as u64));
+    }
+    let Over { asked, waiting: Waiting::Ended } = over else {
+        return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
+    };
+    Ok(conclude(runtime.join(), asked))
+}
+
+/// How the shell's waiting came to its end.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Waiting {
+    Ended,
+    Hurried,
+    Stuck,
+}
+
+struct Over {
+    /// Whether a signal asked for the end.
+    asked: bool,
+    waiting: Waiting,
+}
+
+/// Signals and systemd, until the scan thread is over.
+async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) -> Over {
+    let (port, started) = (runtime.port(), Instant::now());
+    let mut notices = Notices::new(sd_notify::watchdog_enabled());
+    let mut look = interval(LOOK_EVERY);
+    look.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let mut asked: Option<Instant> = None;
+    loop {
+        tokio::select! {
+            name = signals.next() => {
+                if asked.is_some() {
+                    warn!("{name} again: ending at once, without waiting for the last scan");
+                    return Over { asked: true, waiting: Waiting::Hurried };
+                }
+                info!("{name}: stopping; the next scan is the last");
+                asked = Some(Instant::now());
+                notify(&[NotifyState::Stopping]);
+                runtime.request_stop();
+            }
+            _ = look.tick() => {
+                for notice in notices.due(started.elapsed(), runtime.pulses(), &port.latest()) {
+                    send(&notice);
+                }
+                if runtime.is_over() {
+                    return Over { asked: asked.is_some(), waiting: Waiting::Ended };
+                }
+                if asked.is_some_and(|since| since.elapsed() > patience) {
+                    error!("the last scan has not ended in {}", span(patience.as_nanos() as u64));
+                    return Over { asked: true, waiting: Waiting::Stuck };
+                }
+            }
+        }
+    }
+}
+
+async fn start_drivers(
+    setup: &Setup,
+    port: &Port,
+    stopped: &watch::Receiver<bool>,
+) -> Result<JoinSet<()>, Failure> {
+    let mut drivers = JoinSet::new();
+    let layout = &setup.symbols.layout;
+    if let Some(settings) = &setup.modbus {
+        let listen = settings.listen;
+        let map = modbus::Map::new(settings, layout, |word| setup.symbols.limits(word));
+        let bound = modbus::Server::bind(settings.clone(), map, port.clone());
+        let server = bound.await.map_err(|error| {
+            let context = format!(
+                "{}: `[modbus-server]` cannot listen at {listen}: {error}",
+                setup.controller
+            );
+            Failure::Environment(anyhow::anyhow!(context))
+        })?;
+        drivers.spawn(server.run(told(stopped)));
+    }
+    if !setup.rules.is_empty() {
+        info!(rules = setup.rules.len(), "a simulated device moves inputs: this is no real plant");
+        let device = simulated::Device::new(&setup.rules);
+        drivers.spawn(simulated::run(device, layout.clone(), port.clone(), told(stopped)));
+    }
+    Ok(drivers)
+}
+
+/// Ends when the drivers are to end.
+fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
+    let mut stopped = stopped.clone();
+    async move {
+        let _ = stopped.wait_for(|stop| *stop).await;
+    }
+}
+
+struct Signals {
+    terminate: Signal,
+    interrupt: Signal,
+}
+
+impl Signals {
+    fn new() -> io::Result<Signals> {
+        let terminate = signal(SignalKind::terminate())?;
+        Ok(Signals { terminate, interrupt: signal(SignalKind::interrupt())? })
+    }
+
+    async fn next(&mut self) -> &'static str {
+        tokio::select! {
+            _ = self.terminate.recv() => "SIGTERM",
+            _ = self.interrupt.recv() => "SIGINT",
+        }
+    }
+}
+
+fn send(notice: &Notice) {
+    match notice {
+        Notice::Ready => notify(&[NotifyState::Ready]),
+        Notice::Watchdog => notify(&[NotifyState::Watchdog]),
+        Notice::Status(status) => notify(&[NotifyState::Status(status)]),
+    }
+}
+
+/// Without systemd this does nothing; and a systemd that does not hear is no reason to stop.
+fn notify(state: &[NotifyState<'_>]) {
+    let _ = sd_notify::notify(state);
+}
+
+/// The last lines, and what they come to.
+fn conclude(report: Option<Report>, asked: bool) -> Ending {
+    let Some(report) = report else {
+        error!("rungd ends: its scan thread had ended in a panic");
+        return Ending::Bug;
+    };
+    tell_statistics(&report.statistics);
+    info!(scans = report.scans, mode = %report.mode.name(), "rungd ends");
+    match report.mode {
+        Mode::Run | Mode::Stop(_) => Ending::Orderly,
+        Mode::Fault(_) if asked => Ending::Orderly,
+        Mode::Fault(FaultReason::EnginePanic | FaultReason::ScanThreadGone) => Ending::Bug,
+        Mode::Fault(_) => Ending::Fault,
+    }
+}
+
+fn tell_start(setup: &Setup) {
+    let ladder = &setup.ladder;
+    info!(
+        version = %env!("CARGO_PKG_VERSION"),
+        controller = %setup.controller,
+        pid = std::process::id(),
+        "rungd starts"
+    );
+    info!(
+        ladder = %ladder.name,
+        files = %ladder.files,
+        sha256 = %ladder.sha256,
+        blocks = ladder.blocks,
+        rungs = ladder.rungs,
+        period = %span(setup.pace.period_ns),
+        watchdog = %span(setup.pace.watchdog_ns),
+        "ladder loaded"
+    );
+    if setup.warnings > 0 {
+        let (warnings, controller) = (setup.warnings, &setup.controller);
+        warn!(warnings, "the ladder has warnings: `rungd check {controller}` shows them");
+    }
+}
+
+/// What was asked of the machine, and what it gave.
+fn tell_posture(grants: &[Grant], strict: bool) -> Result<(), Failure> {
+    let list = |all: &mut dyn Iterator<Item = &Grant>| {
+        all.map(|grant| grant.what.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    let asked = list(&mut grants.iter());
+    let granted = list(&mut grants.iter().filter(|grant| grant.refused.is_none()));
+    info!(asked, granted, "real-time posture");
+    let mut refused = Vec::new();
+    for grant in grants {
+        let Some(why) = &grant.refused else { continue };
+        let what = &grant.what;
+        warn!("real-time posture: {what} was refused: {why}");
+        refused.push(format!("{what} ({why})"));
+    }
+    if strict && !refused.is_empty() {
+        return Err(Failure::Configuration(format!(
+            "`[scan] realtime` is strict, and not all of it was granted: {}. Grant it (docs/\
+             running.md, real-time posture), or take `strict` out",
+            refused.join(", ")
+        )));
+    }
+    Ok(())
+}
+
+/// A panic goes to the log, where the other lines are, on whichever thread it is.
+fn tell_panics() {
+    std::panic::set_hook(Box::new(|panic| {
+        let thread = std::thread::current();
+        let thread = thread.name().unwrap_or("unnamed").to_owned();
+        error!(thread, "a bug in rungd: {}", super::narration::one_line(&panic.to_string()));
+    }));
+}

@@ -1,0 +1,211 @@
+//! One client: bytes in, frames out, one request at a time, within limits of time and memory.
+//!
+//! The server starts one task of this a connection. Memory is one frame in each direction; a
+//! client that sends ahead waits in the kernel's buffers. What the bytes mean is `frame` and
+//! `pdu`, what they may touch is the map, and the scan is met through the port alone: a read
+//! answers from one snapshot, a write waits until a complete scan has seen it.
+
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::{Instant, sleep, timeout, timeout_at};
+
+use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
+use super::map::Read;
+use super::pdu::{self, Request};
+use super::refusal::Refusal;
+use super::server::Shared;
+use crate::runtime::exchange::{Outcome, Ticket};
+
+/// How often a write asks whether a scan has seen it.
+const ASK_AGAIN: Duration = Duration::from_millis(1);
+
+/// How long a write waits at most. Longer than any sensible period: a scan that does not end is
+/// a fault long before, and then the wait ends too.
+const WRITE_WAIT_MAX: Duration = Duration::from_secs(10);
+
+/// Why a connection ended.
+#[derive(Debug)]
+pub(super) enum Closed {
+    /// The client closed it, between two frames.
+    ByClient,
+    /// The client closed it within a frame.
+    WithinFrame,
+    /// The client was silent for too long.
+    Idle(Duration),
+    /// A frame was not complete in time.
+    Unfinished(Duration),
+    /// The client did not take a reply in time.
+    NotTaken(Duration),
+    /// What came is no Modbus TCP.
+    Broken(Broken),
+    /// The connection failed.
+    Failed(io::Error),
+}
+
+impl Closed {
+    /// Whether this is how clients usually go.
+    pub fn is_usual(&self) -> bool {
+        matches!(self, Closed::ByClient | Closed::Idle(_) | Closed::Failed(_))
+    }
+}
+
+/// One client's connection.
+pub(super) struct Connection {
+    stream: TcpStream,
+    client: SocketAddr,
+    shared: Arc<Shared>,
+    received: [u8; FRAME_BYTES_MAX],
+    filled: usize,
+    /// When the present wait for bytes ends.
+    deadline: Instant,
+}
+
+impl Connection {
+    pub fn new(stream: TcpStream, client: SocketAddr, shared: Arc<Shared>) -> Connection {
+        let received = [0; FRAME_BYTES_MAX];
+        let deadline = Instant::now() + shared.idle_timeout();
+        Connection { stream, client, shared, received, filled: 0, deadline }
+    }
+
+    /// Answers requests until the connection ends.
+    pub async fn serve(mut self) -> Closed {
+        // A reply is one small packet that the client waits for.
+        let _ = self.stream.set_nodelay(true);
+        loop {
+            let closed = match self.next_frame() {
+                Next::Frame { header, pdu } => self.answer(header, &pdu).await.err(),
+                Next::More => self.receive().await.err(),
+                Next::Broken(broken) => Some(Closed::Broken(broken)),
+            };
+            if let Some(closed) = closed {
+                return closed;
+            }
+        }
+    }
+
+    /// Takes the first frame out of what was received.
+    fn next_frame(&mut self) -> Next {
+        let (header, pdu, bytes) = match frame::split(&self.received[..self.filled]) {
+            Split::More => return Next::More,
+            Split::Broken(broken) => return Next::Broken(broken),
+            Split::Frame { header, pdu, bytes } => (header, pdu.to_vec(), bytes),
+        };
+        self.received.copy_within(bytes..self.filled, 0);
+        self.filled -= bytes;
+        Next::Frame { header, pdu }
+    }
+
+    /// Waits for further bytes of the frame, or for the first of the next.
+    async fn receive(&mut self) -> Result<(), Closed> {
+        let free = &mut self.received[self.filled..];
+        let limits = &self.shared;
+        match timeout_at(self.deadline, self.stream.read(free)).await {
+            Err(_) if self.filled == 0 => Err(Closed::Idle(limits.idle_timeout())),
+            Err(_) => Err(Closed::Unfinished(limits.frame_timeout())),
+            Ok(Err(error)) => Err(Closed::Failed(error)),
+            Ok(Ok(0)) if self.filled == 0 => Err(Closed::ByClient),
+            Ok(Ok(0)) => Err(Closed::WithinFrame),
+            Ok(Ok(count)) => {
+                if self.filled == 0 {
+                    self.deadline = Instant::now() + limits.frame_timeout();
+                }
+                self.filled += count;
+                Ok(())
+            }
+        }
+    }
+
+    /// Answers one request, and starts the wait for the next.
+    async fn answer(&mut self, header: Header, pdu: &[u8]) -> Result<(), Closed> {
+        let reply = self.reply(pdu).await;
+        let frame = frame::reply(header, |bytes| bytes.extend_from_slice(&reply));
+        let limits = &self.shared;
+        match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
+            Err(_) => return Err(Closed::NotTaken(limits.frame_timeout())),
+            Ok(Err(error)) => return Err(Closed::Failed(error)),
+            Ok(Ok(())) => {}
+        }
+        let wait = if self.filled == 0 { limits.idle_timeout() } else { limits.frame_timeout() };
+        self.deadline = Instant::now() + wait;
+        Ok(())
+    }
+
+    /// The reply's PDU.
+    async fn reply(&self, pdu: &[u8]) -> Vec<u8> {
+        let mut reply = Vec::with_capacity(FRAME_BYTES_MAX);
+        let function = pdu.first().copied().unwrap_or(0);
+        let request = match pdu::parse(pdu) {
+            Ok(request) => request,
+            Err(exception) => {
+                pdu::push_exception(&mut reply, function, exception);
+                return reply;
+            }
+        };
+        let done = match request {
+            Request::Read { table, first, count } => {
+                let read = Read { function, table, first, count };
+                self.shared.map.read(read, &self.shared.port.latest(), &mut reply)
+            }
+            _ => self.write(&request).await,
+        };
+        match (done, request) {
+            (Ok(()), Request::Read { .. }) => {}
+            (Ok(()), _) => pdu::push_written(&mut reply, pdu),
+            (Err(refusal), _) => {
+                self.shared.log_refusal(self.client, &request, refusal);
+                pdu::push_exception(&mut reply, function, refusal.exception());
+            }
+        }
+        reply
+    }
+
+    /// Hands a write in, whole, and waits until a complete scan has seen it.
+    async fn write(&self, request: &Request<'_>) -> Result<(), Refusal> {
+        let port = &self.shared.port;
+        let batch = self.shared.map.writes(request)?;
+        let ticket =
+            port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
+        timeout(WRITE_WAIT_MAX, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))
+    }
+
+    async fn seen(&self, ticket: Ticket) -> Result<(), Refusal> {
+        let port = &self.shared.port;
+        loop {
+            match port.outcome(ticket) {
+                Outcome::Applied => return Ok(()),
+                Outcome::Refused => return Err(Refusal::NotRunning(port.latest().mode)),
+                Outcome::Pending => sleep(ASK_AGAIN).await,
+            }
+        }
+    }
+}
+
+/// What the received bytes come to.
+enum Next {
+    More,
+    Frame { header: Header, pdu: Vec<u8> },
+    Broken(Broken),
+}
+
+impl fmt::Display for Closed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let seconds = |f: &mut fmt::Formatter<'_>, words, limit: &Duration| {
+            write!(f, "{words} {} s", limit.as_secs_f64())
+        };
+        match self {
+            Closed::ByClient => f.write_str("the client closed it"),
+            Closed::WithinFrame => f.write_str("the client closed it within a frame"),
+            Closed::Idle(limit) => seconds(f, "no request for", limit),
+            Closed::Unfinished(limit) => seconds(f, "a frame unfinished after", limit),
+            Closed::NotTaken(limit) => seconds(f, "a reply not taken for", limit),
+            Closed::Broken(broken) => broken.fmt(f),
+            Closed::Failed(error) => error.fmt(f),
+        }
+    }
+}

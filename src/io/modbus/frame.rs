@@ -1,0 +1,162 @@
+//! Frames of Modbus TCP: where one ends in a stream of bytes, and its header.
+//!
+//! A frame is seven bytes (transaction, protocol 0, length, unit) and a PDU of at most 253. The
+//! connection calls [`split`] on what it has received, and puts a reply together with [`reply`].
+//! Nothing here knows what a PDU means, reads a socket or allocates; no bytes make it panic, and
+//! none make it want more than [`FRAME_BYTES_MAX`].
+//!
+//! Why this is not a crate: tokio-modbus 0.17 panics on a request to write more coils than its
+//! bytes hold, and on a register count of 32,768 in a debug build; it closes the connection where
+//! the protocol wants exception 3, takes a frame of up to 64 KiB, and its server has no place for
+//! the time limits of an unfinished frame and an idle client. rmodbus 0.13 writes into a storage
+//! of its own piece by piece, where a write here is a batch for one scan, whole or not at all.
+
+/// Bytes of the header.
+pub const HEADER_BYTES: usize = 7;
+
+/// Bytes of the longest frame: six, and a length of at most 254.
+pub const FRAME_BYTES_MAX: usize = 260;
+
+/// The length field counts the unit and the PDU, which has at least a function code.
+const LENGTH_MIN: usize = 2;
+const LENGTH_MAX: usize = 254;
+
+/// What a reply takes over from its request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// The client's number of the request.
+    pub transaction: u16,
+    /// The unit asked; any is answered.
+    pub unit: u8,
+}
+
+/// What stands at the start of the bytes received.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Split<'a> {
+    /// No whole frame yet.
+    More,
+    /// A frame.
+    Frame {
+        /// Its header.
+        header: Header,
+        /// Its PDU: the function code and what follows; 1 to 253 bytes.
+        pdu: &'a [u8],
+        /// How many bytes it took.
+        bytes: usize,
+    },
+    /// Not Modbus TCP; there is no way to find where the next frame begins.
+    Broken(Broken),
+}
+
+/// Why bytes are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Broken {
+    /// The protocol identifier is not 0.
+    Protocol(u16),
+    /// The length is below 2 or above 254.
+    Length(u16),
+}
+
+impl std::fmt::Display for Broken {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Broken::Protocol(id) => write!(f, "not Modbus TCP: protocol identifier {id}"),
+            Broken::Length(n) => write!(f, "not Modbus TCP: length {n}, not 2 to 254"),
+        }
+    }
+}
+
+/// The first frame of the bytes received so far. A wrong header shows as soon as its field is
+/// there, so that nobody waits for the rest of it.
+pub fn split(bytes: &[u8]) -> Split<'_> {
+    let word = |at: usize| Some(u16::from_be_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]));
+    if let Some(protocol @ 1..) = word(2) {
+        return Split::Broken(Broken::Protocol(protocol));
+    }
+    let (Some(transaction), Some(length)) = (word(0), word(4)) else {
+        return Split::More;
+    };
+    if !(LENGTH_MIN..=LENGTH_MAX).contains(&usize::from(length)) {
+        return Split::Broken(Broken::Length(length));
+    }
+    let end = HEADER_BYTES - 1 + usize::from(length);
+    match (bytes.get(HEADER_BYTES - 1), bytes.get(HEADER_BYTES..end)) {
+        (Some(&unit), Some(pdu)) => {
+            Split::Frame { header: Header { transaction, unit }, pdu, bytes: end }
+        }
+        _ => Split::More,
+    }
+}
+
+/// A reply: the request's header around a PDU that `pdu` appends.
+///
+/// # Panics
+/// If what `pdu` appends is longer than a PDU can be: the PDUs made here never are.
+pub fn reply(header: Header, pdu: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+    let mut frame = Vec::with_capacity(FRAME_BYTES_MAX);
+    frame.extend_from_slice(&header.transaction.to_be_bytes());
+    frame.extend_from_slice(&[0, 0, 0, 0, header.unit]);
+    pdu(&mut frame);
+    assert!(frame.len() <= FRAME_BYTES_MAX, "a reply of {} bytes", frame.len());
+    let length = (frame.len() - (HEADER_BYTES - 1)) as u16;
+    frame[4..6].copy_from_slice(&length.to_be_bytes());
+    frame
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_frame_needs_all_its_bytes() {
+        let bytes = [0x12, 0x34, 0, 0, 0, 6, 9, 3, 0, 0, 0, 1, 0xff];
+        for end in 0..12 {
+            assert_eq!(split(&bytes[..end]), Split::More, "{end}");
+        }
+        let header = Header { transaction: 0x1234, unit: 9 };
+        let frame = Split::Frame { header, pdu: &bytes[7..12], bytes: 12 };
+        assert_eq!(split(&bytes), frame);
+    }
+
+    #[test]
+    fn what_is_not_modbus_shows_at_once() {
+        assert_eq!(split(b"GET "), Split::Broken(Broken::Protocol(0x5420)));
+        let length = |n: u16| split_length(n.to_be_bytes());
+        assert_eq!(length(0), Some(Broken::Length(0)));
+        assert_eq!(length(1), Some(Broken::Length(1)));
+        assert_eq!(length(2), None);
+        assert_eq!(length(254), None);
+        assert_eq!(length(255), Some(Broken::Length(255)));
+        assert_eq!(length(u16::MAX), Some(Broken::Length(u16::MAX)));
+    }
+
+    fn split_length(length: [u8; 2]) -> Option<Broken> {
+        match split(&[0, 1, 0, 0, length[0], length[1]]) {
+            Split::Broken(broken) => Some(broken),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn a_reply_is_a_frame() {
+        let header = Header { transaction: 7, unit: 1 };
+        let bytes = reply(header, |pdu| pdu.extend_from_slice(&[0x83, 2]));
+        assert_eq!(bytes, [0, 7, 0, 0, 0, 3, 1, 0x83, 2]);
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_split_without_a_panic_and_within_bounds(bytes: Vec<u8>) {
+            match split(&bytes) {
+                Split::Frame { pdu, bytes: taken, .. } => {
+                    prop_assert!(taken <= bytes.len() && taken <= FRAME_BYTES_MAX);
+                    prop_assert_eq!(pdu.len(), taken - HEADER_BYTES);
+                    prop_assert!(!pdu.is_empty());
+                }
+                Split::More => prop_assert!(bytes.len() < FRAME_BYTES_MAX),
+                Split::Broken(_) => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! The listening socket: who is let in, how many at a time, and what the log hears of it.
+//!
+//! The daemon binds it before the first scan, and runs it in its runtime until it stops. One task
+//! a client; a client that would be one too many is closed at once, so those inside are served.
+//! A task that panics is one client gone and an error in the log, never the daemon's end.
+
+use std::future::Future;
+use std::io;
+use std::net::SocketAddr;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::{JoinError, JoinSet};
+use tokio::time::{Instant, sleep};
+use tracing::{debug, error, info, warn};
+
+use super::connection::{Closed, Connection};
+use super::map::Map;
+use super::pdu::Request;
+use super::refusal::Refusal;
+use super::throttle::Throttle;
+use crate::resolve::controller::Modbus;
+use crate::runtime::exchange::Port;
+
+/// How long accepting rests after it failed, as when there are no file descriptors left.
+const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
+
+/// A bound server.
+pub struct Server {
+    listener: TcpListener,
+    shared: Arc<Shared>,
+}
+
+/// What the connections share.
+pub(super) struct Shared {
+    pub settings: Modbus,
+    pub map: Map,
+    pub port: Port,
+    started: Instant,
+    lines: Lines,
+}
+
+/// A throttle for each kind of line.
+struct Lines {
+    opened: Throttle,
+    closed: Throttle,
+    broken: Throttle,
+    full: Throttle,
+    failed: Throttle,
+    refused: Throttle,
+}
+
+impl Server {
+    /// Binds the socket, and gives the inputs of the image their first values. The map is that
+    /// of the same settings.
+    ///
+    /// # Errors
+    /// When the address cannot be bound.
+    pub async fn bind(settings: Modbus, map: Map, port: Port) -> io::Result<Server> {
+        let listener = TcpListener::bind(settings.listen).await?;
+        for (x, on) in map.first_inputs(&port.latest()) {
+            port.set_input(x, on);
+        }
+        let shared = Shared { settings, map, port, started: Instant::now(), lines: Lines::new() };
+        Ok(Server { listener, shared: Arc::new(shared) })
+    }
+
+    /// Where it listens: the port that the system chose, where the settings say port 0.
+    ///
+    /// # Errors
+    /// When the system does not say.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// Serves until `stop`; then all connections are closed.
+    pub async fn run(self, stop: impl Future<Output = ()>) {
+        self.log_start();
+        let mut stop = pin!(stop);
+        let mut clients = JoinSet::new();
+        loop {
+            tokio::select! {
+                () = &mut stop => break,
+                Some(ended) = clients.join_next() => self.shared.log_end(ended),
+                accepted = self.listener.accept() => match accepted {
+                    Ok((stream, client)) => self.admit(stream, client, &mut clients),
+                    Err(error) => self.rest(&error).await,
+                }
+            }
+        }
+        info!(clients = clients.len(), "Modbus server stops");
+    }
+
+    fn admit(&self, stream: TcpStream, client: SocketAddr, clients: &mut JoinSet<Ended>) {
+        while let Some(ended) = clients.try_join_next() {
+            self.shared.log_end(ended);
+        }
+        let connections = self.shared.settings.connections;
+        if clients.len() >= connections as usize {
+            // Dropping the stream closes it.
+            if let Some(unlogged) = self.shared.may_log(&self.shared.lines.full) {
+                warn!(%client, connections, unlogged, "Modbus client refused: no connection left");
+            }
+            return;
+        }
+        if let Some(unlogged) = self.shared.may_log(&self.shared.lines.opened) {
+            info!(%client, unlogged, "Modbus client connected");
+        }
+        let connection = Connection::new(stream, client, Arc::clone(&self.shared));
+        clients.spawn(async move { (client, connection.serve().await) });
+    }
+
+    async fn rest(&self, error: &io::Error) {
+        if let Some(unlogged) = self.shared.may_log(&self.shared.lines.failed) {
+            warn!(%error, unlogged, "Modbus server cannot accept a client");
+        }
+        sleep(REST_AFTER_FAILURE).await;
+    }
+
+    fn log_start(&self) {
+        let Modbus { listen, connections, .. } = self.shared.settings;
+        let address = self.address().unwrap_or(listen);
+        info!(%address, connections, "Modbus server listens");
+        if !address.ip().is_loopback() {
+            warn!(%address, "Modbus has no passwords: whoever reaches this address can write");
+        }
+    }
+}
+
+/// How a client's task ended.
+type Ended = (SocketAddr, Closed);
+
+impl Shared {
+    /// Logs a request that was well-formed and not done.
+    pub fn log_refusal(&self, client: SocketAddr, request: &Request<'_>, why: Refusal) {
+        let exception = why.exception() as u8;
+        if let Request::Read { .. } = request {
+            debug!(%client, place = %request, exception, "Modbus read refused: {why}");
+        } else if let Some(unlogged) = self.may_log(&self.lines.refused) {
+            warn!(%client, place = %request, exception, unlogged, "Modbus write refused: {why}");
+        }
+    }
+
+    fn log_end(&self, ended: Result<Ended, JoinError>) {
+        let (client, why) = match ended {
+            Ok(ended) => ended,
+            Err(error) => {
+                error!(%error, "Modbus client lost to a bug in rungd");
+                return;
+            }
+        };
+        if why.is_usual() {
+            if let Some(unlogged) = self.may_log(&self.lines.closed) {
+                info!(%client, unlogged, "Modbus client gone: {why}");
+            }
+        } else if let Some(unlogged) = self.may_log(&self.lines.broken) {
+            warn!(%client, unlogged, "Modbus client closed: {why}");
+        }
+    }
+
+    /// How long a frame may take from its first byte to its last, and a reply to be taken.
+    pub fn frame_timeout(&self) -> Duration {
+        Duration::from_millis(self.settings.frame_timeout_ms.into())
+    }
+
+    /// How long a client may be silent between two requests.
+    pub fn idle_timeout(&self) -> Duration {
+        Duration::from_millis(self.settings.idle_timeout_ms.into())
+    }
+
+    /// Whether a line may be logged now; and then, if any were held back before it, how many.
+    fn may_log(&self, line: &Throttle) -> Option<Option<u64>> {
+        let held_back = line.pass(self.started.elapsed().as_millis() as u64)?;
+        Some((held_back > 0).then_some(held_back))
+    }
+}
+
+impl Lines {
+    fn new() -> Lines {
+        let [opened, closed, broken, full, failed, refused] =
+            std::array::from_fn(|_| Throttle::new());
+        Lines { opened, closed, broken, full, failed, refused }
+    }
+}

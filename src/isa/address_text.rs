@@ -1,0 +1,234 @@
+//! From a text to an address: `X0`, `D12`, `CT3.Acc`, `N19.ACC`, `N,19,6`, `$FirstScan`.
+//!
+//! Numbers are decimal, and the four Modbus spaces begin at 1. A text that does not read as an
+//! address may be a tag; one that does, and is wrong, is told apart by [`AddressError`].
+
+use super::address::{
+    Address, Bit, BitSpace, MemorySizes, SENSAPHONE_COUNT, Structure, Word, WordSpace,
+};
+use super::status;
+
+/// Why a text is not an address.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AddressError {
+    /// It does not have the form of an address (it may be a tag).
+    NotAnAddress,
+    /// It would be one in the case given.
+    Case(String),
+    /// Its number lies outside `first..=last` of its space.
+    BeyondMemory {
+        /// The space's name, as `X` or `CT`.
+        space: &'static str,
+        /// The first number.
+        first: u32,
+        /// The last number.
+        last: u32,
+    },
+    /// The structure has no such member; it has these.
+    UnknownMember(&'static [&'static str]),
+    /// `$…` that is no status nickname.
+    UnknownNickname,
+    /// An element number of `N,n,e` outside 0..6.
+    SensaphoneElement,
+}
+
+/// Parses an address: plain, member, Sensaphone element or status nickname.
+///
+/// # Errors
+/// [`AddressError::NotAnAddress`] when the text does not read as one (it may be a tag); the other
+/// kinds when it does, and is wrong.
+pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
+    if text.starts_with('$') {
+        return parse_nickname(text);
+    }
+    if text.contains(',') {
+        return parse_sensaphone_element(text);
+    }
+    let (base, member) = match text.split_once('.') {
+        Some((base, member)) => (base, Some(member)),
+        None => (text, None),
+    };
+    let (prefix, digits) = split_base(base).ok_or(AddressError::NotAnAddress)?;
+    let upper = prefix.to_ascii_uppercase();
+    if !PREFIXES.contains(&upper.as_str()) {
+        return Err(AddressError::NotAnAddress);
+    }
+    if upper != prefix {
+        return Err(AddressError::Case(text.replacen(prefix, &upper, 1)));
+    }
+    let number = digits.parse::<u32>().unwrap_or(u32::MAX);
+    let base = parse_base(prefix, number, sizes)?;
+    match (base, member) {
+        (_, None) => Ok(base),
+        (Address::Structure(structure), Some(member)) => parse_member(structure, member),
+        (_, Some(_)) => Err(AddressError::UnknownMember(&[])),
+    }
+}
+
+/// Whether a name would read as an address in any case: such names are forbidden for tags,
+/// blocks and stages.
+pub fn reads_as_address(name: &str) -> bool {
+    split_base(name)
+        .is_some_and(|(prefix, _)| PREFIXES.contains(&prefix.to_ascii_uppercase().as_str()))
+}
+
+const PREFIXES: [&str; 14] =
+    ["X", "Y", "C", "MC", "MI", "ST", "V", "D", "MHR", "MIR", "DST", "CT", "T", "N"];
+
+/// Splits `CT12` into `CT` and `12`: letters, then digits, nothing else.
+fn split_base(base: &str) -> Option<(&str, &str)> {
+    let at = base.find(|c: char| c.is_ascii_digit())?;
+    let (prefix, digits) = base.split_at(at);
+    let ok = !prefix.is_empty()
+        && prefix.bytes().all(|b| b.is_ascii_alphabetic())
+        && digits.bytes().all(|b| b.is_ascii_digit());
+    ok.then_some((prefix, digits))
+}
+
+fn parse_base(prefix: &str, n: u32, sizes: &MemorySizes) -> Result<Address, AddressError> {
+    let bits = [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi, BitSpace::St];
+    let words = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir, WordSpace::Dst];
+    if let Some(space) = bits.into_iter().find(|s| s.name() == prefix) {
+        in_range(space.name(), n, space.first(), space.count(sizes))?;
+        return Ok(Address::Bit(Bit::Space(space, n)));
+    }
+    if let Some(space) = words.into_iter().find(|s| s.name() == prefix) {
+        in_range(space.name(), n, space.first(), space.count(sizes))?;
+        return Ok(Address::Word(Word::Space(space, n)));
+    }
+    let (structure, count) = match prefix {
+        "CT" => (Structure::Counter(n), sizes.ct),
+        "T" => (Structure::Timer(n), sizes.t),
+        _ => (Structure::Sensaphone(n), SENSAPHONE_COUNT),
+    };
+    in_range(structure.space_name(), n, 0, count)?;
+    Ok(Address::Structure(structure))
+}
+
+fn in_range(space: &'static str, n: u32, first: u32, count: u32) -> Result<(), AddressError> {
+    if n >= first && n - first < count {
+        return Ok(());
+    }
+    Err(AddressError::BeyondMemory { space, first, last: (first + count).saturating_sub(1) })
+}
+
+fn parse_member(structure: Structure, member: &str) -> Result<Address, AddressError> {
+    if let Some(address) = structure.member(member) {
+        return Ok(address);
+    }
+    let near = structure.members().iter().find(|m| m.eq_ignore_ascii_case(member));
+    match near {
+        Some(right) => Err(AddressError::Case(format!("{structure}.{right}"))),
+        None => Err(AddressError::UnknownMember(structure.members())),
+    }
+}
+
+fn parse_nickname(text: &str) -> Result<Address, AddressError> {
+    let find = |names: &[&str]| names.iter().position(|n| *n == text).map(|at| at as u32);
+    if let Some(n) = find(&status::BIT_NICKNAMES) {
+        return Ok(Address::Bit(Bit::Space(BitSpace::St, n)));
+    }
+    if let Some(n) = find(&status::WORD_NICKNAMES) {
+        return Ok(Address::Word(Word::Space(WordSpace::Dst, n)));
+    }
+    let all = status::BIT_NICKNAMES.iter().chain(&status::WORD_NICKNAMES);
+    match all.into_iter().find(|n| n.eq_ignore_ascii_case(text)) {
+        Some(right) => Err(AddressError::Case((*right).to_owned())),
+        None => Err(AddressError::UnknownNickname),
+    }
+}
+
+/// `N,19,6`: the Sensaphone manual's way to name an element.
+fn parse_sensaphone_element(text: &str) -> Result<Address, AddressError> {
+    let mut parts = text.split(',').map(str::trim);
+    let (Some(n), Some(counter), Some(element), None) =
+        (parts.next(), parts.next(), parts.next(), parts.next())
+    else {
+        return Err(AddressError::NotAnAddress);
+    };
+    let digits = |t: &str| !t.is_empty() && t.bytes().all(|b| b.is_ascii_digit());
+    if !n.eq_ignore_ascii_case("N") || !digits(counter) || !digits(element) {
+        return Err(AddressError::NotAnAddress);
+    }
+    if n != "N" {
+        return Err(AddressError::Case(format!("N,{counter},{element}")));
+    }
+    let counter = counter.parse::<u32>().unwrap_or(u32::MAX);
+    in_range("N", counter, 0, SENSAPHONE_COUNT)?;
+    let structure = Structure::Sensaphone(counter);
+    let element = element.parse::<usize>().unwrap_or(usize::MAX);
+    let name = structure.members().get(element).ok_or(AddressError::SensaphoneElement)?;
+    structure.member(name).ok_or(AddressError::SensaphoneElement)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, expected: &str) {
+        let found = match parse(text, &MemorySizes::default()) {
+            Ok(address) => address.to_string(),
+            Err(error) => format!("{error:?}"),
+        };
+        assert_eq!(found, expected, "{text}");
+    }
+
+    #[test]
+    fn addresses_print_as_they_are_written() {
+        for text in [
+            "X0",
+            "Y2047",
+            "C17",
+            "MC1",
+            "MI1024",
+            "ST9",
+            "V4095",
+            "D0",
+            "MHR1",
+            "MIR2048",
+            "DST4",
+            "CT255",
+            "T0",
+            "N63",
+            "CT0.Acc",
+            "CT0.DnDone",
+            "T1.Timing",
+            "N0.ACC",
+            "N19.PRE",
+            "N2.UN",
+        ] {
+            check(text, text);
+        }
+    }
+
+    #[test]
+    fn other_names_of_the_same_element() {
+        check("N,19,6", "N19.ACC");
+        check("N, 0, 5", "N0.PRE");
+        check("$On", "ST1");
+        check("$100ms", "ST5");
+        check("$MaxScanTime", "DST3");
+    }
+
+    #[test]
+    fn mistakes_are_told_apart() {
+        check("part_seen", "NotAnAddress");
+        check("x0", "Case(\"X0\")");
+        check("CT0.done", "Case(\"CT0.Done\")");
+        check("$on", "Case(\"$On\")");
+        check("$Nope", "UnknownNickname");
+        check("MC0", "BeyondMemory { space: \"MC\", first: 1, last: 1024 }");
+        check("X2048", "BeyondMemory { space: \"X\", first: 0, last: 2047 }");
+        check("CT99999999999", "BeyondMemory { space: \"CT\", first: 0, last: 255 }");
+        check("N,19,7", "SensaphoneElement");
+        check("N64.ACC", "BeyondMemory { space: \"N\", first: 0, last: 63 }");
+        check("CT0.Timing", "UnknownMember([\"Acc\", \"Done\", \"Reset\", \"Zero\", \"DnDone\"])");
+        check("X0.Done", "UnknownMember([])");
+    }
+
+    #[test]
+    fn names_that_read_as_addresses_in_any_case() {
+        assert!(reads_as_address("T1") && reads_as_address("x0") && reads_as_address("mhr7"));
+        assert!(!reads_as_address("tank1") && !reads_as_address("T1a") && !reads_as_address("T"));
+    }
+}

@@ -1,0 +1,331 @@
+//! A controller file, resolved: ranges and device rules have addresses, and fit together.
+//!
+//! Takes what [`crate::source::controller`] read and the program of its ladders; the daemon takes
+//! what comes out. Does no I/O: whether a port is free or a priority is granted shows at run time.
+
+use std::net::SocketAddr;
+
+use super::claims;
+use super::program::Program;
+use super::range::{Range, Space, resolve_range};
+use super::scope::Scope;
+use crate::isa::{Address, Bit, BitSpace, WordSpace};
+use crate::source::controller::{self as written, DeviceRule, Mapping};
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::{Located, Span};
+
+/// What a controller file asks for, beside its ladders.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    /// Scan period, ms; at least 1.
+    pub period_ms: u32,
+    /// One scan longer than this is a fault, ms; at least 1.
+    pub watchdog_ms: u32,
+    /// What is asked of the operating system.
+    pub realtime: written::Realtime,
+    /// Outputs that are ON in the safe state: ranges of Y.
+    pub outputs_on: Vec<Range>,
+    /// Outputs that keep their state: ranges of Y.
+    pub outputs_hold: Vec<Range>,
+    /// What survives a restart.
+    pub retain: Vec<Range>,
+    /// The Modbus server, if there is one.
+    pub modbus: Option<Modbus>,
+    /// Rules by which inputs move; at most one an input.
+    pub devices: Vec<Device>,
+    /// How often statistics are logged, ms; 0: never.
+    pub statistics_ms: u32,
+}
+
+/// A Modbus server.
+#[derive(Clone, Debug)]
+pub struct Modbus {
+    /// Where it listens.
+    pub listen: SocketAddr,
+    /// What clients may write: ranges of MC and MHR.
+    pub writable: Vec<Range>,
+    /// Coils copied to inputs: (MC, X), equally long.
+    pub inputs: Option<(Range, Range)>,
+    /// Outputs copied to discrete inputs: (Y, MI), equally long.
+    pub outputs: Option<(Range, Range)>,
+    /// How many connections at a time.
+    pub connections: u32,
+    /// A request that begins must be whole by then, ms.
+    pub frame_timeout_ms: u32,
+    /// A connection without requests ends then, ms.
+    pub idle_timeout_ms: u32,
+}
+
+/// A rule by which one input moves.
+#[derive(Clone, Debug)]
+pub struct Device {
+    /// The number of the X bit.
+    pub input: u32,
+    /// How it moves.
+    pub motion: Motion,
+    /// It only moves while this bit is ON; else it is OFF.
+    pub while_on: Option<Bit>,
+    /// The input is ON where the rule says OFF.
+    pub invert: bool,
+    /// The place of the rule.
+    pub span: Span,
+}
+
+/// How a simulated input moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// ON for `width_ms` in every `every_ms`, from `offset_ms` on.
+    Pulse {
+        /// How long it is ON; less than `every_ms`.
+        width_ms: u32,
+        /// How often.
+        every_ms: u32,
+        /// When the first one begins.
+        offset_ms: u32,
+    },
+    /// As another bit, later.
+    Follow {
+        /// The bit.
+        bit: Bit,
+        /// How long the bit is ON before the input is.
+        after_ms: u32,
+        /// How long the bit is OFF before the input is.
+        release_ms: u32,
+    },
+}
+
+/// Loopback, and no port that wants a privilege as 502 does.
+const LISTEN_DEFAULT: SocketAddr =
+    SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 1502);
+
+/// What may survive a restart: bits and words that only programs and clients write, and
+/// structures.
+const RETAINABLE: [Space; 10] = [
+    Space::Bit(BitSpace::C),
+    Space::Bit(BitSpace::Mc),
+    Space::Bit(BitSpace::Mi),
+    Space::Word(WordSpace::V),
+    Space::Word(WordSpace::D),
+    Space::Word(WordSpace::Mhr),
+    Space::Word(WordSpace::Mir),
+    Space::Counter,
+    Space::Timer,
+    Space::Sensaphone,
+];
+
+/// Resolves a controller file against the program of its ladders. Whether it can be used is told
+/// by the findings: with an error among them, parts may be missing.
+pub fn resolve_controller(
+    written: &written::Controller,
+    program: &Program,
+) -> (Controller, Vec<Finding>) {
+    let mut resolver = Resolver { scope: Scope::of(program), findings: Vec::new() };
+    let outputs = [Space::Bit(BitSpace::Y)];
+    let wanted = Wanted { spaces: &outputs, words: "outputs (Y)", code: Code::Controller };
+    let outputs_on = resolver.ranges(&written.outputs_on, &wanted);
+    let outputs_hold = resolver.ranges(&written.outputs_hold, &wanted);
+    let wanted = Wanted {
+        spaces: &RETAINABLE,
+        words: "data and structures (C, MC, MI, V, D, MHR, MIR, CT, T, N)",
+        code: Code::RetainRange,
+    };
+    let retain = resolver.ranges(&written.retain, &wanted);
+    for held in &outputs_hold {
+        if let Some(on) = outputs_on.iter().find(|on| on.overlaps(held)) {
+            let message = format!("`{held}` is to be held, and `{on}` to be ON");
+            let finding = Finding::new(Code::Controller, held.span, message);
+            resolver.findings.push(finding.related(on.span, "ON here"));
+        }
+    }
+    let scan = &written.scan;
+    let controller = Controller {
+        period_ms: resolver.at_least_one("period", &scan.period_ms),
+        watchdog_ms: resolver.at_least_one("watchdog", &scan.watchdog_ms),
+        realtime: scan.realtime.clone(),
+        outputs_on,
+        outputs_hold,
+        retain,
+        modbus: written.modbus_server.as_ref().map(|server| resolver.modbus(server)),
+        devices: resolver.devices(&written.devices),
+        statistics_ms: written.log.statistics_ms.unsigned_abs(),
+    };
+    resolver.findings.extend(claims::moved_twice(&controller));
+    (controller, resolver.findings)
+}
+
+/// What ranges may be of.
+struct Wanted<'a> {
+    spaces: &'a [Space],
+    words: &'static str,
+    code: Code,
+}
+
+struct Resolver {
+    scope: Scope,
+    findings: Vec<Finding>,
+}
+
+impl Resolver {
+    fn ranges(&mut self, texts: &[Text], wanted: &Wanted<'_>) -> Vec<Range> {
+        texts.iter().filter_map(|text| self.range(text, wanted)).collect()
+    }
+
+    fn range(&mut self, text: &Text, wanted: &Wanted<'_>) -> Option<Range> {
+        let range = match resolve_range(&self.scope, text) {
+            Ok(range) => range,
+            Err(finding) => {
+                self.findings.push(finding);
+                return None;
+            }
+        };
+        if !wanted.spaces.contains(&range.space) {
+            let message = format!("`{range}`: only {} can stand here", wanted.words);
+            self.findings.push(Finding::new(wanted.code, text.span, message));
+            return None;
+        }
+        Some(range)
+    }
+
+    fn at_least_one(&mut self, key: &str, ms: &Located<i32>) -> u32 {
+        if ms.value < 1 {
+            let message = format!("`{key}` is at least 1ms");
+            self.findings.push(Finding::new(Code::OutOfRange, ms.span, message));
+        }
+        ms.value.max(1).unsigned_abs()
+    }
+
+    fn modbus(&mut self, server: &written::ModbusServer) -> Modbus {
+        let listen = server.listen.as_ref().map_or(LISTEN_DEFAULT, |listen| {
+            listen.text.parse().unwrap_or_else(|_| {
+                let message = format!("`{}` is no address to listen at", listen.text);
+                let finding = Finding::new(Code::Controller, listen.span, message);
+                self.findings.push(
+                    finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`"),
+                );
+                LISTEN_DEFAULT
+            })
+        });
+        let timeouts =
+            [("frame-timeout", server.frame_timeout_ms), ("idle-timeout", server.idle_timeout_ms)];
+        for (key, ms) in timeouts {
+            self.at_least_one(key, &Located { value: ms, span: server.span });
+        }
+        let wanted = Wanted {
+            spaces: &[Space::Bit(BitSpace::Mc), Space::Word(WordSpace::Mhr)],
+            words: "what Modbus clients write (MC, MHR)",
+            code: Code::Controller,
+        };
+        let writable = self.ranges(&server.writable, &wanted);
+        let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
+        let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
+        Modbus {
+            listen,
+            writable,
+            inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
+            outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
+            connections: server.connections,
+            frame_timeout_ms: server.frame_timeout_ms.unsigned_abs(),
+            idle_timeout_ms: server.idle_timeout_ms.unsigned_abs(),
+        }
+    }
+
+    fn mapping(
+        &mut self,
+        mapping: &Mapping,
+        spaces: [(BitSpace, &'static str); 2],
+    ) -> Option<(Range, Range)> {
+        let mut side = |text: &Option<Text>, (space, words): (BitSpace, &'static str)| {
+            let spaces = [Space::Bit(space)];
+            let wanted = Wanted { spaces: &spaces, words, code: Code::Controller };
+            self.range(text.as_ref()?, &wanted)
+        };
+        let (from, to) = (side(&mapping.from, spaces[0]), side(&mapping.to, spaces[1]));
+        let (from, to) = (from?, to?);
+        if from.count() != to.count() {
+            let message =
+                format!("`{from}` has {} elements, and `{to}` {}", from.count(), to.count());
+            let finding = Finding::new(Code::Controller, mapping.span, message);
+            self.findings.push(finding.help("both ranges are equally long"));
+            return None;
+        }
+        Some((from, to))
+    }
+
+    fn devices(&mut self, rules: &[DeviceRule]) -> Vec<Device> {
+        let mut devices: Vec<Device> = Vec::new();
+        for rule in rules {
+            let Some(device) = self.device(rule) else { continue };
+            if let Some(other) = devices.iter().find(|other| other.input == device.input) {
+                let message = format!("a second rule for `X{}`", device.input);
+                let finding = Finding::new(Code::Controller, rule.span, message);
+                self.findings.push(finding.related(other.span, "the first one"));
+                continue;
+            }
+            devices.push(device);
+        }
+        devices
+    }
+
+    fn device(&mut self, rule: &DeviceRule) -> Option<Device> {
+        let input = self.bit(rule.input.as_ref());
+        let while_on = self.bit(rule.while_on.as_ref());
+        let motion = self.motion(rule);
+        let Bit::Space(BitSpace::X, input) = input? else {
+            let span = rule.input.as_ref().map_or(rule.span, |input| input.span);
+            let finding = Finding::new(Code::Controller, span, "a simulated device moves an input");
+            self.findings.push(finding.help("name an X bit, or a tag of one"));
+            return None;
+        };
+        Some(Device { input, motion: motion?, while_on, invert: rule.invert, span: rule.span })
+    }
+
+    fn motion(&mut self, rule: &DeviceRule) -> Option<Motion> {
+        let bit = self.bit(rule.follows.as_ref());
+        let pulse_keys = [&rule.pulse_ms, &rule.every_ms, &rule.offset_ms];
+        let follow_keys = [&rule.after_ms, &rule.release_ms];
+        let given = |keys: &[&Option<Located<i32>>]| keys.iter().find_map(|k| k.as_ref()).cloned();
+        let stray = match (&rule.follows, given(&pulse_keys), given(&follow_keys)) {
+            (Some(_), Some(pulse), _) => Some(pulse),
+            (None, Some(_), Some(follow)) => Some(follow),
+            _ => None,
+        };
+        let help =
+            "either `pulse` and `every` (and `offset`), or `follows` (and `after`, `release`)";
+        if let Some(stray) = stray {
+            let message = "a device pulses or follows, not both";
+            self.findings.push(Finding::new(Code::Controller, stray.span, message).help(help));
+            return None;
+        }
+        let ms = |value: &Option<Located<i32>>| value.as_ref().map(|ms| ms.value.unsigned_abs());
+        if rule.follows.is_some() {
+            let after_ms = ms(&rule.after_ms).unwrap_or(0);
+            let release_ms = ms(&rule.release_ms).unwrap_or(after_ms);
+            return Some(Motion::Follow { bit: bit?, after_ms, release_ms });
+        }
+        let (Some(width_ms), Some(every_ms)) = (ms(&rule.pulse_ms), ms(&rule.every_ms)) else {
+            let message = "a rule that does not say how the input moves";
+            self.findings.push(Finding::new(Code::MissingKey, rule.span, message).help(help));
+            return None;
+        };
+        if width_ms == 0 || width_ms >= every_ms {
+            let span = rule.pulse_ms.as_ref().map_or(rule.span, |pulse| pulse.span);
+            let message = "a pulse is longer than nothing and shorter than `every`";
+            self.findings.push(Finding::new(Code::Controller, span, message));
+            return None;
+        }
+        let offset_ms = ms(&rule.offset_ms).unwrap_or(0);
+        Some(Motion::Pulse { width_ms, every_ms, offset_ms })
+    }
+
+    fn bit(&mut self, name: Option<&Text>) -> Option<Bit> {
+        let name = name?;
+        let message = match self.scope.address(&name.text) {
+            Ok(Address::Bit(bit)) => return Some(bit),
+            Ok(_) => format!("`{}` is not a bit", name.text),
+            Err(message) => message,
+        };
+        self.findings.push(Finding::new(Code::Controller, name.span, message));
+        None
+    }
+}

@@ -1,0 +1,126 @@
+//! Ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or a tag of one.
+
+use super::scope::{Mistake, Scope, Thing};
+use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// The spaces that a range can lie in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Space {
+    /// Plain bits.
+    Bit(BitSpace),
+    /// Plain words.
+    Word(WordSpace),
+    /// `CT`.
+    Counter,
+    /// `T`.
+    Timer,
+    /// `N`.
+    Sensaphone,
+}
+
+/// Elements `first..=last` of one space, numbered as written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Range {
+    /// The space.
+    pub space: Space,
+    /// The first number.
+    pub first: u32,
+    /// The last number; never less than the first.
+    pub last: u32,
+    /// Its place.
+    pub span: Span,
+}
+
+impl Space {
+    /// The prefix as written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Space::Bit(space) => space.name(),
+            Space::Word(space) => space.name(),
+            Space::Counter => "CT",
+            Space::Timer => "T",
+            Space::Sensaphone => "N",
+        }
+    }
+}
+
+impl Range {
+    /// How many elements it has.
+    pub fn count(&self) -> u32 {
+        self.last - self.first + 1
+    }
+
+    /// Whether two ranges have an element in common.
+    pub fn overlaps(&self, other: &Range) -> bool {
+        self.space == other.space && self.first <= other.last && other.first <= self.last
+    }
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = self.space.name();
+        if self.first == self.last {
+            return write!(f, "{name}{}", self.first);
+        }
+        write!(f, "{name}{}..{name}{}", self.first, self.last)
+    }
+}
+
+/// Resolves `A..B`, or a single address or tag.
+///
+/// # Errors
+/// The finding: an end that is no address, two different spaces, or ends in the wrong order.
+pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
+    let (low, high) = match text.text.split_once("..") {
+        Some((low, high)) => (low.trim(), high.trim()),
+        None => (text.text.trim(), text.text.trim()),
+    };
+    let (space, first) = element(scope, low, text.span)?;
+    let (other, last) = element(scope, high, text.span)?;
+    let finding = |message: String| Finding::new(Code::Controller, text.span, message);
+    if space != other {
+        let message = format!(
+            "a range lies in one memory block, not in {space} and {other}",
+            space = space.name(),
+            other = other.name()
+        );
+        return Err(finding(message));
+    }
+    if last < first {
+        let finding = finding("a range goes from low to high".to_owned());
+        return Err(finding.help(format!("write `{high}..{low}`")));
+    }
+    Ok(Range { space, first, last, span: text.span })
+}
+
+fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Finding> {
+    let thing = match scope.look_up(name) {
+        Ok(found) => found.thing,
+        Err(Mistake::Reported) => {
+            return Err(Finding::new(Code::UnknownName, span, format!("`{name}` is a broken tag")));
+        }
+        Err(Mistake::New { code, message, help }) => {
+            let mut finding = Finding::new(code, span, message);
+            finding.help = help;
+            return Err(finding);
+        }
+    };
+    let wrong = |help: &str| {
+        let message = format!("`{name}` cannot stand in a range");
+        Err(Finding::new(Code::Controller, span, message).help(help))
+    };
+    let Thing::Address(address) = thing else {
+        return wrong("ranges are of addresses: `Y8..Y9`, `D100..D199`, `CT8..CT15`");
+    };
+    match address {
+        Address::Bit(Bit::Space(space, n)) => Ok((Space::Bit(space), n)),
+        Address::Word(Word::Space(space, n)) => Ok((Space::Word(space), n)),
+        Address::Structure(Structure::Counter(n)) => Ok((Space::Counter, n)),
+        Address::Structure(Structure::Timer(n)) => Ok((Space::Timer, n)),
+        Address::Structure(Structure::Sensaphone(n)) => Ok((Space::Sensaphone, n)),
+        _ => wrong("name whole structures: `CT8..CT15`"),
+    }
+}

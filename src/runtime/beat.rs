@@ -1,0 +1,115 @@
+//! Signs of life of the scan thread, and the request to stop, as atomics.
+//!
+//! The scan thread says when it begins and ends a scan; the monitor thread looks from outside.
+//! Who of the two calls a scan too long is settled by one compare-and-swap, so both agree.
+
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+
+const IDLE: u64 = 0;
+const TRIPPED: u64 = u64::MAX;
+
+/// How the scan thread is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Life {
+    Alive,
+    /// It has ended as it should.
+    Ended,
+    /// It has ended in a panic.
+    Lost,
+}
+
+#[derive(Debug)]
+pub(super) struct Beat {
+    /// The timestamp of the scan under way, or [`IDLE`], or [`TRIPPED`].
+    scan_since_ns: AtomicU64,
+    /// Complete scans and ticks so far.
+    pulses: AtomicU64,
+    stop: AtomicBool,
+    life: AtomicU8,
+}
+
+impl Default for Beat {
+    fn default() -> Self {
+        Beat {
+            scan_since_ns: AtomicU64::new(IDLE),
+            pulses: AtomicU64::new(0),
+            stop: AtomicBool::new(false),
+            life: AtomicU8::new(Life::Alive as u8),
+        }
+    }
+}
+
+impl Beat {
+    /// A scan begins.
+    pub fn begin(&self, now_ns: u64) {
+        self.scan_since_ns.store(now_ns.clamp(1, TRIPPED - 1), Ordering::Release);
+    }
+
+    /// The scan is over; false if the monitor has called it too long meanwhile.
+    pub fn end(&self) -> bool {
+        self.scan_since_ns.swap(IDLE, Ordering::AcqRel) != TRIPPED
+    }
+
+    /// Calls the scan under way too long if it is, and was not before.
+    pub fn trip(&self, now_ns: u64, watchdog_ns: u64) -> bool {
+        let since = self.scan_since_ns.load(Ordering::Acquire);
+        if since == IDLE || since == TRIPPED || now_ns.saturating_sub(since) <= watchdog_ns {
+            return false;
+        }
+        let exchange = self.scan_since_ns.compare_exchange(
+            since,
+            TRIPPED,
+            Ordering::AcqRel,
+            Ordering::Acquire,
+        );
+        exchange.is_ok()
+    }
+
+    /// A scan is complete, or a tick in STOP or FAULT.
+    pub fn pulse(&self) {
+        self.pulses.fetch_add(1, Ordering::Release);
+    }
+
+    pub fn pulses(&self) -> u64 {
+        self.pulses.load(Ordering::Acquire)
+    }
+
+    pub fn request_stop(&self) {
+        self.stop.store(true, Ordering::Release);
+    }
+
+    pub fn stop_requested(&self) -> bool {
+        self.stop.load(Ordering::Acquire)
+    }
+
+    pub fn set_life(&self, life: Life) {
+        self.life.store(life as u8, Ordering::Release);
+    }
+
+    pub fn life(&self) -> Life {
+        match self.life.load(Ordering::Acquire) {
+            0 => Life::Alive,
+            1 => Life::Ended,
+            _ => Life::Lost,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_is_called_too_long_once_and_both_sides_agree() {
+        let beat = Beat::default();
+        assert!(!beat.trip(1000, 10), "no scan is under way");
+        beat.begin(100);
+        assert!(!beat.trip(110, 10), "as long as the watchdog is not too long");
+        assert!(beat.trip(111, 10));
+        assert!(!beat.trip(120, 10), "called so already");
+        assert!(!beat.end());
+        beat.begin(200);
+        assert!(beat.end());
+    }
+}

@@ -1,0 +1,73 @@
+//! What the scanner scans: the engine, seen through the few calls that a scan consists of.
+//!
+//! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
+//! a test says. Nothing here adds to what the engine does.
+
+use crate::engine::{BitCell, BlockEvent, Engine, ScanTimes, WordCell};
+
+/// What is scanned: the engine, or a stand-in in tests.
+pub trait Machine {
+    /// RUN begins.
+    fn start(&mut self, now_ns: u64);
+    /// Step 1 of a scan.
+    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes);
+    /// Step 2, for every X.
+    fn set_input(&mut self, x: u32, on: bool);
+    /// Step 3, for every queued write.
+    fn write_bit(&mut self, cell: BitCell, on: bool);
+    /// Step 3, for every queued write.
+    fn write_word(&mut self, cell: WordCell, value: i32);
+    /// Steps 4 to 7; true if this was the last scan.
+    fn execute(&mut self) -> bool;
+    /// The next scan that is begun is the last.
+    fn request_stop(&mut self);
+    /// The termination passes behind the last scan.
+    fn terminate(&mut self);
+    /// All bits and words.
+    fn image(&self) -> (&[u8], &[i32]);
+    /// What happened to blocks in the last scan or in `terminate`, and how much more did.
+    fn events(&self) -> (&[BlockEvent], u32);
+}
+
+impl Machine for Engine {
+    fn start(&mut self, now_ns: u64) {
+        Engine::start(self, now_ns);
+    }
+
+    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
+        Engine::begin_scan(self, now_ns, times);
+    }
+
+    fn set_input(&mut self, x: u32, on: bool) {
+        Engine::set_input(self, x, on);
+    }
+
+    fn write_bit(&mut self, cell: BitCell, on: bool) {
+        Engine::write_bit(self, cell, on);
+    }
+
+    fn write_word(&mut self, cell: WordCell, value: i32) {
+        Engine::write_word(self, cell, value);
+    }
+
+    fn execute(&mut self) -> bool {
+        Engine::execute(self).last
+    }
+
+    fn request_stop(&mut self) {
+        Engine::request_stop(self);
+    }
+
+    fn terminate(&mut self) {
+        Engine::terminate(self);
+    }
+
+    fn image(&self) -> (&[u8], &[i32]) {
+        let image = Engine::image(self);
+        (image.bits(), image.words())
+    }
+
+    fn events(&self) -> (&[BlockEvent], u32) {
+        (Engine::events(self), self.events_dropped())
+    }
+}

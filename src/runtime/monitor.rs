@@ -1,0 +1,85 @@
+//! The world's thread beside the scan thread: it shows what was scanned, and it watches.
+//!
+//! A few hundred times a second it makes the latest image visible in the port, hands records to
+//! the [`Observer`] (which must not block: the log's own writer sees to that), and looks whether
+//! the scan under way has outlived the watchdog. Such a scan cannot be left from inside; seen from
+//! outside it is a fault with outputs safe, and since no sign of life comes any more, systemd's
+//! watchdog will end the process.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use super::beat::{Beat, Life};
+use super::exchange::{FaultReason, Port, Snapshot};
+use super::link::WorldSide;
+use super::record::{JournalReader, Record};
+use super::statistics::Statistics;
+
+/// Who wants to know: the log writer. Called on the monitor thread; none of it may block.
+pub trait Observer: Send {
+    /// Something happened.
+    fn record(&mut self, record: &Record);
+    /// A report of statistics is due.
+    fn statistics(&mut self, statistics: &Statistics);
+    /// So many more records were dropped, since the ring was full.
+    fn dropped(&mut self, records: u64);
+    /// The monitor itself has called a fault.
+    fn tripped(&mut self, reason: FaultReason, now_ns: u64);
+    /// At every turn, behind all of the above.
+    fn turn(&mut self, latest: &Snapshot, now_ns: u64);
+}
+
+/// The monitor thread's state.
+pub struct Monitor<O> {
+    pub(super) world: WorldSide,
+    pub(super) journal: JournalReader,
+    pub(super) beat: Arc<Beat>,
+    pub(super) port: Port,
+    pub(super) observer: O,
+    pub(super) watchdog_ns: u64,
+    pub(super) dropped: u64,
+    pub(super) lost: bool,
+}
+
+impl<O: Observer> Monitor<O> {
+    /// One turn; false once the scan thread has ended and all it left is handed on.
+    pub fn turn(&mut self, now_ns: u64) -> bool {
+        let life = self.beat.life();
+        self.world.pump();
+        self.read_journal();
+        self.watch(life, now_ns);
+        self.observer.turn(&self.port.latest(), now_ns);
+        life != Life::Ended
+    }
+
+    fn read_journal(&mut self) {
+        // No more than was there at first: a scan thread that tells more and more may not keep
+        // the watching from its turn.
+        for _ in 0..self.journal.records.slots() {
+            if let Ok(record) = self.journal.records.pop() {
+                self.observer.record(&record);
+            }
+        }
+        while let Ok(statistics) = self.journal.reports.pop() {
+            self.observer.statistics(&statistics);
+        }
+        let dropped = self.journal.dropped.load(Ordering::Relaxed);
+        if dropped > self.dropped {
+            self.observer.dropped(dropped - self.dropped);
+            self.dropped = dropped;
+        }
+    }
+
+    fn watch(&mut self, life: Life, now_ns: u64) {
+        let reason = if life == Life::Lost && !self.lost {
+            self.lost = true;
+            FaultReason::ScanThreadGone
+        } else if self.beat.trip(now_ns, self.watchdog_ns) {
+            FaultReason::ScanNeverEnds
+        } else {
+            return;
+        };
+        self.world.trip(reason);
+        self.observer.tripped(reason, now_ns);
+    }
+}

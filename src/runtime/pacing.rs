@@ -1,0 +1,89 @@
+//! When scans are due: a fixed grid of absolute deadlines.
+//!
+//! The scan thread sleeps until a grid point, scans, and asks for the next one. A scan that ends
+//! after the next point is an overrun: the points that have passed are skipped and counted, and
+//! never made up for by a burst. The clock is handed in, so that all of this is tested with
+//! numbers.
+
+use super::sys;
+
+/// The monotonic clock, and the way to wait for it.
+pub trait Clock {
+    /// Nanoseconds of a clock that never steps.
+    fn now_ns(&self) -> u64;
+    /// Returns at the deadline, or as soon after it as the machine manages.
+    fn sleep_until(&mut self, deadline_ns: u64);
+}
+
+/// The machine's own clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MonotonicClock;
+
+impl Clock for MonotonicClock {
+    fn now_ns(&self) -> u64 {
+        sys::monotonic_ns()
+    }
+
+    fn sleep_until(&mut self, deadline_ns: u64) {
+        sys::sleep_until_ns(deadline_ns);
+    }
+}
+
+/// The grid: `first`, `first + period`, `first + 2 periods`, …
+#[derive(Clone, Copy, Debug)]
+pub struct Grid {
+    period_ns: u64,
+    deadline_ns: u64,
+}
+
+impl Grid {
+    /// A grid whose first point is `first_ns`. The period is at least 1 ns.
+    pub fn new(first_ns: u64, period_ns: u64) -> Grid {
+        Grid { period_ns: period_ns.max(1), deadline_ns: first_ns }
+    }
+
+    /// The point that is due next.
+    pub fn deadline_ns(&self) -> u64 {
+        self.deadline_ns
+    }
+
+    /// Goes on to the first point that does not lie before `end_ns`, and tells how many points
+    /// between were skipped: 0 unless the scan overran.
+    pub fn advance(&mut self, end_ns: u64) -> u64 {
+        self.deadline_ns += self.period_ns;
+        let behind_ns = end_ns.saturating_sub(self.deadline_ns);
+        let skipped = behind_ns.div_ceil(self.period_ns);
+        self.deadline_ns += skipped * self.period_ns;
+        skipped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Periods of 10 from 100: where the grid goes after scans that end at the given times.
+    fn check(ends: &[u64], expected: &[(u64, u64)]) {
+        let mut grid = Grid::new(100, 10);
+        let found: Vec<_> =
+            ends.iter().map(|end| (grid.advance(*end), grid.deadline_ns())).collect();
+        assert_eq!(found, expected, "{ends:?}");
+    }
+
+    #[test]
+    fn scans_in_time_keep_the_grid() {
+        check(&[101, 119, 129], &[(0, 110), (0, 120), (0, 130)]);
+    }
+
+    #[test]
+    fn a_scan_that_ends_on_the_next_point_is_in_time() {
+        check(&[110], &[(0, 110)]);
+    }
+
+    #[test]
+    fn an_overrun_skips_to_the_next_point() {
+        check(&[111, 121], &[(1, 120), (0, 130)]);
+        check(&[145], &[(4, 150)]);
+        check(&[150], &[(4, 150)]);
+    }
+}

@@ -1,0 +1,210 @@
+//! What the scan thread tells the log: small records through a ring that never blocks it.
+//!
+//! The scan thread writes numbers; names and sentences are made by whoever reads the ring. Where
+//! the reader is too slow, records are dropped and counted. Alarms and logged tags are compared
+//! here, scan by scan, so that the log misses no change and knows how long a bit was ON.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::exchange::Mode;
+use super::statistics::Statistics;
+use crate::engine::{BitCell, BlockEvent, WordCell};
+
+/// How many records wait for their reader before further ones are dropped.
+const RECORDS_MAX: usize = 4096;
+/// The same for reports of statistics, of which there is one in many seconds.
+const REPORTS_MAX: usize = 4;
+/// Overruns behind the first are summed up over this time.
+const OVERRUN_SUMMARY_NS: u64 = 10_000_000_000;
+
+/// Something that happened, and in which scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// The scan: 1 is the first since the process started.
+    pub scan: u64,
+    /// CLOCK_MONOTONIC.
+    pub at_ns: u64,
+    /// What.
+    pub what: What,
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum What {
+    /// The mode changed.
+    Mode(Mode),
+    /// A block or Stage.
+    Block(BlockEvent),
+    /// So many events of blocks in this scan were too many to tell.
+    EventsLost(u32),
+    /// A watched bit, by its position in [`Watched::bits`]; how long it was in its old state.
+    Bit { watch: u32, on: bool, after_ns: u64 },
+    /// A watched word, by its position in [`Watched::words`].
+    Word { watch: u32, from: i32, to: i32 },
+    /// Scans that ended after the next grid point, since the last such record: because they
+    /// took long, or began late.
+    Overruns { count: u32, skipped: u64, scan_ns_max: u64, late_ns_max: u64 },
+}
+
+/// What the log wants to know of every change: alarms and tags with `log = "change"`.
+#[derive(Clone, Debug, Default)]
+#[allow(missing_docs)]
+pub struct Watched {
+    pub bits: Vec<BitCell>,
+    pub words: Vec<WordCell>,
+}
+
+/// The scan thread's end.
+pub(super) struct Journal {
+    records: Producer<Record>,
+    reports: Producer<Statistics>,
+    dropped: Arc<AtomicU64>,
+}
+
+/// The reader's end.
+pub(super) struct JournalReader {
+    pub records: Consumer<Record>,
+    pub reports: Consumer<Statistics>,
+    pub dropped: Arc<AtomicU64>,
+}
+
+pub(super) fn journal() -> (Journal, JournalReader) {
+    let (records, record_out) = RingBuffer::new(RECORDS_MAX);
+    let (reports, report_out) = RingBuffer::new(REPORTS_MAX);
+    let dropped = Arc::new(AtomicU64::new(0));
+    let reader =
+        JournalReader { records: record_out, reports: report_out, dropped: Arc::clone(&dropped) };
+    (Journal { records, reports, dropped }, reader)
+}
+
+impl Journal {
+    pub fn tell(&mut self, scan: u64, at_ns: u64, what: What) {
+        if self.records.push(Record { scan, at_ns, what }).is_err() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    pub fn report(&mut self, statistics: Statistics) {
+        if self.reports.push(statistics).is_err() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The last known state of what is watched.
+pub(super) struct Watches {
+    bits: Vec<(BitCell, bool, u64)>,
+    words: Vec<(WordCell, i32)>,
+}
+
+impl Watches {
+    /// From the memory of a cold start: an alarm that is ON there is news.
+    pub fn new(watched: &Watched, words: &[i32], now_ns: u64) -> Watches {
+        Watches {
+            bits: watched.bits.iter().map(|cell| (*cell, false, now_ns)).collect(),
+            words: watched.words.iter().map(|cell| (*cell, words[cell.0 as usize])).collect(),
+        }
+    }
+
+    /// Tells of every change in an image.
+    pub fn compare(&mut self, image: (&[u8], &[i32]), mut tell: impl FnMut(What), now_ns: u64) {
+        for (watch, (cell, on, since_ns)) in self.bits.iter_mut().enumerate() {
+            let is_on = image.0[cell.0 as usize] != 0;
+            if is_on != *on {
+                let after_ns = now_ns.saturating_sub(*since_ns);
+                (*on, *since_ns) = (is_on, now_ns);
+                tell(What::Bit { watch: watch as u32, on: is_on, after_ns });
+            }
+        }
+        for (watch, (cell, value)) in self.words.iter_mut().enumerate() {
+            let to = image.1[cell.0 as usize];
+            if to != *value {
+                let from = std::mem::replace(value, to);
+                tell(What::Word { watch: watch as u32, from, to });
+            }
+        }
+    }
+}
+
+/// Sums up overruns, so that a controller that is always late does not fill its log with it.
+#[derive(Default)]
+pub(super) struct OverrunSummary {
+    count: u32,
+    skipped: u64,
+    scan_ns_max: u64,
+    late_ns_max: u64,
+    told_ns: Option<u64>,
+}
+
+impl OverrunSummary {
+    pub fn add(&mut self, skipped: u64, scan_ns: u64, late_ns: u64) {
+        self.count = self.count.saturating_add(1);
+        self.skipped += skipped;
+        self.scan_ns_max = self.scan_ns_max.max(scan_ns);
+        self.late_ns_max = self.late_ns_max.max(late_ns);
+    }
+
+    /// What is to be told now: the first overrun at once, then sums.
+    pub fn due(&mut self, now_ns: u64) -> Option<What> {
+        let quiet = self.told_ns.is_some_and(|told| now_ns < told + OVERRUN_SUMMARY_NS);
+        if self.count == 0 || quiet { None } else { self.take(now_ns) }
+    }
+
+    /// What has not been told yet.
+    pub fn take(&mut self, now_ns: u64) -> Option<What> {
+        if self.count == 0 {
+            return None;
+        }
+        let OverrunSummary { count, skipped, scan_ns_max, late_ns_max, .. } =
+            std::mem::replace(self, OverrunSummary { told_ns: Some(now_ns), ..Self::default() });
+        Some(What::Overruns { count, skipped, scan_ns_max, late_ns_max })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_told_once_with_the_time_before_them() {
+        let watched = Watched { bits: vec![BitCell(1)], words: vec![WordCell(0)] };
+        let mut watches = Watches::new(&watched, &[5], 100);
+        let mut told = Vec::new();
+        for (bit, word, now_ns) in [(0, 5, 110), (1, 6, 120), (1, 6, 130), (0, 5, 150)] {
+            watches.compare((&[9, bit], &[word]), |what| told.push(what), now_ns);
+        }
+        let bit = |on, after_ns| What::Bit { watch: 0, on, after_ns };
+        let word = |from, to| What::Word { watch: 0, from, to };
+        assert_eq!(told, [bit(true, 20), word(5, 6), bit(false, 30), word(6, 5)]);
+    }
+
+    #[test]
+    fn the_first_overrun_is_told_at_once_and_the_rest_in_sums() {
+        let s = 1_000_000_000;
+        let mut summary = OverrunSummary::default();
+        assert_eq!(summary.due(0), None);
+        let due = |count, skipped, scan_ns_max, late_ns_max| {
+            Some(What::Overruns { count, skipped, scan_ns_max, late_ns_max })
+        };
+        summary.add(1, 7, 0);
+        assert_eq!(summary.due(0), due(1, 1, 7, 0));
+        summary.add(2, 9, 1);
+        summary.add(1, 8, 5);
+        assert_eq!(summary.due(9 * s), None);
+        assert_eq!(summary.due(10 * s), due(2, 3, 9, 5));
+        assert_eq!(summary.due(30 * s), None);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_counted() {
+        let (mut journal, reader) = journal();
+        for scan in 0..RECORDS_MAX as u64 + 3 {
+            journal.tell(scan, 0, What::EventsLost(1));
+        }
+        assert_eq!(reader.dropped.load(Ordering::Relaxed), 3);
+    }
+}

@@ -1,0 +1,317 @@
+//! The scan thread's loop: wait for the grid, scan or tick, measure, publish.
+//!
+//! It owns the engine. It takes the time from the [`Clock`] it was given, the inputs and writes
+//! from its side of the exchange, and hands on images, records and statistics. It allocates
+//! nothing, takes no lock, writes no log and touches no file: `tests/scan_thread.rs` counts.
+//!
+//! Modes are those of `docs/semantics.md`, section 4. An engine that panics, and a scan that takes
+//! longer than the watchdog allows, is a fault; that scan is not complete: its image is not
+//! published, its writes are refused, and what is to be held is the scan's before it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use super::beat::Beat;
+use super::exchange::{BATCH_WRITES_MAX, FaultReason, Mode, StopReason, Write};
+use super::link::ScanSide;
+use super::machine::Machine;
+use super::pacing::{Clock, Grid};
+use super::record::{Journal, OverrunSummary, Watched, Watches, What};
+use super::statistics::{Books, Statistics};
+
+/// The most writes that one scan applies; batches behind them wait for the next. Any batch fits.
+const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
+/// The first report of statistics comes after this time, where they are not wanted sooner.
+const FIRST_REPORT_NS: u64 = 5_000_000_000;
+/// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
+const LAST_TICKS_MAX: u32 = 1000;
+
+/// What the scanner is told at start.
+#[derive(Clone, Debug)]
+pub struct Pace {
+    /// From scan to scan.
+    pub period_ns: u64,
+    /// A scan longer than this is a fault.
+    pub watchdog_ns: u64,
+    /// The orderly stop comes with this scan.
+    pub scans: Option<u64>,
+    /// From report to report of statistics; `None`: there are none.
+    pub statistics_every_ns: Option<u64>,
+}
+
+/// What remains of a scan thread that has ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// The mode at the end.
+    pub mode: Mode,
+    /// Complete scans.
+    pub scans: u64,
+    /// The statistics of the whole time in RUN.
+    pub statistics: Statistics,
+}
+
+/// The scan thread's loop and all it owns.
+pub struct Scanner<M, C> {
+    machine: M,
+    clock: C,
+    side: ScanSide,
+    journal: Journal,
+    beat: Arc<Beat>,
+    pace: Pace,
+    grid: Grid,
+    books: Books,
+    watches: Watches,
+    overruns: OverrunSummary,
+    mode: Mode,
+    /// Complete scans.
+    scans: u64,
+    /// Why the engine was asked to stop, if it was.
+    stopping: Option<StopReason>,
+    /// STOP is to be shown, and no snapshot was spare for it.
+    unpublished: bool,
+    last_ticks: u32,
+    next_report_ns: u64,
+    ended_ns: u64,
+}
+
+/// What a scanner is put together from.
+pub(super) struct Parts<M, C> {
+    pub machine: M,
+    pub clock: C,
+    pub side: ScanSide,
+    pub journal: Journal,
+    pub beat: Arc<Beat>,
+    pub pace: Pace,
+    pub watched: Watched,
+}
+
+impl<M: Machine, C: Clock> Scanner<M, C> {
+    pub(super) fn new(parts: Parts<M, C>) -> Scanner<M, C> {
+        let Parts { machine, clock, side, journal, beat, pace, watched } = parts;
+        let now_ns = clock.now_ns();
+        Scanner {
+            watches: Watches::new(&watched, machine.image().1, now_ns),
+            grid: Grid::new(now_ns, pace.period_ns),
+            books: Books::new(now_ns),
+            overruns: OverrunSummary::default(),
+            mode: Mode::Stop(StopReason::NotStarted),
+            scans: 0,
+            stopping: None,
+            unpublished: false,
+            last_ticks: 0,
+            next_report_ns: 0,
+            ended_ns: now_ns,
+            machine,
+            clock,
+            side,
+            journal,
+            beat,
+            pace,
+        }
+    }
+
+    /// RUN begins: the grid, the statistics and the engine's time start now.
+    pub fn start(&mut self) {
+        let now_ns = self.clock.now_ns();
+        self.grid = Grid::new(now_ns, self.pace.period_ns);
+        self.books.restart(now_ns);
+        let first_ns = self.pace.statistics_every_ns.unwrap_or(0).min(FIRST_REPORT_NS);
+        self.next_report_ns = now_ns + first_ns;
+        self.machine.start(now_ns);
+        self.side.set_running(true);
+        self.enter(Mode::Run, now_ns);
+    }
+
+    /// Waits for the next grid point and does what is due; false once the thread is to end.
+    pub fn step(&mut self) -> bool {
+        let deadline_ns = self.grid.deadline_ns();
+        self.clock.sleep_until(deadline_ns);
+        let woke_ns = self.clock.now_ns();
+        if self.mode == Mode::Run {
+            self.scan(woke_ns, woke_ns.saturating_sub(deadline_ns));
+        } else {
+            self.tick(woke_ns);
+        }
+        let end_ns = self.clock.now_ns();
+        let skipped = self.grid.advance(end_ns);
+        if self.mode == Mode::Run {
+            self.account(skipped, woke_ns.saturating_sub(deadline_ns), end_ns);
+        }
+        !self.is_over()
+    }
+
+    /// What remains at the end.
+    pub fn report(&self) -> Report {
+        let statistics = self.books.whole(self.ended_ns);
+        Report { mode: self.mode, scans: self.scans, statistics }
+    }
+
+    fn scan(&mut self, woke_ns: u64, lateness_ns: u64) {
+        self.ask_for_stop();
+        self.beat.begin(woke_ns);
+        let last = self.guarded(|scanner| scanner.execute(woke_ns));
+        let scan_ns = self.clock.now_ns().saturating_sub(woke_ns);
+        let in_time = self.beat.end() && scan_ns <= self.pace.watchdog_ns;
+        match last {
+            None => self.fail(FaultReason::EnginePanic, woke_ns),
+            Some(_) if !in_time => self.fail(too_long(scan_ns), woke_ns),
+            Some(last) => {
+                self.books.scan(scan_ns, lateness_ns);
+                self.complete(woke_ns);
+                if last {
+                    self.stop(woke_ns);
+                }
+            }
+        }
+    }
+
+    /// Steps 1 to 7.
+    fn execute(&mut self, now_ns: u64) -> bool {
+        self.machine.begin_scan(now_ns, &self.books.scan_times());
+        for (x, on) in self.side.inputs() {
+            self.machine.set_input(x, on);
+        }
+        let mut writes_left = SCAN_WRITES_MAX;
+        while let Some(writes) = self.side.next_batch(writes_left) {
+            writes_left -= writes.len();
+            for write in writes {
+                match *write {
+                    Write::Bit(cell, on) => self.machine.write_bit(cell, on),
+                    Write::Word(cell, value) => self.machine.write_word(cell, value),
+                    Write::Input(x, on) => self.machine.set_input(x, on),
+                }
+            }
+        }
+        self.machine.execute()
+    }
+
+    /// Steps 8 and 9.
+    fn complete(&mut self, now_ns: u64) {
+        self.scans += 1;
+        self.side.answer(true);
+        self.side.publish(self.scans, now_ns, Mode::Run, self.machine.image());
+        self.tell_events(now_ns);
+        self.beat.pulse();
+    }
+
+    /// Behind the last scan: the passes, then STOP.
+    fn stop(&mut self, now_ns: u64) {
+        self.side.set_running(false);
+        let begin_ns = self.clock.now_ns();
+        self.beat.begin(begin_ns);
+        let done = self.guarded(|scanner| scanner.machine.terminate());
+        let pass_ns = self.clock.now_ns().saturating_sub(begin_ns);
+        let in_time = self.beat.end() && pass_ns <= self.pace.watchdog_ns;
+        match done {
+            None => self.fail(FaultReason::EnginePanic, now_ns),
+            Some(()) if !in_time => self.fail(too_long(pass_ns), now_ns),
+            Some(()) => {
+                self.tell_events(now_ns);
+                self.leave_run(now_ns);
+                self.enter(Mode::Stop(self.stopping.unwrap_or(StopReason::Instruction)), now_ns);
+                self.unpublished = true;
+                self.publish_stop(now_ns);
+            }
+        }
+    }
+
+    fn fail(&mut self, reason: FaultReason, now_ns: u64) {
+        self.side.set_running(false);
+        self.side.answer(false);
+        self.side.publish_fault(reason);
+        self.leave_run(now_ns);
+        self.enter(Mode::Fault(reason), now_ns);
+    }
+
+    /// STOP and FAULT: nothing is scanned, the thread shows that it lives.
+    fn tick(&mut self, now_ns: u64) {
+        self.side.refuse_waiting();
+        self.publish_stop(now_ns);
+        self.beat.pulse();
+    }
+
+    fn publish_stop(&mut self, now_ns: u64) {
+        if self.unpublished {
+            let image = self.machine.image();
+            self.unpublished = !self.side.publish(self.scans, now_ns, self.mode, image);
+        }
+    }
+
+    fn ask_for_stop(&mut self) {
+        if self.stopping.is_some() {
+            return;
+        }
+        if self.beat.stop_requested() {
+            self.stopping = Some(StopReason::Signal);
+        } else if self.pace.scans.is_some_and(|limit| self.scans + 1 >= limit) {
+            self.stopping = Some(StopReason::ScanLimit);
+        }
+        if self.stopping.is_some() {
+            self.machine.request_stop();
+        }
+    }
+
+    fn enter(&mut self, mode: Mode, now_ns: u64) {
+        self.mode = mode;
+        self.journal.tell(self.scans, now_ns, What::Mode(mode));
+    }
+
+    fn leave_run(&mut self, now_ns: u64) {
+        self.ended_ns = now_ns;
+        if let Some(what) = self.overruns.take(now_ns) {
+            self.journal.tell(self.scans, now_ns, what);
+        }
+    }
+
+    fn tell_events(&mut self, now_ns: u64) {
+        let Scanner { machine, journal, watches, scans, .. } = self;
+        let (events, lost) = machine.events();
+        for event in events {
+            journal.tell(*scans, now_ns, What::Block(*event));
+        }
+        if lost > 0 {
+            journal.tell(*scans, now_ns, What::EventsLost(lost));
+        }
+        watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
+    }
+
+    /// Overruns and reports.
+    fn account(&mut self, skipped: u64, late_ns: u64, now_ns: u64) {
+        if skipped > 0 {
+            self.books.overrun(skipped);
+            self.overruns.add(skipped, self.books.last_scan_ns(), late_ns);
+        }
+        if let Some(what) = self.overruns.due(now_ns) {
+            self.journal.tell(self.scans, now_ns, what);
+        }
+        let Some(every_ns) = self.pace.statistics_every_ns else { return };
+        if now_ns >= self.next_report_ns {
+            self.next_report_ns = now_ns + every_ns;
+            self.journal.report(self.books.take_report(now_ns));
+        }
+    }
+
+    /// Calls what may meet a bug; `None` if it did.
+    fn guarded<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> Option<T> {
+        // Behind a panic the engine is not called again, so no broken state is seen.
+        catch_unwind(AssertUnwindSafe(|| call(self))).ok()
+    }
+
+    /// A signal ends the thread from STOP and FAULT too; with a number of scans nobody waits for
+    /// an operator.
+    fn is_over(&mut self) -> bool {
+        let asked = match self.mode {
+            Mode::Run => false,
+            Mode::Stop(StopReason::Signal | StopReason::ScanLimit) => true,
+            Mode::Stop(_) | Mode::Fault(_) => {
+                self.pace.scans.is_some() || self.beat.stop_requested()
+            }
+        };
+        self.last_ticks += u32::from(asked);
+        asked && (!self.unpublished || self.last_ticks > LAST_TICKS_MAX)
+    }
+}
+
+fn too_long(scan_ns: u64) -> FaultReason {
+    FaultReason::ScanTooLong { scan_us: u32::try_from(scan_ns / 1000).unwrap_or(u32::MAX) }
+}

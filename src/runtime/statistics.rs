@@ -1,0 +1,238 @@
+//! What the scan thread measures of itself: execution time, wake-up lateness, overruns.
+//!
+//! Kept twice, since the last report and since the start of RUN, in memory that was allocated at
+//! start. A [`Statistics`] is a copy of one of the two with its percentiles worked out.
+
+use super::histogram::Histogram;
+use crate::engine::ScanTimes;
+
+/// One measured quantity, in nanoseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Spread {
+    pub last_ns: u64,
+    pub min_ns: u64,
+    pub mean_ns: u64,
+    pub max_ns: u64,
+    pub p50_ns: u64,
+    pub p99_ns: u64,
+    pub p999_ns: u64,
+}
+
+/// What a report of statistics tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Whether it is about the whole time since the start of RUN, or since the last report.
+    pub whole: bool,
+    /// How long that was.
+    pub over_ns: u64,
+    /// Complete scans in it.
+    pub scans: u64,
+    /// How long a scan took, from its timestamp to the end of `BottomOfScan`.
+    pub execution: Spread,
+    /// How long after its grid point the scan thread was awake.
+    pub lateness: Spread,
+    /// Scans that ended after the next grid point.
+    pub overruns: u64,
+    /// Grid points that passed without a scan because of them.
+    pub skipped: u64,
+}
+
+/// One quantity being measured.
+#[derive(Default)]
+struct Measure {
+    histogram: Histogram,
+    last_ns: u64,
+    min_ns: u64,
+    max_ns: u64,
+    sum_ns: u64,
+    count: u64,
+}
+
+/// Both quantities and the overruns, since some moment.
+#[derive(Default)]
+struct Since {
+    from_ns: u64,
+    execution: Measure,
+    lateness: Measure,
+    overruns: u64,
+    skipped: u64,
+}
+
+/// The scan thread's own books.
+pub struct Books {
+    report: Since,
+    whole: Since,
+    mean: FilteredMean,
+}
+
+/// `DST1`: a mean that follows by a sixteenth of the difference, in 1/16 ns.
+#[derive(Default)]
+struct FilteredMean(Option<i64>);
+
+impl Books {
+    /// Empty, from a moment on.
+    pub fn new(now_ns: u64) -> Books {
+        let since = || Since { from_ns: now_ns, ..Since::default() };
+        Books { report: since(), whole: since(), mean: FilteredMean(None) }
+    }
+
+    /// Forgets all: RUN begins.
+    pub fn restart(&mut self, now_ns: u64) {
+        self.report.clear(now_ns);
+        self.whole.clear(now_ns);
+        self.mean = FilteredMean(None);
+    }
+
+    /// Enters a complete scan.
+    pub fn scan(&mut self, execution_ns: u64, lateness_ns: u64) {
+        for since in [&mut self.report, &mut self.whole] {
+            since.execution.add(execution_ns);
+            since.lateness.add(lateness_ns);
+        }
+        self.mean.add(execution_ns);
+    }
+
+    /// Enters an overrun.
+    pub fn overrun(&mut self, skipped: u64) {
+        for since in [&mut self.report, &mut self.whole] {
+            since.overruns += 1;
+            since.skipped += skipped;
+        }
+    }
+
+    /// How long the last scan took.
+    pub fn last_scan_ns(&self) -> u64 {
+        self.whole.execution.last_ns
+    }
+
+    /// What DST1..DST4 show.
+    pub fn scan_times(&self) -> ScanTimes {
+        let us = |ns: u64| i32::try_from(ns / 1000).unwrap_or(i32::MAX);
+        let execution = &self.whole.execution;
+        ScanTimes {
+            mean_us: us(self.mean.ns()),
+            min_us: us(execution.min_ns),
+            max_us: us(execution.max_ns),
+            last_us: us(execution.last_ns),
+        }
+    }
+
+    /// The statistics since the last call, which it begins anew.
+    pub fn take_report(&mut self, now_ns: u64) -> Statistics {
+        let statistics = self.report.statistics(now_ns);
+        self.report.clear(now_ns);
+        statistics
+    }
+
+    /// The statistics since the start of RUN.
+    pub fn whole(&self, now_ns: u64) -> Statistics {
+        Statistics { whole: true, ..self.whole.statistics(now_ns) }
+    }
+}
+
+impl Since {
+    fn statistics(&self, now_ns: u64) -> Statistics {
+        Statistics {
+            whole: false,
+            over_ns: now_ns.saturating_sub(self.from_ns),
+            scans: self.execution.count,
+            execution: self.execution.spread(),
+            lateness: self.lateness.spread(),
+            overruns: self.overruns,
+            skipped: self.skipped,
+        }
+    }
+
+    fn clear(&mut self, now_ns: u64) {
+        self.from_ns = now_ns;
+        self.execution.clear();
+        self.lateness.clear();
+        self.overruns = 0;
+        self.skipped = 0;
+    }
+}
+
+impl Measure {
+    fn add(&mut self, value_ns: u64) {
+        self.histogram.add(value_ns);
+        self.last_ns = value_ns;
+        self.min_ns = if self.count == 0 { value_ns } else { self.min_ns.min(value_ns) };
+        self.max_ns = self.max_ns.max(value_ns);
+        self.sum_ns = self.sum_ns.saturating_add(value_ns);
+        self.count += 1;
+    }
+
+    fn spread(&self) -> Spread {
+        // A bucket's upper edge may lie above the largest value that was seen.
+        let percentile = |per_mille| self.histogram.percentile(per_mille).min(self.max_ns);
+        Spread {
+            last_ns: self.last_ns,
+            min_ns: self.min_ns,
+            mean_ns: self.sum_ns.checked_div(self.count).unwrap_or(0),
+            max_ns: self.max_ns,
+            p50_ns: percentile(500),
+            p99_ns: percentile(990),
+            p999_ns: percentile(999),
+        }
+    }
+
+    fn clear(&mut self) {
+        self.histogram.clear();
+        (self.last_ns, self.min_ns, self.max_ns, self.sum_ns, self.count) = (0, 0, 0, 0, 0);
+    }
+}
+
+impl FilteredMean {
+    fn add(&mut self, value_ns: u64) {
+        let value = i64::try_from(value_ns).unwrap_or(i64::MAX / 32) * 16;
+        self.0 = Some(match self.0 {
+            None => value,
+            Some(mean) => mean + (value - mean) / 16,
+        });
+    }
+
+    fn ns(&self) -> u64 {
+        self.0.map_or(0, |mean| (mean / 16) as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_begins_anew_and_the_whole_goes_on() {
+        let mut books = Books::new(0);
+        books.scan(4_000, 100);
+        books.scan(2_000, 300);
+        books.overrun(3);
+        let first = books.take_report(50);
+        assert_eq!((first.scans, first.overruns, first.skipped, first.over_ns), (2, 1, 3, 50));
+        let execution = first.execution;
+        assert_eq!((execution.min_ns, execution.max_ns, execution.last_ns), (2000, 4000, 2000));
+        assert_eq!((execution.mean_ns, execution.p999_ns), (3000, 4000));
+        books.scan(9_000, 0);
+        let second = books.take_report(80);
+        assert_eq!((second.scans, second.execution.min_ns, second.overruns), (1, 9000, 0));
+        let whole = books.whole(80);
+        assert_eq!((whole.scans, whole.overruns, whole.lateness.max_ns), (3, 1, 300));
+    }
+
+    #[test]
+    fn scan_times_are_microseconds_and_the_mean_follows_slowly() {
+        let mut books = Books::new(0);
+        assert_eq!(books.scan_times(), ScanTimes::default());
+        books.scan(16_000, 0);
+        books.scan(32_000, 0);
+        let times = books.scan_times();
+        assert_eq!((times.mean_us, times.min_us, times.max_us, times.last_us), (17, 16, 32, 32));
+        (0..200).for_each(|_| books.scan(32_000, 0));
+        assert_eq!(books.scan_times().mean_us, 31);
+    }
+
+    #[test]
+    fn nothing_measured_is_zero() {
+        assert_eq!(Books::new(7).take_report(7), Statistics::default());
+    }
+}

@@ -1,0 +1,100 @@
+//! The system calls of the scan thread: the clock, the absolute sleep, the scheduler.
+//!
+//! The only file with `unsafe` in this crate. Every call passes pointers to local values that
+//! outlive it, or none; what is returned is checked. Nothing here decides anything.
+#![allow(unsafe_code)]
+
+use std::io;
+
+const NS_PER_S: u64 = 1_000_000_000;
+
+/// CLOCK_MONOTONIC, in nanoseconds.
+pub fn monotonic_ns() -> u64 {
+    let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `now` is a valid timespec that lives through the call.
+    let failed = unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut now) };
+    assert_eq!(failed, 0, "CLOCK_MONOTONIC exists on every Linux");
+    now.tv_sec as u64 * NS_PER_S + now.tv_nsec as u64
+}
+
+/// Sleeps until CLOCK_MONOTONIC reaches the deadline; returns at once if it has passed.
+pub fn sleep_until_ns(deadline_ns: u64) {
+    let until = libc::timespec {
+        tv_sec: (deadline_ns / NS_PER_S) as libc::time_t,
+        tv_nsec: (deadline_ns % NS_PER_S) as libc::c_long,
+    };
+    loop {
+        // SAFETY: `until` is a valid timespec; with TIMER_ABSTIME no remainder is written.
+        let error = unsafe {
+            let rest = std::ptr::null_mut();
+            libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &until, rest)
+        };
+        if error != libc::EINTR {
+            return;
+        }
+    }
+}
+
+/// Sets this thread's timer slack.
+pub fn set_timer_slack_ns(slack_ns: u64) -> io::Result<()> {
+    // SAFETY: takes numbers alone.
+    checked(unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, slack_ns as libc::c_ulong, 0, 0, 0) })
+}
+
+/// Gives this thread SCHED_FIFO at a priority of 1..=99.
+pub fn set_fifo(priority: u8) -> io::Result<()> {
+    let param = libc::sched_param { sched_priority: i32::from(priority) };
+    // SAFETY: 0 is this thread; `param` lives through the call.
+    checked(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &param) })
+}
+
+/// Keeps this thread on one CPU.
+pub fn pin_to_cpu(cpu: usize) -> io::Result<()> {
+    if cpu >= libc::CPU_SETSIZE as usize {
+        return Err(io::Error::from(io::ErrorKind::InvalidInput));
+    }
+    // SAFETY: a cpu_set_t is plain bits, of which all zero is the empty set; `cpu` lies within it,
+    // and 0 is this thread.
+    checked(unsafe {
+        let mut set: libc::cpu_set_t = std::mem::zeroed();
+        libc::CPU_SET(cpu, &mut set);
+        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &set)
+    })
+}
+
+/// Whether any amount of memory may be locked.
+pub fn memory_lock_is_unlimited() -> bool {
+    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+    // SAFETY: `limit` is a valid rlimit that lives through the call.
+    let failed = unsafe { libc::getrlimit(libc::RLIMIT_MEMLOCK, &mut limit) };
+    failed == 0 && limit.rlim_cur == libc::RLIM_INFINITY
+}
+
+/// Locks all memory of the process, present and future.
+pub fn lock_memory() -> io::Result<()> {
+    // SAFETY: takes flags alone.
+    checked(unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) })
+}
+
+fn checked(result: libc::c_int) -> io::Result<()> {
+    if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sleeping_reaches_the_deadline_and_a_past_one_returns_at_once() {
+        let deadline = monotonic_ns() + 2_000_000;
+        sleep_until_ns(deadline);
+        assert!(monotonic_ns() >= deadline);
+        sleep_until_ns(deadline - 1_000_000_000);
+    }
+
+    #[test]
+    fn slack_needs_no_privilege_and_a_cpu_must_exist() {
+        set_timer_slack_ns(1).unwrap();
+        assert!(pin_to_cpu(100_000).is_err());
+    }
+}

@@ -1,0 +1,123 @@
+//! The tokens of a string of contacts. A character that belongs to none is explained here, since
+//! it mostly comes from another notation.
+
+use super::atom::Atom;
+use super::contact::Comparison;
+use super::finding::{Code, Finding};
+use super::span::Span;
+
+/// What a string of contacts is made of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Token {
+    Atom(Atom),
+    Not,
+    And,
+    Or,
+    Open,
+    Close,
+    Compare(Comparison),
+}
+
+/// What could be read, or the first mistake.
+pub(super) type Parsed<T> = Result<T, Finding>;
+
+/// All tokens of a text, each with its place; `span` is the place of the whole text.
+pub(super) fn lex(text: &str, span: Span) -> Parsed<Vec<(Token, Span)>> {
+    let mut tokens = Vec::new();
+    let mut at = 0;
+    while let Some(c) = text[at..].chars().next() {
+        if c == ' ' || c == '\t' {
+            at += 1;
+            continue;
+        }
+        let rest = &text[at..];
+        let (token, length) = match sign(rest) {
+            Some(found) => found,
+            None => atom(rest, c, at, span)?,
+        };
+        tokens.push((token, span.part(at, at + length)));
+        at += length;
+    }
+    Ok(tokens)
+}
+
+fn sign(rest: &str) -> Option<(Token, usize)> {
+    const SIGNS: [(&str, Token); 11] = [
+        ("==", Token::Compare(Comparison::Eq)),
+        ("!=", Token::Compare(Comparison::Ne)),
+        ("<=", Token::Compare(Comparison::Le)),
+        (">=", Token::Compare(Comparison::Ge)),
+        ("<", Token::Compare(Comparison::Lt)),
+        (">", Token::Compare(Comparison::Gt)),
+        ("!", Token::Not),
+        ("&", Token::And),
+        ("|", Token::Or),
+        ("(", Token::Open),
+        (")", Token::Close),
+    ];
+    let doubled = rest.starts_with("&&") || rest.starts_with("||") || rest.starts_with("<>");
+    let found = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)).filter(|_| !doubled);
+    found.map(|(sign, token)| (token.clone(), sign.len()))
+}
+
+fn atom(rest: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)> {
+    let number = first.is_ascii_digit()
+        || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
+    let length = if number {
+        let tail = |c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == ':' || c == '.');
+        1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
+    } else if first.is_ascii_alphabetic() || first == '$' || first == '_' {
+        let length = name_length(rest);
+        length + element_length(&rest[..length], &rest[length..])
+    } else {
+        return Err(stray(rest, first, at, span));
+    };
+    let place = span.part(at, at + length);
+    let mut atom = Atom::parse(&rest[..length], place);
+    if let Err(finding) = &mut atom
+        && finding.code == Code::InstructionSyntax
+    {
+        finding.code = Code::ContactSyntax;
+    }
+    atom.map(|atom| (Token::Atom(atom), length))
+}
+
+fn name_length(rest: &str) -> usize {
+    let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '-'));
+    1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
+}
+
+/// The length of `,19,6` behind an `N`: the Sensaphone way to name an element. Else 0.
+fn element_length(name: &str, behind: &str) -> usize {
+    if !name.eq_ignore_ascii_case("N") {
+        return 0;
+    }
+    let number = |text: &str| {
+        let digits = text.strip_prefix(',')?;
+        let digits_at = digits.len() - digits.trim_start_matches(' ').len();
+        let digits = &digits[digits_at..];
+        let count = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+        (count > 0).then_some(1 + digits_at + count)
+    };
+    let first = number(behind);
+    let both = first.and_then(|first| Some(first + number(&behind[first..])?));
+    both.unwrap_or(0)
+}
+
+/// The finding of a character that no contact begins with.
+fn stray(rest: &str, first: char, at: usize, span: Span) -> Finding {
+    let place = span.part(at, at + first.len_utf8());
+    let two = span.part(at, (at + 2).min((span.end - span.start) as usize));
+    let finding = |message: String, place| Finding::new(Code::ContactSyntax, place, message);
+    match first {
+        '&' => finding("`&&` is written `&`".into(), two).help("write `&`"),
+        '|' => finding("`||` is written `|`".into(), two).help("write `|`"),
+        '<' => finding("`<>` is written `!=`".into(), two).help("write `!=`"),
+        '=' => finding("`=` is written `==`".into(), place).help("write `==`"),
+        '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
+            .help(format!("write `!{}`", rest[1..].trim_start())),
+        ',' => finding("a comma in a contact".into(), place)
+            .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`"),
+        _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place),
+    }
+}

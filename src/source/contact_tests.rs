@@ -1,0 +1,180 @@
+//! The grammar of contacts as a list of examples, and the printer against it.
+
+use expect_test::{Expect, expect};
+use proptest::prelude::*;
+
+use super::atom::{Atom, AtomKind};
+use super::contact::{Comparison, Contact, Edge, parse};
+use super::span::{FileId, Located, Span};
+
+fn span_of(text: &str) -> Span {
+    Span { file: FileId(0), start: 0, end: text.len() as u32 }
+}
+
+/// The tree as an expression with the place of every part.
+fn tree(contact: &Contact) -> String {
+    let place = |span: Span| format!("{}..{}", span.start, span.end);
+    let all = |items: &[Contact]| items.iter().map(tree).collect::<Vec<_>>().join(" ");
+    match contact {
+        Contact::Bit(name) => format!("{}@{}", name.value, place(name.span)),
+        Contact::Not(inner, span) => format!("(not@{} {})", place(*span), tree(inner)),
+        Contact::All(items, span) => format!("(and@{} {})", place(*span), all(items)),
+        Contact::Any(items, span) => format!("(or@{} {})", place(*span), all(items)),
+        Contact::Edge(edge, name, span) => {
+            format!("({}@{} {}@{})", edge.name(), place(*span), name.value, place(name.span))
+        }
+        Contact::Compare(a, sign, b, span) => {
+            let (a, b) = (format!("{a}@{}", place(a.span)), format!("{b}@{}", place(b.span)));
+            format!("({}@{} {a} {b})", sign.sign(), place(*span))
+        }
+    }
+}
+
+fn check(text: &str, expected: Expect) {
+    let found = match parse(text, span_of(text)) {
+        Ok(contact) => tree(&contact),
+        Err(finding) => {
+            format!("{}..{} {}", finding.span.start, finding.span.end, finding.message)
+        }
+    };
+    expected.assert_eq(&found);
+}
+
+#[test]
+fn bits_and_names() {
+    check("X0", expect!["X0@0..2"]);
+    check("  part_seen ", expect!["part_seen@2..11"]);
+    check("bottles.Done", expect!["bottles.Done@0..12"]);
+    check("Day-Shift.Ns-Green", expect!["Day-Shift.Ns-Green@0..18"]);
+    check("$100ms", expect!["$100ms@0..6"]);
+    check("N,0,6 == 3", expect!["(==@0..10 N,0,6@0..5 3@9..10)"]);
+    check("N, 0, 2", expect!["N, 0, 2@0..7"]);
+}
+
+#[test]
+fn what_binds_tighter() {
+    check("!X0 & X1 | X2", expect!["(or@0..13 (and@0..8 (not@0..3 X0@1..3) X1@6..8) X2@11..13)"]);
+    check("X0 | X1 & X2", expect!["(or@0..12 X0@0..2 (and@5..12 X1@5..7 X2@10..12))"]);
+    check("X0 & X1 & X2", expect!["(and@0..12 X0@0..2 X1@5..7 X2@10..12)"]);
+    check("!!X0", expect!["(not@0..4 (not@1..4 X0@2..4))"]);
+}
+
+#[test]
+fn parentheses_widen_the_place() {
+    check("(X0 | X1) & X2", expect!["(and@0..14 (or@0..9 X0@1..3 X1@6..8) X2@12..14)"]);
+    check("(X0 & X1) & X2", expect!["(and@0..14 (and@0..9 X0@1..3 X1@6..8) X2@12..14)"]);
+    check("((X0))", expect!["X0@2..4"]);
+    check("!(X0 & X1)", expect!["(not@0..10 (and@1..10 X0@2..4 X1@7..9))"]);
+}
+
+#[test]
+fn edges_and_compares() {
+    check("rise(X0)", expect!["(rise@0..8 X0@5..7)"]);
+    check("!fall( CT0.Done )", expect!["(not@0..17 (fall@1..17 CT0.Done@7..15))"]);
+    check("D0 >= -5 & X0", expect!["(and@0..13 (>=@0..8 D0@0..2 -5@6..8) X0@11..13)"]);
+    check("T0.Acc<1m30s", expect!["(<@0..12 T0.Acc@0..6 1m30s@7..12)"]);
+    check("0x1F != D0", expect!["(!=@0..10 31@0..4 D0@8..10)"]);
+    check("!(D0 == 3)", expect!["(not@0..9 (==@2..9 D0@2..4 3@8..9))"]);
+}
+
+#[test]
+fn mistakes_have_their_exact_place() {
+    check("", expect!["0..0 an empty contact"]);
+    check("X0 | & X1", expect!["5..6 a contact is missing before this"]);
+    check("X0 & (X1 | X2", expect!["13..13 `)` is missing"]);
+    check("X0 & ü", expect!["5..7 `ü` belongs to no contact"]);
+    check("!D0 == 3", expect!["0..8 `!` binds tighter than `==`"]);
+    check("()", expect!["1..2 `)` closes nothing, or closes it too early"]);
+    check("rise(!X0)", expect!["5..6 `rise()` takes the name of one bit"]);
+    check("X0 = 1", expect!["3..4 `=` is written `==`"]);
+}
+
+#[test]
+fn depth_is_limited() {
+    let deep = |n: usize| format!("{}X0{}", "!(".repeat(n), ")".repeat(n));
+    assert!(parse(&deep(15), span_of(&deep(15))).is_ok());
+    let text = deep(100_000);
+    let finding = parse(&text, span_of(&text)).unwrap_err();
+    assert_eq!(finding.message, "more than 32 levels of parentheses and `!`");
+}
+
+fn at<T>(value: T) -> Located<T> {
+    Located { value, span: Span::default() }
+}
+
+const NAMES: &[&str] =
+    &["X0", "bottles.Done", "a_b", "Day-1.On", "$100ms", "N,0,6", "N", "rise", "T0.Acc"];
+
+fn name() -> impl Strategy<Value = String> {
+    proptest::sample::select(NAMES).prop_map(str::to_owned)
+}
+
+fn value() -> impl Strategy<Value = Atom> {
+    let kind = prop_oneof![
+        name().prop_map(AtomKind::Name),
+        any::<i32>().prop_map(AtomKind::Integer),
+        (0..=i32::MAX).prop_map(AtomKind::Duration),
+    ];
+    kind.prop_map(|kind| Atom { kind, span: Span::default() })
+}
+
+fn comparison() -> impl Strategy<Value = Comparison> {
+    use Comparison::{Eq, Ge, Gt, Le, Lt, Ne};
+    proptest::sample::select(&[Eq, Ne, Lt, Le, Gt, Ge][..])
+}
+
+fn contact() -> impl Strategy<Value = Contact> {
+    let edge = proptest::sample::select(&[Edge::Rise, Edge::Fall][..]);
+    let leaf = prop_oneof![
+        name().prop_map(|name| Contact::Bit(at(name))),
+        (edge, name()).prop_map(|(edge, name)| Contact::Edge(edge, at(name), Span::default())),
+        (value(), comparison(), value()).prop_map(|(a, sign, b)| Contact::Compare(
+            a,
+            sign,
+            b,
+            Span::default()
+        )),
+    ];
+    leaf.prop_recursive(5, 40, 4, |inner| {
+        let items = || proptest::collection::vec(inner.clone(), 2..4);
+        prop_oneof![
+            inner.clone().prop_map(|c| Contact::Not(Box::new(c), Span::default())),
+            items().prop_map(|items| Contact::All(items, Span::default())),
+            items().prop_map(|items| Contact::Any(items, Span::default())),
+        ]
+    })
+}
+
+proptest! {
+    #[test]
+    fn print_and_parse_agree(contact in contact()) {
+        let text = contact.to_string();
+        let parsed = parse(&text, span_of(&text));
+        let printed = parsed.as_ref().map(Contact::to_string);
+        prop_assert_eq!(printed.as_deref(), Ok(text.as_str()));
+        prop_assert_eq!(shape(&parsed.unwrap()), shape(&contact));
+    }
+
+    #[test]
+    fn no_text_panics(text in "[X0-9a-z!&|()=<>$,.: é-]{0,40}") {
+        let _ = parse(&text, span_of(&text));
+    }
+
+    #[test]
+    fn any_text_at_all(text in ".{0,60}") {
+        let _ = parse(&text, span_of(&text));
+    }
+}
+
+/// The tree without places.
+fn shape(contact: &Contact) -> String {
+    let parts = |items: &[Contact]| items.iter().map(shape).collect::<Vec<_>>().join(" ");
+    match contact {
+        Contact::Bit(name) => name.value.clone(),
+        Contact::Not(inner, _) => format!("(not {})", shape(inner)),
+        Contact::All(items, _) => format!("(and {})", parts(items)),
+        Contact::Any(items, _) => format!("(or {})", parts(items)),
+        Contact::Edge(edge, name, _) => format!("({} {})", edge.name(), name.value),
+        Contact::Compare(a, sign, b, _) => format!("({} {a} {b})", sign.sign()),
+    }
+}

@@ -1,0 +1,295 @@
+//! A controller file as its author wrote it: which ladders run, how often, and with what around.
+//!
+//! [`read`] takes the file's text. Names and ranges are still texts here, since tags can stand in
+//! them: the resolver makes addresses of them once the ladders are loaded.
+
+use super::finding::Finding;
+use super::reader::{self, Table, Text};
+use super::span::{FileId, Located, Span};
+use crate::isa::MemorySizes;
+
+/// One controller file.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    /// `ladder`: the ladder files, relative to this file.
+    pub ladder: Vec<Text>,
+    /// `order`: the scan order of all blocks.
+    pub order: Option<Located<Vec<Text>>>,
+    /// `[memory]`.
+    pub memory: MemorySizes,
+    /// `[scan]`.
+    pub scan: Scan,
+    /// `[outputs] on`: ON in the safe state.
+    pub outputs_on: Vec<Text>,
+    /// `[outputs] hold`: as they were, in the safe state.
+    pub outputs_hold: Vec<Text>,
+    /// `[retain] ranges`.
+    pub retain: Vec<Text>,
+    /// `[modbus-server]`.
+    pub modbus_server: Option<ModbusServer>,
+    /// `[[simulated-device]]`, in file order.
+    pub devices: Vec<DeviceRule>,
+    /// `[log]`.
+    pub log: Log,
+}
+
+/// `[scan]`.
+#[derive(Clone, Debug)]
+pub struct Scan {
+    /// `period`, ms.
+    pub period_ms: Located<i32>,
+    /// `watchdog`, ms.
+    pub watchdog_ms: Located<i32>,
+    /// `realtime`.
+    pub realtime: Realtime,
+}
+
+/// `[scan] realtime`: what is asked of the operating system.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Realtime {
+    /// SCHED_FIFO priority of the scan thread; 0: none.
+    pub priority: u8,
+    /// Lock all memory.
+    pub lock_memory: bool,
+    /// Hold `/dev/cpu_dma_latency` at 0.
+    pub cpu_dma_latency: bool,
+    /// The core that the scan thread is bound to.
+    pub cpu: Option<u32>,
+    /// Refuse to start when something of this is not granted.
+    pub strict: bool,
+}
+
+/// `[modbus-server]`.
+#[derive(Clone, Debug)]
+pub struct ModbusServer {
+    /// The place of its header.
+    pub span: Span,
+    /// `listen`, where it is given.
+    pub listen: Option<Text>,
+    /// `writable`: ranges of MC and MHR.
+    pub writable: Vec<Text>,
+    /// `image.inputs`: coils that stand for inputs.
+    pub inputs: Option<Mapping>,
+    /// `image.outputs`: outputs that show as discrete inputs.
+    pub outputs: Option<Mapping>,
+    /// `connections`: how many at a time.
+    pub connections: u32,
+    /// `frame-timeout`, ms: a request that begins must be whole by then.
+    pub frame_timeout_ms: i32,
+    /// `idle-timeout`, ms: a connection without requests ends then.
+    pub idle_timeout_ms: i32,
+}
+
+/// One range copied to another.
+#[derive(Clone, Debug)]
+pub struct Mapping {
+    /// The place of the table.
+    pub span: Span,
+    /// `from`.
+    pub from: Option<Text>,
+    /// `to`.
+    pub to: Option<Text>,
+}
+
+/// `[[simulated-device]]`: one rule by which an input moves.
+#[derive(Clone, Debug)]
+pub struct DeviceRule {
+    /// The place of its header.
+    pub span: Span,
+    /// `input`.
+    pub input: Option<Text>,
+    /// `pulse`, ms.
+    pub pulse_ms: Option<Located<i32>>,
+    /// `every`, ms.
+    pub every_ms: Option<Located<i32>>,
+    /// `offset`, ms.
+    pub offset_ms: Option<Located<i32>>,
+    /// `follows`.
+    pub follows: Option<Text>,
+    /// `after`, ms.
+    pub after_ms: Option<Located<i32>>,
+    /// `release`, ms.
+    pub release_ms: Option<Located<i32>>,
+    /// `while`.
+    pub while_on: Option<Text>,
+    /// `invert`.
+    pub invert: bool,
+}
+
+/// `[log]`.
+#[derive(Clone, Debug)]
+pub struct Log {
+    /// `statistics`: how often scan statistics are logged, ms; 0: never.
+    pub statistics_ms: i32,
+}
+
+/// Reads a controller file. It is `None` when the text is not TOML.
+pub fn read(source: &str, file: FileId) -> (Option<Controller>, Vec<Finding>) {
+    reader::document(source, file, |root| read_root(root, file))
+}
+
+/// Whether a text is a controller file rather than a ladder file: `ladder` is not a table in it,
+/// or it has a controller's tables and no ladder's. Says no to what is not TOML.
+pub fn is_controller(source: &str) -> bool {
+    let found = reader::document(source, FileId(0), |mut root| {
+        let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
+        let controller = ["scan", "outputs", "retain", "modbus-server", "simulated-device"];
+        let tables = controller.iter().any(|key| root.has(key));
+        if root.has("ladder") {
+            return root.table("ladder", "`[ladder]`").is_none();
+        }
+        tables && !ladder_file
+    });
+    found.0.unwrap_or(false)
+}
+
+fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
+    root.require("ladder", "[\"ladder.toml\"]");
+    let ladder = root.strings("ladder").map_or(Vec::new(), |ladder| ladder.value);
+    let order = root.strings("order");
+    let memory = read_memory(&mut root);
+    let scan = read_scan(&mut root, file);
+    let (mut outputs_on, mut outputs_hold, mut retain) = (Vec::new(), Vec::new(), Vec::new());
+    if let Some(mut outputs) = root.table("outputs", "`[outputs]`") {
+        outputs_on = strings(&mut outputs, "on");
+        outputs_hold = strings(&mut outputs, "hold");
+        outputs.finish();
+    }
+    if let Some(mut table) = root.table("retain", "`[retain]`") {
+        retain = strings(&mut table, "ranges");
+        table.finish();
+    }
+    let modbus_server = root.table("modbus-server", "`[modbus-server]`").map(read_modbus);
+    let devices = root.tables("simulated-device", "a simulated device");
+    let devices = devices.into_iter().map(read_device).collect();
+    let mut log = Log { statistics_ms: 60_000 };
+    if let Some(mut table) = root.table("log", "`[log]`") {
+        log.statistics_ms = duration(&mut table, "statistics", log.statistics_ms);
+        table.finish();
+    }
+    root.finish();
+    Controller {
+        ladder,
+        order,
+        memory,
+        scan,
+        outputs_on,
+        outputs_hold,
+        retain,
+        modbus_server,
+        devices,
+        log,
+    }
+}
+
+fn strings(table: &mut Table<'_>, key: &'static str) -> Vec<Text> {
+    table.strings(key).map_or(Vec::new(), |texts| texts.value)
+}
+
+fn duration(table: &mut Table<'_>, key: &'static str, default: i32) -> i32 {
+    table.duration(key).map_or(default, |duration| duration.value)
+}
+
+fn flag(table: &mut Table<'_>, key: &'static str) -> bool {
+    table.boolean(key).is_some_and(|flag| flag.value)
+}
+
+fn read_memory(root: &mut Table<'_>) -> MemorySizes {
+    let mut sizes = MemorySizes::default();
+    let Some(mut table) = root.table("memory", "`[memory]`") else { return sizes };
+    // Modbus numbers its elements with 16 bits, and the others need no more than that either.
+    let blocks: [(&'static str, &mut u32); 11] = [
+        ("X", &mut sizes.x),
+        ("Y", &mut sizes.y),
+        ("C", &mut sizes.c),
+        ("MC", &mut sizes.mc),
+        ("MI", &mut sizes.mi),
+        ("V", &mut sizes.v),
+        ("D", &mut sizes.d),
+        ("MHR", &mut sizes.mhr),
+        ("MIR", &mut sizes.mir),
+        ("CT", &mut sizes.ct),
+        ("T", &mut sizes.t),
+    ];
+    for (key, size) in blocks {
+        if let Some(count) = table.integer(key, (1, 65_536)) {
+            *size = u32::try_from(count.value).unwrap_or(*size);
+        }
+    }
+    table.finish();
+    sizes
+}
+
+fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
+    let nowhere = Span { file, start: 0, end: 0 };
+    let mut scan = Scan {
+        period_ms: Located { value: 10, span: nowhere },
+        watchdog_ms: Located { value: 200, span: nowhere },
+        realtime: Realtime::default(),
+    };
+    let Some(mut table) = root.table("scan", "`[scan]`") else { return scan };
+    scan.period_ms = table.duration("period").unwrap_or(scan.period_ms);
+    scan.watchdog_ms = table.duration("watchdog").unwrap_or(scan.watchdog_ms);
+    if let Some(mut realtime) = table.table("realtime", "`realtime`") {
+        let priority = realtime.integer("priority", (0, 99));
+        let cpu = realtime.integer("cpu", (0, 4095));
+        scan.realtime = Realtime {
+            priority: priority.and_then(|p| u8::try_from(p.value).ok()).unwrap_or(0),
+            lock_memory: flag(&mut realtime, "lock-memory"),
+            cpu_dma_latency: flag(&mut realtime, "cpu-dma-latency"),
+            cpu: cpu.and_then(|cpu| u32::try_from(cpu.value).ok()),
+            strict: flag(&mut realtime, "strict"),
+        };
+        realtime.finish();
+    }
+    table.finish();
+    scan
+}
+
+fn read_modbus(mut table: Table<'_>) -> ModbusServer {
+    let mut server = ModbusServer {
+        span: table.span(),
+        listen: table.string("listen"),
+        writable: strings(&mut table, "writable"),
+        inputs: None,
+        outputs: None,
+        connections: 8,
+        frame_timeout_ms: duration(&mut table, "frame-timeout", 2_000),
+        idle_timeout_ms: duration(&mut table, "idle-timeout", 60_000),
+    };
+    if let Some(connections) = table.integer("connections", (1, 256)) {
+        server.connections = u32::try_from(connections.value).unwrap_or(8);
+    }
+    if let Some(mut image) = table.table("image", "`[modbus-server.image]`") {
+        server.inputs = image.table("inputs", "`inputs`").map(read_mapping);
+        server.outputs = image.table("outputs", "`outputs`").map(read_mapping);
+        image.finish();
+    }
+    table.finish();
+    server
+}
+
+fn read_mapping(mut table: Table<'_>) -> Mapping {
+    let span = table.span();
+    let from = table.required_string("from");
+    let to = table.required_string("to");
+    table.finish();
+    Mapping { span, from, to }
+}
+
+fn read_device(mut table: Table<'_>) -> DeviceRule {
+    let rule = DeviceRule {
+        span: table.span(),
+        input: table.required_string("input"),
+        pulse_ms: table.duration("pulse"),
+        every_ms: table.duration("every"),
+        offset_ms: table.duration("offset"),
+        follows: table.string("follows"),
+        after_ms: table.duration("after"),
+        release_ms: table.duration("release"),
+        while_on: table.string("while"),
+        invert: flag(&mut table, "invert"),
+    };
+    table.finish();
+    rule
+}

@@ -1,0 +1,370 @@
+//! A TOML table, read by typed getters.
+//!
+//! A value of the wrong type becomes a finding, and [`Table::finish`] makes one of every key that
+//! nobody asked for. Reading never stops at the first mistake: a getter that found one returns
+//! `None`, as for a key that is not there.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use super::atom::{Atom, AtomKind};
+use super::finding::{Code, Finding};
+use super::headers;
+use super::nearest::did_you_mean;
+use super::reader::{Doc, Text, bad_duration, describe};
+use super::span::{Located, Span};
+use crate::isa::duration;
+
+/// A constant: `12`, `true`, `"2s500ms"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Constant {
+    /// An integer.
+    Integer(i32),
+    /// A duration in ms.
+    Duration(i32),
+    /// `true` or `false`.
+    Bit(bool),
+}
+
+/// One table, and which of its keys were asked for.
+pub struct Table<'a> {
+    doc: Doc<'a>,
+    table: &'a DeTable<'a>,
+    span: Span,
+    place: &'static str,
+    asked: Vec<&'static str>,
+}
+
+type Value<'a> = &'a Spanned<DeValue<'a>>;
+
+impl<'a> Table<'a> {
+    /// The root table of a file.
+    pub(super) fn root(doc: Doc<'a>, table: &'a DeTable<'a>) -> Self {
+        let span = doc.span(0..0);
+        Table { doc, table, span, place: "the file", asked: Vec::new() }
+    }
+
+    /// The file it stands in.
+    pub fn doc(&self) -> Doc<'a> {
+        self.doc
+    }
+
+    /// The place of its header, or of the whole of an inline table.
+    pub fn span(&self) -> Span {
+        self.span
+    }
+
+    /// What it is, in words for a message (`a rung`).
+    pub fn place(&self) -> &'static str {
+        self.place
+    }
+
+    /// From its header to the end of its last value.
+    pub fn extent(&self) -> Span {
+        Span { end: end_of(self.table).max(self.span.end as usize) as u32, ..self.span }
+    }
+
+    /// Whether a key is there. Does not count as asking for it.
+    pub fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
+    }
+
+    /// The place of a key, if it is there.
+    pub fn key_span(&self, key: &str) -> Option<Span> {
+        self.table.get_key_value(key).map(|(k, _)| self.doc.span(k.span()))
+    }
+
+    /// Adds a finding.
+    pub fn find(&self, finding: Finding) {
+        self.doc.find(finding);
+    }
+
+    fn get(&mut self, key: &'static str) -> Option<Value<'a>> {
+        self.asked.push(key);
+        self.table.get(key)
+    }
+
+    fn what(&self, key: &str) -> String {
+        format!("`{key}` of {}", self.place)
+    }
+
+    /// A string.
+    pub fn string(&mut self, key: &'static str) -> Option<Text> {
+        self.string_for(key, "a string")
+    }
+
+    /// A string that stands for something that a message calls `wanted`.
+    fn string_for(&mut self, key: &'static str, wanted: &str) -> Option<Text> {
+        let value = self.get(key)?;
+        match value.get_ref() {
+            DeValue::String(text) => Some(self.doc.text(text, value.span())),
+            _ => {
+                self.doc.wrong_type(value, &self.what(key), wanted);
+                None
+            }
+        }
+    }
+
+    /// A string that must be there.
+    pub fn required_string(&mut self, key: &'static str) -> Option<Text> {
+        self.require(key, "\"…\"");
+        self.string(key)
+    }
+
+    /// Makes a finding if a key is not there; `example` is a value for the help.
+    pub fn require(&mut self, key: &'static str, example: &str) {
+        if self.has(key) {
+            return;
+        }
+        let message = format!("{} has no `{key}`", self.place);
+        self.find(
+            Finding::new(Code::MissingKey, self.span, message)
+                .help(format!("give it one: `{key} = {example}`")),
+        );
+    }
+
+    /// `true` or `false`.
+    pub fn boolean(&mut self, key: &'static str) -> Option<Located<bool>> {
+        let value = self.get(key)?;
+        match value.get_ref() {
+            DeValue::Boolean(on) => Some(Located { value: *on, span: self.doc.span(value.span()) }),
+            _ => {
+                self.doc.wrong_type(value, &self.what(key), "true or false");
+                None
+            }
+        }
+    }
+
+    /// An integer within a range.
+    pub fn integer(&mut self, key: &'static str, range: (i64, i64)) -> Option<Located<i64>> {
+        let value = self.get(key)?;
+        let span = self.doc.span(value.span());
+        let DeValue::Integer(integer) = value.get_ref() else {
+            self.doc.wrong_type(value, &self.what(key), "an integer");
+            return None;
+        };
+        let number = i64::from_str_radix(integer.as_str(), integer.radix()).ok();
+        let number = number.filter(|n| (range.0..=range.1).contains(n));
+        if number.is_none() {
+            let message = format!("{} lies outside {}..{}", self.what(key), range.0, range.1);
+            self.find(Finding::new(Code::OutOfRange, span, message));
+        }
+        number.map(|value| Located { value, span })
+    }
+
+    /// A duration, in ms: a string as `10ms`.
+    pub fn duration(&mut self, key: &'static str) -> Option<Located<i32>> {
+        let text = self.string_for(key, "a duration (`\"10ms\"`)")?;
+        match duration::parse(&text.text) {
+            Ok(value) => Some(Located { value, span: text.span }),
+            Err(error) => {
+                self.find(bad_duration(&text.text, text.span, error));
+                None
+            }
+        }
+    }
+
+    /// A constant: an integer, `true` or `false`, or a string that holds a constant.
+    pub fn constant(&mut self, key: &'static str) -> Option<Located<Constant>> {
+        let value = self.get(key)?;
+        let span = self.doc.span(value.span());
+        match value.get_ref() {
+            DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
+            DeValue::Integer(_) => {
+                let integer = self.integer(key, (i32::MIN.into(), i32::MAX.into()))?;
+                let value = Constant::Integer(i32::try_from(integer.value).ok()?);
+                Some(Located { value, span })
+            }
+            DeValue::String(text) => self.constant_text(key, &self.doc.text(text, value.span())),
+            _ => {
+                self.doc.wrong_type(value, &self.what(key), "a number or a duration");
+                None
+            }
+        }
+    }
+
+    fn constant_text(&self, key: &str, text: &Text) -> Option<Located<Constant>> {
+        let value = match Atom::parse(&text.text, text.span).map(|atom| atom.kind) {
+            Ok(AtomKind::Integer(n)) => Constant::Integer(n),
+            Ok(AtomKind::Duration(ms)) => Constant::Duration(ms),
+            Ok(AtomKind::Name(name)) => {
+                let message = format!("{} is a constant, not `{name}`", self.what(key));
+                let finding = Finding::new(Code::WrongType, text.span, message);
+                self.find(finding.help("write a number, or a duration as `\"2s500ms\"`"));
+                return None;
+            }
+            Err(mut finding) => {
+                if finding.code == Code::InstructionSyntax {
+                    finding.code = Code::WrongType;
+                }
+                self.find(finding);
+                return None;
+            }
+        };
+        Some(Located { value, span: text.span })
+    }
+
+    /// An array of strings, with its own place. A bare string is a finding with a help of its own.
+    pub fn strings(&mut self, key: &'static str) -> Option<Located<Vec<Text>>> {
+        let value = self.get(key)?;
+        self.strings_of(value, key, "")
+    }
+
+    fn strings_of(&self, value: Value<'a>, key: &str, prefix: &str) -> Option<Located<Vec<Text>>> {
+        let span = self.doc.span(value.span());
+        let array = match value.get_ref() {
+            DeValue::Array(array) => array,
+            DeValue::String(text) => {
+                let message = format!("{} is always an array", self.what(key));
+                let help = format!("{prefix}{key} = [{}]", self.doc.slice(value.span()));
+                self.find(
+                    Finding::new(Code::BareString, span, message)
+                        .label("a string alone")
+                        .help(format!("write `{help}`")),
+                );
+                return Some(Located { value: vec![self.doc.text(text, value.span())], span });
+            }
+            _ => {
+                self.doc.wrong_type(value, &self.what(key), "an array of strings");
+                return None;
+            }
+        };
+        let mut texts = Vec::new();
+        for item in array {
+            match item.get_ref() {
+                DeValue::String(text) => texts.push(self.doc.text(text, item.span())),
+                _ => self.doc.wrong_type(item, &self.what(key), "strings"),
+            }
+        }
+        Some(Located { value: texts, span })
+    }
+
+    /// A table of a key: `[key]`, `key = { … }` or `key.… = …`.
+    pub fn table(&mut self, key: &'static str, place: &'static str) -> Option<Table<'a>> {
+        let value = self.get(key)?;
+        match value.get_ref() {
+            DeValue::Table(table) => Some(self.below(table, value.span(), place)),
+            _ => {
+                self.doc.wrong_type(value, &self.what(key), "a table");
+                None
+            }
+        }
+    }
+
+    /// The tables of a key: `[[key]]` headers or an array of inline tables.
+    pub fn tables(&mut self, key: &'static str, place: &'static str) -> Vec<Table<'a>> {
+        let Some(value) = self.get(key) else { return Vec::new() };
+        let array = match value.get_ref() {
+            DeValue::Array(array) => array,
+            // A header below one that is missing; the check of the headers has said so.
+            DeValue::Table(_)
+                if headers::is_implicit(self.doc, value) && self.doc.has_headless() =>
+            {
+                return Vec::new();
+            }
+            _ => {
+                let parent = if self.place == "the file" { "" } else { "…" };
+                let wanted = format!("an array of tables (`[[{parent}{key}]]`)");
+                self.doc.wrong_type(value, &self.what(key), &wanted);
+                return Vec::new();
+            }
+        };
+        let mut tables = Vec::new();
+        for item in array {
+            match item.get_ref() {
+                DeValue::Table(table) => tables.push(self.below(table, item.span(), place)),
+                _ => self.doc.wrong_type(item, &self.what(key), "tables"),
+            }
+        }
+        tables
+    }
+
+    /// All entries that are tables, by key and in file order: what `[tags]` is made of. An entry
+    /// of another type is a finding whose help comes from `help`.
+    pub fn entries(
+        &mut self,
+        place: &'static str,
+        help: impl Fn(&str, &str) -> String,
+    ) -> Vec<(Text, Table<'a>)> {
+        let mut entries = Vec::new();
+        for (key, value) in self.in_file_order() {
+            match value.get_ref() {
+                DeValue::Table(table) => {
+                    let name = self.key_text(key);
+                    entries.push((name, self.below(table, value.span(), place)));
+                }
+                other => {
+                    let message = format!("{place} is a table, not {}", describe(other));
+                    let help = help(key.get_ref(), self.doc.slice(value.span()));
+                    let span = self.doc.span(value.span());
+                    self.find(Finding::new(Code::WrongType, span, message).help(help));
+                }
+            }
+        }
+        entries
+    }
+
+    /// All entries as arrays of strings, by key and in file order: what `leg` is made of. A help
+    /// writes the keys with `prefix`.
+    pub fn string_arrays(&mut self, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
+        let entries = self.in_file_order();
+        let arrays = entries.into_iter().filter_map(|(key, value)| {
+            let name = self.key_text(key);
+            Some((name, self.strings_of(value, key.get_ref(), prefix)?))
+        });
+        arrays.collect()
+    }
+
+    fn in_file_order(&self) -> Vec<(&'a Spanned<DeString<'a>>, Value<'a>)> {
+        let mut entries: Vec<_> = self.table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        entries
+    }
+
+    fn key_text(&self, key: &Spanned<DeString<'a>>) -> Text {
+        let raw = self.doc.slice(key.span());
+        if raw == key.get_ref() {
+            let span = self.doc.span(key.span());
+            return Text { text: raw.to_owned(), span, exact: true };
+        }
+        self.doc.text(key.get_ref(), key.span())
+    }
+
+    fn below(&self, table: &'a DeTable<'a>, span: Range<usize>, place: &'static str) -> Table<'a> {
+        Table { doc: self.doc, table, span: self.doc.span(span), place, asked: Vec::new() }
+    }
+
+    /// Makes a finding of every key that nobody asked for.
+    pub fn finish(self) {
+        for (key, _) in self.in_file_order() {
+            let name: &str = key.get_ref();
+            if self.asked.contains(&name) {
+                continue;
+            }
+            let message = format!("{} has no key `{name}`", self.place);
+            let known = self.asked.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
+            let help = did_you_mean(name, self.asked.iter().copied());
+            let finding = Finding::new(Code::UnknownKey, self.doc.span(key.span()), message)
+                .label("unknown key")
+                .help(help.unwrap_or_else(|| format!("the keys here are {known}")));
+            self.find(finding);
+        }
+    }
+}
+
+/// The byte behind the last key or value of a table and all tables below it.
+fn end_of(table: &DeTable<'_>) -> usize {
+    let ends = table.iter().map(|(key, value)| key.span().end.max(end_of_value(value)));
+    ends.max().unwrap_or(0)
+}
+
+fn end_of_value(value: &Spanned<DeValue<'_>>) -> usize {
+    let below = match value.get_ref() {
+        DeValue::Table(table) => end_of(table),
+        DeValue::Array(array) => array.iter().map(end_of_value).max().unwrap_or(0),
+        _ => 0,
+    };
+    below.max(value.span().end)
+}

@@ -1,0 +1,112 @@
+//! No bytes panic: not as a ladder file, not as a controller file, not when findings are shown.
+
+use proptest::prelude::*;
+use rungd::load::decode;
+use rungd::resolve::controller::resolve_controller;
+use rungd::resolve::program::Program;
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::source::controller;
+use rungd::source::render::{Style, render};
+use rungd::source::span::{FileId, SourceFile};
+
+/// Pieces of ladder and controller files; joined at random they reach far more than noise does.
+const PIECES: &[&str] = &[
+    "[[program]]\nname = \"Main\"\n",
+    "[[program]]\nname = \"Drain\"\nautostart = true\n",
+    "[[program.rung]]\n",
+    "[[program.stage]]\nname = \"Open\"\n",
+    "[[program.stage.rung]]\n",
+    "[[program.stage.rung.branch]]\n",
+    "[[program.rung.branch]]\n",
+    "[[task]]\nname = \"FirstScan\"\n",
+    "[[task.rung]]\n",
+    "[program.rung.leg]\n",
+    "[tags]\n",
+    "[tags.jam]\nat = \"C0\"\n",
+    "[ladder]\norder = [\"Main\", \"Drain\", \"Main\"]\n",
+    "part = { at = \"X0\", initial = true }\n",
+    "bottles = { at = \"CT0\" }\n",
+    "size = { at = \"D1\", min = 1, max = -1, initial = 9 }\n",
+    "slow = { value = \"2s500ms\" }\n",
+    "when = [\"part\", \"!(bottles.Done | rise(X1)) & D0 >= 5\"]\n",
+    "when = \"$On\"\n",
+    "leg.up = [\"part\"]\n",
+    "leg.rst = [\"$Off\"]\n",
+    "leg = 5\n",
+    "do = [\"OUT Y0\", \"CNT bottles preset=size\"]\n",
+    "do = [\"SGCONVRG Open Open to=Open\", \"MOVE N,0,7 to=size\"]\n",
+    "do = [\"TMR T0 preset=slow\", \"RUN Drain\", \"ENTASK FirstScan every=1s\"]\n",
+    "ladder = [\"a.toml\"]\n",
+    "[scan]\nperiod = \"10ms\"\nrealtime = { priority = 7 }\n",
+    "[outputs]\non = [\"Y0..Y9\"]\nhold = [\"Y9..Y0\", \"part\"]\n",
+    "[retain]\nranges = [\"CT8..CT15\", \"..\", \"D0..\"]\n",
+    "[modbus-server]\nlisten = \"x\"\nwritable = [\"MC1..MC9\"]\n",
+    "[modbus-server.image]\ninputs = { from = \"MC1..MC8\", to = \"X0..X7\" }\n",
+    "[[simulated-device]]\ninput = \"X0\"\nfollows = \"Y0\"\n",
+    "[memory]\nX = 1\n",
+    "allow = [\"unused-tag\", \"nonsense\"]\n",
+    "x = { a = 1,\n b.c = 2, }\n",
+    "\u{feff}",
+    "doc = \"\"\"\nü\t\\e\n\"\"\"\n",
+    "# \u{1F980}\r\n",
+    "= [ \" ] }",
+];
+
+fn feed(bytes: &[u8]) {
+    let (text, finding) = decode(bytes, FileId(0));
+    let files = [SourceFile { name: "fuzz.toml".to_owned(), text }];
+    let (program, mut findings) = load_ladders(&files, &LoadOptions::default());
+    findings.extend(finding);
+    let (written, found) = controller::read(&files[0].text, FileId(0));
+    findings.extend(found);
+    if let Some(written) = written {
+        let program = program.unwrap_or_else(|| Program { ..Program::default() });
+        findings.extend(resolve_controller(&written, &program).1);
+    }
+    controller::is_controller(&files[0].text);
+    let shown = render(&findings, &files, Style::default());
+    assert!(shown.ends_with(" warnings\n") || shown.ends_with(" warning\n"));
+    assert!(!shown.contains('\u{1b}'));
+}
+
+proptest! {
+    #[test]
+    fn noise(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        feed(&bytes);
+    }
+
+    #[test]
+    fn text(text in "[\\[\\]{}a-z\"'.=,#\\\\ \n0-9]{0,80}") {
+        feed(text.as_bytes());
+    }
+
+    #[test]
+    fn pieces(pieces in proptest::collection::vec(proptest::sample::select(PIECES), 0..16)) {
+        feed(pieces.concat().as_bytes());
+    }
+
+    #[test]
+    fn pieces_with_a_byte_gone_wrong(
+        pieces in proptest::collection::vec(proptest::sample::select(PIECES), 1..10),
+        at in any::<prop::sample::Index>(),
+        byte in any::<u8>(),
+    ) {
+        let mut bytes = pieces.concat().into_bytes();
+        let at = at.index(bytes.len());
+        bytes[at] = byte;
+        feed(&bytes);
+    }
+}
+
+#[test]
+fn deep_nesting_is_no_danger() {
+    for text in [
+        format!("a = {}", "[".repeat(100_000)),
+        format!("a = {}1{}", "[".repeat(1_000), "]".repeat(1_000)),
+        format!("a = {}", "{a=".repeat(50_000)),
+        format!("{} = 1", "a.".repeat(20_000)),
+        format!("[[{}a]]", "a.".repeat(5_000)),
+    ] {
+        feed(text.as_bytes());
+    }
+}

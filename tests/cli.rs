@@ -1,0 +1,97 @@
+//! The real binary: exit codes, and which stream says what.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+fn rungd(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rungd")).args(args).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// A file of this test's own.
+fn file(name: &str, bytes: &[u8]) -> String {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path.display().to_string()
+}
+
+const GOOD: &str = "[[program]]\nname = \"Main\"\n\n[[program.rung]]\nwhen = [\"X0\"]\n\
+                    do = [\"OUT Y0\"]\n";
+
+#[track_caller]
+fn check(args: &[&str], code: i32, said: &str) {
+    let output = rungd(args);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{errors}");
+    assert!(errors.contains(said), "{errors}");
+    assert_eq!(text(&output.stdout), "");
+    assert!(!errors.contains('\u{1b}'));
+}
+
+#[test]
+fn a_good_ladder_passes() {
+    let ladder = file("good.toml", GOOD.as_bytes());
+    check(&["check", &ladder], 0, "0 errors, 0 warnings\n");
+}
+
+#[test]
+fn a_bad_ladder_is_refused() {
+    let ladder = file("bad.toml", GOOD.replace("Y0", "Y9999").as_bytes());
+    check(&["check", &ladder], 78, "error[beyond-memory]: `Y9999` lies beyond memory");
+    check(&["sim", &ladder], 78, "1 error, 0 warnings\n");
+}
+
+#[test]
+fn warnings_refuse_only_when_denied() {
+    let spare = format!("{GOOD}[tags]\njam = {{ at = \"C0\" }}\n");
+    let ladder = file("warned.toml", spare.as_bytes());
+    check(&["check", &ladder], 0, "warning[unused-tag]");
+    check(&["check", "--deny", "warnings", &ladder], 78, "error[unused-tag]");
+    let allowed = format!("[ladder]\nallow = [\"unused-tag\"]\n{spare}");
+    let ladder = file("allowed.toml", allowed.as_bytes());
+    check(&["check", "--deny", "warnings", &ladder], 0, "0 errors, 0 warnings\n");
+}
+
+#[test]
+fn a_controller_file_brings_its_ladders() {
+    file("good-of-controller.toml", GOOD.as_bytes());
+    let controller = "ladder = [\"good-of-controller.toml\"]\n\n[scan]\nperiod = \"0ms\"\n";
+    let path = file("controller.toml", controller.as_bytes());
+    check(&["check", &path], 78, "`period` is at least 1ms");
+    let path = file("controller-ok.toml", controller.replace("0ms", "5ms").as_bytes());
+    let ladder = file("good-too.toml", GOOD.as_bytes());
+    check(&["check", &path, &ladder], 0, "0 errors, 0 warnings\n");
+}
+
+#[test]
+fn a_file_that_is_not_there_is_a_failure_of_the_environment() {
+    check(&["check", "no-such-file.toml"], 74, "rungd: no-such-file.toml: No such file");
+}
+
+#[test]
+fn a_file_that_is_no_text_is_a_finding_with_its_place() {
+    let ladder = file("latin-1.toml", b"[ladder]\ndoc = \"T\xFCr\"\n");
+    check(&["check", &ladder], 78, "latin-1.toml:2:9");
+    check(&["check", &ladder], 78, "the file is not UTF-8 text: byte 17 is 0xFC");
+}
+
+#[test]
+fn the_command_line_has_its_own_code() {
+    check(&["check"], 2, "Usage:");
+    check(&["check", "--deny", "errors", "x.toml"], 2, "--deny");
+    check(&["explain", "CNTT"], 2, "did you mean `CNT`?");
+}
+
+#[test]
+fn explanations_go_to_standard_output() {
+    for (name, said) in [("cnt", "CNT ct preset=v"), ("missing-leg", "# missing-leg")] {
+        let output = rungd(&["explain", name]);
+        assert_eq!(output.status.code(), Some(0));
+        assert!(text(&output.stdout).contains(said), "{name}");
+    }
+    let list = text(&rungd(&["explain"]).stdout);
+    assert!(list.contains("SGCONVRG") && list.contains("unused-tag"));
+}

@@ -1,0 +1,111 @@
+//! Controller files: what is asked for, and what holds where nothing is said.
+
+use std::path::{Path, PathBuf};
+
+use rungd::isa::{Bit, BitSpace};
+use rungd::load::controller_file;
+use rungd::resolve::controller::{Controller, Motion};
+use rungd::source::render::{Style, render};
+
+const LADDER: &str = r#"
+[tags]
+eye  = { at = "X3" }
+gate = { at = "Y1" }
+
+[[program]]
+name = "Main"
+rung = [{ when = ["eye"], do = ["OUT gate"] }]
+"#;
+
+fn controller(name: &str, text: &str) -> Controller {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(folder.join("programs")).unwrap();
+    std::fs::write(folder.join("programs/bottling.toml"), LADDER).unwrap();
+    std::fs::write(folder.join("controller.toml"), text).unwrap();
+    let loaded = controller_file(Path::new(&folder.join("controller.toml"))).unwrap();
+    let said = render(&loaded.findings, &loaded.files, Style::default());
+    loaded.controller.unwrap_or_else(|| panic!("{said}"))
+}
+
+fn names(ranges: &[rungd::resolve::range::Range]) -> Vec<String> {
+    ranges.iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn everything_but_the_ladder_has_a_default() {
+    let controller = controller("defaults", "ladder = [\"programs/bottling.toml\"]\n");
+    assert_eq!((controller.period_ms, controller.watchdog_ms), (10, 200));
+    assert_eq!(controller.statistics_ms, 60_000);
+    assert!(controller.modbus.is_none() && controller.devices.is_empty());
+    assert!(controller.outputs_on.is_empty() && controller.retain.is_empty());
+    assert_eq!(controller.realtime.priority, 0);
+}
+
+#[test]
+fn what_is_said_is_taken() {
+    let controller = controller(
+        "said",
+        r#"
+ladder = ["programs/bottling.toml"]
+order  = ["Main"]
+
+[scan]
+period   = "2ms"
+watchdog = "50ms"
+realtime = { priority = 80, lock-memory = true, cpu-dma-latency = true, cpu = 1, strict = true }
+
+[memory]
+X = 16
+
+[outputs]
+on   = ["Y7", "gate"]
+hold = ["Y8..Y9"]
+
+[retain]
+ranges = ["CT8..CT15", "D100..D199"]
+
+[modbus-server]
+listen   = "127.0.0.1:1502"
+writable = ["MC1..MC32", "MHR10..MHR19"]
+connections = 2
+frame-timeout = "1s"
+
+[modbus-server.image]
+inputs  = { from = "MC1..MC8", to = "X8..X15" }
+outputs = { from = "Y0..Y7", to = "MI1..MI8" }
+
+[[simulated-device]]
+input = "eye"
+pulse = "200ms"
+every = "1s"
+while = "gate"
+
+[[simulated-device]]
+input   = "X4"
+follows = "gate"
+after   = "30ms"
+invert  = true
+
+[log]
+statistics = "0s"
+"#,
+    );
+    assert_eq!((controller.period_ms, controller.watchdog_ms), (2, 50));
+    assert_eq!(controller.realtime.cpu, Some(1));
+    assert_eq!(names(&controller.outputs_on), ["Y7", "Y1"]);
+    assert_eq!(names(&controller.outputs_hold), ["Y8..Y9"]);
+    assert_eq!(names(&controller.retain), ["CT8..CT15", "D100..D199"]);
+    let modbus = controller.modbus.unwrap();
+    assert_eq!(modbus.listen.to_string(), "127.0.0.1:1502");
+    assert_eq!((modbus.connections, modbus.frame_timeout_ms), (2, 1_000));
+    assert_eq!(modbus.idle_timeout_ms, 60_000);
+    let (from, to) = modbus.outputs.unwrap();
+    assert_eq!((from.to_string(), to.to_string()), ("Y0..Y7".into(), "MI1..MI8".into()));
+    let gate = Bit::Space(BitSpace::Y, 1);
+    let [eye, behind] = &controller.devices[..] else { panic!("two rules") };
+    assert_eq!((eye.input, eye.while_on), (3, Some(gate)));
+    assert_eq!(eye.motion, Motion::Pulse { width_ms: 200, every_ms: 1_000, offset_ms: 0 });
+    let follow = Motion::Follow { bit: gate, after_ms: 30, release_ms: 30 };
+    assert_eq!((behind.input, behind.motion, behind.invert), (4, follow, true));
+    assert_eq!(controller.statistics_ms, 0);
+}

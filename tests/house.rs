@@ -1,0 +1,180 @@
+//! The house keeps itself: who may use whom, how every file opens, how long things get.
+//!
+//! These are the invariants of `ARCHITECTURE.md` that a reader could not see in a change.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The modules, from the top down: a module uses only those behind it.
+const ORDER: [&str; 13] = [
+    "main", "cli", "daemon", "load", "io", "runtime", "sim", "lower", "check", "resolve", "source",
+    "engine", "isa",
+];
+
+/// Modules that may know tokio and tracing.
+const ASYNC: [&str; 4] = ["main", "cli", "daemon", "io"];
+
+const FILE_LINES_MAX: usize = 500;
+const FUNCTION_LINES_MAX: usize = 70;
+const LINE_CHARS_MAX: usize = 100;
+
+struct SourceText {
+    path: PathBuf,
+    /// The top-level module it belongs to.
+    module: String,
+    text: String,
+}
+
+fn sources() -> Vec<SourceText> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    collect(&root, &mut files);
+    assert!(files.len() > 30, "the walk over src found {} files", files.len());
+    files
+        .into_iter()
+        .filter(|path| path.file_name().is_some_and(|name| name != "lib.rs"))
+        .map(|path| {
+            let inside = path.strip_prefix(&root).expect("it was found there");
+            let first = inside.components().next().expect("a file has a name");
+            let first = first.as_os_str().to_string_lossy();
+            let module = first.trim_end_matches(".rs").to_owned();
+            let text = fs::read_to_string(&path).expect("a source is readable");
+            SourceText { path, module, text }
+        })
+        .collect()
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a source folder is readable") {
+        let path = entry.expect("an entry is readable").path();
+        if path.is_dir() {
+            collect(&path, files);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+fn rank(module: &str) -> usize {
+    ORDER
+        .iter()
+        .position(|m| *m == module)
+        .unwrap_or_else(|| panic!("module `{module}` has no place in the house: add it to ORDER"))
+}
+
+/// The top-level modules that a text names behind `crate::`.
+fn used_modules(text: &str) -> Vec<String> {
+    let code: Vec<&str> = text.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
+    let text = code.join("\n");
+    let mut used = Vec::new();
+    for (at, _) in text.match_indices("crate::") {
+        let rest = &text[at + "crate::".len()..];
+        if let Some(group) = rest.strip_prefix('{') {
+            let group = group.split('}').next().unwrap_or("");
+            used.extend(group.split(',').map(|item| first_word(item.trim())));
+        } else {
+            used.push(first_word(rest));
+        }
+    }
+    used.retain(|word| !word.is_empty());
+    used
+}
+
+fn first_word(text: &str) -> String {
+    text.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect()
+}
+
+#[test]
+fn arrows_run_down() {
+    let mut wrong = Vec::new();
+    for source in sources() {
+        let own = rank(&source.module);
+        for used in used_modules(&source.text) {
+            if rank(&used) < own {
+                wrong.push(format!("{} uses {used}", source.path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "a module uses one above it:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_core_is_synchronous_and_silent() {
+    let mut wrong = Vec::new();
+    for source in sources().iter().filter(|s| !ASYNC.contains(&s.module.as_str())) {
+        for word in ["tokio::", "tracing::", "println!", "eprintln!"] {
+            if source.text.contains(word) {
+                wrong.push(format!("{} has {word}", source.path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "these belong to io, daemon and cli:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_engine_knows_no_clock_file_or_lock() {
+    let forbidden =
+        ["Instant", "SystemTime", "std::fs", "std::io", "Mutex", "std::thread", "unsafe {"];
+    for source in sources().iter().filter(|s| s.module == "engine") {
+        for word in forbidden {
+            assert!(!source.text.contains(word), "{} has {word}", source.path.display());
+        }
+    }
+}
+
+#[test]
+fn every_file_opens_with_what_it_is() {
+    for source in sources() {
+        let path = source.path.display();
+        assert!(source.text.starts_with("//!"), "{path} does not open with `//!`");
+    }
+}
+
+#[test]
+fn nothing_is_too_long() {
+    let mut wrong = Vec::new();
+    for source in sources() {
+        let path = source.path.display();
+        let lines: Vec<&str> = source.text.lines().collect();
+        if lines.len() > FILE_LINES_MAX {
+            wrong.push(format!("{path} has {} lines: is it one room or three?", lines.len()));
+        }
+        for (at, line) in lines.iter().enumerate() {
+            if line.chars().count() > LINE_CHARS_MAX {
+                wrong.push(format!("{path}:{} is longer than a line", at + 1));
+            }
+        }
+        for (name, length) in functions(&lines) {
+            if length > FUNCTION_LINES_MAX {
+                wrong.push(format!("{path}: {name} has {length} lines"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Functions by their opening line, with their length: up to the closing brace of equal indent,
+/// which is where rustfmt puts it.
+fn functions(lines: &[&str]) -> Vec<(String, usize)> {
+    let mut found = Vec::new();
+    for (at, line) in lines.iter().enumerate() {
+        let indent = line.len() - line.trim_start().len();
+        let words: Vec<&str> = line.split_whitespace().take(5).collect();
+        if !words.contains(&"fn") || line.trim_start().starts_with("//") {
+            continue;
+        }
+        let closing = format!("{}}}", " ".repeat(indent));
+        let end = lines[at..].iter().position(|l| *l == closing);
+        found.push((line.trim().to_owned(), end.map_or(1, |end| end + 1)));
+    }
+    found
+}
+
+#[test]
+fn nothing_is_left_unfinished() {
+    for source in sources() {
+        for word in ["todo!(", "unimplemented!(", "TODO", "FIXME", "dbg!("] {
+            assert!(!source.text.contains(word), "{} has {word}", source.path.display());
+        }
+    }
+}

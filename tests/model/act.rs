@@ -1,0 +1,150 @@
+//! What each instruction does when it executes, and when it terminates; contacts and values.
+
+use super::exec::Sim;
+use super::program::{Compare, Contact, Instr, Op, Value};
+
+impl Sim<'_> {
+    pub fn value(&self, value: Value) -> i64 {
+        match value {
+            Value::Const(number) => number,
+            Value::At(loc) => self.memory.get(loc),
+        }
+    }
+
+    /// Evaluates a contact: all of it, so that every edge contact in it updates its history.
+    pub fn contact(&mut self, contact: &Contact) -> bool {
+        match contact {
+            Contact::Bit(loc) => self.memory.bit(*loc),
+            Contact::Edge { rising, bit, history } => {
+                let on = self.memory.bit(*bit);
+                if *rising { self.edge(*history, on) } else { self.falling_edge(*history, on) }
+            }
+            Contact::Compare(left, compare, right) => {
+                let (left, right) = (self.value(*left), self.value(*right));
+                match compare {
+                    Compare::Equal => left == right,
+                    Compare::NotEqual => left != right,
+                    Compare::Less => left < right,
+                    Compare::LessEqual => left <= right,
+                    Compare::Greater => left > right,
+                    Compare::GreaterEqual => left >= right,
+                }
+            }
+            Contact::Not(inner) => !self.contact(inner),
+            Contact::All(items) => self.contacts(items).iter().all(|on| *on),
+            Contact::Any(items) => self.contacts(items).iter().any(|on| *on),
+        }
+    }
+
+    fn contacts(&mut self, items: &[Contact]) -> Vec<bool> {
+        items.iter().map(|item| self.contact(item)).collect()
+    }
+
+    /// Executes one instruction of the element with its legs' power (one leg: the rung's).
+    pub fn execute(&mut self, instr: &Instr, block: usize, element: usize, legs: &[bool]) {
+        let power = legs.first().copied().unwrap_or(false);
+        let history = instr.history[0];
+        match &instr.op {
+            Op::Out(bit) => self.memory.put_bit(*bit, power),
+            Op::Set(bit) if power => self.memory.put_bit(*bit, true),
+            Op::Rst(bit) if power => self.memory.put_bit(*bit, false),
+            Op::Set(_) | Op::Rst(_) => {}
+            Op::Pd(bit) => {
+                let on = self.edge(history, power);
+                self.memory.put_bit(*bit, on);
+            }
+            Op::Nd(bit) => {
+                let on = self.falling_edge(history, power);
+                self.memory.put_bit(*bit, on);
+            }
+            Op::Ponoff(bit) => {
+                let risen = self.edge(history, power);
+                if risen {
+                    let on = self.memory.bit(*bit);
+                    self.memory.put_bit(*bit, !on);
+                }
+            }
+            Op::Counter(ct) => self.counter_run(*ct, instr, legs),
+            Op::Timer(t) => self.timer_run(*t, legs),
+            Op::Ctu(n, preset) => self.sensaphone_run(*n, true, *preset, instr, power),
+            Op::Ctd(n, preset) => self.sensaphone_run(*n, false, *preset, instr, power),
+            Op::Restart(program) => {
+                let risen = self.edge(history, power);
+                if risen {
+                    self.stop_block(*program);
+                    self.start_program(*program);
+                    if *program == block {
+                        self.end_current();
+                    }
+                }
+            }
+            Op::Entask(task, None) => {
+                let risen = self.edge(history, power);
+                if risen {
+                    self.start_task(*task, None);
+                }
+            }
+            Op::Entask(task, Some(every)) => {
+                if power {
+                    let every = self.value(*every);
+                    self.start_task(*task, Some(every));
+                } else {
+                    self.stop_block(*task);
+                }
+            }
+            op if power => self.act(op, block, element),
+            _ => {}
+        }
+    }
+
+    /// Instructions that do something while their rung is ON, and nothing while it is OFF.
+    fn act(&mut self, op: &Op, block: usize, element: usize) {
+        match op {
+            Op::Rstct(ct) => self.rstct(*ct),
+            Op::Rstt(t) => self.rstt(*t),
+            Op::Res(n) => self.res(*n),
+            Op::Move(value, to) => self.memory.put(*to, self.value(*value)),
+            Op::Add(a, b, to) => self.memory.put(*to, self.value(*a) + self.value(*b)),
+            Op::Sub(a, b, to) => self.memory.put(*to, self.value(*a) - self.value(*b)),
+            Op::Run(program) => self.start_program(*program),
+            Op::Halt(target) => {
+                self.stop_block(*target);
+                if *target == block {
+                    self.end_current();
+                }
+            }
+            Op::Exit => {
+                self.stop_block(block);
+                self.end_current();
+            }
+            Op::Jump(targets) => self.jump(block, element, targets),
+            Op::Sgset(stage) => self.stage_on(block, *stage),
+            Op::Sgrst(stage) => self.stage_off(block, *stage),
+            Op::Sgconvrg(stages, to) => {
+                let all_on = stages.iter().all(|stage| self.is_stage_on(block, *stage));
+                if all_on {
+                    stages.iter().for_each(|stage| self.stage_off(block, *stage));
+                    self.stage_on(block, *to);
+                }
+            }
+            Op::Stop => self.stop_asked = true,
+            _ => {}
+        }
+    }
+
+    /// The instruction in a termination pass.
+    pub fn terminate(&mut self, instr: &Instr) {
+        match &instr.op {
+            Op::Out(bit) | Op::Pd(bit) | Op::Nd(bit) => {
+                self.memory.put_bit(*bit, false);
+                self.forget(instr);
+            }
+            Op::Counter(ct) => self.counter_end(*ct, instr),
+            Op::Timer(t) => self.timer_end(*t),
+            Op::Ctu(n, _) => self.sensaphone_end(*n, true, instr),
+            Op::Ctd(n, _) => self.sensaphone_end(*n, false, instr),
+            Op::Entask(task, Some(_)) => self.stop_block(*task),
+            _ => self.forget(instr),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! A generated case: a ladder kept as a tree (so that it can be shrunk), its stimulus, and
+//! how both are written.
+
+#[derive(Clone, Debug)]
+pub enum Expr {
+    /// A bit or an edge contact.
+    Leaf(String),
+    Compare(String),
+    Not(Box<Expr>),
+    All(Vec<Expr>),
+    Any(Vec<Expr>),
+    Group(Box<Expr>),
+}
+
+impl Expr {
+    pub fn text(&self) -> String {
+        match self {
+            Expr::Leaf(text) | Expr::Compare(text) => text.clone(),
+            Expr::Group(inner) => format!("({})", inner.text()),
+            Expr::Not(inner) => match **inner {
+                Expr::Leaf(_) | Expr::Not(_) | Expr::Group(_) => format!("!{}", inner.text()),
+                _ => format!("!({})", inner.text()),
+            },
+            Expr::All(items) => {
+                let items = items.iter().map(|item| match item {
+                    Expr::Any(_) => format!("({})", item.text()),
+                    _ => item.text(),
+                });
+                items.collect::<Vec<_>>().join(" & ")
+            }
+            Expr::Any(items) => items.iter().map(Expr::text).collect::<Vec<_>>().join(" | "),
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub struct Branch {
+    pub when: Vec<Expr>,
+    pub instrs: Vec<String>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Rung {
+    /// `when`, or `leg.…`, with the series of its contacts.
+    pub legs: Vec<(String, Vec<Expr>)>,
+    pub instrs: Vec<String>,
+    pub branches: Vec<Branch>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub name: String,
+    pub rungs: Vec<Rung>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Block {
+    pub name: String,
+    pub task: bool,
+    pub autostart: bool,
+    /// The own rungs are written as one array of one-line tables.
+    pub short: bool,
+    pub rungs: Vec<Rung>,
+    pub stages: Vec<Stage>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Tag {
+    pub name: String,
+    pub body: String,
+    /// The tag names a bit or a word: it can be watched.
+    pub operand: bool,
+}
+
+#[derive(Clone, Debug)]
+pub struct Case {
+    pub seed: u64,
+    pub period: i64,
+    pub scans: i64,
+    pub stop: bool,
+    pub order: Option<Vec<String>>,
+    pub tags: Vec<Tag>,
+    pub blocks: Vec<Block>,
+    pub columns: Vec<String>,
+    pub rows: Vec<(i64, Vec<Option<i64>>)>,
+}
+
+pub const BUILTIN: [&str; 4] = ["FirstScan", "TopOfScan", "BottomOfScan", "LastScan"];
+
+fn quoted(items: &[String]) -> String {
+    let items = items.iter().map(|item| format!("\"{item}\""));
+    format!("[{}]", items.collect::<Vec<_>>().join(", "))
+}
+
+fn series(items: &[Expr]) -> String {
+    quoted(&items.iter().map(Expr::text).collect::<Vec<_>>())
+}
+
+impl Rung {
+    /// The assignments of the rung but for its branches.
+    fn parts(&self) -> Vec<String> {
+        let legs = self.legs.iter().map(|(leg, contacts)| match leg.as_str() {
+            "when" => format!("when = {}", series(contacts)),
+            leg => format!("leg.{leg} = {}", series(contacts)),
+        });
+        let mut parts: Vec<String> = legs.collect();
+        if !self.instrs.is_empty() {
+            parts.push(format!("do = {}", quoted(&self.instrs)));
+        }
+        parts
+    }
+
+    fn one_line(&self) -> String {
+        let mut parts = self.parts();
+        if !self.branches.is_empty() {
+            let branches = self.branches.iter().map(|branch| {
+                format!("{{ when = {}, do = {} }}", series(&branch.when), quoted(&branch.instrs))
+            });
+            parts.push(format!("branch = [{}]", branches.collect::<Vec<_>>().join(", ")));
+        }
+        format!("{{ {} }}", parts.join(", "))
+    }
+
+    fn write(&self, header: &str, out: &mut String) {
+        out.push_str(&format!("\n[[{header}]]\n{}\n", self.parts().join("\n")));
+        for branch in &self.branches {
+            let (when, instrs) = (series(&branch.when), quoted(&branch.instrs));
+            out.push_str(&format!("\n[[{header}.branch]]\nwhen = {when}\ndo = {instrs}\n"));
+        }
+    }
+}
+
+impl Block {
+    fn write(&self, out: &mut String) {
+        let header = if self.task { "task" } else { "program" };
+        out.push_str(&format!("\n[[{header}]]\nname = \"{}\"\n", self.name));
+        if self.autostart {
+            out.push_str("autostart = true\n");
+        }
+        if self.short && !self.rungs.is_empty() {
+            let rungs = self.rungs.iter().map(|rung| format!("    {},\n", rung.one_line()));
+            out.push_str(&format!("rung = [\n{}]\n", rungs.collect::<String>()));
+        } else {
+            for rung in &self.rungs {
+                rung.write(&format!("{header}.rung"), out);
+            }
+        }
+        for stage in &self.stages {
+            out.push_str(&format!("\n[[{header}.stage]]\nname = \"{}\"\n", stage.name));
+            for rung in &stage.rungs {
+                rung.write(&format!("{header}.stage.rung"), out);
+            }
+        }
+    }
+}
+
+impl Case {
+    pub fn ladder(&self) -> String {
+        let mut out = format!("# seed {}\n[ladder]\nname = \"random\"\n", self.seed);
+        if let Some(order) = &self.order {
+            out.push_str(&format!("order = {}\n", quoted(order)));
+        }
+        if !self.tags.is_empty() {
+            out.push_str("\n[tags]\n");
+        }
+        for tag in &self.tags {
+            out.push_str(&format!("{} = {{ {} }}\n", tag.name, tag.body));
+        }
+        for block in &self.blocks {
+            block.write(&mut out);
+        }
+        out
+    }
+
+    pub fn stimulus(&self) -> String {
+        let mut out = String::from("scan");
+        self.columns.iter().for_each(|column| out.push_str(&format!(",{column}")));
+        for (scan, cells) in &self.rows {
+            out.push_str(&format!("\n{scan}"));
+            for cell in cells {
+                let cell = cell.map(|value| value.to_string());
+                out.push_str(&format!(",{}", cell.unwrap_or_default()));
+            }
+        }
+        out + "\n"
+    }
+
+    /// All that a generated program can name.
+    pub fn watch(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        for (area, first, count) in super::pool::AREAS {
+            all.extend((first..first + count).map(|n| format!("{area}{n}")));
+        }
+        for (area, count, members) in super::pool::STRUCTURES {
+            for n in 0..count {
+                all.extend(members.iter().map(|member| format!("{area}{n}.{member}")));
+            }
+        }
+        for block in &self.blocks {
+            all.push(format!("{}.Running", block.name));
+            if block.task {
+                all.push(format!("{}.Done", block.name));
+            }
+            let stages = block.stages.iter();
+            all.extend(stages.map(|stage| format!("{}.{}", block.name, stage.name)));
+        }
+        all.extend(["$1Second", "$ScanCounter"].map(str::to_string));
+        all.extend(self.tags.iter().filter(|tag| tag.operand).map(|tag| tag.name.clone()));
+        all
+    }
+
+    /// The arguments of the command after the ladder and the stimulus.
+    pub fn arguments(&self, watch: &[String]) -> Vec<String> {
+        let mut all = vec![
+            "--period".to_string(),
+            format!("{}ms", self.period),
+            "--scans".to_string(),
+            self.scans.to_string(),
+            "--watch".to_string(),
+            watch.join(","),
+        ];
+        if self.stop {
+            all.push("--stop".to_string());
+        }
+        all
+    }
+}

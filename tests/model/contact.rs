@@ -1,0 +1,108 @@
+//! Contacts: a recursive descent over the grammar of a leg.
+
+use super::names::Names;
+use super::program::{Compare, Contact};
+
+const OPERATORS: [(&str, Compare); 6] = [
+    ("==", Compare::Equal),
+    ("!=", Compare::NotEqual),
+    ("<=", Compare::LessEqual),
+    (">=", Compare::GreaterEqual),
+    ("<", Compare::Less),
+    (">", Compare::Greater),
+];
+
+struct Reader<'a> {
+    rest: &'a str,
+    names: &'a Names,
+    histories: &'a mut usize,
+}
+
+/// Reads one item of a leg; each edge contact in it takes a history of its own.
+pub fn contact(text: &str, names: &Names, histories: &mut usize) -> Result<Contact, String> {
+    let mut reader = Reader { rest: text, names, histories };
+    let contact = reader.any()?;
+    reader.skip();
+    if reader.rest.is_empty() {
+        return Ok(contact);
+    }
+    Err(format!("`{}` is left over in `{text}`", reader.rest))
+}
+
+impl Reader<'_> {
+    fn skip(&mut self) {
+        self.rest = self.rest.trim_start();
+    }
+
+    fn take(&mut self, token: &str) -> bool {
+        self.skip();
+        match self.rest.strip_prefix(token) {
+            Some(rest) => {
+                self.rest = rest;
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn word(&mut self) -> Result<String, String> {
+        self.skip();
+        let inside = |c: char| c.is_ascii_alphanumeric() || "_$.,:-".contains(c);
+        let end = self.rest.find(|c| !inside(c)).unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        if word.is_empty() {
+            return Err(format!("a word is missing before `{rest}`"));
+        }
+        Ok(word.to_string())
+    }
+
+    fn any(&mut self) -> Result<Contact, String> {
+        let mut items = vec![self.all()?];
+        while self.take("|") {
+            items.push(self.all()?);
+        }
+        Ok(Contact::Any(items))
+    }
+
+    fn all(&mut self) -> Result<Contact, String> {
+        let mut items = vec![self.one()?];
+        while self.take("&") {
+            items.push(self.one()?);
+        }
+        Ok(Contact::All(items))
+    }
+
+    fn one(&mut self) -> Result<Contact, String> {
+        if self.take("!") {
+            return Ok(Contact::Not(Box::new(self.one()?)));
+        }
+        if self.take("(") {
+            let inner = self.any()?;
+            return self.close(inner);
+        }
+        let word = self.word()?;
+        if (word == "rise" || word == "fall") && self.take("(") {
+            let bit = self.word()?;
+            let bit = self.names.place(&bit)?;
+            let history = *self.histories;
+            *self.histories += 1;
+            return self.close(Contact::Edge { rising: word == "rise", bit, history });
+        }
+        for (token, compare) in OPERATORS {
+            if self.take(token) {
+                let right = self.word()?;
+                let (left, right) = (self.names.value(&word)?, self.names.value(&right)?);
+                return Ok(Contact::Compare(left, compare, right));
+            }
+        }
+        Ok(Contact::Bit(self.names.place(&word)?))
+    }
+
+    fn close(&mut self, contact: Contact) -> Result<Contact, String> {
+        if self.take(")") {
+            return Ok(contact);
+        }
+        Err(format!("`)` is missing before `{}`", self.rest))
+    }
+}

@@ -1,0 +1,413 @@
+//! Random valid programs with a stimulus: a seed gives a case.
+
+use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
+use super::menu::{COUNTERS, Spot, TIMERS, Targets, is_drastic, is_reset};
+use super::pool::Pool;
+use super::rng::Rng;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// An instruction that must stand somewhere in the program.
+enum Forced {
+    Single(String),
+    Counter(&'static str, usize),
+    Timer(&'static str, usize),
+}
+
+/// Where it must stand: a block, and 0 for its own rungs or the number of a Stage.
+type Element = (usize, usize);
+
+pub fn generate(seed: u64) -> Case {
+    let mut rng = Rng::new(seed);
+    let period = *rng.pick(&[1, 7, 10, 10, 10, 35, 500]);
+    let lively = *rng.pick(&[35, 55, 55, 75]);
+    let mut pool = Pool {
+        rng,
+        period,
+        lively,
+        owned: Vec::new(),
+        tags: BTreeMap::new(),
+        constants: Vec::new(),
+        limits: BTreeMap::new(),
+        block_bits: Vec::new(),
+    };
+    let tags = tags(&mut pool);
+    let mut blocks = plan_blocks(&mut pool);
+    let mut targets = Targets {
+        programs: Vec::new(),
+        haltable: Vec::new(),
+        counters: Vec::new(),
+        timers: Vec::new(),
+        sensaphones: Vec::new(),
+    };
+    for block in &blocks {
+        if block.name != "Main" && !block.task {
+            targets.programs.push(block.name.clone());
+        }
+        if block.name != "Main" && !BUILTIN.contains(&block.name.as_str()) {
+            targets.haltable.push(block.name.clone());
+        }
+    }
+    let elements: Vec<Element> = blocks
+        .iter()
+        .enumerate()
+        .flat_map(|(b, block)| (0..=block.stages.len()).map(move |e| (b, e)))
+        .collect();
+    let forced = forced(&mut pool, &blocks, &elements, &mut targets);
+    fill(&mut pool, &mut blocks, &elements, forced, &targets);
+    let scans = *pool.rng.pick(&[15, 30, 45, 60, 90]);
+    let (columns, rows) = stimulus(&mut pool, scans);
+    let mut names: Vec<String> = blocks.iter().map(|block| block.name.clone()).collect();
+    names.retain(|name| !BUILTIN.contains(&name.as_str()));
+    pool.rng.shuffle(&mut names);
+    let order = pool.rng.chance(40).then_some(names);
+    let stop = pool.rng.chance(35);
+    Case { seed, period, scans, stop, order, tags, blocks, columns, rows }
+}
+
+fn tags(pool: &mut Pool) -> Vec<Tag> {
+    let places = [
+        ("eye", "X0"),
+        ("door_x", "X2"),
+        ("lamp", "Y1"),
+        ("jam", "C1"),
+        ("coil", "MC1"),
+        ("size_1", "D0"),
+        ("Level", "D2"),
+        ("speed", "V0"),
+        ("hold_reg", "MHR1"),
+        ("parts", "CT0"),
+        ("wait_a", "T0"),
+        ("wait_acc", "T2.Acc"),
+        ("sensa", "N0"),
+    ];
+    let mut tags = Vec::new();
+    for (name, at) in places {
+        if pool.rng.chance(45) {
+            let body = format!("at = \"{at}\"{}", tag_details(pool, at));
+            let operand = !["CT0", "T0", "N0"].contains(&at);
+            tags.push(Tag { name: name.to_string(), body, operand });
+            pool.tags.insert(at.to_string(), name.to_string());
+        }
+    }
+    if pool.rng.chance(40) {
+        let ms = pool.milliseconds();
+        let body = match pool.rng.chance(60) {
+            true => format!("value = \"{ms}ms\""),
+            false => format!("value = {}", pool.rng.range(-4, 9)),
+        };
+        tags.push(Tag { name: "limit_c".to_string(), body, operand: false });
+        pool.constants.push("limit_c".to_string());
+    }
+    tags
+}
+
+fn tag_details(pool: &mut Pool, at: &str) -> String {
+    match at.chars().next() {
+        Some('Y' | 'C' | 'M') if !at.starts_with("CT") && !at.starts_with("MHR") => {
+            match pool.rng.below(4) {
+                0 => ", initial = true".to_string(),
+                1 => ", alarm = \"Something is ON\"".to_string(),
+                2 => ", log = \"change\", doc = \"A bit\"".to_string(),
+                _ => String::new(),
+            }
+        }
+        Some('D' | 'V' | 'M') => word_details(pool, at),
+        _ => String::new(),
+    }
+}
+
+fn word_details(pool: &mut Pool, at: &str) -> String {
+    let lowest = if at.starts_with('D') { -6 } else { 0 };
+    let low = pool.rng.range(lowest, 4);
+    let high = low + pool.rng.range(0, 12 * pool.period + 4);
+    let initial = pool.rng.range(low, high);
+    match pool.rng.below(5) {
+        0 => format!(", initial = {initial}"),
+        1 => {
+            pool.limits.insert(at.to_string(), (low, high));
+            format!(", initial = {initial}, min = {low}, max = {high}")
+        }
+        2 => {
+            pool.limits.insert(at.to_string(), (i64::MIN, high));
+            format!(", initial = {initial}, max = {high}")
+        }
+        3 => {
+            pool.limits.insert(at.to_string(), (low, i64::MAX));
+            format!(", min = {low}, initial = {initial}")
+        }
+        _ => String::new(),
+    }
+}
+
+fn plan_blocks(pool: &mut Pool) -> Vec<Block> {
+    let mut names = vec![("Main", false)];
+    names.extend(["Alpha", "Beta-2", "Gamma_x"].map(|name| (name, false)));
+    names.truncate(1 + pool.rng.weighted(&[25, 45, 24, 6]));
+    let mut tasks = vec![("House", true), ("Keep-up", true), ("Poll", true)];
+    tasks.truncate(pool.rng.weighted(&[35, 38, 20, 7]));
+    names.extend(tasks);
+    names.extend(BUILTIN.map(|name| (name, true)).iter().filter(|_| pool.rng.chance(18)));
+    let mut blocks = Vec::new();
+    for (name, task) in names {
+        let staged = !task && pool.rng.chance(if name == "Main" { 45 } else { 65 });
+        let mut stages = ["Open", "Fill", "Close-2", "Drain", "Rest_x"].to_vec();
+        pool.rng.shuffle(&mut stages);
+        stages.truncate(if staged { 1 + pool.rng.below(4) } else { 0 });
+        let bits = stages.iter().map(|stage| format!("{name}.{stage}"));
+        pool.block_bits.extend(bits);
+        pool.block_bits.push(format!("{name}.Running"));
+        if task {
+            pool.block_bits.push(format!("{name}.Done"));
+        }
+        let stages = stages.into_iter();
+        blocks.push(Block {
+            name: name.to_string(),
+            task,
+            autostart: !task && name != "Main" && pool.rng.chance(60),
+            short: pool.rng.chance(25),
+            rungs: Vec::new(),
+            stages: stages.map(|s| Stage { name: s.to_string(), rungs: Vec::new() }).collect(),
+        });
+    }
+    blocks
+}
+
+fn forced(
+    pool: &mut Pool,
+    blocks: &[Block],
+    elements: &[Element],
+    targets: &mut Targets,
+) -> Vec<(Element, Forced)> {
+    let mut all = Vec::new();
+    for n in (0..4).filter(|_| pool.rng.chance(60)).collect::<Vec<usize>>() {
+        targets.counters.push(n);
+        pool.owned.push(format!("CT{n}"));
+        let mnemonic = *pool.rng.pick(&COUNTERS);
+        all.push((home(pool, elements), Forced::Counter(mnemonic, n)));
+    }
+    for n in (0..6).filter(|_| pool.rng.chance(60)).collect::<Vec<usize>>() {
+        targets.timers.push(n);
+        pool.owned.push(format!("T{n}"));
+        let mnemonic = *pool.rng.pick(&TIMERS);
+        all.push((home(pool, elements), Forced::Timer(mnemonic, n)));
+    }
+    for n in (0..2).filter(|_| pool.rng.chance(45)).collect::<Vec<usize>>() {
+        targets.sensaphones.push(n);
+        pool.owned.push(format!("N{n}"));
+        let preset = match pool.rng.chance(55) {
+            true => pool.rng.range(-3, 4).to_string(),
+            false => pool.word(),
+        };
+        let (first, second) = *pool.rng.pick(&[("CTU", "CTD"), ("CTD", "CTU")]);
+        let text = pool.sensaphone(first, n, Some(&preset));
+        all.push((home(pool, elements), Forced::Single(text)));
+        if pool.rng.chance(70) {
+            let preset = pool.rng.chance(40).then_some(preset);
+            let text = pool.sensaphone(second, n, preset.as_deref());
+            all.push((home(pool, elements), Forced::Single(text)));
+        }
+    }
+    for (number, block) in blocks.iter().enumerate() {
+        for text in starters(pool, block) {
+            let mut at = home(pool, elements);
+            if pool.rng.chance(if at.0 == number { 80 } else { 50 }) {
+                at = (0, 0);
+            }
+            all.push((at, Forced::Single(text)));
+        }
+    }
+    if pool.rng.chance(12) {
+        all.push((home(pool, elements), Forced::Single("STOP".to_string())));
+    }
+    all
+}
+
+/// An element: often one that is sure to execute.
+fn home(pool: &mut Pool, elements: &[Element]) -> Element {
+    match pool.rng.weighted(&[25, 20, 55]) {
+        0 => (0, 0),
+        1 => *pool.rng.pick(&elements[..elements.len().min(2)]),
+        _ => *pool.rng.pick(elements),
+    }
+}
+
+/// What starts a block.
+fn starters(pool: &mut Pool, block: &Block) -> Vec<String> {
+    let name = &block.name;
+    if name == "Main" || BUILTIN.contains(&name.as_str()) {
+        return Vec::new();
+    }
+    if !block.task {
+        let run = format!("RUN {name}");
+        return vec![run; usize::from(!block.autostart && pool.rng.chance(85))];
+    }
+    match pool.rng.weighted(&[50, 45, 5]) {
+        0 => vec![format!("ENTASK {name}"); 1 + pool.rng.below(3)],
+        1 => vec![format!("ENTASK {name} every={}", pool.interval())],
+        _ => Vec::new(),
+    }
+}
+
+fn fill(
+    pool: &mut Pool,
+    blocks: &mut [Block],
+    elements: &[Element],
+    mut forced: Vec<(Element, Forced)>,
+    targets: &Targets,
+) {
+    for (b, e) in elements.iter().copied() {
+        let block = &blocks[b];
+        let name = block.name.clone();
+        let builtin = BUILTIN.contains(&name.as_str());
+        let stages: Vec<String> = block.stages.iter().map(|s| s.name.clone()).collect();
+        let mut driven = BTreeSet::new();
+        let mut spot = Spot {
+            program: (!block.task).then_some(&name),
+            own: (name != "Main" && !builtin).then_some(&name),
+            in_stage: e > 0,
+            stages: &stages,
+            driven: &mut driven,
+        };
+        let (here, rest) = forced.into_iter().partition::<Vec<_>, _>(|(at, _)| *at == (b, e));
+        forced = rest;
+        let mut rungs = Vec::new();
+        for (_, forced) in here {
+            rungs.push(forced_rung(pool, forced, &mut spot, targets));
+        }
+        let most = if e == 0 && !stages.is_empty() { 4 } else { 5 };
+        for _ in 0..pool.rng.below(most) + usize::from(b == 0) {
+            rungs.push(free_rung(pool, None, &mut spot, targets));
+        }
+        if rungs.is_empty() && pool.rng.chance(80) {
+            rungs.push(free_rung(pool, None, &mut spot, targets));
+        }
+        pool.rng.shuffle(&mut rungs);
+        match e {
+            0 => blocks[b].rungs = rungs,
+            stage => blocks[b].stages[stage - 1].rungs = rungs,
+        }
+    }
+}
+
+fn forced_rung(pool: &mut Pool, forced: Forced, spot: &mut Spot, targets: &Targets) -> Rung {
+    let (text, legs): (String, &[&str]) = match forced {
+        Forced::Single(text) => return free_rung(pool, Some(text), spot, targets),
+        Forced::Counter(mnemonic, n) => {
+            let legs: &[&str] = match mnemonic {
+                "CNT" => &["up", "rst"],
+                "CNTDN" => &["dn", "rst"],
+                "UDC" => &["rst", "up", "dn"],
+                _ => &["up", "dn"],
+            };
+            (pool.counter(mnemonic, n), legs)
+        }
+        Forced::Timer(mnemonic, n) => {
+            let text = pool.timer(mnemonic, n, spot.driven);
+            if mnemonic != "TMRA" && mnemonic != "TMRADOWN" {
+                return free_rung(pool, Some(text), spot, targets);
+            }
+            (text, &["en", "rst"])
+        }
+    };
+    let legs = legs.iter().map(|leg| {
+        let contacts = match (*leg, pool.rng.below(10)) {
+            ("rst", 0..=3) => vec![Expr::Leaf("$Off".to_string())],
+            ("rst", 4..=7) => pool.rare_series(),
+            _ => pool.series(),
+        };
+        (leg.to_string(), contacts)
+    });
+    Rung { legs: legs.collect(), instrs: vec![text], branches: Vec::new() }
+}
+
+/// A rung with `when`, with branches at times, and with a given instruction in it somewhere.
+fn free_rung(pool: &mut Pool, given: Option<String>, spot: &mut Spot, targets: &Targets) -> Rung {
+    let branches = pool.rng.weighted(&[72, 20, 8]);
+    let mut lists: Vec<Vec<String>> = Vec::new();
+    for list in 0..=branches {
+        let least = usize::from(list > 0 || branches == 0 && given.is_none());
+        let count = least + pool.rng.weighted(&[60, 30, 10]);
+        lists.push((0..count).map(|_| pool.instr(spot, targets)).collect());
+    }
+    if let Some(text) = given {
+        let list = pool.rng.below(lists.len());
+        let at = pool.rng.below(lists[list].len() + 1);
+        lists[list].insert(at, text);
+    }
+    let mut lists = lists.into_iter().map(|instrs| (when(pool, &instrs), instrs));
+    let (when, instrs) = lists.next().unwrap_or_default();
+    let branches = lists.map(|(when, instrs)| Branch { when, instrs }).collect();
+    Rung { legs: vec![("when".to_string(), when)], instrs, branches }
+}
+
+/// The contacts before some instructions.
+fn when(pool: &mut Pool, instrs: &[String]) -> Vec<Expr> {
+    let has = |what: fn(&str) -> bool| instrs.iter().any(|instr| what(instr));
+    let rare = if has(is_drastic) { 85 } else { 60 * usize::from(has(is_reset)) };
+    if pool.rng.chance(rare) {
+        return pool.rare_series();
+    }
+    if has(|instr| instr.contains(" every=")) && pool.rng.chance(40) {
+        return vec![Expr::Leaf("$On".to_string())];
+    }
+    let counts = has(|instr| instr.starts_with("CTU") || instr.starts_with("CTD"));
+    if counts && pool.rng.chance(60) {
+        return vec![Expr::Leaf(format!("X{}", pool.rng.below(4)))];
+    }
+    pool.series()
+}
+
+type Rows = Vec<(i64, Vec<Option<i64>>)>;
+
+fn stimulus(pool: &mut Pool, scans: i64) -> (Vec<String>, Rows) {
+    let mut places: Vec<String> = (0..4).map(|n| format!("X{n}")).collect();
+    for _ in 0..pool.rng.below(8) {
+        let mut place = match pool.rng.chance(30) {
+            true => pool.written_bit(),
+            false => pool.written_word(),
+        };
+        if pool.rng.chance(35)
+            && let Some(structure) = pool.owned.last()
+        {
+            let accumulator = if structure.starts_with('N') { "ACC" } else { "Acc" };
+            place = format!("{structure}.{accumulator}");
+        }
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+    let busy = *pool.rng.pick(&[25, 50, 80]);
+    let mut rows = Vec::new();
+    for scan in 0..scans {
+        if !pool.rng.chance(busy) {
+            continue;
+        }
+        let cells = places.iter().map(|place| {
+            let percent = if place.starts_with('X') { 40 } else { 12 };
+            pool.rng.chance(percent).then(|| written_value(pool, place))
+        });
+        rows.push((scan, cells.collect()));
+    }
+    let columns = places.iter().map(|place| match pool.tags.get(place) {
+        Some(tag) => tag.clone(),
+        None => place.clone(),
+    });
+    (columns.collect(), rows)
+}
+
+/// A value that the place can take.
+fn written_value(pool: &mut Pool, place: &str) -> i64 {
+    let letters = place.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();
+    let (low, high) = match letters {
+        "V" | "MHR" | "MIR" => (0, 65_535),
+        "D" | "CT" | "T" => (i64::from(i32::MIN), i64::from(i32::MAX)),
+        "N" => (-32_768, 32_767),
+        _ => return pool.rng.range(0, 1),
+    };
+    if letters == "N" && pool.rng.chance(70) {
+        return *pool.rng.pick(&[32_766, 32_767, 32_767, -32_767, -32_768, -32_768]);
+    }
+    let value = pool.number().clamp(low, high);
+    let (least, most) = pool.limits.get(place).copied().unwrap_or((low, high));
+    value.max(least).min(most)
+}

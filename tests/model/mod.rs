@@ -1,0 +1,24 @@
+//! The reference model: a second reading of the language and of its semantics, slow and
+//! obvious; a generator of random programs; a shrinker for those that differ.
+
+mod act;
+pub mod case;
+mod contact;
+mod counters;
+mod exec;
+pub mod generate;
+mod instruction;
+mod menu;
+mod names;
+mod parse;
+mod place;
+mod pool;
+mod program;
+mod rng;
+pub mod shrink;
+mod tables;
+mod timers;
+mod trace;
+mod tree;
+
+pub use trace::{Options, simulate};

@@ -1,0 +1,101 @@
+//! Places in memory: an area, an index, a member; and the memory that holds their values.
+
+use std::collections::BTreeMap;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Area {
+    X,
+    Y,
+    C,
+    V,
+    D,
+    Mc,
+    Mi,
+    Mhr,
+    Mir,
+    St,
+    Dst,
+    Ct,
+    T,
+    N,
+    Block,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Member {
+    Whole,
+    Acc,
+    Done,
+    Reset,
+    Zero,
+    DnDone,
+    Timing,
+    Cu,
+    Cd,
+    Dn,
+    Ov,
+    Un,
+    Pre,
+    Running,
+    /// The bit of a Stage: the number of the element in its Program (1 is the initial Stage).
+    Stage(usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Loc {
+    pub area: Area,
+    pub index: usize,
+    pub member: Member,
+}
+
+impl Loc {
+    pub fn whole(area: Area, index: usize) -> Loc {
+        Loc { area, index, member: Member::Whole }
+    }
+
+    pub fn of(area: Area, index: usize, member: Member) -> Loc {
+        Loc { area, index, member }
+    }
+
+    /// What the place can hold.
+    pub fn range(self) -> (i64, i64) {
+        let i32_range = (i64::from(i32::MIN), i64::from(i32::MAX));
+        match (self.area, self.member) {
+            (Area::V | Area::Mhr | Area::Mir, _) => (0, i64::from(u16::MAX)),
+            (Area::D | Area::Dst, _) => i32_range,
+            (Area::Ct | Area::T, Member::Acc) => i32_range,
+            (Area::N, Member::Acc | Member::Pre) => (i64::from(i16::MIN), i64::from(i16::MAX)),
+            _ => (0, 1),
+        }
+    }
+}
+
+#[derive(Clone, Default)]
+pub struct Memory {
+    values: BTreeMap<Loc, i64>,
+    pub limits: BTreeMap<Loc, (i64, i64)>,
+}
+
+impl Memory {
+    pub fn get(&self, loc: Loc) -> i64 {
+        self.values.get(&loc).copied().unwrap_or(0)
+    }
+
+    pub fn bit(&self, loc: Loc) -> bool {
+        self.get(loc) != 0
+    }
+
+    /// Writes, saturating at the range of the place and at the limits of its tag.
+    pub fn put(&mut self, loc: Loc, value: i64) {
+        let (low, high) = loc.range();
+        let mut value = value.clamp(low, high);
+        if let Some((low, high)) = self.limits.get(&loc) {
+            value = value.max(*low).min(*high);
+        }
+        self.values.insert(loc, value);
+    }
+
+    pub fn put_bit(&mut self, loc: Loc, on: bool) {
+        self.put(loc, i64::from(on));
+    }
+}

@@ -1,0 +1,152 @@
+//! A ladder program as the model runs it: everything is resolved to places and numbers.
+
+use super::place::Loc;
+use std::collections::BTreeMap;
+
+#[derive(Clone, Copy, Debug)]
+pub enum Value {
+    Const(i64),
+    At(Loc),
+}
+
+#[derive(Clone, Copy, Debug)]
+pub enum Compare {
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+}
+
+#[derive(Clone, Debug)]
+pub enum Contact {
+    Bit(Loc),
+    /// `history` numbers the edge history that this contact has for itself.
+    Edge {
+        rising: bool,
+        bit: Loc,
+        history: usize,
+    },
+    Compare(Value, Compare, Value),
+    Not(Box<Contact>),
+    All(Vec<Contact>),
+    Any(Vec<Contact>),
+}
+
+#[derive(Clone, Debug)]
+pub enum Op {
+    Out(Loc),
+    Set(Loc),
+    Rst(Loc),
+    Pd(Loc),
+    Nd(Loc),
+    Ponoff(Loc),
+    Counter(usize),
+    Timer(usize),
+    Rstct(usize),
+    Rstt(usize),
+    Ctu(usize, Option<Value>),
+    Ctd(usize, Option<Value>),
+    Res(usize),
+    Move(Value, Loc),
+    Add(Value, Value, Loc),
+    Sub(Value, Value, Loc),
+    Run(usize),
+    Restart(usize),
+    Halt(usize),
+    Exit,
+    Entask(usize, Option<Value>),
+    /// JMP and SGDIVRG.
+    Jump(Vec<usize>),
+    Sgset(usize),
+    Sgrst(usize),
+    Sgconvrg(Vec<usize>, usize),
+    Stop,
+}
+
+#[derive(Clone, Debug)]
+pub struct Instr {
+    pub op: Op,
+    /// Two edge histories: of the rung or the first edge-triggered leg, and of the second.
+    pub history: [usize; 2],
+}
+
+#[derive(Clone, Debug)]
+pub struct Branch {
+    pub when: Contact,
+    pub instrs: Vec<Instr>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Rung {
+    /// One leg (`when`), or those of the instruction in the order of the language's table.
+    pub legs: Vec<Contact>,
+    pub instrs: Vec<Instr>,
+    pub branches: Vec<Branch>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Program,
+    Task,
+    FirstScan,
+    TopOfScan,
+    BottomOfScan,
+    LastScan,
+}
+
+#[derive(Clone, Debug)]
+pub struct Block {
+    pub name: String,
+    pub kind: Kind,
+    pub autostart: bool,
+    /// Element 0: the own rungs; the others: the Stages in file order.
+    pub elements: Vec<Vec<Rung>>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CounterKind {
+    Cnt,
+    Cntdn,
+    Udc,
+    Udcg,
+}
+
+#[derive(Clone, Debug)]
+pub struct CounterDef {
+    pub kind: CounterKind,
+    /// The preset of CNT and CNTDN, the Up Preset of UDC and UDCG.
+    pub up: Option<Value>,
+    pub down: Option<Value>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimerKind {
+    Ondtmr,
+    Offdtmr,
+    Tmr,
+    Tmrdown,
+    Tmra,
+    Tmradown,
+    Tmrag,
+}
+
+#[derive(Clone, Debug)]
+pub struct TimerDef {
+    pub kind: TimerKind,
+    pub preset: Value,
+    pub output: Option<Loc>,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Program {
+    pub blocks: Vec<Block>,
+    pub order: Vec<usize>,
+    pub counters: BTreeMap<usize, CounterDef>,
+    pub timers: BTreeMap<usize, TimerDef>,
+    pub histories: usize,
+    /// What a cold start puts into memory.
+    pub initial: Vec<(Loc, i64)>,
+    pub limits: Vec<(Loc, i64, i64)>,
+}

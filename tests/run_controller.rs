@@ -1,0 +1,391 @@
+//! `rungd run` from outside: the real binary, its log, its exit codes, signals.
+//!
+//! Each test writes its files into a folder of its own, starts the binary with JSON lines (or
+//! another form) and reads standard error as a person or a machine would.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// How long a test waits for what should come within milliseconds.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A ladder whose Main has the given rungs.
+fn ladder(rungs: &str) -> String {
+    format!(
+        "[ladder]\nname = \"bottling\"\n\
+         [tags]\n\
+         jam = {{ at = \"C0\", alarm = \"Bottles jammed\" }}\n\
+         lamp = {{ at = \"Y0\", log = \"change\" }}\n\
+         [[program]]\nname = \"Main\"\n{rungs}"
+    )
+}
+
+/// The lamp blinks, and the jam lasts for a while.
+const ALIVE: &str = "[[program.rung]]\nwhen = [\"$100ms\"]\ndo = [\"OUT lamp\"]\n\
+     [[program.rung]]\nwhen = [\"$ScanCounter >= 10\", \"$ScanCounter < 40\"]\n\
+     do = [\"OUT jam\"]\n";
+const STOPS: &str = "[[program.rung]]\nwhen = [\"$ScanCounter >= 5\"]\ndo = [\"STOP\"]\n\
+     [[program.rung]]\nwhen = [\"$On\"]\ndo = [\"OUT lamp\", \"OUT jam\"]\n";
+
+/// A folder with `controller.toml` and `ladder.toml`.
+struct Plant(PathBuf);
+
+impl Plant {
+    fn new(rungs: &str, controller: &str) -> Plant {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("run-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("ladder.toml"), ladder(rungs)).unwrap();
+        let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
+        std::fs::write(folder.join("controller.toml"), controller).unwrap();
+        Plant(folder)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        command.arg("run").arg(self.0.join("controller.toml")).args(arguments);
+        command.env_remove("RUNGD_LOG").env_remove("NOTIFY_SOCKET").env_remove("JOURNAL_STREAM");
+        command.stderr(Stdio::piped()).stdout(Stdio::piped());
+        command
+    }
+
+    fn start(&self, arguments: &[&str]) -> Running {
+        Running::new(self.command(arguments).args(["--log-format", "json"]))
+    }
+
+    /// Runs to the end; exit code and the lines of the log.
+    fn run(&self, arguments: &[&str]) -> (i32, Vec<Value>) {
+        let output = self.command(arguments).args(["--log-format", "json"]).output().unwrap();
+        assert_eq!(output.stdout, b"", "standard output is for results");
+        let text = String::from_utf8(output.stderr).unwrap();
+        let lines = text.lines().map(|line| serde_json::from_str(line).expect(line));
+        (output.status.code().unwrap(), lines.collect())
+    }
+}
+
+impl Drop for Plant {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A rungd whose log is read line by line.
+struct Running {
+    child: Child,
+    lines: Receiver<Value>,
+}
+
+impl Running {
+    fn new(command: &mut Command) -> Running {
+        let mut child = command.spawn().unwrap();
+        let stderr = BufReader::new(child.stderr.take().unwrap());
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in stderr.lines() {
+                let line = line.unwrap();
+                let Ok(()) = sender.send(serde_json::from_str(&line).expect(&line)) else { return };
+            }
+        });
+        Running { child, lines }
+    }
+
+    /// The next line whose message contains the words.
+    fn line(&self, words: &str) -> Value {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let line = self.lines.recv_timeout(left).unwrap_or_else(|_| panic!("no `{words}`"));
+            if message(&line).contains(words) {
+                return line;
+            }
+        }
+    }
+
+    fn signal(&self, name: &str) {
+        let pid = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+    }
+
+    fn end(&mut self) -> ExitStatus {
+        let deadline = Instant::now() + PATIENCE;
+        while Instant::now() < deadline {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        panic!("rungd did not end");
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn message(line: &Value) -> &str {
+    line["message"].as_str().unwrap_or_default()
+}
+
+/// The first line whose message contains the words.
+fn find<'a>(lines: &'a [Value], words: &str) -> &'a Value {
+    let found = lines.iter().find(|line| message(line).contains(words));
+    found.unwrap_or_else(|| panic!("no `{words}` in {lines:#?}"))
+}
+
+#[test]
+fn a_number_of_scans_and_an_orderly_stop() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
+    let (code, lines) = plant.run(&["--scans", "60"]);
+    assert_eq!(code, 0);
+    assert_eq!(message(&lines[0]), "rungd starts");
+    let loaded = find(&lines, "ladder loaded");
+    assert_eq!((&loaded["ladder"], &loaded["period"]), (&"bottling".into(), &"2ms".into()));
+    assert_eq!(loaded["sha256"].as_str().map(str::len), Some(64));
+    assert_eq!(find(&lines, "real-time posture")["granted"], "timer slack 1 ns");
+    find(&lines, "RUN: scanning every 2ms");
+    find(&lines, "Program Main started");
+    find(&lines, "lamp is ON");
+    let stop = find(&lines, "STOP: the number of scans asked for is complete");
+    assert_eq!((&stop["level"], &stop["scan"]), (&"INFO".into(), &60.into()));
+    let whole = find(&lines, "scan statistics of the whole run");
+    assert_eq!(whole["scans"], 60);
+    for field in [
+        "scan_us_last",
+        "scan_us_min",
+        "scan_us_mean",
+        "scan_us_p999",
+        "scan_us_max",
+        "late_us_last",
+        "late_us_min",
+        "late_us_mean",
+        "late_us_p50",
+        "late_us_p99",
+        "late_us_p999",
+        "late_us_max",
+    ] {
+        assert!(whole[field].is_f64(), "{field} in {whole}");
+    }
+    assert_eq!(message(lines.last().unwrap()), "rungd ends");
+}
+
+#[test]
+fn an_alarm_is_a_warning_and_its_end_says_how_long_it_lasted() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
+    let (_, lines) = plant.run(&["--scans", "60"]);
+    let on = find(&lines, "alarm ON: Bottles jammed");
+    assert_eq!(
+        (&on["level"], &on["tag"], &on["scan"]),
+        (&"WARN".into(), &"jam".into(), &11.into())
+    );
+    let off = find(&lines, "alarm OFF after");
+    assert!(off["lasted_ms"].as_u64().unwrap() >= 50, "{off}");
+    assert_eq!((&off["level"], message(off).ends_with(": Bottles jammed")), (&"INFO".into(), true));
+}
+
+#[test]
+fn a_signal_stops_in_an_orderly_way() {
+    for signal in ["TERM", "INT"] {
+        let plant = Plant::new(ALIVE, "");
+        let mut running = plant.start(&[]);
+        running.line("lamp is ON");
+        running.signal(signal);
+        running.line(&format!("SIG{signal}: stopping"));
+        running.line("STOP: a signal asked for it");
+        running.line("scan statistics of the whole run");
+        running.line("rungd ends");
+        assert_eq!(running.end().code(), Some(0));
+    }
+}
+
+#[test]
+fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
+    let plant = Plant::new(STOPS, "");
+    let mut running = plant.start(&["--repeat-reason", "150ms"]);
+    let stop = running.line("STOP: the ladder executed STOP");
+    assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &7.into()));
+    for _ in 0..2 {
+        let still = running.line("still in STOP after");
+        assert!(message(&still).contains("the ladder executed STOP; restart rungd"), "{still}");
+    }
+    assert_eq!(running.child.try_wait().unwrap(), None, "it stays");
+    running.signal("TERM");
+    running.line("rungd ends");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn the_passes_of_a_stop_turn_outputs_off() {
+    let plant = Plant::new(STOPS, "");
+    let (code, lines) = plant.run(&["--scans", "1000"]);
+    assert_eq!(code, 0, "with a number of scans, STOP ends the process");
+    let at = |words| lines.iter().position(|line| message(line).contains(words)).expect(words);
+    assert!(at("lamp is ON") < at("lamp is OFF") && at("lamp is OFF") < at("STOP: "));
+    assert!(at("alarm OFF after") < at("STOP: "));
+}
+
+#[test]
+fn a_scan_longer_than_the_watchdog_is_a_fault() {
+    let plant = Plant::new(&slow_rungs(), "scan.period = \"2ms\"\nscan.watchdog = \"1ms\"\n");
+    let mut running = plant.start(&["--repeat-reason", "150ms"]);
+    let fault = running.line("FAULT: a scan");
+    assert_eq!((&fault["level"], &fault["watchdog"]), (&"ERROR".into(), &"1ms".into()));
+    assert!(message(&fault).contains("raise `[scan] watchdog`"));
+    running.line("still in FAULT after");
+    running.signal("TERM");
+    running.line("rungd ends");
+    assert_eq!(running.end().code(), Some(0));
+    let (code, _) = plant.run(&["--scans", "5"]);
+    assert_eq!(code, 75, "with a number of scans, a fault is no success");
+}
+
+#[test]
+fn overruns_are_told_once_and_counted() {
+    let plant = Plant::new(&slow_rungs(), "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n");
+    let (code, lines) = plant.run(&["--scans", "20"]);
+    assert_eq!(code, 0);
+    let overruns: Vec<_> = lines.iter().filter(|line| message(line).contains("overrun")).collect();
+    assert_eq!(overruns.len(), 2, "the first, and the sum of the rest: {overruns:#?}");
+    assert!(message(overruns[0]).contains("the ladder takes longer than its period allows"));
+    let whole = find(&lines, "scan statistics of the whole run");
+    assert!(whole["overruns"].as_u64().unwrap() >= 19, "{whole}");
+    assert!(whole["skipped"].as_u64().unwrap() >= 19, "{whole}");
+}
+
+/// Rungs that take some milliseconds. A release build scans far more of them in that time.
+fn slow_rungs() -> String {
+    let mut rungs = String::from("rung = [\n");
+    let count = if cfg!(debug_assertions) { 30_000 } else { 400_000 };
+    for n in 0..count {
+        let (a, b) = (n % 2000, n * 7 % 2000);
+        rungs += &format!(
+            "  {{ when = [\"X{a} | !X{b}\", \"rise(X{b}) | X1\"], do = [\"SET C1\"] }},\n"
+        );
+    }
+    rungs + "]\n"
+}
+
+#[test]
+fn statistics_come_at_their_interval() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\nlog.statistics = \"200ms\"\n");
+    let (_, lines) = plant.run(&["--scans", "300"]);
+    let reports =
+        lines.iter().filter(|line| message(line).starts_with("scan statistics of the last"));
+    let scans: Vec<u64> = reports.map(|line| line["scans"].as_u64().unwrap()).collect();
+    assert!((1..=3).contains(&scans.len()), "{scans:?}");
+}
+
+#[test]
+fn a_bad_file_is_refused_with_its_findings() {
+    let plant = Plant::new("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUTT Y0\"]\n", "");
+    let output = plant.command(&[]).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(78), "{text}");
+    assert!(text.contains("ladder.toml:10:") && text.contains("did you mean `OUT`"), "{text}");
+    let (code, lines) = plant.run(&[]);
+    assert_eq!(code, 78);
+    find(&lines, "cannot be run as it is");
+}
+
+#[test]
+fn what_this_version_cannot_retain_is_refused() {
+    let plant = Plant::new(ALIVE, "retain.ranges = [\"D0..D9\"]\n");
+    let (code, lines) = plant.run(&[]);
+    assert_eq!(code, 78);
+    let refusal = find(&lines, "survives a restart");
+    assert!(message(refusal).contains("controller.toml:2:"), "{refusal}");
+}
+
+#[test]
+fn a_strict_posture_that_is_not_granted_is_refused() {
+    let realtime = "scan.realtime = { cpu = 4000, strict = true }\n";
+    let (code, lines) = Plant::new(ALIVE, realtime).run(&["--scans", "1"]);
+    assert_eq!(code, 78);
+    find(&lines, "`[scan] realtime` is strict");
+    let lax = "scan.realtime = { cpu = 4000 }\n";
+    let (code, lines) = Plant::new(ALIVE, lax).run(&["--scans", "1"]);
+    assert_eq!((code, &find(&lines, "CPU 4000 was refused")["level"]), (0, &"WARN".into()));
+}
+
+#[test]
+fn an_address_that_is_taken_is_named() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let listen = taken.local_addr().unwrap();
+    let plant = Plant::new(ALIVE, &format!("modbus-server.listen = \"{listen}\"\n"));
+    let (code, lines) = plant.run(&["--scans", "1"]);
+    assert_eq!(code, 74);
+    assert!(message(find(&lines, "cannot listen")).contains(&listen.to_string()));
+}
+
+#[test]
+fn people_read_lines_with_a_level_and_no_escape_codes() {
+    let plant = Plant::new(ALIVE, "");
+    let output = plant.command(&["--scans", "3", "--log-level", "debug"]).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("  INFO RUN: scanning every 10ms scan=0\n"), "{text}");
+    assert!(text.contains(" DEBUG Program Main had its termination pass scan=3\n"), "{text}");
+    assert!(!text.contains('\u{1b}'), "{text}");
+}
+
+#[test]
+fn the_level_can_come_from_the_environment() {
+    let plant = Plant::new(ALIVE, "");
+    let quiet = plant.command(&["--scans", "3"]).env("RUNGD_LOG", "error").output().unwrap();
+    assert_eq!((quiet.status.code(), quiet.stderr.len()), (Some(0), 0));
+    let wrong = plant.command(&["--scans", "3"]).env("RUNGD_LOG", "loud").output().unwrap();
+    assert_eq!(wrong.status.code(), Some(78));
+}
+
+#[test]
+fn systemd_hears_ready_alive_status_and_stopping() {
+    let plant = Plant::new(ALIVE, "");
+    let socket_path = plant.0.join("notify");
+    let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
+    socket.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut command = plant.command(&["--log-format", "json"]);
+    command.env("NOTIFY_SOCKET", &socket_path).env("WATCHDOG_USEC", "200000");
+    let mut running = Running::new(&mut command);
+    let heard = |wanted: &str| {
+        let mut bytes = [0; 512];
+        loop {
+            let length = socket.recv(&mut bytes).unwrap_or_else(|_| panic!("no {wanted}"));
+            let text = String::from_utf8_lossy(&bytes[..length]).into_owned();
+            if text.contains(wanted) {
+                return text;
+            }
+        }
+    };
+    heard("READY=1");
+    heard("WATCHDOG=1");
+    heard("STATUS=RUN, ");
+    heard("WATCHDOG=1");
+    running.signal("TERM");
+    heard("STOPPING=1");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn a_log_that_nobody_reads_costs_no_scan() {
+    let toggling = "[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT lamp\"]\n";
+    let plant = Plant::new(toggling, "scan.period = \"1ms\"\n");
+    // Nobody reads this pipe until the process has ended.
+    let mut child = plant.command(&["--scans", "1500", "--log-level", "trace"]).spawn().unwrap();
+    let before = Instant::now();
+    let status = loop {
+        match child.try_wait().unwrap() {
+            Some(status) => break status,
+            None => std::thread::sleep(Duration::from_millis(10)),
+        }
+        assert!(before.elapsed() < PATIENCE, "it waits for the log");
+    };
+    assert_eq!(status.code(), Some(0));
+}

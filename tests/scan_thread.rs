@@ -1,0 +1,290 @@
+//! The scan thread allocates nothing: counted, with writes, inputs and events pending, with the
+//! log's reader and the image's readers stalled, over a stop, on generated ladders and on every
+//! shipped one. And its sources name nothing that could make it wait.
+//!
+//! The scanner runs on the test's own thread with a simulated clock; the allocator counts calls
+//! made on that thread between the begin and the end of a step.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::rc::Rc;
+
+use rungd::engine::Engine;
+use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
+use rungd::lower::{Symbols, lower};
+use rungd::resolve::program::Program;
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Write};
+use rungd::runtime::pacing::Clock;
+use rungd::runtime::{
+    Memory, Observer, Pace, Posture, Record, Safe, Settings, Statistics, Watched, assemble,
+};
+use rungd::source::span::SourceFile;
+
+thread_local! {
+    static CALLS: Cell<Option<u64>> = const { Cell::new(None) };
+}
+
+/// Counts calls on a thread that asked for it.
+struct Counting;
+
+fn count() {
+    let _ = CALLS.try_with(|calls| calls.set(calls.get().map(|n| n + 1)));
+}
+
+// SAFETY: hands everything on to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        count();
+        unsafe { System.dealloc(at, layout) }
+    }
+
+    unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        unsafe { System.realloc(at, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn counted<T>(call: impl FnOnce() -> T) -> (T, u64) {
+    CALLS.set(Some(0));
+    let result = call();
+    (result, CALLS.replace(None).unwrap_or(0))
+}
+
+#[derive(Clone, Default)]
+struct SimulatedClock(Rc<Cell<u64>>);
+
+impl Clock for SimulatedClock {
+    fn now_ns(&self) -> u64 {
+        self.0.set(self.0.get() + 1000);
+        self.0.get()
+    }
+
+    fn sleep_until(&mut self, deadline_ns: u64) {
+        self.0.set(self.0.get().max(deadline_ns));
+    }
+}
+
+struct Deaf;
+
+impl Observer for Deaf {
+    fn record(&mut self, _: &Record) {}
+    fn statistics(&mut self, _: &Statistics) {}
+    fn dropped(&mut self, _: u64) {}
+    fn tripped(&mut self, _: rungd::runtime::exchange::FaultReason, _: u64) {}
+    fn turn(&mut self, _: &Snapshot, _: u64) {}
+}
+
+/// A generator of numbers, the same for the same seed.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
+        (self.0 >> 33) % limit
+    }
+
+    fn contact(&mut self) -> String {
+        let n = self.below(16);
+        match self.below(6) {
+            0 => format!("X{n}"),
+            1 => format!("!C{n}"),
+            2 => format!("rise(X{n})"),
+            3 => format!("fall(MC{})", n + 1),
+            4 => format!("X{n} | Y{}", self.below(16)),
+            _ => format!("D{n} < {}", self.below(9)),
+        }
+    }
+}
+
+const TAGS: &str = r#"
+[tags]
+alarm = { at = "X0", alarm = "An input that toggles" }
+bit = { at = "X1", log = "change" }
+word = { at = "D0", log = "change" }
+"#;
+
+/// A ladder with every kind of block, that starts and stops them as inputs come and go.
+fn generated(seed: u64) -> String {
+    let mut numbers = Numbers(seed);
+    let mut text =
+        format!("[ladder]\nname = \"generated\"\n{TAGS}\n[[program]]\nname = \"Main\"\n");
+    let rung = |text: &mut String, place: &str, contact: &str, instruction: &str| {
+        let _ =
+            write!(text, "[[{place}.rung]]\nwhen = [\"{contact}\"]\ndo = [\"{instruction}\"]\n");
+    };
+    for n in 0..4 + numbers.below(12) {
+        let contact = numbers.contact();
+        let instruction = match numbers.below(9) {
+            0 => format!("TMR T{n} preset={}ms", numbers.below(50)),
+            1 => format!("ONDTMR T{n} preset=20ms output=C{}", 100 + n),
+            2 => format!("OFFDTMR T{n} preset=20ms output=C{}", 100 + n),
+            3 => format!("PONOFF C{}", 200 + n),
+            4 => format!("ADD D{n} 1 to=D{n}"),
+            5 => format!("CTU N{n} preset=3"),
+            6 => format!("MOVE X{n}X to=D0").replace(&format!("X{n}X"), &format!("CT{n}.Acc")),
+            7 => format!("SET C{}", 300 + n),
+            _ => format!("OUT Y{n}"),
+        };
+        rung(&mut text, "program", &contact, &instruction);
+        let (up, reset) = (numbers.contact(), numbers.contact());
+        let _ = write!(
+            text,
+            "[[program.rung]]\nleg.up = [\"{up}\"]\nleg.rst = [\"{reset}\"]\ndo = [\"CNT CT{n} \
+             preset=2\"]\n"
+        );
+    }
+    for instruction in ["RUN Side", "RESTART Side", "ENTASK Often every=20ms", "ENTASK Once"] {
+        let contact = numbers.contact();
+        rung(&mut text, "program", &contact, instruction);
+    }
+    text += "[[program]]\nname = \"Side\"\n[[program.stage]]\nname = \"A\"\n";
+    rung(&mut text, "program.stage", &numbers.contact(), "JMP B");
+    text += "[[program.stage]]\nname = \"B\"\n";
+    rung(&mut text, "program.stage", &numbers.contact(), "JMP A");
+    rung(&mut text, "program.stage", &numbers.contact(), "EXIT");
+    text += "[[task]]\nname = \"Often\"\n";
+    rung(&mut text, "task", &numbers.contact(), "OUT C400");
+    text += "[[task]]\nname = \"Once\"\n";
+    rung(&mut text, "task", &numbers.contact(), "HALT Side");
+    text
+}
+
+fn program(name: &str, text: String) -> Program {
+    let file = SourceFile { name: name.to_owned(), text };
+    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+    program.unwrap_or_else(|| panic!("{name}: {findings:#?}"))
+}
+
+fn settings(symbols: &Symbols, scans: u64) -> Settings {
+    let sizes = MemorySizes::default();
+    let layout = &symbols.layout;
+    let mut safe = vec![Safe::Off; sizes.y as usize];
+    safe[..3].copy_from_slice(&[Safe::On, Safe::Hold, Safe::Hold]);
+    let watched = Watched {
+        bits: symbols.alarms.iter().map(|alarm| alarm.bit).collect(),
+        words: vec![layout.word(Word::Space(WordSpace::D, 0))],
+    };
+    Settings {
+        pace: Pace {
+            period_ns: 10_000_000,
+            watchdog_ns: 200_000_000,
+            scans: Some(scans),
+            statistics_every_ns: Some(100_000_000),
+        },
+        memory: Memory {
+            inputs: sizes.x,
+            bits: layout.bit_count() as usize,
+            words: layout.word_count() as usize,
+            first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+            safe,
+        },
+        watched,
+        posture: Posture::default(),
+    }
+}
+
+/// Inputs that toggle, and batches of every size.
+fn stir(port: &Port, symbols: &Symbols, numbers: &mut Numbers) {
+    for x in 0..16 {
+        port.set_input(x, numbers.below(2) == 0);
+    }
+    for _ in 0..numbers.below(3) {
+        let mut writes = Vec::new();
+        for _ in 0..numbers.below(40) {
+            let n = numbers.below(16) as u32;
+            let bit = symbols.layout.bit(Bit::Space(BitSpace::Mc, n + 1));
+            let word = symbols.layout.word(Word::Space(WordSpace::D, n));
+            writes.push(Write::Bit(bit, numbers.below(2) == 0));
+            writes.push(Write::Word(word, numbers.below(9) as i32));
+            writes.push(Write::Input(n, numbers.below(2) == 0));
+        }
+        let _ = port.submit(writes);
+    }
+}
+
+/// Scans a program to its orderly stop; every step is counted. For a while nobody reads.
+fn assert_no_allocation(name: &str, program: &Program, scans: u64) {
+    let (code, symbols) = lower(program);
+    let settings = settings(&symbols, scans);
+    let clock = SimulatedClock::default();
+    let (mut scanner, mut monitor, port) = assemble(Engine::new(code), clock, &settings, Deaf);
+    let mut numbers = Numbers(7);
+    let (_, calls) = counted(|| scanner.start());
+    assert_eq!(calls, 0, "{name}: at the start of RUN");
+    for scan in 0.. {
+        stir(&port, &symbols, &mut numbers);
+        let (goes_on, calls) = counted(|| scanner.step());
+        assert_eq!(calls, 0, "{name}: in scan {scan}");
+        if !(scans / 3..scans / 2).contains(&scan) {
+            monitor.turn(0);
+        }
+        if !goes_on {
+            break;
+        }
+    }
+    monitor.turn(0);
+    let latest = port.latest();
+    let ended = (latest.scans, latest.mode);
+    // A ladder may stop itself.
+    let orderly = ended == (scans, Mode::Stop(StopReason::ScanLimit))
+        || ended.1 == Mode::Stop(StopReason::Instruction);
+    assert!(orderly, "{name}: {ended:?}");
+}
+
+#[test]
+fn two_hundred_generated_ladders() {
+    for seed in 0..200 {
+        let name = format!("ladder {seed}");
+        assert_no_allocation(&name, &program(&name, generated(seed)), 90);
+    }
+}
+
+#[test]
+fn every_shipped_ladder() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/programs");
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for path in entries.map(|entry| entry.unwrap().path()) {
+        let text = std::fs::read_to_string(&path).unwrap_or_default();
+        let is_ladder = path.extension().is_some_and(|e| e == "toml")
+            && !rungd::source::controller::is_controller(&text);
+        if is_ladder {
+            let name = path.display().to_string();
+            assert_no_allocation(&name, &program(&name, text), 1000);
+        }
+    }
+}
+
+#[test]
+fn the_counter_counts() {
+    let (_, calls) = counted(|| drop(std::hint::black_box(Box::new(1))));
+    assert_eq!(calls, 2);
+}
+
+#[test]
+fn the_scan_threads_sources_name_nothing_that_waits() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/runtime");
+    let forbidden = [
+        "Mutex", "RwLock", "Condvar", "println!", "tracing", "std::fs", "std::net", "std::io",
+        "format!", ".recv(", "vec!", "Box::new", "String",
+    ];
+    for file in ["scanner.rs", "beat.rs", "pacing.rs", "machine.rs"] {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+        for line in lines {
+            let found = forbidden.iter().find(|word| line.contains(*word));
+            assert_eq!(found, None, "{file}: {line}");
+        }
+    }
+}
