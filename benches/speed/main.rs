@@ -38,7 +38,7 @@ struct Arguments {
     #[arg(long)]
     n: Option<usize>,
     /// Rounds of each workload.
-    #[arg(long, default_value_t = 101)]
+    #[arg(long, default_value_t = 501)]
     rounds: usize,
     /// Scans to check before timing; with --side, scans to run.
     #[arg(long, default_value_t = 3000)]
@@ -63,7 +63,9 @@ fn main() -> anyhow::Result<()> {
         return load::table();
     }
     if arguments.print.is_none() && arguments.side.is_none() {
-        println!("workload          n   native ns   engine ns   ratio   (quartiles)   coil changes");
+        println!(
+            "workload          n   native ns   engine ns   ratio   (quartiles)   coil changes"
+        );
     }
     for name in Name::ALL {
         let sizes: &[usize] =

@@ -4,7 +4,7 @@
 //! registers. The loops are compiled twice: without forces (`F = false`) a write is a plain store.
 
 use super::image::Image;
-use super::ops::Power;
+use super::ops::{Leg, Power};
 
 /// What a counter instruction remembers between its executions.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,6 +87,12 @@ impl View<'_> {
     #[inline(always)]
     pub fn power(&self, power: Power) -> u8 {
         self.bits[(power.0 >> 1) as usize] ^ (power.0 & 1) as u8
+    }
+
+    /// Reads a leg.
+    #[inline(always)]
+    pub fn leg(&self, leg: Leg) -> u8 {
+        self.power(leg.0[0]) & self.power(leg.0[1])
     }
 
     #[inline(always)]

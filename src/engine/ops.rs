@@ -1,8 +1,8 @@
 //! The operations: one small struct a kind, a table a kind, and what each reads and writes.
 //!
 //! Contacts become [`And2`]..[`And4`] (an OR is an AND of opposites, read as its opposite), edges
-//! and compares, each writing a private *power* cell; an instruction reads the power of each of
-//! its legs from one cell. How an operation runs stands beside its siblings, in `logic`,
+//! and compares, each writing a private *power* cell; an instruction reads each of its legs as two
+//! powers ANDed. How an operation runs stands beside its siblings, in `logic`,
 //! `counters`, `timers`, `sensaphone` and `control`.
 
 use std::ops::Range;
@@ -30,6 +30,18 @@ impl Power {
     }
 }
 
+/// What an instruction reads of a leg: two powers, both ON where the leg is; of a leg that comes
+/// down to one power, that one twice. So the last AND of a leg is no operation of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Leg(pub [Power; 2]);
+
+impl Leg {
+    /// The leg that is just this power.
+    pub fn of(power: Power) -> Leg {
+        Leg([power, power])
+    }
+}
+
 /// What an operation reads and writes, by cell: what the scheduler must keep in order.
 #[derive(Clone, Debug, Default)]
 pub struct Touches {
@@ -54,6 +66,13 @@ impl Touches {
 
     pub(super) fn powers(&mut self, powers: &[Power]) -> &mut Touches {
         self.bits_read.extend(powers.iter().map(|p| p.cell()));
+        self
+    }
+
+    pub(super) fn legs(&mut self, legs: &[Leg]) -> &mut Touches {
+        for leg in legs {
+            self.powers(&leg.0);
+        }
         self
     }
 

@@ -5,7 +5,7 @@
 //! drifts. A preset `<= 0` is treated as 0.
 
 use super::memory::{TimerState, View};
-use super::ops::{Operation, Power, Touches};
+use super::ops::{Leg, Operation, Touches};
 
 /// A timer structure's places.
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +127,7 @@ macro_rules! one_leg {
         #[derive(Clone, Copy, Debug)]
         #[allow(missing_docs)]
         pub struct $op {
-            pub leg: Power,
+            pub leg: Leg,
             pub timer: Timer,
             $(pub $output: u32,)?
         }
@@ -135,7 +135,7 @@ macro_rules! one_leg {
         impl Operation for $op {
             #[inline(always)]
             fn run<const F: bool>(&self, $view: &mut View) {
-                let ($timer, $leg) = (&self.timer, $view.power(self.leg));
+                let ($timer, $leg) = (&self.timer, $view.leg(self.leg));
                 let done = $run;
                 $($view.put_bit::<F>(self.$output, done);)?
                 let _ = done;
@@ -143,7 +143,7 @@ macro_rules! one_leg {
 
             fn touches(&self, t: &mut Touches) {
                 $(t.writes_bits(&[self.$output]);)?
-                self.timer.touches(t.powers(&[self.leg]));
+                self.timer.touches(t.legs(&[self.leg]));
             }
         }
     )*};
@@ -208,15 +208,15 @@ fn run_down<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Tmra {
-    pub en: Power,
-    pub rst: Power,
+    pub en: Leg,
+    pub rst: Leg,
     pub timer: Timer,
 }
 
 impl Operation for Tmra {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (en, rst) = (view.power(self.en), view.power(self.rst));
+        let (en, rst) = (view.leg(self.en), view.leg(self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
         let state = timer.state(view);
@@ -236,7 +236,7 @@ impl Operation for Tmra {
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.powers(&[self.en, self.rst]));
+        self.timer.touches(t.legs(&[self.en, self.rst]));
     }
 }
 
@@ -244,15 +244,15 @@ impl Operation for Tmra {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Tmradown {
-    pub en: Power,
-    pub rst: Power,
+    pub en: Leg,
+    pub rst: Leg,
     pub timer: Timer,
 }
 
 impl Operation for Tmradown {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (en, rst) = (view.power(self.en), view.power(self.rst));
+        let (en, rst) = (view.leg(self.en), view.leg(self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
         let state = timer.state(view);
@@ -273,7 +273,7 @@ impl Operation for Tmradown {
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.powers(&[self.en, self.rst]));
+        self.timer.touches(t.legs(&[self.en, self.rst]));
     }
 }
 
@@ -281,7 +281,7 @@ impl Operation for Tmradown {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Rstt {
-    pub leg: Power,
+    pub leg: Leg,
     pub timer: Timer,
     pub rule: TimerRule,
 }
@@ -289,13 +289,13 @@ pub struct Rstt {
 impl Operation for Rstt {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        if view.power(self.leg) != 0 {
+        if view.leg(self.leg) != 0 {
             self.timer.state(view).pending = 1;
             self.timer.reset::<F>(view, self.rule);
         }
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.powers(&[self.leg]));
+        self.timer.touches(t.legs(&[self.leg]));
     }
 }

@@ -1,7 +1,7 @@
 //! Contacts → powers: ANDs of powers, an OR as the opposite of an AND of opposites.
 
 use super::assembler::Assembler;
-use crate::engine::ops::{And2, And3, And4, Equal, Fall, Less, Op, Power, Rise};
+use crate::engine::ops::{And2, And3, And4, Equal, Fall, Leg, Less, Op, Power, Rise};
 use crate::isa::Bit;
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
 
@@ -65,6 +65,20 @@ impl Assembler<'_> {
             }
             [] => unreachable!("a series of contacts is never empty"),
         }
+    }
+
+    /// The leg that is ON when all of these are.
+    pub fn leg_of(&mut self, powers: &[Power]) -> Leg {
+        match *powers {
+            [ref first @ .., last] if !first.is_empty() => Leg([self.and(first), last]),
+            _ => Leg::of(self.and(powers)),
+        }
+    }
+
+    /// A leg as one power.
+    pub fn one_power(&mut self, leg: Leg) -> Power {
+        let Leg([a, b]) = leg;
+        if a == b { a } else { self.and(&[a, b]) }
     }
 
     fn gate(&mut self, op: impl FnOnce(u32) -> Op) -> Power {
