@@ -4,7 +4,7 @@
 //! loads and in how `.Done` and `.DnDone` follow from `.Acc`: that is [`CounterRule`], which RSTCT
 //! and the termination pass use too. A loop over one kind knows its rule beforehand.
 
-use super::memory::View;
+use super::memory::{OnlyIf, View};
 use super::ops::{Leg, Operation, Touches};
 
 /// A counter structure's places.
@@ -146,7 +146,7 @@ impl Operation for Cnt {
         state.up = leg;
         state.pending = 0;
         let acc = view.word(self.counter.acc).saturating_add(i32::from(counts));
-        let acc = if reset != 0 { 0 } else { acc };
+        let acc = acc.only_if(reset ^ 1);
         self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
     }
 
@@ -212,7 +212,7 @@ impl Operation for Udc {
         state.pending = 0;
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc).saturating_add(step);
-        let acc = if reset != 0 { 0 } else { acc };
+        let acc = acc.only_if(reset ^ 1);
         self.counter.put::<F>(view, rule, acc, reset);
     }
 

@@ -55,6 +55,20 @@ pub(super) struct Memory {
     pub now_ms: u32,
 }
 
+/// Choosing without a branch: what is chosen differs between neighbours and from scan to scan,
+/// and a mispredicted branch costs more than a whole operation.
+pub(super) trait OnlyIf {
+    /// Itself if the bit (0 or 1) is ON, else 0.
+    fn only_if(self, bit: u8) -> Self;
+}
+
+impl OnlyIf for i32 {
+    #[inline(always)]
+    fn only_if(self, bit: u8) -> i32 {
+        self & 0i32.wrapping_sub(i32::from(bit))
+    }
+}
+
 /// [`Memory`] as slices, for one batch.
 pub(super) struct View<'a> {
     pub bits: &'a mut [u8],

@@ -4,7 +4,7 @@
 //! rest). A timer adds the whole milliseconds between its executions' timestamps, so that nothing
 //! drifts. A preset `<= 0` is treated as 0.
 
-use super::memory::{TimerState, View};
+use super::memory::{OnlyIf, TimerState, View};
 use super::ops::{Leg, Operation, Touches};
 
 /// A timer structure's places.
@@ -105,9 +105,8 @@ fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let adds = on & state.running;
     state.pending = 0;
     state.running = on;
-    // `adds` is 0 or 1: all bits or none.
-    let keep = 0i32.wrapping_sub(i32::from(adds));
-    let acc = view.word(timer.acc).saturating_add_unsigned(elapsed) & keep;
+    let acc = i64::from(view.word(timer.acc)) + i64::from(elapsed);
+    let acc = (acc.min(i64::from(i32::MAX)) as i32).only_if(adds);
     let acc = timer.put_acc::<F>(view, acc);
     let done = on & u8::from(acc >= preset);
     timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing: on });
@@ -175,9 +174,8 @@ fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let times = off & (state.leg ^ 1) & state.running & (reset_pending ^ 1);
     state.pending = 0;
     state.leg = leg;
-    let remaining = view.word(timer.acc).saturating_sub_unsigned(elapsed).max(0);
-    let mask = |bit: u8| 0i32.wrapping_sub(i32::from(bit));
-    let acc = (preset & mask(leg | falls)) | (remaining & mask(times));
+    let remaining = (i64::from(view.word(timer.acc)) - i64::from(elapsed)).max(0) as i32;
+    let acc = preset.only_if(leg | falls) | remaining.only_if(times);
     let left = acc;
     let acc = timer.put_acc::<F>(view, acc);
     let timing = off & u8::from(left > 0);
