@@ -138,7 +138,7 @@ pub struct Cnt {
 impl Operation for Cnt {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (leg, rst) = (view.leg(self.up), view.leg(self.rst));
+        let (leg, rst) = (view.leg(&self.up), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
@@ -168,7 +168,7 @@ pub struct Cntdn {
 impl Operation for Cntdn {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (leg, rst) = (view.leg(self.dn), view.leg(self.rst));
+        let (leg, rst) = (view.leg(&self.dn), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
@@ -202,7 +202,7 @@ pub struct Udc {
 impl Operation for Udc {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (up, dn, rst) = (view.leg(self.up), view.leg(self.dn), view.leg(self.rst));
+        let (up, dn, rst) = (view.leg(&self.up), view.leg(&self.dn), view.leg(&self.rst));
         let rule = CounterRule::UpDown(self.presets).read(view);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
@@ -234,7 +234,7 @@ pub struct Rstct {
 impl Operation for Rstct {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        if view.leg(self.leg) != 0 {
+        if view.leg(&self.leg) != 0 {
             view.counters[self.counter.ct as usize].pending = 1;
             self.counter.reset::<F>(view, &self.rule);
         }

@@ -3,14 +3,14 @@
 //! Behaviour: `docs/semantics.md`, section 4 (edge contacts, rungs) and the instruction pages.
 
 use super::memory::View;
-use super::ops::{Leg, Operation, Power, Touches};
+use super::ops::{Leg, Operation, Powers, Touches};
 
 /// `cell = a & b`.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct And2 {
     pub cell: u32,
-    pub of: [Power; 2],
+    pub of: Powers<2>,
 }
 
 /// `cell = a & b & c`.
@@ -18,7 +18,7 @@ pub struct And2 {
 #[allow(missing_docs)]
 pub struct And3 {
     pub cell: u32,
-    pub of: [Power; 3],
+    pub of: Powers<3>,
 }
 
 /// `cell = a & b & c & d`.
@@ -26,7 +26,7 @@ pub struct And3 {
 #[allow(missing_docs)]
 pub struct And4 {
     pub cell: u32,
-    pub of: [Power; 4],
+    pub of: Powers<4>,
 }
 
 macro_rules! and {
@@ -34,12 +34,11 @@ macro_rules! and {
         impl Operation for $and {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let power = self.of.iter().fold(1, |power, of| power & view.power(*of));
-                view.bits[self.cell as usize] = power;
+                view.bits[self.cell as usize] = view.all(&self.of);
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.powers(&self.of).writes_bits(&[self.cell]);
+                t.cells(&self.of.cells).writes_bits(&[self.cell]);
             }
         }
     )*};
@@ -67,7 +66,7 @@ macro_rules! edges {
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.powers(&[Power::of(self.bit)]).writes_bits(&[self.cell, self.history]);
+                t.cells(&[self.bit]).writes_bits(&[self.cell, self.history]);
             }
         }
     )*};
@@ -125,7 +124,7 @@ macro_rules! coils {
         impl Operation for $coil {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let ($leg, $bit) = (view.leg(self.leg), view.bit(self.bit));
+                let ($leg, $bit) = (view.leg(&self.leg), view.bit(self.bit));
                 view.put_bit::<F>(self.bit, $value);
             }
 
@@ -159,7 +158,7 @@ macro_rules! edge_coils {
         impl Operation for $coil {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let ($now, $before) = (view.leg(self.leg), view.bit(self.history));
+                let ($now, $before) = (view.leg(&self.leg), view.bit(self.history));
                 let $bit = view.bit(self.bit);
                 view.bits[self.history as usize] = $now;
                 view.put_bit::<F>(self.bit, $value);
@@ -213,7 +212,7 @@ pub struct Move {
 impl Operation for Move {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (leg, value) = (view.leg(self.leg), i64::from(view.word(self.a)));
+        let (leg, value) = (view.leg(&self.leg), i64::from(view.word(self.a)));
         self.to.put::<F>(view, leg, value);
     }
 
@@ -238,7 +237,7 @@ macro_rules! arithmetic {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
                 let (a, b) = (i64::from(view.word(self.a)), i64::from(view.word(self.b)));
-                let leg = view.leg(self.leg);
+                let leg = view.leg(&self.leg);
                 self.to.put::<F>(view, leg, a $operator b);
             }
 

@@ -4,7 +4,7 @@
 //! registers. The loops are compiled twice: without forces (`F = false`) a write is a plain store.
 
 use super::image::Image;
-use super::ops::{Leg, Power};
+use super::ops::{Leg, Power, Powers};
 
 /// What a counter instruction remembers between its executions.
 #[derive(Clone, Copy, Debug, Default)]
@@ -105,8 +105,15 @@ impl View<'_> {
 
     /// Reads a leg.
     #[inline(always)]
-    pub fn leg(&self, leg: Leg) -> u8 {
-        self.power(leg.0[0]) & self.power(leg.0[1])
+    pub fn leg(&self, leg: &Leg) -> u8 {
+        self.all(leg)
+    }
+
+    /// Whether all of these powers are ON.
+    #[inline(always)]
+    pub fn all<const N: usize>(&self, powers: &Powers<N>) -> u8 {
+        let each = powers.cells.iter().zip(powers.opposites);
+        each.fold(1, |all, (cell, opposite)| all & (self.bits[*cell as usize] ^ opposite))
     }
 
     #[inline(always)]

@@ -32,13 +32,32 @@ impl Power {
 
 /// What an instruction reads of a leg: two powers, both ON where the leg is; of a leg that comes
 /// down to one power, that one twice. So the last AND of a leg is no operation of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Leg(pub [Power; 2]);
+pub type Leg = Powers<2>;
 
 impl Leg {
     /// The leg that is just this power.
     pub fn of(power: Power) -> Leg {
-        Leg([power, power])
+        Powers::new([power, power])
+    }
+}
+
+/// Powers to be ANDed, as a loop reads them: cells, and apart from them which are opposites.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Powers<const N: usize> {
+    pub(super) cells: [u32; N],
+    /// 1 where the opposite is meant.
+    pub(super) opposites: [u8; N],
+}
+
+impl<const N: usize> Powers<N> {
+    /// These powers.
+    pub fn new(powers: [Power; N]) -> Powers<N> {
+        Powers { cells: powers.map(Power::cell), opposites: powers.map(|p| (p.0 & 1) as u8) }
+    }
+
+    /// Each of them.
+    pub fn each(self) -> [Power; N] {
+        std::array::from_fn(|at| Power(self.cells[at] << 1 | u32::from(self.opposites[at])))
     }
 }
 
@@ -64,14 +83,14 @@ impl Touches {
         self.words_written.clear();
     }
 
-    pub(super) fn powers(&mut self, powers: &[Power]) -> &mut Touches {
-        self.bits_read.extend(powers.iter().map(|p| p.cell()));
+    pub(super) fn cells(&mut self, cells: &[u32]) -> &mut Touches {
+        self.bits_read.extend(cells);
         self
     }
 
     pub(super) fn legs(&mut self, legs: &[Leg]) -> &mut Touches {
         for leg in legs {
-            self.powers(&leg.0);
+            self.cells(&leg.cells);
         }
         self
     }

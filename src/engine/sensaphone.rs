@@ -90,7 +90,7 @@ macro_rules! steps {
         impl Operation for $op {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let leg = view.leg(self.leg);
+                let leg = view.leg(&self.leg);
                 let state = &mut view.sensaphones[self.counter.n as usize];
                 let counts = leg & (state.$history ^ 1);
                 state.$history = leg;
@@ -121,7 +121,7 @@ pub struct Res {
 impl Operation for Res {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        if view.leg(self.leg) == 0 {
+        if view.leg(&self.leg) == 0 {
             return;
         }
         view.put_word::<F>(self.counter.acc, 0);

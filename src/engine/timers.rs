@@ -134,7 +134,7 @@ macro_rules! one_leg {
         impl Operation for $op {
             #[inline(always)]
             fn run<const F: bool>(&self, $view: &mut View) {
-                let ($timer, $leg) = (&self.timer, $view.leg(self.leg));
+                let ($timer, $leg) = (&self.timer, $view.leg(&self.leg));
                 let done = $run;
                 $($view.put_bit::<F>(self.$output, done);)?
                 let _ = done;
@@ -214,7 +214,7 @@ pub struct Tmra {
 impl Operation for Tmra {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (en, rst) = (view.leg(self.en), view.leg(self.rst));
+        let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
         let state = timer.state(view);
@@ -250,7 +250,7 @@ pub struct Tmradown {
 impl Operation for Tmradown {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (en, rst) = (view.leg(self.en), view.leg(self.rst));
+        let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
         let state = timer.state(view);
@@ -287,7 +287,7 @@ pub struct Rstt {
 impl Operation for Rstt {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        if view.leg(self.leg) != 0 {
+        if view.leg(&self.leg) != 0 {
             self.timer.state(view).pending = 1;
             self.timer.reset::<F>(view, self.rule);
         }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::schedule;
-use crate::engine::ops::{And2, Leg, Op, Power, StageList};
+use crate::engine::ops::{And2, Leg, Op, Power, Powers, StageList};
 use crate::engine::{
     self, Batch, BitCell, BlockCode, ElementCode, Layout, Tables, Termination, WordCell,
 };
@@ -154,7 +154,7 @@ impl<'p> Assembler<'p> {
             return power;
         }
         let copy = self.private_bit();
-        self.op(Op::And2(And2 { cell: copy, of: [power, power] }));
+        self.op(Op::And2(And2 { cell: copy, of: Powers::new([power, power]) }));
         Power::of(copy)
     }
 
