@@ -38,7 +38,7 @@ struct Arguments {
     #[arg(long)]
     n: Option<usize>,
     /// Rounds of each workload.
-    #[arg(long, default_value_t = 101)]
+    #[arg(long, default_value_t = 501)]
     rounds: usize,
     /// Scans to check before timing; with --side, scans to run.
     #[arg(long, default_value_t = 3000)]

@@ -4,8 +4,8 @@
 //! loads and in how `.Done` and `.DnDone` follow from `.Acc`: that is [`CounterRule`], which RSTCT
 //! and the termination pass use too. A loop over one kind knows its rule beforehand.
 
-use super::memory::View;
-use super::ops::{Operation, Power, Touches};
+use super::memory::{OnlyIf, View};
+use super::ops::{Leg, Operation, Touches};
 
 /// A counter structure's places.
 #[derive(Clone, Copy, Debug)]
@@ -129,8 +129,8 @@ impl Counter {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Cnt {
-    pub up: Power,
-    pub rst: Power,
+    pub up: Leg,
+    pub rst: Leg,
     pub counter: Counter,
     pub preset: u32,
 }
@@ -138,7 +138,7 @@ pub struct Cnt {
 impl Operation for Cnt {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (leg, rst) = (view.power(self.up), view.power(self.rst));
+        let (leg, rst) = (view.leg(&self.up), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
@@ -146,12 +146,12 @@ impl Operation for Cnt {
         state.up = leg;
         state.pending = 0;
         let acc = view.word(self.counter.acc).saturating_add(i32::from(counts));
-        let acc = if reset != 0 { 0 } else { acc };
+        let acc = acc.only_if(reset ^ 1);
         self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.counter.touches(t.powers(&[self.up, self.rst]).reads(&[self.preset]));
+        self.counter.touches(t.legs(&[self.up, self.rst]).reads(&[self.preset]));
     }
 }
 
@@ -159,8 +159,8 @@ impl Operation for Cnt {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Cntdn {
-    pub dn: Power,
-    pub rst: Power,
+    pub dn: Leg,
+    pub rst: Leg,
     pub counter: Counter,
     pub preset: u32,
 }
@@ -168,7 +168,7 @@ pub struct Cntdn {
 impl Operation for Cntdn {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (leg, rst) = (view.power(self.dn), view.power(self.rst));
+        let (leg, rst) = (view.leg(&self.dn), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
@@ -184,7 +184,7 @@ impl Operation for Cntdn {
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.counter.touches(t.powers(&[self.dn, self.rst]).reads(&[self.preset]));
+        self.counter.touches(t.legs(&[self.dn, self.rst]).reads(&[self.preset]));
     }
 }
 
@@ -192,9 +192,9 @@ impl Operation for Cntdn {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Udc {
-    pub up: Power,
-    pub dn: Power,
-    pub rst: Power,
+    pub up: Leg,
+    pub dn: Leg,
+    pub rst: Leg,
     pub counter: Counter,
     pub presets: UdcPresets,
 }
@@ -202,7 +202,7 @@ pub struct Udc {
 impl Operation for Udc {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (up, dn, rst) = (view.power(self.up), view.power(self.dn), view.power(self.rst));
+        let (up, dn, rst) = (view.leg(&self.up), view.leg(&self.dn), view.leg(&self.rst));
         let rule = CounterRule::UpDown(self.presets).read(view);
         let state = &mut view.counters[self.counter.ct as usize];
         let reset = rst | state.pending;
@@ -212,13 +212,13 @@ impl Operation for Udc {
         state.pending = 0;
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc).saturating_add(step);
-        let acc = if reset != 0 { 0 } else { acc };
+        let acc = acc.only_if(reset ^ 1);
         self.counter.put::<F>(view, rule, acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
         CounterRule::UpDown(self.presets).touches(t);
-        self.counter.touches(t.powers(&[self.up, self.dn, self.rst]));
+        self.counter.touches(t.legs(&[self.up, self.dn, self.rst]));
     }
 }
 
@@ -226,7 +226,7 @@ impl Operation for Udc {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Rstct {
-    pub leg: Power,
+    pub leg: Leg,
     pub counter: Counter,
     pub rule: CounterRule,
 }
@@ -234,7 +234,7 @@ pub struct Rstct {
 impl Operation for Rstct {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        if view.power(self.leg) != 0 {
+        if view.leg(&self.leg) != 0 {
             view.counters[self.counter.ct as usize].pending = 1;
             self.counter.reset::<F>(view, &self.rule);
         }
@@ -242,6 +242,6 @@ impl Operation for Rstct {
 
     fn touches(&self, t: &mut Touches) {
         self.rule.touches(t);
-        self.counter.touches(t.powers(&[self.leg]));
+        self.counter.touches(t.legs(&[self.leg]));
     }
 }

@@ -4,7 +4,7 @@
 //! registers. The loops are compiled twice: without forces (`F = false`) a write is a plain store.
 
 use super::image::Image;
-use super::ops::Power;
+use super::ops::{Leg, Power, Powers};
 
 /// What a counter instruction remembers between its executions.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,6 +55,20 @@ pub(super) struct Memory {
     pub now_ms: u32,
 }
 
+/// Choosing without a branch: what is chosen differs between neighbours and from scan to scan,
+/// and a mispredicted branch costs more than a whole operation.
+pub(super) trait OnlyIf {
+    /// Itself if the bit (0 or 1) is ON, else 0.
+    fn only_if(self, bit: u8) -> Self;
+}
+
+impl OnlyIf for i32 {
+    #[inline(always)]
+    fn only_if(self, bit: u8) -> i32 {
+        self & 0i32.wrapping_sub(i32::from(bit))
+    }
+}
+
 /// [`Memory`] as slices, for one batch.
 pub(super) struct View<'a> {
     pub bits: &'a mut [u8],
@@ -87,6 +101,19 @@ impl View<'_> {
     #[inline(always)]
     pub fn power(&self, power: Power) -> u8 {
         self.bits[(power.0 >> 1) as usize] ^ (power.0 & 1) as u8
+    }
+
+    /// Reads a leg.
+    #[inline(always)]
+    pub fn leg(&self, leg: &Leg) -> u8 {
+        self.all(leg)
+    }
+
+    /// Whether all of these powers are ON.
+    #[inline(always)]
+    pub fn all<const N: usize>(&self, powers: &Powers<N>) -> u8 {
+        let each = powers.cells.iter().zip(powers.opposites);
+        each.fold(1, |all, (cell, opposite)| all & (self.bits[*cell as usize] ^ opposite))
     }
 
     #[inline(always)]

@@ -1,8 +1,8 @@
 //! The operations: one small struct a kind, a table a kind, and what each reads and writes.
 //!
 //! Contacts become [`And2`]..[`And4`] (an OR is an AND of opposites, read as its opposite), edges
-//! and compares, each writing a private *power* cell; an instruction reads the power of each of
-//! its legs from one cell. How an operation runs stands beside its siblings, in `logic`,
+//! and compares, each writing a private *power* cell; an instruction reads each of its legs as two
+//! powers ANDed. How an operation runs stands beside its siblings, in `logic`,
 //! `counters`, `timers`, `sensaphone` and `control`.
 
 use std::ops::Range;
@@ -30,6 +30,37 @@ impl Power {
     }
 }
 
+/// What an instruction reads of a leg: two powers, both ON where the leg is; of a leg that comes
+/// down to one power, that one twice. So the last AND of a leg is no operation of its own.
+pub type Leg = Powers<2>;
+
+impl Leg {
+    /// The leg that is just this power.
+    pub fn of(power: Power) -> Leg {
+        Powers::new([power, power])
+    }
+}
+
+/// Powers to be ANDed, as a loop reads them: cells, and apart from them which are opposites.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Powers<const N: usize> {
+    pub(super) cells: [u32; N],
+    /// 1 where the opposite is meant.
+    pub(super) opposites: [u8; N],
+}
+
+impl<const N: usize> Powers<N> {
+    /// These powers.
+    pub fn new(powers: [Power; N]) -> Powers<N> {
+        Powers { cells: powers.map(Power::cell), opposites: powers.map(|p| (p.0 & 1) as u8) }
+    }
+
+    /// Each of them.
+    pub fn each(self) -> [Power; N] {
+        std::array::from_fn(|at| Power(self.cells[at] << 1 | u32::from(self.opposites[at])))
+    }
+}
+
 /// What an operation reads and writes, by cell: what the scheduler must keep in order.
 #[derive(Clone, Debug, Default)]
 pub struct Touches {
@@ -52,8 +83,15 @@ impl Touches {
         self.words_written.clear();
     }
 
-    pub(super) fn powers(&mut self, powers: &[Power]) -> &mut Touches {
-        self.bits_read.extend(powers.iter().map(|p| p.cell()));
+    pub(super) fn cells(&mut self, cells: &[u32]) -> &mut Touches {
+        self.bits_read.extend(cells);
+        self
+    }
+
+    pub(super) fn legs(&mut self, legs: &[Leg]) -> &mut Touches {
+        for leg in legs {
+            self.cells(&leg.cells);
+        }
         self
     }
 

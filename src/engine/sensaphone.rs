@@ -4,7 +4,7 @@
 //! ACC wraps as 16 bits do; OV and UN tell which way.
 
 use super::memory::View;
-use super::ops::{Operation, Power, Touches};
+use super::ops::{Leg, Operation, Touches};
 
 /// A Sensaphone counter's places.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +73,7 @@ impl Sensaphone {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Ctu {
-    pub leg: Power,
+    pub leg: Leg,
     pub counter: Sensaphone,
 }
 
@@ -81,7 +81,7 @@ pub struct Ctu {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Ctd {
-    pub leg: Power,
+    pub leg: Leg,
     pub counter: Sensaphone,
 }
 
@@ -90,7 +90,7 @@ macro_rules! steps {
         impl Operation for $op {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let leg = view.power(self.leg);
+                let leg = view.leg(&self.leg);
                 let state = &mut view.sensaphones[self.counter.n as usize];
                 let counts = leg & (state.$history ^ 1);
                 state.$history = leg;
@@ -99,7 +99,7 @@ macro_rules! steps {
             }
 
             fn touches(&self, t: &mut Touches) {
-                self.counter.touches(t.powers(&[self.leg]));
+                self.counter.touches(t.legs(&[self.leg]));
             }
         }
     )*};
@@ -114,14 +114,14 @@ steps! {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Res {
-    pub leg: Power,
+    pub leg: Leg,
     pub counter: Sensaphone,
 }
 
 impl Operation for Res {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        if view.power(self.leg) == 0 {
+        if view.leg(&self.leg) == 0 {
             return;
         }
         view.put_word::<F>(self.counter.acc, 0);
@@ -131,6 +131,6 @@ impl Operation for Res {
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.counter.touches(t.powers(&[self.leg]));
+        self.counter.touches(t.legs(&[self.leg]));
     }
 }

@@ -4,8 +4,8 @@
 //! rest). A timer adds the whole milliseconds between its executions' timestamps, so that nothing
 //! drifts. A preset `<= 0` is treated as 0.
 
-use super::memory::{TimerState, View};
-use super::ops::{Operation, Power, Touches};
+use super::memory::{OnlyIf, TimerState, View};
+use super::ops::{Leg, Operation, Touches};
 
 /// A timer structure's places.
 #[derive(Clone, Copy, Debug)]
@@ -105,9 +105,8 @@ fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let adds = on & state.running;
     state.pending = 0;
     state.running = on;
-    // `adds` is 0 or 1: all bits or none.
-    let keep = 0i32.wrapping_sub(i32::from(adds));
-    let acc = view.word(timer.acc).saturating_add_unsigned(elapsed) & keep;
+    let acc = i64::from(view.word(timer.acc)) + i64::from(elapsed);
+    let acc = (acc.min(i64::from(i32::MAX)) as i32).only_if(adds);
     let acc = timer.put_acc::<F>(view, acc);
     let done = on & u8::from(acc >= preset);
     timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing: on });
@@ -127,7 +126,7 @@ macro_rules! one_leg {
         #[derive(Clone, Copy, Debug)]
         #[allow(missing_docs)]
         pub struct $op {
-            pub leg: Power,
+            pub leg: Leg,
             pub timer: Timer,
             $(pub $output: u32,)?
         }
@@ -135,7 +134,7 @@ macro_rules! one_leg {
         impl Operation for $op {
             #[inline(always)]
             fn run<const F: bool>(&self, $view: &mut View) {
-                let ($timer, $leg) = (&self.timer, $view.power(self.leg));
+                let ($timer, $leg) = (&self.timer, $view.leg(&self.leg));
                 let done = $run;
                 $($view.put_bit::<F>(self.$output, done);)?
                 let _ = done;
@@ -143,7 +142,7 @@ macro_rules! one_leg {
 
             fn touches(&self, t: &mut Touches) {
                 $(t.writes_bits(&[self.$output]);)?
-                self.timer.touches(t.powers(&[self.leg]));
+                self.timer.touches(t.legs(&[self.leg]));
             }
         }
     )*};
@@ -175,9 +174,8 @@ fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let times = off & (state.leg ^ 1) & state.running & (reset_pending ^ 1);
     state.pending = 0;
     state.leg = leg;
-    let remaining = view.word(timer.acc).saturating_sub_unsigned(elapsed).max(0);
-    let mask = |bit: u8| 0i32.wrapping_sub(i32::from(bit));
-    let acc = (preset & mask(leg | falls)) | (remaining & mask(times));
+    let remaining = (i64::from(view.word(timer.acc)) - i64::from(elapsed)).max(0) as i32;
+    let acc = preset.only_if(leg | falls) | remaining.only_if(times);
     let acc = timer.put_acc::<F>(view, acc);
     let timing = (falls | times) & u8::from(acc > 0);
     timer.state(view).running = timing;
@@ -207,15 +205,15 @@ fn run_down<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Tmra {
-    pub en: Power,
-    pub rst: Power,
+    pub en: Leg,
+    pub rst: Leg,
     pub timer: Timer,
 }
 
 impl Operation for Tmra {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (en, rst) = (view.power(self.en), view.power(self.rst));
+        let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
         let state = timer.state(view);
@@ -235,7 +233,7 @@ impl Operation for Tmra {
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.powers(&[self.en, self.rst]));
+        self.timer.touches(t.legs(&[self.en, self.rst]));
     }
 }
 
@@ -243,15 +241,15 @@ impl Operation for Tmra {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Tmradown {
-    pub en: Power,
-    pub rst: Power,
+    pub en: Leg,
+    pub rst: Leg,
     pub timer: Timer,
 }
 
 impl Operation for Tmradown {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (en, rst) = (view.power(self.en), view.power(self.rst));
+        let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
         let state = timer.state(view);
@@ -272,7 +270,7 @@ impl Operation for Tmradown {
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.powers(&[self.en, self.rst]));
+        self.timer.touches(t.legs(&[self.en, self.rst]));
     }
 }
 
@@ -280,7 +278,7 @@ impl Operation for Tmradown {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Rstt {
-    pub leg: Power,
+    pub leg: Leg,
     pub timer: Timer,
     pub rule: TimerRule,
 }
@@ -288,13 +286,13 @@ pub struct Rstt {
 impl Operation for Rstt {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        if view.power(self.leg) != 0 {
+        if view.leg(&self.leg) != 0 {
             self.timer.state(view).pending = 1;
             self.timer.reset::<F>(view, self.rule);
         }
     }
 
     fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.powers(&[self.leg]));
+        self.timer.touches(t.legs(&[self.leg]));
     }
 }

@@ -3,7 +3,7 @@
 use super::assembler::{Assembler, loads_preset};
 use crate::engine::Termination;
 use crate::engine::ops::{
-    Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Move, Nd, Offdtmr,
+    Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr,
     Ondtmr, Op, Out, Pd, Ponoff, Power, Res, RestartState, Rst, Rstct, Rstt, Sensaphone, Set, Sub,
     Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
 };
@@ -14,16 +14,16 @@ use crate::resolve::program::{ArgValue, Instruction, Value};
 /// An instruction being lowered, with the powers of its legs.
 struct Site<'a> {
     instruction: &'a Instruction,
-    legs: &'a [(LegName, Power)],
+    legs: &'a [(LegName, Leg)],
 }
 
 impl Site<'_> {
-    fn leg(&self, name: LegName) -> Power {
+    fn leg(&self, name: LegName) -> Leg {
         let leg = self.legs.iter().find(|(n, _)| *n == name);
         leg.expect("the resolver gives every leg").1
     }
 
-    fn when(&self) -> Power {
+    fn when(&self) -> Leg {
         self.leg(LegName::When)
     }
 
@@ -76,7 +76,7 @@ impl Site<'_> {
 
 impl Assembler<'_> {
     /// Lowers one instruction with the powers of its legs.
-    pub fn instruction(&mut self, instruction: &Instruction, legs: &[(LegName, Power)]) {
+    pub fn instruction(&mut self, instruction: &Instruction, legs: &[(LegName, Leg)]) {
         let site = Site { instruction, legs };
         use Mnemonic as M;
         match instruction.mnemonic {
@@ -165,9 +165,9 @@ impl Assembler<'_> {
         self.op(op);
     }
 
-    /// The power of `$Off`.
-    fn off(&self) -> Power {
-        Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0)
+    /// The leg that is `$Off`.
+    fn off(&self) -> Leg {
+        Leg::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0))
     }
 
     fn timer(&mut self, site: &Site) {
@@ -284,7 +284,8 @@ impl Assembler<'_> {
             },
             _ => ControlKind::Stop,
         };
-        self.op(Op::Control(Control { leg: site.when(), kind }));
+        let leg = self.one_power(site.when());
+        self.op(Op::Control(Control { leg, kind }));
     }
 
     fn entask(&mut self, site: &Site) -> ControlKind {
