@@ -9,6 +9,12 @@ use super::native::{Native, thread_time_s};
 use super::scanned::Scanned;
 use super::workload::{Outside, Workload};
 
+/// Both sides of one workload, as after a start.
+pub struct Sides {
+    pub native: Native,
+    pub engine: Scanned,
+}
+
 /// What one workload gave: medians over the rounds.
 pub struct Figures {
     pub native_ns: f64,
@@ -19,8 +25,8 @@ pub struct Figures {
 }
 
 /// Runs both sides and compares all coils after every scan; gives how often any coil changed.
-pub fn check(workload: &Workload, scans: usize) -> anyhow::Result<usize> {
-    let (mut native, mut engine) = (Native::new(workload)?, Scanned::new(workload)?);
+pub fn check(workload: &Workload, sides: Sides, scans: usize) -> anyhow::Result<usize> {
+    let Sides { mut native, mut engine } = sides;
     let mut before = native.coils().to_vec();
     let mut changes = 0;
     for (scan, outside) in workload.scene.iter().cycle().take(scans).enumerate() {
@@ -38,8 +44,8 @@ pub fn check(workload: &Workload, scans: usize) -> anyhow::Result<usize> {
     Ok(changes)
 }
 
-pub fn measure(workload: &Workload, rounds: usize) -> anyhow::Result<Figures> {
-    let (mut native, mut engine) = (Native::new(workload)?, Scanned::new(workload)?);
+pub fn measure(workload: &Workload, sides: Sides, rounds: usize) -> Figures {
+    let Sides { mut native, mut engine } = sides;
     let rungs = workload.rungs_per_scan();
     // A round of the native side takes a fraction of a millisecond: shorter than a time slice.
     let scans = (200_000 / rungs).clamp(8, 2_000);
@@ -55,12 +61,12 @@ pub fn measure(workload: &Workload, rounds: usize) -> anyhow::Result<Figures> {
     // The first two warm the caches.
     let both = &both[2..];
     let ratios = sorted(both.iter().map(|(native, engine)| engine / native));
-    Ok(Figures {
+    Figures {
         native_ns: middle(&sorted(both.iter().map(|b| b.0))),
         engine_ns: middle(&sorted(both.iter().map(|b| b.1))),
         ratio: middle(&ratios),
         ratio_quartiles: [ratios[ratios.len() / 4], ratios[ratios.len() * 3 / 4]],
-    })
+    }
 }
 
 /// Seconds that the scans take: with what comes from outside, less what that takes alone.

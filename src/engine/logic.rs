@@ -112,24 +112,24 @@ compares! {
 }
 
 macro_rules! coils {
-    ($($(#[$doc:meta])* $coil:ident |$leg:ident, $bit:ident| $value:expr;)*) => {$(
+    ($($(#[$doc:meta])* $coil:ident $of:ty, |$leg:ident, $bit:ident| $value:expr;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         #[allow(missing_docs)]
         pub struct $coil {
-            pub leg: Leg,
+            pub leg: $of,
             pub bit: u32,
         }
 
         impl Operation for $coil {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let ($leg, $bit) = (view.leg(&self.leg), view.bit(self.bit));
+                let ($leg, $bit) = (view.all(&self.leg), view.bit(self.bit));
                 view.put_bit::<F>(self.bit, $value);
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.legs(&[self.leg]).writes_bits(&[self.bit]);
+                t.cells(&self.leg.cells).writes_bits(&[self.bit]);
             }
         }
     )*};
@@ -137,11 +137,13 @@ macro_rules! coils {
 
 coils! {
     /// Writes the power, ON and OFF.
-    Out |leg, _bit| leg;
+    Out Leg, |leg, _bit| leg;
+    /// The same, of a leg that comes down to one power.
+    OutOne Powers<1>, |leg, _bit| leg;
     /// ON while the rung is ON.
-    Set |leg, bit| leg | bit;
+    Set Leg, |leg, bit| leg | bit;
     /// OFF while the rung is ON.
-    Rst |leg, bit| bit & (leg ^ 1);
+    Rst Leg, |leg, bit| bit & (leg ^ 1);
 }
 
 macro_rules! edge_coils {

@@ -194,6 +194,7 @@ kinds! {
     Equal equal, "Whether two words are equal.";
     Less less, "Whether one word is less than another.";
     Out out, "OUT.";
+    OutOne out_one, "OUT of one power.";
     Set set, "SET.";
     Rst rst, "RST.";
     Pd pd, "PD.";
@@ -221,8 +222,8 @@ kinds! {
 pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::counters::{Cnt, Cntdn, Counter, CounterRule, Rstct, Udc, UdcPresets};
 pub use super::logic::{
-    Add, And2, And3, And4, Equal, Fall, Less, Move, Nd, Out, Pd, Ponoff, Rise, Rst, Set, Sub,
-    Target,
+    Add, And2, And3, And4, Equal, Fall, Less, Move, Nd, Out, OutOne, Pd, Ponoff, Rise, Rst, Set,
+    Sub, Target,
 };
 pub use super::sensaphone::{Ctd, Ctu, Res, Sensaphone};
 pub use super::timers::{Offdtmr, Ondtmr, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown};

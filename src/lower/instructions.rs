@@ -4,8 +4,8 @@ use super::assembler::{Assembler, loads_preset};
 use crate::engine::Termination;
 use crate::engine::ops::{
     Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr,
-    Ondtmr, Op, Out, Pd, Ponoff, Power, Res, RestartState, Rst, Rstct, Rstt, Sensaphone, Set, Sub,
-    Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
+    Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst, Rstct, Rstt,
+    Sensaphone, Set, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, Mnemonic, StageId, Structure, Word};
@@ -99,14 +99,17 @@ impl Assembler<'_> {
     fn coil(&mut self, site: &Site) {
         let (leg, bit) = (site.when(), self.layout.bit(site.bit("bit")).0);
         let op = match site.instruction.mnemonic {
-            Mnemonic::Out => Op::Out(Out { leg, bit }),
+            Mnemonic::Out => match leg.each() {
+                [a, b] if a == b => Op::OutOne(OutOne { leg: Powers::new([a]), bit }),
+                _ => Op::Out(Out { leg, bit }),
+            },
             Mnemonic::Set => Op::Set(Set { leg, bit }),
             Mnemonic::Rst => Op::Rst(Rst { leg, bit }),
             Mnemonic::Pd => Op::Pd(Pd { leg, bit, history: self.history() }),
             Mnemonic::Nd => Op::Nd(Nd { leg, bit, history: self.history() }),
             _ => Op::Ponoff(Ponoff { leg, bit, history: self.history() }),
         };
-        if matches!(op, Op::Out(_) | Op::Pd(_) | Op::Nd(_)) {
+        if matches!(op, Op::Out(_) | Op::OutOne(_) | Op::Pd(_) | Op::Nd(_)) {
             self.terminates(Termination::BitOff(bit));
         }
         self.op(op);
