@@ -65,7 +65,7 @@ struct Arguments {
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
     if arguments.load {
-        return load::table();
+        return arguments.n.map_or_else(load::table, load::row);
     }
     if arguments.print.is_none() && arguments.side.is_none() {
         println!(
