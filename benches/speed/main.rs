@@ -63,7 +63,9 @@ fn main() -> anyhow::Result<()> {
         return load::table();
     }
     if arguments.print.is_none() && arguments.side.is_none() {
-        println!("workload          n   native ns   engine ns   ratio   (quartiles)   coil changes");
+        println!(
+            "workload          n   native ns   engine ns   ratio   (quartiles)   coil changes"
+        );
     }
     for name in Name::ALL {
         let sizes: &[usize] =

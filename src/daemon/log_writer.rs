@@ -100,9 +100,9 @@ impl LogWriter {
 
     fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
         let (period, scan_us_max, late_us_max) = (span(self.period_ns), us(scan_ns), us(late_ns));
-        // A scan that would have been in time had it begun in time is the machine's doing.
+        // A long scan may be the ladder, or a machine that was busy elsewhere: the mean tells.
         let cause = if scan_ns >= self.period_ns {
-            "the ladder takes longer than its period allows"
+            "a scan took longer than the period"
         } else {
             "the machine woke the scan thread too late"
         };

@@ -178,11 +178,10 @@ fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let remaining = view.word(timer.acc).saturating_sub_unsigned(elapsed).max(0);
     let mask = |bit: u8| 0i32.wrapping_sub(i32::from(bit));
     let acc = (preset & mask(leg | falls)) | (remaining & mask(times));
-    let left = acc;
     let acc = timer.put_acc::<F>(view, acc);
-    let timing = off & u8::from(left > 0);
+    let timing = (falls | times) & u8::from(acc > 0);
     timer.state(view).running = timing;
-    let done = off & (timing ^ 1) & (reset_pending ^ 1);
+    let done = off & (reset_pending ^ 1) & u8::from(acc <= 0);
     timer.put_flags::<F>(view, acc, Flags { done, reset: leg | reset_pending, timing });
     leg | timing
 }
