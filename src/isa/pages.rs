@@ -1,7 +1,8 @@
 //! The page of every instruction, for `rungd explain`.
 //!
-//! The texts stand in `docs/instructions/`, and are part of the program, so that it explains its own
-//! instructions and not another version's. A test holds them to the table and draws their diagrams.
+//! The texts stand in `docs/instructions/`, and are part of the program, so that it explains its
+//! own instructions and not another version's. A test holds them to the table and draws their
+//! diagrams.
 
 use super::instruction::Mnemonic;
 

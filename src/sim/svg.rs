@@ -204,3 +204,92 @@ impl Trace for SvgTrace<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::{BitCell, WordCell};
+
+    use super::*;
+
+    fn watched(name: &str, cell: Cell) -> Watched {
+        Watched { name: name.to_owned(), cell }
+    }
+
+    /// A diagram of a bit and a word, from their values; the last column is the stop.
+    fn drawn(bit: &[i32], word: &[i32]) -> String {
+        let watched =
+            [watched("X0", Cell::Bit(BitCell(0))), watched("a<b&c", Cell::Word(WordCell(0)))];
+        let mut columns: Vec<(String, u64)> =
+            (0..bit.len() as u64).map(|scan| (scan.to_string(), 10 * scan)).collect();
+        if let Some(last) = columns.last_mut() {
+            last.0 = "stop".to_owned();
+        }
+        let values = vec![bit.to_vec(), word.to_vec()];
+        let mut out = Vec::new();
+        SvgTrace { watched: &watched, columns, values }.finish(&mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn a_bit_is_a_line_and_a_word_is_bands() {
+        let svg = drawn(&[0, 1, 1, 0], &[7, 7, -32_768, 0]);
+        let (_, body) = svg.split_once("</style>\n").unwrap();
+        expect_test::expect![[r##"
+            <rect width="258" height="100" fill="#fff"/>
+            <rect class="s" x="200" y="0" width="48" height="100"/>
+            <text x="6" y="14">scan</text>
+            <text x="6" y="28">ms</text>
+            <path class="g" d="M56 34V100"/>
+            <text class="t" x="80" y="14">0</text>
+            <text class="t" x="80" y="28">0</text>
+            <path class="g" d="M104 34V100"/>
+            <text class="t" x="128" y="14">1</text>
+            <text class="t" x="128" y="28">10</text>
+            <path class="g" d="M152 34V100"/>
+            <text class="t" x="176" y="14">2</text>
+            <text class="t" x="176" y="28">20</text>
+            <path class="g" d="M200 34V100"/>
+            <text class="t" x="224" y="14">stop</text>
+            <text class="t" x="224" y="28">30</text>
+            <path class="g" d="M6 34H248"/>
+            <text x="6" y="53">X0</text>
+            <path class="f" d="M56 57V57H104V41H200V57H248V57Z"/>
+            <path class="l" d="M56 57V57H104V41H200V57H248"/>
+            <path class="g" d="M6 64H248"/>
+            <text x="6" y="83">a&lt;b&amp;c</text>
+            <rect class="w" x="56" y="71" width="96" height="16"/>
+            <text class="v" x="104" y="83">7</text>
+            <rect class="w" x="152" y="71" width="48" height="16"/>
+            <text class="v" x="176" y="83">-32768</text>
+            <rect class="w" x="200" y="71" width="48" height="16"/>
+            <text class="v" x="224" y="83">0</text>
+            </svg>
+        "##]].assert_eq(&body.replace("><", ">\n<"));
+    }
+
+    #[test]
+    fn a_number_is_shown_where_there_is_room() {
+        let steps: Vec<i32> = (0..300).map(|n| 1_000 + n / 20).collect();
+        let svg = drawn(&vec![1; 300], &steps);
+        assert!(svg.contains(">1014</text>"), "twenty columns hold a number");
+        let ramp: Vec<i32> = (0..300).map(|n| 1_000 + n).collect();
+        assert!(!drawn(&vec![1; 300], &ramp).contains(">1014</text>"), "one does not");
+    }
+
+    #[test]
+    fn labels_of_narrow_columns_keep_apart() {
+        let svg = drawn(&[0; 300], &[0; 300]);
+        let labels: Vec<usize> = svg
+            .split("y=\"28\">")
+            .skip(1)
+            .filter_map(|rest| rest.split('<').next().and_then(|time| time.parse().ok()))
+            .collect();
+        assert_eq!(labels.last(), Some(&2_990));
+        assert!(labels.windows(2).all(|pair| pair[1] - pair[0] >= 70), "{labels:?}");
+    }
+
+    #[test]
+    fn nothing_is_a_picture_too() {
+        assert!(drawn(&[], &[]).ends_with("</svg>\n"));
+    }
+}
