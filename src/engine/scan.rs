@@ -7,9 +7,8 @@
 use super::blocks::{BlockState, Machine, StageState};
 use super::events::{BlockEvent, Events};
 use super::image::{BitCell, Image, WordCell};
-use super::memory::{CounterState, Memory, SensaphoneState, TimerState};
+use super::memory::Memory;
 use super::program::{BlockRole, Program};
-use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 
@@ -42,7 +41,6 @@ pub struct Engine {
 impl Engine {
     /// Allocates everything; memory is as after a cold start. [`Engine::start`] comes next.
     pub fn new(program: Program) -> Engine {
-        let sizes = program.layout.sizes().clone();
         let mut image = Image::new(program.bit_count as usize, program.word_count as usize);
         for (cell, on) in &program.initial_bits {
             image.bits[cell.0 as usize] = u8::from(*on);
@@ -50,13 +48,7 @@ impl Engine {
         for (cell, value) in &program.initial_words {
             image.words[cell.0 as usize] = *value;
         }
-        let memory = Memory {
-            image,
-            counters: vec![CounterState::default(); sizes.ct as usize].into(),
-            timers: vec![TimerState::default(); sizes.t as usize].into(),
-            sensaphones: vec![SensaphoneState::default(); SENSAPHONE_COUNT as usize].into(),
-            now_ms: 0,
-        };
+        let memory = Memory { image, now_ms: 0 };
         let machine = Machine {
             blocks: vec![BlockState::default(); program.blocks.len()].into(),
             stages: vec![StageState::default(); program.stages.len()].into(),
