@@ -214,8 +214,8 @@ fn the_index_is_the_table_by_family() {
 fn index() -> String {
     let mut text = "# Instructions\n\nOne page an instruction: its form, what it does in every \
                     situation, a timing diagram made by the\nsimulator, an example. \
-                    `rungd explain NAME` prints the same in a terminal. What every word means,\n\
-                    to the bit, is in [semantics.md](../semantics.md); how a ladder is written, in \
+                    `rungd explain NAME` prints most of it in a terminal. What every word means,\n\
+                    to the bit, is in [semantics.md](../semantics.md); how a ladder is written, in\n\
                     [language.md](../language.md).\n"
         .to_owned();
     for spec in TABLE {

@@ -264,7 +264,8 @@ mod tests {
             <rect class="w" x="200" y="71" width="48" height="16"/>
             <text class="v" x="224" y="83">0</text>
             </svg>
-        "##]].assert_eq(&body.replace("><", ">\n<"));
+        "##]]
+        .assert_eq(&body.replace("><", ">\n<"));
     }
 
     #[test]
