@@ -147,8 +147,10 @@ impl Operation for Cnt {
         let counts = leg & (record[UP] ^ 1);
         record[UP] = leg;
         record[PENDING] = 0;
-        let acc = view.word(self.counter.acc).saturating_add(i32::from(counts));
-        let acc = acc.only_if(reset ^ 1);
+        let before = view.word(self.counter.acc);
+        let counted = before.wrapping_add(i32::from(counts));
+        // At the limit it stays: what wrapped is less than before.
+        let acc = (counted - i32::from(counted < before)).unless(reset);
         self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
     }
 
@@ -214,7 +216,7 @@ impl Operation for Udc {
         record[PENDING] = 0;
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc).saturating_add(step);
-        let acc = acc.only_if(reset ^ 1);
+        let acc = acc.unless(reset);
         self.counter.put::<F>(view, rule, acc, reset);
     }
 
