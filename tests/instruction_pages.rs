@@ -2,7 +2,8 @@
 //! it, its examples pass the check without a finding, and its timing diagram is what `rungd sim`
 //! draws now, from the ladder, the stimulus and the arguments beside it.
 //!
-//! `UPDATE_PAGES=1 cargo test --test instruction_pages` writes titles, facts, diagrams and the index.
+//! `UPDATE_PAGES=1 cargo test --test instruction_pages` writes titles, facts, diagrams and the
+//! index.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -215,7 +216,8 @@ fn index() -> String {
     let mut text = "# Instructions\n\nOne page an instruction: its form, what it does in every \
                     situation, a timing diagram made by the\nsimulator, an example. \
                     `rungd explain NAME` prints most of it in a terminal. What every word means,\n\
-                    to the bit, is in [semantics.md](../semantics.md); how a ladder is written, in\n\
+                    to the bit, is in [semantics.md](../semantics.md); how a ladder is \
+                    written, in\n\
                     [language.md](../language.md).\n"
         .to_owned();
     for spec in TABLE {
