@@ -1,40 +1,47 @@
-//! How long a ladder takes from its text to the first scan, and how much memory it then holds.
+//! How long a ladder takes from its text to the first scan, and how much memory that takes.
 
+use std::process::Command;
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 
 use super::ladder;
 use super::scanned::Scanned;
 use super::workload::{Name, Workload};
 
 /// How often each size is loaded.
-const LOADS: usize = 5;
+const LOADS: usize = 9;
 
+/// A process a size, so that each has memory of its own.
 pub fn table() -> anyhow::Result<()> {
-    println!("rungs     text to first scan, ms   resident memory, bytes a rung");
+    println!("   rungs   text to first scan, ms   most memory resident, MB");
     for n in [1000, 10_000, 100_000] {
-        let workload = Workload::new(Name::Shuffled, n);
-        let (text, sizes) = (ladder::text(&workload), ladder::sizes(&workload));
-        let mut times = Vec::new();
-        for _ in 0..LOADS {
-            let start = Instant::now();
-            let mut engine = Scanned::load(&text, sizes.clone(), n)?;
-            engine.scan();
-            times.push(start.elapsed());
-        }
-        times.sort();
-        let before = resident_bytes()?;
-        let mut engine = Scanned::load(&text, sizes, n)?;
-        engine.scan();
-        let held = resident_bytes()?.saturating_sub(before) / n;
-        println!("{n:8} {:20.1} {held:20}", times[LOADS / 2].as_secs_f64() * 1e3);
+        let program = std::env::current_exe()?;
+        let status = Command::new(program).args(["--load", "--n", &n.to_string()]).status()?;
+        ensure!(status.success(), "loading {n} rungs failed");
     }
     Ok(())
 }
 
-fn resident_bytes() -> anyhow::Result<usize> {
-    let status = std::fs::read_to_string("/proc/self/statm").context("cannot read memory use")?;
-    let pages: usize = status.split(' ').nth(1).context("no resident size")?.parse()?;
-    Ok(pages * 4096)
+pub fn row(n: usize) -> anyhow::Result<()> {
+    let workload = Workload::new(Name::Shuffled, n);
+    let (text, sizes) = (ladder::text(&workload), ladder::sizes(&workload));
+    let mut times = Vec::new();
+    for _ in 0..LOADS {
+        let start = Instant::now();
+        let mut engine = Scanned::load(&text, sizes.clone(), n)?;
+        engine.scan();
+        times.push(start.elapsed());
+    }
+    times.sort();
+    let most = most_resident_kb()? as f64 / 1e3;
+    println!("{n:8} {:24.1} {most:26.1}", times[LOADS / 2].as_secs_f64() * 1e3);
+    Ok(())
+}
+
+fn most_resident_kb() -> anyhow::Result<usize> {
+    let status = std::fs::read_to_string("/proc/self/status").context("cannot read memory use")?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|line| line.split_whitespace().next());
+    Ok(kilobytes.context("no peak of memory use")?.parse()?)
 }

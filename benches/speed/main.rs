@@ -14,6 +14,8 @@ mod workload;
 
 use clap::{Parser, ValueEnum};
 use native::Native;
+use rounds::Sides;
+use rungd::lower::schedule::WINDOW;
 use scanned::Scanned;
 use workload::{Name, Workload};
 
@@ -38,11 +40,14 @@ struct Arguments {
     #[arg(long)]
     n: Option<usize>,
     /// Rounds of each workload.
-    #[arg(long, default_value_t = 101)]
+    #[arg(long, default_value_t = 501)]
     rounds: usize,
     /// Scans to check before timing; with --side, scans to run.
     #[arg(long, default_value_t = 3000)]
     scans: usize,
+    /// Operations that may change places when they are put in order; 1: none.
+    #[arg(long, default_value_t = WINDOW)]
+    window: usize,
     /// Run one side for --scans scans, without a table (for instruction counts).
     #[arg(long)]
     side: Option<Side>,
@@ -60,7 +65,7 @@ struct Arguments {
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
     if arguments.load {
-        return load::table();
+        return arguments.n.map_or_else(load::table, load::row);
     }
     if arguments.print.is_none() && arguments.side.is_none() {
         println!(
@@ -83,10 +88,14 @@ fn one(arguments: &Arguments, workload: &Workload) -> anyhow::Result<()> {
     match (arguments.print.as_deref(), arguments.side) {
         (Some("ladder"), _) => print!("{}", ladder::text(workload)),
         (Some(_), _) => print!("{}", straight::source(workload)),
-        (None, Some(side)) => alone(workload, side, arguments.scans)?,
+        (None, Some(side)) => alone(workload, side, arguments)?,
         (None, None) => {
-            let changes = rounds::check(workload, arguments.scans)?;
-            let figures = rounds::measure(workload, arguments.rounds)?;
+            let sides = || {
+                let engine = Scanned::new(workload, arguments.window)?;
+                anyhow::Ok(Sides { native: Native::new(workload)?, engine })
+            };
+            let changes = rounds::check(workload, sides()?, arguments.scans)?;
+            let figures = rounds::measure(workload, sides()?, arguments.rounds);
             let [low, high] = figures.ratio_quartiles;
             println!(
                 "{:10} {:8} {:11.2} {:11.2} {:7.2}   ({low:.2} {high:.2}) {changes:14}",
@@ -101,8 +110,8 @@ fn one(arguments: &Arguments, workload: &Workload) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn alone(workload: &Workload, side: Side, scans: usize) -> anyhow::Result<()> {
-    let scene = workload.scene.iter().cycle().take(scans);
+fn alone(workload: &Workload, side: Side, arguments: &Arguments) -> anyhow::Result<()> {
+    let scene = workload.scene.iter().cycle().take(arguments.scans);
     match side {
         Side::Native | Side::NativeOutside => {
             let mut native = Native::new(workload)?;
@@ -114,7 +123,7 @@ fn alone(workload: &Workload, side: Side, scans: usize) -> anyhow::Result<()> {
             }
         }
         Side::Engine | Side::Outside => {
-            let mut engine = Scanned::new(workload)?;
+            let mut engine = Scanned::new(workload, arguments.window)?;
             for outside in scene {
                 engine.outside(outside);
                 if matches!(side, Side::Engine) {

@@ -1,7 +1,7 @@
 //! The native side: compiles the straight-line Rust, loads it, runs it.
 //!
-//! The only place of the benchmark with `unsafe`: it calls what rustc has just compiled. Compiled
-//! libraries stay in the target directory under a hash of their source.
+//! The only place of the benchmark with `unsafe`: it calls what rustc has just compiled, and the
+//! system's clock. Compiled libraries stay in the target directory under a hash of their source.
 
 use std::ffi::{CStr, CString, c_void};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -120,4 +120,13 @@ impl Library {
         }
         Ok(symbol)
     }
+}
+
+/// Processor time of this thread, in seconds.
+pub fn thread_time_s() -> f64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `time` is a timespec to write to; this clock exists on every Linux.
+    let result = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) };
+    assert_eq!(result, 0, "no clock of the thread's processor time");
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }

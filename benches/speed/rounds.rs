@@ -1,13 +1,19 @@
 //! Rounds: the native side and the engine take turns, so that both meet the same weather.
 //!
 //! Only scans count: what it takes to put in what comes from outside is timed too, and taken off.
-//! (A clock read around each scan would cost as much as a scan of a hundred native rungs.)
+//! (A clock read around each scan would cost as much as a scan of a hundred native rungs.) The
+//! clock is the thread's processor time, so that others who compute at the same time only disturb
+//! the caches.
 
-use std::time::Instant;
-
-use super::native::Native;
+use super::native::{Native, thread_time_s};
 use super::scanned::Scanned;
 use super::workload::{Outside, Workload};
+
+/// Both sides of one workload, as after a start.
+pub struct Sides {
+    pub native: Native,
+    pub engine: Scanned,
+}
 
 /// What one workload gave: medians over the rounds.
 pub struct Figures {
@@ -19,8 +25,8 @@ pub struct Figures {
 }
 
 /// Runs both sides and compares all coils after every scan; gives how often any coil changed.
-pub fn check(workload: &Workload, scans: usize) -> anyhow::Result<usize> {
-    let (mut native, mut engine) = (Native::new(workload)?, Scanned::new(workload)?);
+pub fn check(workload: &Workload, sides: Sides, scans: usize) -> anyhow::Result<usize> {
+    let Sides { mut native, mut engine } = sides;
     let mut before = native.coils().to_vec();
     let mut changes = 0;
     for (scan, outside) in workload.scene.iter().cycle().take(scans).enumerate() {
@@ -38,11 +44,11 @@ pub fn check(workload: &Workload, scans: usize) -> anyhow::Result<usize> {
     Ok(changes)
 }
 
-pub fn measure(workload: &Workload, rounds: usize) -> anyhow::Result<Figures> {
-    let (mut native, mut engine) = (Native::new(workload)?, Scanned::new(workload)?);
+pub fn measure(workload: &Workload, sides: Sides, rounds: usize) -> Figures {
+    let Sides { mut native, mut engine } = sides;
     let rungs = workload.rungs_per_scan();
-    // A round of the native side takes about 2 ms.
-    let scans = (1_000_000 / rungs).clamp(20, 10_000);
+    // A round of the native side takes a fraction of a millisecond: shorter than a time slice.
+    let scans = (200_000 / rungs).clamp(8, 2_000);
     let per_rung = |seconds: f64| seconds * 1e9 / (scans * rungs) as f64;
     let mut scene = workload.scene.iter().cycle();
     let mut both = Vec::with_capacity(rounds);
@@ -55,12 +61,12 @@ pub fn measure(workload: &Workload, rounds: usize) -> anyhow::Result<Figures> {
     // The first two warm the caches.
     let both = &both[2..];
     let ratios = sorted(both.iter().map(|(native, engine)| engine / native));
-    Ok(Figures {
+    Figures {
         native_ns: middle(&sorted(both.iter().map(|b| b.0))),
         engine_ns: middle(&sorted(both.iter().map(|b| b.1))),
         ratio: middle(&ratios),
         ratio_quartiles: [ratios[ratios.len() / 4], ratios[ratios.len() * 3 / 4]],
-    })
+    }
 }
 
 /// Seconds that the scans take: with what comes from outside, less what that takes alone.
@@ -70,17 +76,16 @@ fn scans_alone<S>(
     outside: impl Fn(&mut S, &Outside),
     scan: impl Fn(&mut S),
 ) -> f64 {
-    let start = Instant::now();
+    let start_s = thread_time_s();
     for from_outside in outsides {
         outside(side, from_outside);
         scan(side);
     }
-    let together = start.elapsed();
-    let start = Instant::now();
+    let between_s = thread_time_s();
     for from_outside in outsides {
         outside(side, from_outside);
     }
-    together.as_secs_f64() - start.elapsed().as_secs_f64()
+    (between_s - start_s) - (thread_time_s() - between_s)
 }
 
 fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {

@@ -1,9 +1,10 @@
 //! The engine's side: the same workload from its ladder text, as the daemon would load it.
 
 use anyhow::bail;
-use rungd::engine::{Engine, ScanTimes, WordCell};
-use rungd::isa::{Bit, BitSpace, Word, WordSpace};
+use rungd::engine::{self, Engine, ScanTimes, WordCell};
+use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower;
+use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::source::finding::Severity;
 use rungd::source::span::SourceFile;
@@ -23,28 +24,22 @@ pub struct Scanned {
 }
 
 impl Scanned {
-    pub fn new(workload: &Workload) -> anyhow::Result<Scanned> {
-        let sizes = ladder::sizes(workload);
-        Scanned::load(&ladder::text(workload), sizes, workload.coils())
+    /// `window`: operations that may change places when they are put in order.
+    pub fn new(workload: &Workload, window: usize) -> anyhow::Result<Scanned> {
+        let program = resolve(&ladder::text(workload), ladder::sizes(workload))?;
+        Ok(Scanned::of(lower::lower_with(&program, window).0, workload.coils()))
     }
 
     /// From text to an engine that has been started.
-    pub fn load(
-        text: &str,
-        sizes: rungd::isa::MemorySizes,
-        coils: usize,
-    ) -> anyhow::Result<Scanned> {
-        let file = SourceFile { name: "bench.toml".into(), text: text.to_owned() };
-        let options = LoadOptions { sizes, ..LoadOptions::default() };
-        let (program, findings) = load_ladders(&[file], &options);
-        let Some(program) = program else {
-            let error = findings.iter().find(|f| f.severity() == Severity::Error);
-            bail!("the ladder was refused: {error:?}");
-        };
-        let mut engine = Engine::new(lower::lower(&program).0);
+    pub fn load(text: &str, sizes: MemorySizes, coils: usize) -> anyhow::Result<Scanned> {
+        Ok(Scanned::of(lower::lower(&resolve(text, sizes)?).0, coils))
+    }
+
+    fn of(program: engine::Program, coils: usize) -> Scanned {
+        let mut engine = Engine::new(program);
         engine.start(0);
         let layout = &engine.program().layout;
-        Ok(Scanned {
+        Scanned {
             inputs: [false; INPUTS as usize],
             words: layout.word(Word::Space(WordSpace::D, 0)).0,
             first_coil: layout.bit(Bit::Space(BitSpace::C, 0)).0 as usize,
@@ -52,7 +47,7 @@ impl Scanned {
             now_ns: 0,
             times: ScanTimes::default(),
             engine,
-        })
+        }
     }
 
     /// Inputs and queued writes; they do not depend on what `scan` does first.
@@ -78,4 +73,15 @@ impl Scanned {
     pub fn coils(&self) -> &[u8] {
         &self.engine.image().bits()[self.first_coil..self.first_coil + self.coils]
     }
+}
+
+fn resolve(text: &str, sizes: MemorySizes) -> anyhow::Result<Program> {
+    let file = SourceFile { name: "bench.toml".into(), text: text.to_owned() };
+    let options = LoadOptions { sizes, ..LoadOptions::default() };
+    let (program, findings) = load_ladders(&[file], &options);
+    let Some(program) = program else {
+        let error = findings.iter().find(|f| f.severity() == Severity::Error);
+        bail!("the ladder was refused: {error:?}");
+    };
+    Ok(program)
 }

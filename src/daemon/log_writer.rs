@@ -157,10 +157,11 @@ impl Observer for LogWriter {
             What::Mode(mode) => self.mode(mode, scan),
             What::Block(event) => {
                 let (text, news) = self.narration.block_event(event);
-                if !news {
-                    debug!(scan, "{text}");
-                } else if self.changes.take(record.at_ns) {
+                // What there is too much of to be news is there for who asks for details.
+                if news && self.changes.take(record.at_ns) {
                     info!(scan, "{text}");
+                } else {
+                    debug!(scan, "{text}");
                 }
             }
             What::EventsLost(events) => {

@@ -3,14 +3,14 @@
 //! Behaviour: `docs/semantics.md`, section 4 (edge contacts, rungs) and the instruction pages.
 
 use super::memory::View;
-use super::ops::{Operation, Power, Touches};
+use super::ops::{Leg, Operation, Powers, Touches};
 
 /// `cell = a & b`.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct And2 {
     pub cell: u32,
-    pub of: [Power; 2],
+    pub of: Powers<2>,
 }
 
 /// `cell = a & b & c`.
@@ -18,7 +18,7 @@ pub struct And2 {
 #[allow(missing_docs)]
 pub struct And3 {
     pub cell: u32,
-    pub of: [Power; 3],
+    pub of: Powers<3>,
 }
 
 /// `cell = a & b & c & d`.
@@ -26,7 +26,7 @@ pub struct And3 {
 #[allow(missing_docs)]
 pub struct And4 {
     pub cell: u32,
-    pub of: [Power; 4],
+    pub of: Powers<4>,
 }
 
 macro_rules! and {
@@ -34,12 +34,11 @@ macro_rules! and {
         impl Operation for $and {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let power = self.of.iter().fold(1, |power, of| power & view.power(*of));
-                view.bits[self.cell as usize] = power;
+                view.bits[self.cell as usize] = view.all(&self.of);
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.powers(&self.of).writes_bits(&[self.cell]);
+                t.cells(&self.of.cells).writes_bits(&[self.cell]);
             }
         }
     )*};
@@ -67,7 +66,7 @@ macro_rules! edges {
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.powers(&[Power::of(self.bit)]).writes_bits(&[self.cell, self.history]);
+                t.cells(&[self.bit]).writes_bits(&[self.cell, self.history]);
             }
         }
     )*};
@@ -113,24 +112,24 @@ compares! {
 }
 
 macro_rules! coils {
-    ($($(#[$doc:meta])* $coil:ident |$leg:ident, $bit:ident| $value:expr;)*) => {$(
+    ($($(#[$doc:meta])* $coil:ident $of:ty, |$leg:ident, $bit:ident| $value:expr;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         #[allow(missing_docs)]
         pub struct $coil {
-            pub leg: Power,
+            pub leg: $of,
             pub bit: u32,
         }
 
         impl Operation for $coil {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let ($leg, $bit) = (view.power(self.leg), view.bit(self.bit));
+                let ($leg, $bit) = (view.all(&self.leg), view.bit(self.bit));
                 view.put_bit::<F>(self.bit, $value);
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.powers(&[self.leg]).writes_bits(&[self.bit]);
+                t.cells(&self.leg.cells).writes_bits(&[self.bit]);
             }
         }
     )*};
@@ -138,11 +137,13 @@ macro_rules! coils {
 
 coils! {
     /// Writes the power, ON and OFF.
-    Out |leg, _bit| leg;
+    Out Leg, |leg, _bit| leg;
+    /// The same, of a leg that comes down to one power.
+    OutOne Powers<1>, |leg, _bit| leg;
     /// ON while the rung is ON.
-    Set |leg, bit| leg | bit;
+    Set Leg, |leg, bit| leg | bit;
     /// OFF while the rung is ON.
-    Rst |leg, bit| bit & (leg ^ 1);
+    Rst Leg, |leg, bit| bit & (leg ^ 1);
 }
 
 macro_rules! edge_coils {
@@ -151,7 +152,7 @@ macro_rules! edge_coils {
         #[derive(Clone, Copy, Debug)]
         #[allow(missing_docs)]
         pub struct $coil {
-            pub leg: Power,
+            pub leg: Leg,
             pub bit: u32,
             pub history: u32,
         }
@@ -159,14 +160,14 @@ macro_rules! edge_coils {
         impl Operation for $coil {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
-                let ($now, $before) = (view.power(self.leg), view.bit(self.history));
+                let ($now, $before) = (view.leg(&self.leg), view.bit(self.history));
                 let $bit = view.bit(self.bit);
                 view.bits[self.history as usize] = $now;
                 view.put_bit::<F>(self.bit, $value);
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.powers(&[self.leg]).writes_bits(&[self.bit, self.history]);
+                t.legs(&[self.leg]).writes_bits(&[self.bit, self.history]);
             }
         }
     )*};
@@ -205,7 +206,7 @@ impl Target {
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Move {
-    pub leg: Power,
+    pub leg: Leg,
     pub a: u32,
     pub to: Target,
 }
@@ -213,12 +214,12 @@ pub struct Move {
 impl Operation for Move {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
-        let (leg, value) = (view.power(self.leg), i64::from(view.word(self.a)));
+        let (leg, value) = (view.leg(&self.leg), i64::from(view.word(self.a)));
         self.to.put::<F>(view, leg, value);
     }
 
     fn touches(&self, t: &mut Touches) {
-        t.powers(&[self.leg]).reads(&[self.a]).writes_words(&[self.to.word]);
+        t.legs(&[self.leg]).reads(&[self.a]).writes_words(&[self.to.word]);
     }
 }
 
@@ -228,7 +229,7 @@ macro_rules! arithmetic {
         #[derive(Clone, Copy, Debug)]
         #[allow(missing_docs)]
         pub struct $op {
-            pub leg: Power,
+            pub leg: Leg,
             pub a: u32,
             pub b: u32,
             pub to: Target,
@@ -238,12 +239,12 @@ macro_rules! arithmetic {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
                 let (a, b) = (i64::from(view.word(self.a)), i64::from(view.word(self.b)));
-                let leg = view.power(self.leg);
+                let leg = view.leg(&self.leg);
                 self.to.put::<F>(view, leg, a $operator b);
             }
 
             fn touches(&self, t: &mut Touches) {
-                t.powers(&[self.leg]).reads(&[self.a, self.b]).writes_words(&[self.to.word]);
+                t.legs(&[self.leg]).reads(&[self.a, self.b]).writes_words(&[self.to.word]);
             }
         }
     )*};

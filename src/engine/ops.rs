@@ -1,13 +1,13 @@
 //! The operations: one small struct a kind, a table a kind, and what each reads and writes.
 //!
 //! Contacts become [`And2`]..[`And4`] (an OR is an AND of opposites, read as its opposite), edges
-//! and compares, each writing a private *power* cell; an instruction reads the power of each of
-//! its legs from one cell. How an operation runs stands beside its siblings, in `logic`,
+//! and compares, each writing a private *power* cell; an instruction reads each of its legs as two
+//! powers ANDed. How an operation runs stands beside its siblings, in `logic`,
 //! `counters`, `timers`, `sensaphone` and `control`.
 
 use std::ops::Range;
 
-use super::memory::View;
+use super::memory::{RECORD, View};
 
 /// A bit to be read as it is or as its opposite: twice the cell, plus 1 for the opposite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,6 +27,37 @@ impl Power {
     /// The cell it reads.
     pub fn cell(self) -> u32 {
         self.0 >> 1
+    }
+}
+
+/// What an instruction reads of a leg: two powers, both ON where the leg is; of a leg that comes
+/// down to one power, that one twice. So the last AND of a leg is no operation of its own.
+pub type Leg = Powers<2>;
+
+impl Leg {
+    /// The leg that is just this power.
+    pub fn of(power: Power) -> Leg {
+        Powers::new([power, power])
+    }
+}
+
+/// Powers to be ANDed, as a loop reads them: cells, and apart from them which are opposites.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Powers<const N: usize> {
+    pub(super) cells: [u32; N],
+    /// 1 where the opposite is meant.
+    pub(super) opposites: [u8; N],
+}
+
+impl<const N: usize> Powers<N> {
+    /// These powers.
+    pub fn new(powers: [Power; N]) -> Powers<N> {
+        Powers { cells: powers.map(Power::cell), opposites: powers.map(|p| (p.0 & 1) as u8) }
+    }
+
+    /// Each of them.
+    pub fn each(self) -> [Power; N] {
+        std::array::from_fn(|at| Power(self.cells[at] << 1 | u32::from(self.opposites[at])))
     }
 }
 
@@ -52,8 +83,15 @@ impl Touches {
         self.words_written.clear();
     }
 
-    pub(super) fn powers(&mut self, powers: &[Power]) -> &mut Touches {
-        self.bits_read.extend(powers.iter().map(|p| p.cell()));
+    pub(super) fn cells(&mut self, cells: &[u32]) -> &mut Touches {
+        self.bits_read.extend(cells);
+        self
+    }
+
+    pub(super) fn legs(&mut self, legs: &[Leg]) -> &mut Touches {
+        for leg in legs {
+            self.cells(&leg.cells);
+        }
         self
     }
 
@@ -73,7 +111,8 @@ impl Touches {
     }
 
     /// The four flags of a counter or timer.
-    pub(super) fn writes_flags(&mut self, first: u32) -> &mut Touches {
+    pub(super) fn writes_flags(&mut self, record: u32) -> &mut Touches {
+        let first = record * RECORD as u32;
         self.bits_written.extend(first..first + 4);
         self
     }
@@ -155,6 +194,7 @@ kinds! {
     Equal equal, "Whether two words are equal.";
     Less less, "Whether one word is less than another.";
     Out out, "OUT.";
+    OutOne out_one, "OUT of one power.";
     Set set, "SET.";
     Rst rst, "RST.";
     Pd pd, "PD.";
@@ -182,8 +222,8 @@ kinds! {
 pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::counters::{Cnt, Cntdn, Counter, CounterRule, Rstct, Udc, UdcPresets};
 pub use super::logic::{
-    Add, And2, And3, And4, Equal, Fall, Less, Move, Nd, Out, Pd, Ponoff, Rise, Rst, Set, Sub,
-    Target,
+    Add, And2, And3, And4, Equal, Fall, Less, Move, Nd, Out, OutOne, Pd, Ponoff, Rise, Rst, Set,
+    Sub, Target,
 };
 pub use super::sensaphone::{Ctd, Ctu, Res, Sensaphone};
 pub use super::timers::{Offdtmr, Ondtmr, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown};

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::schedule;
-use crate::engine::ops::{And2, Op, Power, StageList};
+use crate::engine::ops::{And2, Leg, Op, Power, Powers, StageList};
 use crate::engine::{
     self, Batch, BitCell, BlockCode, ElementCode, Layout, Tables, Termination, WordCell,
 };
@@ -137,9 +137,14 @@ impl<'p> Assembler<'p> {
         StageList { first, count: self.tables.stage_lists.len() as u32 - first }
     }
 
-    /// A power that nothing can change while its rung executes: inputs and status bits as they
+    /// A leg that nothing can change while its rung executes: inputs and status bits as they
     /// are, private ones too; of any other bit, a copy.
-    pub fn keep(&mut self, power: Power) -> Power {
+    pub fn keep(&mut self, leg: Leg) -> Leg {
+        let power = self.one_power(leg);
+        Leg::of(self.keep_power(power))
+    }
+
+    fn keep_power(&mut self, power: Power) -> Power {
         let cell = power.cell();
         let first_x = self.layout.bit(Bit::Space(BitSpace::X, 0)).0;
         let first_st = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
@@ -149,7 +154,7 @@ impl<'p> Assembler<'p> {
             return power;
         }
         let copy = self.private_bit();
-        self.op(Op::And2(And2 { cell: copy, of: [power, power] }));
+        self.op(Op::And2(And2 { cell: copy, of: Powers::new([power, power]) }));
         Power::of(copy)
     }
 

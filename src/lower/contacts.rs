@@ -1,7 +1,7 @@
 //! Contacts → powers: ANDs of powers, an OR as the opposite of an AND of opposites.
 
 use super::assembler::Assembler;
-use crate::engine::ops::{And2, And3, And4, Equal, Fall, Less, Op, Power, Rise};
+use crate::engine::ops::{And2, And3, And4, Equal, Fall, Leg, Less, Op, Power, Powers, Rise};
 use crate::isa::Bit;
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
 
@@ -54,17 +54,34 @@ impl Assembler<'_> {
     pub fn and(&mut self, powers: &[Power]) -> Power {
         match *powers {
             [power] => power,
-            [a, b] => self.gate(|cell| Op::And2(And2 { cell, of: [a, b] })),
-            [a, b, c] => self.gate(|cell| Op::And3(And3 { cell, of: [a, b, c] })),
-            [a, b, c, d] => self.gate(|cell| Op::And4(And4 { cell, of: [a, b, c, d] })),
+            [a, b] => self.gate(|cell| Op::And2(And2 { cell, of: Powers::new([a, b]) })),
+            [a, b, c] => self.gate(|cell| Op::And3(And3 { cell, of: Powers::new([a, b, c]) })),
+            [a, b, c, d] => {
+                self.gate(|cell| Op::And4(And4 { cell, of: Powers::new([a, b, c, d]) }))
+            }
             [a, b, c, d, ref rest @ ..] => {
-                let first = self.gate(|cell| Op::And4(And4 { cell, of: [a, b, c, d] }));
+                let first =
+                    self.gate(|cell| Op::And4(And4 { cell, of: Powers::new([a, b, c, d]) }));
                 let mut powers = vec![first];
                 powers.extend(rest);
                 self.and(&powers)
             }
             [] => unreachable!("a series of contacts is never empty"),
         }
+    }
+
+    /// The leg that is ON when all of these are.
+    pub fn leg_of(&mut self, powers: &[Power]) -> Leg {
+        match *powers {
+            [ref first @ .., last] if !first.is_empty() => Leg::new([self.and(first), last]),
+            _ => Leg::of(self.and(powers)),
+        }
+    }
+
+    /// A leg as one power.
+    pub fn one_power(&mut self, leg: Leg) -> Power {
+        let [a, b] = leg.each();
+        if a == b { a } else { self.and(&[a, b]) }
     }
 
     fn gate(&mut self, op: impl FnOnce(u32) -> Op) -> Power {

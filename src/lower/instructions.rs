@@ -3,9 +3,9 @@
 use super::assembler::{Assembler, loads_preset};
 use crate::engine::Termination;
 use crate::engine::ops::{
-    Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Move, Nd, Offdtmr,
-    Ondtmr, Op, Out, Pd, Ponoff, Power, Res, RestartState, Rst, Rstct, Rstt, Sensaphone, Set, Sub,
-    Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
+    Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr,
+    Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst, Rstct, Rstt,
+    Sensaphone, Set, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, Mnemonic, StageId, Structure, Word};
@@ -14,16 +14,16 @@ use crate::resolve::program::{ArgValue, Instruction, Value};
 /// An instruction being lowered, with the powers of its legs.
 struct Site<'a> {
     instruction: &'a Instruction,
-    legs: &'a [(LegName, Power)],
+    legs: &'a [(LegName, Leg)],
 }
 
 impl Site<'_> {
-    fn leg(&self, name: LegName) -> Power {
+    fn leg(&self, name: LegName) -> Leg {
         let leg = self.legs.iter().find(|(n, _)| *n == name);
         leg.expect("the resolver gives every leg").1
     }
 
-    fn when(&self) -> Power {
+    fn when(&self) -> Leg {
         self.leg(LegName::When)
     }
 
@@ -76,7 +76,7 @@ impl Site<'_> {
 
 impl Assembler<'_> {
     /// Lowers one instruction with the powers of its legs.
-    pub fn instruction(&mut self, instruction: &Instruction, legs: &[(LegName, Power)]) {
+    pub fn instruction(&mut self, instruction: &Instruction, legs: &[(LegName, Leg)]) {
         let site = Site { instruction, legs };
         use Mnemonic as M;
         match instruction.mnemonic {
@@ -99,14 +99,17 @@ impl Assembler<'_> {
     fn coil(&mut self, site: &Site) {
         let (leg, bit) = (site.when(), self.layout.bit(site.bit("bit")).0);
         let op = match site.instruction.mnemonic {
-            Mnemonic::Out => Op::Out(Out { leg, bit }),
+            Mnemonic::Out => match leg.each() {
+                [a, b] if a == b => Op::OutOne(OutOne { leg: Powers::new([a]), bit }),
+                _ => Op::Out(Out { leg, bit }),
+            },
             Mnemonic::Set => Op::Set(Set { leg, bit }),
             Mnemonic::Rst => Op::Rst(Rst { leg, bit }),
             Mnemonic::Pd => Op::Pd(Pd { leg, bit, history: self.history() }),
             Mnemonic::Nd => Op::Nd(Nd { leg, bit, history: self.history() }),
             _ => Op::Ponoff(Ponoff { leg, bit, history: self.history() }),
         };
-        if matches!(op, Op::Out(_) | Op::Pd(_) | Op::Nd(_)) {
+        if matches!(op, Op::Out(_) | Op::OutOne(_) | Op::Pd(_) | Op::Nd(_)) {
             self.terminates(Termination::BitOff(bit));
         }
         self.op(op);
@@ -114,9 +117,8 @@ impl Assembler<'_> {
 
     fn counter_of(&self, structure: Structure) -> Counter {
         Counter {
-            ct: structure.number(),
+            record: self.layout.record(structure),
             acc: self.layout.word(Word::Acc(structure)).0,
-            flags: self.layout.flags(structure),
         }
     }
 
@@ -165,9 +167,9 @@ impl Assembler<'_> {
         self.op(op);
     }
 
-    /// The power of `$Off`.
-    fn off(&self) -> Power {
-        Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0)
+    /// The leg that is `$Off`.
+    fn off(&self) -> Leg {
+        Leg::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0))
     }
 
     fn timer(&mut self, site: &Site) {
@@ -184,8 +186,8 @@ impl Assembler<'_> {
             Some(ArgValue::Value(value)) => self.value(value),
             other => unreachable!("the resolver gives a timer's preset, not {other:?}"),
         };
-        let (t, flags) = (structure.number(), self.layout.flags(structure));
-        let timer = Timer { t, acc: self.layout.word(Word::Acc(structure)).0, flags, preset };
+        let (record, words) = (self.layout.record(structure), self.layout.timer_words(structure));
+        let timer = Timer { record, words, preset };
         let rule = if loads_preset(owner.mnemonic) { TimerRule::Preset } else { TimerRule::Zero };
         match mnemonic {
             Mnemonic::Rstt => {}
@@ -226,20 +228,19 @@ impl Assembler<'_> {
             _ => None,
         };
         let counter = Sensaphone {
-            n: structure.number(),
+            record: self.layout.record(structure),
             acc: self.layout.word(Word::Acc(structure)).0,
             pre: self.layout.word(Word::Pre(structure.number())).0,
-            flags: self.layout.flags(structure),
             preset,
         };
         let leg = site.when();
         match site.instruction.mnemonic {
             Mnemonic::Ctu => {
-                self.terminates(Termination::CountUp(counter.flags, counter.n));
+                self.terminates(Termination::CountUp(counter));
                 self.op(Op::Ctu(Ctu { leg, counter }));
             }
             Mnemonic::Ctd => {
-                self.terminates(Termination::CountDown(counter.flags, counter.n));
+                self.terminates(Termination::CountDown(counter));
                 self.op(Op::Ctd(Ctd { leg, counter }));
             }
             _ => self.op(Op::Res(Res { leg, counter })),
@@ -284,7 +285,8 @@ impl Assembler<'_> {
             },
             _ => ControlKind::Stop,
         };
-        self.op(Op::Control(Control { leg: site.when(), kind }));
+        let leg = self.one_power(site.when());
+        self.op(Op::Control(Control { leg, kind }));
     }
 
     fn entask(&mut self, site: &Site) -> ControlKind {

@@ -11,6 +11,7 @@ mod symbols;
 
 pub use symbols::{Alarm, LoggedTag, Symbols};
 
+use crate::engine::ops::Leg;
 use crate::engine::{self, BlockRole, ElementCode};
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
@@ -76,32 +77,31 @@ fn lower_rung(assembler: &mut Assembler, rung: &Rung) {
         .legs
         .iter()
         .map(|leg| {
-            let power = series(assembler, &leg.contacts, None);
-            let power = if instructions > 1 { assembler.keep(power) } else { power };
-            (leg.name, power)
+            let whole = series(assembler, &leg.contacts, None);
+            let whole = if instructions > 1 { assembler.keep(whole) } else { whole };
+            (leg.name, whole)
         })
         .collect();
     for instruction in &rung.body {
         assembler.instruction(instruction, &legs);
     }
-    let Some((when, rung_power)) = legs.first().copied() else { return };
+    let Some((when, rung_leg)) = legs.first().copied() else { return };
     for branch in &rung.branches {
-        let power = series(assembler, &branch.contacts, Some(rung_power));
-        let power = if branch.body.len() > 1 { assembler.keep(power) } else { power };
+        let leg = series(assembler, &branch.contacts, Some(rung_leg));
+        let leg = if branch.body.len() > 1 { assembler.keep(leg) } else { leg };
         for instruction in &branch.body {
-            assembler.instruction(instruction, &[(when, power)]);
+            assembler.instruction(instruction, &[(when, leg)]);
         }
     }
 }
 
-fn series(
-    assembler: &mut Assembler,
-    contacts: &[Contact],
-    before: Option<engine::ops::Power>,
-) -> engine::ops::Power {
-    let mut powers: Vec<_> = before.into_iter().collect();
+fn series(assembler: &mut Assembler, contacts: &[Contact], before: Option<Leg>) -> Leg {
+    let mut powers = Vec::new();
+    if let Some(before) = before {
+        powers.push(assembler.one_power(before));
+    }
     for contact in contacts {
         assembler.all_of(contact, &mut powers);
     }
-    assembler.and(&powers)
+    assembler.leg_of(&powers)
 }

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use crate::engine::ops::{Kind, Op, Touches};
 
 /// How many operations are put in order together.
-pub const WINDOW: usize = 2048;
+pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each.
 pub fn schedule(ops: Vec<Op>, window: usize) -> Vec<Vec<Op>> {
