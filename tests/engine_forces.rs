@@ -8,7 +8,7 @@ use support::plc::{Plc, plc};
 /// Every instruction that writes bits or words, each to an operand of its own, in a Program that
 /// can be halted. X0 is every leg but resets; X1 every reset.
 const ALL: &str = r#"
-rung = [ { when = ["X9"], do = ["HALT P"] } ]
+rung = [ { when = ["X8"], do = ["RUN P"] }, { when = ["X9"], do = ["HALT P"] } ]
 [[program]]
 name = "P"
 autostart = true
@@ -79,11 +79,12 @@ const WORDS: [&str; 17] = [
     "T3.Acc", "T4.Acc", "T5.Acc", "T6.Acc", "N0.ACC", "N1.ACC", "N0.PRE",
 ];
 
-/// Goes through counting, resetting, timing and a pass; `watch` looks at every scan's end.
+/// Goes through counting, resetting, timing, a pass and a stop; `watch` looks at every scan's end.
 fn through_everything(plc: &mut Plc, mut watch: impl FnMut(&Plc, u32)) {
     for scan in 0..24u32 {
         let (x0, x1) = (i32::from(scan % 3 != 0), i32::from(scan % 7 == 5));
-        plc.scan(&[("X0", x0), ("X1", x1), ("X9", i32::from(scan == 20))]);
+        let (run, halt) = (i32::from(scan == 16), i32::from(scan == 14));
+        plc.scan(&[("X0", x0), ("X1", x1), ("X8", run), ("X9", halt)]);
         watch(plc, scan);
     }
     plc.stop();

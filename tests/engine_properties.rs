@@ -119,3 +119,22 @@ fn inputs_do_not_change_within_a_scan() {
         }
     }
 }
+
+#[test]
+fn rungs_that_have_nothing_to_do_with_each_other_execute_in_a_few_batches() {
+    let rung = |n: u32| {
+        format!(
+            "{{ when = [\"X{n}\", \"rise(X{})\"], do = [\"OUT C{n}\", \"MOVE D{n} to=V{n}\"] }},\n\
+             {{ leg.up = [\"X{n}\"], leg.rst = [\"C{n}\"], do = [\"CNT CT{n} preset=D{n}\"] }},\n\
+             {{ when = [\"C{n}\"], do = [\"TMR T{n} preset=1s\", \"CTU N{n} preset=D{n}\"] }},\n",
+            n + 100
+        )
+    };
+    let rungs: String = (0..50).map(rung).collect();
+    let ladder = format!("[[program]]\nname = \"Main\"\nrung = [\n{rungs}]\n");
+    let program = load(&ladder).unwrap_or_else(|errors| panic!("{errors}"));
+    let (batched, _) = lower(&program);
+    let (in_file_order, _) = lower_with(&program, 1);
+    assert!(batched.tables.batches.len() <= 8, "{} batches", batched.tables.batches.len());
+    assert_eq!(in_file_order.tables.batches.len(), 50 * 8);
+}

@@ -1,0 +1,88 @@
+//! Where addresses lie: every bit and word has a cell of its own, for any memory sizes.
+
+mod support;
+
+use rungd::engine::{Cell, Layout};
+use rungd::isa::{
+    Address, Bit, BitSpace, BlockId, MemorySizes, StageId, Structure, Word, WordSpace,
+};
+use support::plc::plc;
+
+const BLOCKS: u32 = 5;
+const STAGES: u32 = 7;
+
+fn addresses(sizes: &MemorySizes) -> Vec<Address> {
+    let bits = [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi, BitSpace::St];
+    let words = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir, WordSpace::Dst];
+    let mut all = Vec::new();
+    for space in bits {
+        let numbers = space.first()..space.first() + space.count(sizes);
+        all.extend(numbers.map(|n| Address::Bit(Bit::Space(space, n))));
+    }
+    for space in words {
+        let numbers = space.first()..space.first() + space.count(sizes);
+        all.extend(numbers.map(|n| Address::Word(Word::Space(space, n))));
+    }
+    let counters = (0..sizes.ct).map(Structure::Counter);
+    let timers = (0..sizes.t).map(Structure::Timer);
+    let sensaphones = (0..64).map(Structure::Sensaphone);
+    for structure in counters.chain(timers).chain(sensaphones) {
+        all.extend(structure.member_addresses());
+    }
+    all.extend((0..STAGES).map(|n| Address::Bit(Bit::Stage(StageId(n)))));
+    all.extend((0..BLOCKS).map(|n| Address::Bit(Bit::Running(BlockId(n)))));
+    all.extend((0..BLOCKS).map(|n| Address::Bit(Bit::Done(BlockId(n)))));
+    all
+}
+
+/// The cells of all addresses are the public ones, each of them once.
+fn assert_dense(sizes: &MemorySizes) {
+    let layout = Layout::new(sizes, BLOCKS, STAGES);
+    let (mut bits, mut words) = (Vec::new(), Vec::new());
+    for address in addresses(sizes) {
+        match layout.cell(address) {
+            Some(Cell::Bit(bit)) => bits.push(bit.0),
+            Some(Cell::Word(word)) => words.push(word.0),
+            None => panic!("{address} has no cell"),
+        }
+    }
+    bits.sort_unstable();
+    words.sort_unstable();
+    assert!(bits.iter().copied().eq(0..layout.bit_count()), "bits {sizes:?}");
+    assert!(words.iter().copied().eq(0..layout.word_count()), "words {sizes:?}");
+    assert_eq!(layout.sizes(), sizes);
+}
+
+#[test]
+fn every_address_has_a_cell_of_its_own() {
+    assert_dense(&MemorySizes::default());
+}
+
+#[test]
+fn every_address_has_a_cell_of_its_own_with_other_sizes() {
+    let (x, y, c, mc, mi) = (3, 9, 5, 11, 2);
+    let (v, d, mhr, mir, ct, t) = (13, 4, 6, 8, 10, 7);
+    assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t });
+}
+
+#[test]
+fn a_structure_as_a_whole_has_no_cell() {
+    let layout = Layout::new(&MemorySizes::default(), BLOCKS, STAGES);
+    assert_eq!(layout.cell(Address::Structure(Structure::Counter(3))), None);
+}
+
+#[test]
+fn an_image_shows_all_bits_and_words_by_cell() {
+    let mut plc = plc(r#"rung = [ { when = ["$On"], do = ["SET C3", "MOVE -7 to=D2"] } ]"#);
+    plc.scan(&[]);
+    let image = plc.engine.image();
+    let (Cell::Bit(c3), Cell::Word(d2)) = (plc.cell("C3"), plc.cell("D2")) else {
+        panic!("C3 is a bit, D2 a word")
+    };
+    assert_eq!(image.bits()[c3.0 as usize], 1);
+    assert_eq!(image.words()[d2.0 as usize], -7);
+    assert!(image.bits().len() >= plc.symbols.layout.bit_count() as usize);
+    assert!(image.words().len() > plc.symbols.layout.word_count() as usize);
+    assert_eq!(image.bits().len(), plc.engine.program().bit_count as usize);
+    assert_eq!(image.words().len(), plc.engine.program().word_count as usize);
+}
