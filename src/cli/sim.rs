@@ -108,10 +108,13 @@ pub fn ladders(args: &SimArgs) -> &[PathBuf] {
 }
 
 fn refuse_other_forms(trace: &Path) -> Result<()> {
-    if extension(trace) == Some("vcd") {
-        bail!("--trace {}: this version writes CSV and SVG, not VCD", trace.display());
+    let name = trace.display();
+    match extension(trace) {
+        _ if trace == Path::new("-") || trace.starts_with("/dev") => Ok(()),
+        Some("csv" | "svg") => Ok(()),
+        Some("vcd") => bail!("--trace {name}: this version writes CSV and SVG, not VCD"),
+        _ => bail!("--trace {name}: the ending says the form, and is `.csv` or `.svg`"),
     }
-    Ok(())
 }
 
 fn scans(args: &SimArgs) -> u64 {
