@@ -14,7 +14,7 @@ use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::resolve_operand;
 use crate::sim::stimulus::{Stimulus, Target};
-use crate::sim::svg::SvgTrace;
+use crate::sim::svg::{SvgTrace, TooLong};
 use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
 
@@ -81,7 +81,13 @@ pub fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
     let watched = watched(args, program, &symbols)?;
     if extension(&args.trace) == Some("svg") {
         let mut trace = SvgTrace::new(&watched);
-        sim::run(engine_program, &plan, &mut trace)?;
+        if let Err(error) = sim::run(engine_program, &plan, &mut trace) {
+            // What was asked for is wrong, and nothing of the environment.
+            match error.get_ref().filter(|inner| inner.is::<TooLong>()) {
+                Some(inner) => bail!("--trace {}: {inner}", args.trace.display()),
+                None => return Err(error.into()),
+            }
+        }
         return Ok(trace.finish(output(&args.trace)?)?);
     }
     let mut trace = CsvTrace::new(&watched, output(&args.trace)?)?;

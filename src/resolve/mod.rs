@@ -99,6 +99,8 @@ struct Resolver<'a> {
     used: Vec<bool>,
     /// Bits and words by the names under which the ladder names them, in order of resolving.
     named: Vec<(Span, NamedOperand)>,
+    /// Where a constant is named by its tag, and the tag's index.
+    constants: Vec<(Span, usize)>,
 }
 
 impl<'a> Resolver<'a> {
@@ -112,6 +114,7 @@ impl<'a> Resolver<'a> {
             misread: false,
             used: Vec::new(),
             named: Vec::new(),
+            constants: Vec::new(),
         }
     }
 
@@ -137,6 +140,7 @@ impl<'a> Resolver<'a> {
             tag.used = *used;
         }
         program.operands = self.operands();
+        program.constants = std::mem::take(&mut self.constants);
         program
     }
 

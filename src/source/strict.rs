@@ -9,6 +9,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
 use super::finding::{Code, Finding};
+use super::headers;
 use super::reader::Doc;
 
 /// Makes findings of the parser's errors: the first of each line, since the parser goes on after
@@ -29,7 +30,13 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
         if echo {
             continue;
         }
-        let finding = Finding::new(Code::TomlSyntax, doc.span(range), error.message());
+        let finding = Finding::new(Code::TomlSyntax, doc.span(range.clone()), error.message());
+        if error.message().starts_with("duplicate key")
+            && let Some(finding) = headers::doubled(doc, range)
+        {
+            doc.find(finding);
+            continue;
+        }
         doc.find(match help(error.message()) {
             Some(words) => finding.help(words),
             None => finding,
