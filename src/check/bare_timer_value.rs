@@ -41,10 +41,12 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 /// The tag by which a constant is named within a place.
 fn tag<'a>(context: &Context<'a>, place: Span) -> Option<&'a Tag> {
-    let inside =
-        |span: &Span| span.file == place.file && place.start <= span.start && span.end <= place.end;
-    let found = context.program.constants.iter().find(|(span, _)| inside(span));
-    found.map(|(_, at)| &context.program.tags[*at])
+    let constants = &context.program.constants;
+    let at =
+        constants.partition_point(|(span, _)| (span.file, span.start) < (place.file, place.start));
+    let (span, tag) = constants.get(at)?;
+    let inside = span.file == place.file && span.end <= place.end;
+    inside.then(|| &context.program.tags[*tag])
 }
 
 /// The finding of a tag's value without a unit: it is mended where it stands.

@@ -162,7 +162,9 @@ impl Loaded {
 
     /// Resolves what the controller file asks for beside its ladders.
     fn settings(&mut self, written: &written::Controller) {
-        let whole = !self.has_error();
+        let of_ladders = |finding: &Finding| finding.span.file != FileId(0);
+        let whole = self.program.is_some()
+            && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
         let bare = Program { sizes: written.memory.clone(), ..Program::default() };
         let program = self.program.as_ref().unwrap_or(&bare);
         let (controller, mut found) = resolve_controller(written, program);

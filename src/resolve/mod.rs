@@ -141,6 +141,7 @@ impl<'a> Resolver<'a> {
         }
         program.operands = self.operands();
         program.constants = std::mem::take(&mut self.constants);
+        program.constants.sort_unstable();
         program
     }
 

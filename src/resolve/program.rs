@@ -29,7 +29,7 @@ pub struct Program {
     pub tags: Vec<Tag>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
-    /// Where the ladder names a constant by its tag, and the tag's index.
+    /// Where the ladder names a constant by its tag, and the tag's index; in order of place.
     pub constants: Vec<(Span, usize)>,
     /// `[ladder] allow`: warnings that are silenced in a whole file.
     pub allow: Vec<(FileId, String)>,

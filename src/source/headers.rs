@@ -68,6 +68,7 @@ pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
     }
     let mut at = 0;
     let mut single = None;
+    let mut before = "";
     for line in text[..start].split_inclusive('\n') {
         let trimmed = line.trim();
         let span = doc.span(at + line.len() - line.trim_start().len()..at + line.trim_end().len());
@@ -82,13 +83,26 @@ pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
                 finding
                     .label("out of place")
                     .related(doc.span(place), "this is its parent, or another's")
-                    .help(format!("move it behind the header of its parent: `[[{name}]]`")),
+                    .help(move_help(other, name, before)),
             );
         }
+        before = other;
     }
     let finding =
         Finding::new(Code::OutOfPlace, single?, format!("`[{name}]`, and `[[{name}]]` below"));
     Some(finding.help(format!("write `[[{name}]]`, each time")))
+}
+
+/// Where a header belongs that stands above its parent.
+fn move_help(header: &str, parent: &str, before: &str) -> String {
+    let below = format!("move it behind the header of its parent: `[[{parent}]]`");
+    let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
+    let (own, open) = (last(header), last(before));
+    let stands = |(part, parents): &(&str, &[&str])| *part == own && parents.contains(&&*open);
+    if !PARENTS.iter().any(stands) {
+        return below;
+    }
+    format!("write `[[{before}.{own}]]` to go on in the place above, or {below}")
 }
 
 /// The name of a line that is a header.

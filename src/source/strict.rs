@@ -35,6 +35,9 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
             && let Some(finding) = headers::doubled(doc, range)
         {
             doc.find(finding);
+            // All keys up to the next header are echoes of it.
+            let rest = doc.slice(line_end..doc.len());
+            last = Some((line_end + rest.find("\n[").unwrap_or(rest.len()), error.message()));
             continue;
         }
         doc.find(match help(error.message()) {
