@@ -1,6 +1,9 @@
 //! rungd: a soft-PLC for Linux. The map, from the ground up; a module uses only those above it
 //! in this list.
 
+// But for the system calls of the scan thread, in `runtime/sys.rs`.
+#![deny(unsafe_code)]
+
 pub mod check;
 pub mod cli;
 pub mod daemon;

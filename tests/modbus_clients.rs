@@ -1,94 +1,82 @@
 //! The Modbus server before clients that this project did not write: mbpoll and pymodbus.
 //!
-//! What `docs/modbus.md` shows is executed: its ladder and controller file run on the real scan
-//! thread, its commands are typed, and what it says they print must be what they print. Where a
-//! client is not installed its test says so and does nothing, unless `RUNGD_REQUIRE_CLIENTS=1`.
+//! What `docs/modbus.md` shows is executed: `rungd run` runs its controller file, its commands are
+//! typed, and what it says they print must be what they print. Where a client is not installed its
+//! test says so and does nothing, unless `RUNGD_REQUIRE_CLIENTS=1`.
 
-mod common;
+mod page;
 
-use std::process::{Command, Output};
-use std::sync::mpsc::{Sender, channel};
-use std::thread::{self, JoinHandle};
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::Duration;
 
-use rungd::engine::Engine;
-use rungd::io::modbus::{Map, Server};
-use rungd::isa::{Bit, BitSpace};
-use rungd::lower::lower;
-use rungd::runtime::exchange::{FaultReason, Mode, Snapshot};
-use rungd::runtime::{
-    Memory, Observer, Pace, Posture, Record, Runtime, Safe, Settings, Statistics, Watched, prepare,
-};
-use tokio::sync::oneshot;
+/// How long a line of the log may take to come.
+const LOG_WAIT_MAX: Duration = Duration::from_secs(30);
 
-/// The page's controller, running.
+/// The page's controller, run by the real program.
 struct Controller {
-    port: u16,
-    runtime: Option<Runtime>,
-    server: Option<JoinHandle<()>>,
-    stop: Option<oneshot::Sender<()>>,
+    rungd: Child,
+    log: Receiver<String>,
+    port: String,
+    folder: PathBuf,
 }
 
-/// Tells of the first complete scan.
-struct FirstScan(Sender<()>);
-
-impl Observer for FirstScan {
-    fn record(&mut self, _: &Record) {}
-    fn statistics(&mut self, _: &Statistics) {}
-    fn dropped(&mut self, _: u64) {}
-    fn tripped(&mut self, _: FaultReason, _: u64) {}
-    fn turn(&mut self, latest: &Snapshot, _: u64) {
-        if latest.mode == Mode::Run {
-            let _ = self.0.send(());
+impl Controller {
+    /// Starts it, at a port that the system chooses, and waits for its first scan.
+    fn start(page: &str, test: &str) -> Controller {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+        fs::create_dir_all(&folder).unwrap();
+        for name in ["filler.toml", "filler-controller.toml"] {
+            let text = page::file(page, name).replace("127.0.0.1:1502", "127.0.0.1:0");
+            fs::write(folder.join(name), text).unwrap();
         }
+        let mut rungd = Command::new(env!("CARGO_BIN_EXE_rungd"))
+            .args(["run", "--log-format", "text", "filler-controller.toml"])
+            .current_dir(&folder)
+            .env_remove("RUNGD_LOG")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (tell, log) = channel();
+        let lines = BufReader::new(rungd.stderr.take().unwrap()).lines().map_while(Result::ok);
+        thread::spawn(move || lines.for_each(|line| drop(tell.send(line))));
+        let mut controller = Controller { rungd, log, port: String::new(), folder };
+        let listens = controller.expect("Modbus server listens");
+        let port = listens.split_once("address=127.0.0.1:").expect("its address").1;
+        controller.port = port.split_whitespace().next().expect("its port").to_owned();
+        controller.expect("RUN: ");
+        controller
     }
-}
 
-fn start(page: &str) -> Controller {
-    let (program, controller) = common::load(page, "filler.toml", "filler-controller.toml");
-    let (code, symbols) = lower(&program);
-    let layout = symbols.layout.clone();
-    let ms = |ms: u32| u64::from(ms) * 1_000_000;
-    let settings = Settings {
-        pace: Pace {
-            period_ns: ms(controller.period_ms),
-            watchdog_ns: ms(2_000),
-            scans: None,
-            statistics_every_ns: Some(ms(60_000)),
-        },
-        memory: Memory {
-            inputs: layout.sizes().x,
-            bits: layout.bit_count() as usize,
-            words: layout.word_count() as usize,
-            first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
-            safe: vec![Safe::Off; layout.sizes().y as usize],
-        },
-        watched: Watched::default(),
-        posture: Posture::default(),
-    };
-    let (first, scanned) = channel();
-    let prepared = prepare(Engine::new(code), &settings, FirstScan(first)).unwrap();
-    let mut modbus = controller.modbus.unwrap();
-    modbus.listen.set_port(0);
-    let map = Map::new(&modbus, &layout, |word| symbols.limits(word));
-    let tokio = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    let server = tokio.block_on(Server::bind(modbus, map, prepared.port())).unwrap();
-    let port = server.address().unwrap().port();
-    let runtime = prepared.start().unwrap();
-    scanned.recv().unwrap();
-    let (stop, stopped) = oneshot::channel();
-    let serve = move || tokio.block_on(server.run(async move { drop(stopped.await) }));
-    let server = thread::spawn(serve);
-    Controller { port, runtime: Some(runtime), server: Some(server), stop: Some(stop) }
+    /// Reads on to the next line of the log that has this.
+    fn expect(&mut self, part: &str) -> String {
+        let mut seen = Vec::new();
+        while let Ok(line) = self.log.recv_timeout(LOG_WAIT_MAX) {
+            if line.contains(part) {
+                return line;
+            }
+            seen.push(line);
+        }
+        panic!("{part:?} is not in the log: {seen:#?}");
+    }
+
+    /// Runs what the page shows, with the port that the controller has.
+    fn client(&self, program: &str, option: &str, text: &str) -> Output {
+        let text = text.replace("1502", &self.port);
+        Command::new(program).args([option, &text]).output().unwrap()
+    }
 }
 
 impl Drop for Controller {
     fn drop(&mut self) {
-        drop(self.stop.take());
-        let _ = self.server.take().map(JoinHandle::join);
-        if let Some(runtime) = self.runtime.take() {
-            runtime.request_stop();
-            runtime.join();
-        }
+        let _ = self.rungd.kill();
+        let _ = self.rungd.wait();
+        let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -118,14 +106,13 @@ fn mbpoll_sees_what_the_page_shows() {
     if !installed("mbpoll", &["mbpoll", "-h"]) {
         return;
     }
-    let page = common::page("modbus.md");
-    let controller = start(&page);
-    let session = common::blocks(&page, "console").join("");
+    let page = page::text("modbus.md");
+    let mut controller = Controller::start(&page, "mbpoll");
+    let session = page::blocks(&page, "console").join("");
     let mut commands = 0;
     for exchange in session.split("$ ").skip(1) {
         let (command, shown) = exchange.split_once('\n').expect("a command's line");
-        let command = command.replace("1502", &controller.port.to_string());
-        let output = Command::new("sh").args(["-c", &command]).output().unwrap();
+        let output = controller.client("sh", "-c", command);
         let printed = everything(&output);
         let mut lines = words(&printed).into_iter();
         for line in words(shown) {
@@ -134,6 +121,8 @@ fn mbpoll_sees_what_the_page_shows() {
         commands += 1;
     }
     assert!(commands >= 7, "the page's session was found: {commands} commands");
+    controller.expect("write refused: MHR10 takes 1 to 500, not 501");
+    controller.expect("write refused: MC10 is not in `writable`");
 }
 
 #[test]
@@ -141,11 +130,10 @@ fn pymodbus_sees_what_the_page_shows() {
     if !installed("pymodbus", &["python3", "-c", "import pymodbus"]) {
         return;
     }
-    let page = common::page("modbus.md");
-    let controller = start(&page);
-    let script = common::blocks(&page, "python").concat();
-    let script = script.replace("1502", &controller.port.to_string());
-    let output = Command::new("python3").args(["-c", &script]).output().unwrap();
-    let shown = common::blocks(&page, "text").concat();
+    let page = page::text("modbus.md");
+    let controller = Controller::start(&page, "pymodbus");
+    let script = page::blocks(&page, "python").concat();
+    let output = controller.client("python3", "-c", &script);
+    let shown = page::blocks(&page, "text").concat();
     assert_eq!(String::from_utf8_lossy(&output.stdout), shown, "{}", everything(&output));
 }

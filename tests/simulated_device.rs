@@ -1,14 +1,17 @@
 //! The simulated device and the real engine, together in virtual time: the plant of
 //! `docs/simulated-device.md`.
 
-mod common;
+mod page;
 
 use rungd::engine::Engine;
 use rungd::io::simulated::Device;
 use rungd::isa::Address;
 use rungd::lower::{Symbols, lower};
-use rungd::resolve::controller::{Device as Rule, Motion};
-use rungd::resolve::resolve_operand;
+use rungd::resolve::controller::{Controller, Device as Rule, Motion, resolve_controller};
+use rungd::resolve::program::Program;
+use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd::source::controller::read;
+use rungd::source::span::{FileId, SourceFile};
 
 const PERIOD_MS: u64 = 10;
 
@@ -16,14 +19,27 @@ struct Plant {
     engine: Engine,
     symbols: Symbols,
     device: Device,
-    program: rungd::resolve::program::Program,
+    program: Program,
     now_ms: u64,
+}
+
+/// The page's ladder and controller file, loaded without a finding.
+fn load(page: &str) -> (Program, Controller) {
+    let name = "conveyor.toml".to_owned();
+    let source = SourceFile { text: page::file(page, &name), name };
+    let (program, findings) = load_ladders(&[source], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    let (written, findings) = read(&page::file(page, "conveyor-controller.toml"), FileId(1));
+    assert!(findings.is_empty(), "{findings:#?}");
+    let (controller, findings) = resolve_controller(&written.expect("TOML"), &program);
+    assert!(findings.is_empty(), "{findings:#?}");
+    (program, controller)
 }
 
 /// The page's plant, its rules changed.
 fn plant(change: impl Fn(&mut [Rule])) -> Plant {
-    let page = common::page("simulated-device.md");
-    let (program, controller) = common::load(&page, "conveyor.toml", "conveyor-controller.toml");
+    let page = page::text("simulated-device.md");
+    let (program, controller) = load(&page);
     let (code, symbols) = lower(&program);
     let mut engine = Engine::new(code);
     engine.start(0);

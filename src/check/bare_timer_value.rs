@@ -42,7 +42,7 @@ fn operand(placed: &Placed, arg: &Arg) -> Option<Finding> {
     let ArgValue::Value(value) = arg.value else { return None };
     let number = bare(value)?;
     let key = arg.name;
-    let message = format!("{key}={number} of {} has no unit: ms or s?", placed.name());
+    let message = format!("`{key}={number}` of `{}` has no unit: ms or s?", placed.name());
     let help = choice(number, |ms| format!("{key}={}", duration::print(ms)));
     Some(Finding::new(Code::BareTimerValue, arg.span, message).label("read as ms").help(help))
 }
@@ -112,16 +112,16 @@ mod tests {
             "#,
             expect![[r#"
                 8:39 bare-timer-value
-                  preset=3000 of TMR has no unit: ms or s?
+                  `preset=3000` of `TMR` has no unit: ms or s?
                     `preset=3s`, as it is read now, or `preset=50m`
                 10:58 bare-timer-value
-                  preset=3000 of TMR has no unit: ms or s?
+                  `preset=3000` of `TMR` has no unit: ms or s?
                     `preset=3s`, as it is read now, or `preset=50m`
                 12:39 bare-timer-value
-                  preset=3000000 of TMR has no unit: ms or s?
+                  `preset=3000000` of `TMR` has no unit: ms or s?
                     `preset=50m`
                 12:70 bare-timer-value
-                  every=10 of ENTASK has no unit: ms or s?
+                  `every=10` of `ENTASK` has no unit: ms or s?
                     `every=10ms`, as it is read now, or `every=10s`
             "#]],
         );

@@ -53,7 +53,7 @@ fn exit(block: &Block) -> Option<Words> {
     if is_main(block) {
         let help = "to stop the controller in an orderly way: `STOP`\n\
                     what is to end by itself goes into a program of its own, and `Main` RUNs it";
-        let message = "EXIT in `Main`, which always runs".to_owned();
+        let message = "`EXIT` in `Main`, which always runs".to_owned();
         return Some((message, "`Main` never ends", help.to_owned()));
     }
     if block.kind == BlockKind::Program {
@@ -63,7 +63,7 @@ fn exit(block: &Block) -> Option<Words> {
         BlockKind::Task => format!("delete it, or end the task at once with `HALT {name}`"),
         _ => "delete it; a rung that must not execute gets a contact for it".to_owned(),
     };
-    let message = format!("EXIT in task `{name}`: a task ends when its rungs have executed");
+    let message = format!("`EXIT` in task `{name}`: a task ends when its rungs have executed");
     Some((message, "EXIT ends programs only", help))
 }
 
@@ -75,17 +75,17 @@ fn start_or_stop(mnemonic: Mnemonic, block: &Block) -> Option<Words> {
     let instruction = mnemonic.spec().name;
     match (mnemonic, block.kind) {
         (_, BlockKind::Program) if is_main(block) => Some((
-            format!("{instruction} of `Main`, which always runs"),
+            format!("`{instruction}` of `Main`, which always runs"),
             "`Main` is not started or stopped",
             main_help(mnemonic).to_owned(),
         )),
         (Mnemonic::Run | Mnemonic::Restart, BlockKind::Task) => Some((
-            format!("{instruction} starts programs, and `{name}` is a task"),
+            format!("`{instruction}` starts programs, and `{name}` is a task"),
             "a task",
             format!("to run it once: `ENTASK {name}`; at an interval: `ENTASK {name} every=1s`"),
         )),
         (Mnemonic::Entask, BlockKind::Program) => Some((
-            format!("ENTASK starts tasks, and `{name}` is a program"),
+            format!("`ENTASK` starts tasks, and `{name}` is a program"),
             "a program",
             format!("`RUN {name}`"),
         )),
@@ -131,15 +131,15 @@ mod tests {
             "#,
             expect![[r#"
                 3:64 block-rule
-                  EXIT in `Main`, which always runs
+                  `EXIT` in `Main`, which always runs
                     to stop the controller in an orderly way: `STOP`
                     what is to end by itself goes into a program of its own, and `Main` RUNs
                     it
                 11:34 block-rule
-                  EXIT in task `Report`: a task ends when its rungs have executed
+                  `EXIT` in task `Report`: a task ends when its rungs have executed
                     delete it, or end the task at once with `HALT Report`
                 15:34 block-rule
-                  EXIT in task `TopOfScan`: a task ends when its rungs have executed
+                  `EXIT` in task `TopOfScan`: a task ends when its rungs have executed
                     delete it; a rung that must not execute gets a contact for it
             "#]],
         );
@@ -168,24 +168,24 @@ mod tests {
             "#,
             expect![[r#"
                 4:25 block-rule
-                  RUN of `Main`, which always runs
+                  `RUN` of `Main`, which always runs
                     delete it: `Main` runs from the first scan on
                 4:37 block-rule
-                  RESTART of `Main`, which always runs
+                  `RESTART` of `Main`, which always runs
                     put what must start anew into a program of its own, and `RESTART` that
                     one
                 4:53 block-rule
-                  HALT of `Main`, which always runs
+                  `HALT` of `Main`, which always runs
                     to stop the controller in an orderly way: `STOP`
                 5:69 block-rule
-                  ENTASK starts tasks, and `Drain` is a program
+                  `ENTASK` starts tasks, and `Drain` is a program
                     `RUN Drain`
                 6:25 block-rule
-                  RUN starts programs, and `Report` is a task
+                  `RUN` starts programs, and `Report` is a task
                     to run it once: `ENTASK Report`; at an interval: `ENTASK Report
                     every=1s`
                 6:39 block-rule
-                  RESTART starts programs, and `Report` is a task
+                  `RESTART` starts programs, and `Report` is a task
                     to run it once: `ENTASK Report`; at an interval: `ENTASK Report
                     every=1s`
             "#]],

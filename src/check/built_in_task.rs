@@ -29,7 +29,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             continue;
         }
         let message = format!(
-            "{} names `{}`, a built-in task: nothing starts or stops it",
+            "`{}` names `{}`, a built-in task: nothing starts or stops it",
             placed.name(),
             block.name
         );
@@ -81,13 +81,13 @@ mod tests {
             "#,
             expect![[r#"
                 4:32 built-in-task
-                  ENTASK names `FirstScan`, a built-in task: nothing starts or stops it
+                  `ENTASK` names `FirstScan`, a built-in task: nothing starts or stops it
                     delete this: `FirstScan` executes in the first scan by itself
                 4:50 built-in-task
-                  HALT names `BottomOfScan`, a built-in task: nothing starts or stops it
+                  `HALT` names `BottomOfScan`, a built-in task: nothing starts or stops it
                     delete this: `BottomOfScan` executes in every scan, after all programs
                 5:29 built-in-task
-                  RUN names `LastScan`, a built-in task: nothing starts or stops it
+                  `RUN` names `LastScan`, a built-in task: nothing starts or stops it
                     delete this: `LastScan` executes in the last scan by itself
             "#]],
         );

@@ -1,7 +1,7 @@
 //! `duplicate-out`: within one block's own rungs, or one stage, one instruction drives a bit.
 //!
 //! OUT, PD, ND, and ONDTMR and OFFDTMR by their output, write their bit ON and OFF at every
-//! execution: of two, the first has no effect at all. SET, RST and PONOFF write it now and then and
+//! execution: of two, the last decides in every scan. SET, RST and PONOFF write it now and then and
 //! are no drivers.
 //!
 //! Passes:
@@ -45,7 +45,7 @@ fn within<'d, 'a>(drivers: &'d [Driver<'a>], element: Element) -> Vec<&'d Driver
 fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[&Driver]) -> Finding {
     let (first, second) = pair;
     let message = format!(
-        "{} is driven twice, by {} in {}, and by {} in {}: the first has no effect",
+        "{} is driven twice, by `{}` in {}, and by `{}` in {}: the last one decides",
         context.say_bit(bit),
         first.placed.name(),
         first.placed.place,
@@ -54,7 +54,7 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[&Driver
     );
     Finding::new(Code::DuplicateOut, second.span, message)
         .label("driven again")
-        .related(first.span, "has no effect")
+        .related(first.span, "overwritten")
         .help(help(context, bit, all))
 }
 
@@ -88,8 +88,8 @@ mod tests {
             "#,
             expect![[r#"
                 5:40 duplicate-out
-                  `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in
-                  program `Main`, rung 2: the first has no effect
+                  `Y0` is driven twice, by `OUT` in program `Main`, rung 1, and by `OUT`
+                  in program `Main`, rung 2: the last one decides
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["(X0 & X1) | X2 | rise(X3)"]
                     do = ["OUT Y0"]
@@ -108,12 +108,12 @@ mod tests {
             "#,
             expect![[r#"
                 5:28 duplicate-out
-                  `Y0` is driven twice, by PD in program `Main`, rung 1, and by ND in
-                  program `Main`, rung 2: the first has no effect
+                  `Y0` is driven twice, by `PD` in program `Main`, rung 1, and by `ND` in
+                  program `Main`, rung 2: the last one decides
                     let each drive a bit of its own, and drive this one from both: `OUT Y0`
                 7:53 duplicate-out
-                  `Y1` is driven twice, by ONDTMR in program `Main`, rung 3, and by
-                  OFFDTMR in program `Main`, rung 4: the first has no effect
+                  `Y1` is driven twice, by `ONDTMR` in program `Main`, rung 3, and by
+                  `OFFDTMR` in program `Main`, rung 4: the last one decides
                     let each drive a bit of its own, and drive this one from both: `OUT Y1`
             "#]],
         );
@@ -153,14 +153,14 @@ mod tests {
             "#,
             expect![[r#"
                 13:14 duplicate-out
-                  `lamp` (Y0) is driven twice, by OUT in program `Main`, rung 1, and by
-                  OUT in program `Main`, rung 1, branch 1: the first has no effect
+                  `lamp` (Y0) is driven twice, by `OUT` in program `Main`, rung 1, and by
+                  `OUT` in program `Main`, rung 1, branch 1: the last one decides
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | (X0 & D0 > 5 & !X1)"]
                     do = ["OUT lamp"]
                 22:29 duplicate-out
-                  `Y1` is driven twice, by OUT in program `Day`, stage `A`, rung 1, and by
-                  OUT in program `Day`, stage `A`, rung 2: the first has no effect
+                  `Y1` is driven twice, by `OUT` in program `Day`, stage `A`, rung 1, and
+                  by `OUT` in program `Day`, stage `A`, rung 2: the last one decides
                     let each drive a bit of its own, and drive this one from both: `OUT Y1`
             "#]],
         );

@@ -30,7 +30,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 fn finding(context: &Context, jump: &Placed) -> Finding {
     let block = jump.place.block;
     let message = format!(
-        "{} leaves the stage it stands in, but this is one of program `{}`'s own rungs",
+        "`{}` leaves the stage it stands in, but this is one of program `{}`'s own rungs",
         jump.name(),
         block.name
     );
@@ -77,12 +77,12 @@ mod tests {
             "#,
             expect![[r#"
                 8:25 jump-outside-stage
-                  JMP leaves the stage it stands in, but this is one of program `Day`'s
+                  `JMP` leaves the stage it stands in, but this is one of program `Day`'s
                   own rungs
                     to turn a stage ON from here: `do = ["SGSET B"]`; SGRST turns the others
                     OFF
                 9:25 jump-outside-stage
-                  SGDIVRG leaves the stage it stands in, but this is one of program
+                  `SGDIVRG` leaves the stage it stands in, but this is one of program
                   `Day`'s own rungs
                     to turn a stage ON from here: `do = ["SGSET A", "SGSET B"]`; SGRST turns
                     the others OFF

@@ -53,7 +53,7 @@ fn works_over_scans(placed: &Placed) -> bool {
 fn finding(placed: &Placed, started: Option<Span>) -> Finding {
     let task = &placed.place.block.name;
     let message = format!(
-        "{} works over several scans, but task `{task}` executes once and terminates",
+        "`{}` works over several scans, but task `{task}` executes once and terminates",
         placed.name()
     );
     let finding = Finding::new(Code::MultiScanInTask, placed.instruction.span, message)
@@ -112,22 +112,22 @@ mod tests {
             "#,
             expect![[r#"
                 11:25 multi-scan-in-task
-                  TMR works over several scans, but task `Once` executes once and
+                  `TMR` works over several scans, but task `Once` executes once and
                   terminates
                     move it to a program, or run the task at an interval: `ENTASK Once
                     every=100ms`
                 11:61 multi-scan-in-task
-                  ENTASK works over several scans, but task `Once` executes once and
+                  `ENTASK` works over several scans, but task `Once` executes once and
                   terminates
                     move it to a program, or run the task at an interval: `ENTASK Once
                     every=100ms`
                 12:44 multi-scan-in-task
-                  UDCG works over several scans, but task `Once` executes once and
+                  `UDCG` works over several scans, but task `Once` executes once and
                   terminates
                     move it to a program, or run the task at an interval: `ENTASK Once
                     every=100ms`
                 29:34 multi-scan-in-task
-                  TMR works over several scans, but task `FirstScan` executes once and
+                  `TMR` works over several scans, but task `FirstScan` executes once and
                   terminates
                     move it to a program, such as `Main`
             "#]],

@@ -43,7 +43,7 @@ fn collide(structure: Structure, first: &Placed, second: &Placed) -> bool {
 
 fn finding(context: &Context, structure: Structure, first: &Placed, second: &Placed) -> Finding {
     let message = format!(
-        "{} {} is owned twice: by {} in {}, and by {} in {}",
+        "{} {} is owned twice: by `{}` in {}, and by `{}` in {}",
         structure_kind(structure),
         context.say_structure(structure),
         first.name(),
@@ -82,13 +82,13 @@ mod tests {
             "#,
             expect![[r#"
                 5:25 owned-twice
-                  timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by
-                  ONDTMR in program `Main`, rung 2
+                  timer `T0` is owned twice: by `TMR` in program `Main`, rung 1, and by
+                  `ONDTMR` in program `Main`, rung 2
                     `T0` can be read anywhere, but one instruction alone executes it
                     give this one a structure that is free: `T1`
                 6:41 owned-twice
-                  timer `T0` is owned twice: by TMR in program `Main`, rung 1, and by TMR
-                  in program `Main`, rung `third`
+                  timer `T0` is owned twice: by `TMR` in program `Main`, rung 1, and by
+                  `TMR` in program `Main`, rung `third`
                     `T0` can be read anywhere, but one instruction alone executes it
                     give this one a structure that is free: `T1`
             "#]],
@@ -117,8 +117,8 @@ mod tests {
             "#,
             expect![[r#"
                 15:54 owned-twice
-                  counter `bottles` (CT0) is owned twice: by CNT in program `Main`, rung
-                  1, and by CNTDN in task `Report`, rung 1
+                  counter `bottles` (CT0) is owned twice: by `CNT` in program `Main`, rung
+                  1, and by `CNTDN` in task `Report`, rung 1
                     `bottles` can be read anywhere, but one instruction alone executes it
                     give this one a structure that is free: `CT2`
             "#]],
@@ -136,8 +136,8 @@ mod tests {
             "#,
             expect![[r#"
                 6:25 owned-twice
-                  Sensaphone counter `N0` is owned twice: by CTU in program `Main`, rung
-                  1, and by CTU in program `Main`, rung 3
+                  Sensaphone counter `N0` is owned twice: by `CTU` in program `Main`, rung
+                  1, and by `CTU` in program `Main`, rung 3
                     one CTU and one CTD may share `N0`
                     give this one a structure that is free: `N2`
             "#]],

@@ -35,7 +35,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
     let said = context.say_structure(structure);
-    let message = format!("{} resets {said}, which no instruction owns", reset.name());
+    let message = format!("`{}` resets {said}, which no instruction owns", reset.name());
     let name = context.name(Address::Structure(structure));
     let add = match structure {
         Structure::Counter(_) => format!("`UDCG {name}`"),
@@ -75,14 +75,14 @@ mod tests {
             "#,
             expect![[r#"
                 5:36 reset-without-owner
-                  RSTT resets `T1`, which no instruction owns
+                  `RSTT` resets `T1`, which no instruction owns
                     owned are `T0`; or add the instruction that it resets, such as `TMR T1
                     preset=1s`
                 6:25 reset-without-owner
-                  RSTCT resets `CT3`, which no instruction owns
+                  `RSTCT` resets `CT3`, which no instruction owns
                     add the instruction that it resets, such as `UDCG CT3`
                 6:38 reset-without-owner
-                  RES resets `N5`, which no instruction owns
+                  `RES` resets `N5`, which no instruction owns
                     add the instruction that it resets, such as `CTU N5 preset=1`
             "#]],
         );

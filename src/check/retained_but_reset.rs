@@ -52,7 +52,7 @@ fn covers(range: &Range, structure: Structure) -> bool {
 fn finding(context: &Context, structure: Structure, owner: &Placed, range: &Range) -> Finding {
     let said = context.say_structure(structure);
     let message = format!(
-        "{} {said} is retained, but {} resets it at every stop, before it is kept",
+        "{} {said} is retained, but `{}` resets it at every stop, before it is kept",
         structure_kind(structure),
         owner.name()
     );
@@ -107,13 +107,13 @@ mod tests {
             "#,
             expect![[r#"
                 4:45 retained-but-reset
-                  counter `CT0` is retained, but CNT resets it at every stop, before it is
-                  kept
+                  counter `CT0` is retained, but `CNT` resets it at every stop, before it
+                  is kept
                     UDCG keeps its count, and `RSTCT CT0` resets it; or keep a copy:
                     `MOVE CT0.Acc to=D11` in every scan, and in task FirstScan `MOVE D11
                     to=CT0.Acc`
                 7:25 retained-but-reset
-                  timer `T0` is retained, but TMR resets it at every stop, before it is
+                  timer `T0` is retained, but `TMR` resets it at every stop, before it is
                   kept
                     TMRAG keeps its time; `RSTT T0` resets it
             "#]],

@@ -56,10 +56,10 @@ fn same(a: &Arg, b: &Arg) -> bool {
 
 fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Finding {
     let said = context.say_structure(structure);
-    let names: Vec<String> = owners.iter().map(|o| o.name().to_owned()).collect();
+    let names: Vec<String> = owners.iter().map(|o| format!("`{}`", o.name())).collect();
     let verb = if owners.len() == 1 { "does" } else { "do" };
     let message =
-        format!("{} of {said} {verb} not state a preset: .DN compares with it", list(&names));
+        format!("{} of {said} {verb} not state a preset: `.DN` compares with it", list(&names));
     let name = context.name(Address::Structure(structure));
     let mut finding = Finding::new(Code::SensaphonePreset, owners[0].instruction.span, message)
         .label("preset missing")
@@ -79,7 +79,7 @@ fn different(
     let said = context.say_structure(structure);
     let name = context.name(Address::Structure(structure));
     let message = format!(
-        "{} and {} of {said} state different presets: a counter has one",
+        "`{}` and `{}` of {said} state different presets: a counter has one",
         first.0.name(),
         second.0.name()
     );
@@ -113,16 +113,16 @@ mod tests {
             "#,
             expect![[r#"
                 4:25 sensaphone-preset
-                  CTU and CTD of `N0` do not state a preset: .DN compares with it
+                  `CTU` and `CTD` of `N0` do not state a preset: `.DN` compares with it
                     `CTU N0 preset=10`
                 9:39 sensaphone-preset
-                  CTU and CTD of `N2` state different presets: a counter has one
+                  `CTU` and `CTD` of `N2` state different presets: a counter has one
                     leave it out here: `CTD N2`
                 11:39 sensaphone-preset
-                  CTU and CTD of `N3` state different presets: a counter has one
+                  `CTU` and `CTD` of `N3` state different presets: a counter has one
                     leave it out here: `CTD N3`
                 14:25 sensaphone-preset
-                  CTD of `N5` does not state a preset: .DN compares with it
+                  `CTD` of `N5` does not state a preset: `.DN` compares with it
                     `CTD N5 preset=10`
             "#]],
         );

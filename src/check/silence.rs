@@ -67,7 +67,7 @@ mod tests {
                     `RST C0` in a rung that says when, or `OUT C0` if the bit is to follow
                     this rung
                 15:22 bare-timer-value
-                  preset=5 of TMR has no unit: ms or s?
+                  `preset=5` of `TMR` has no unit: ms or s?
                     `preset=5ms`, as it is read now, or `preset=5s`
             "#]],
         );
@@ -83,7 +83,7 @@ mod tests {
             "#,
             expect![[r#"
                 5:39 bare-timer-value
-                  preset=5 of TMR has no unit: ms or s?
+                  `preset=5` of `TMR` has no unit: ms or s?
                     `preset=5ms`, as it is read now, or `preset=5s`
             "#]],
         );
@@ -107,8 +107,8 @@ mod tests {
                 2:31 unknown-allow
                   `duplicate-out` is an error: it cannot be silenced
                 8:29 duplicate-out
-                  `Y0` is driven twice, by OUT in program `Main`, rung 1, and by OUT in
-                  program `Main`, rung 2: the first has no effect
+                  `Y0` is driven twice, by `OUT` in program `Main`, rung 1, and by `OUT`
+                  in program `Main`, rung 2: the last one decides
                     drive it in one rung, if either condition is to turn it ON:
                     when = ["X0 | X1"]
                     do = ["OUT Y0"]

@@ -1,4 +1,4 @@
-//! `task-starts-itself`: an ENTASK of a task stands in that task.
+//! `task-starts-itself`: `ENTASK` of a task stands in that task.
 //!
 //! It executes only while the task runs already, when a run-once ENTASK has no effect; and a
 //! recurrent one ends with the task that it should enable.
@@ -39,7 +39,7 @@ fn finding(entask: &Placed) -> Finding {
     let effect = if is_recurrent(entask) {
         "it can only be enabled while it runs"
     } else {
-        "an ENTASK of a task that runs has no effect"
+        "`ENTASK` of a task that runs has no effect"
     };
     Finding::new(
         Code::TaskStartsItself,
@@ -74,7 +74,7 @@ mod tests {
             "#,
             expect![[r#"
                 7:34 task-starts-itself
-                  task `A` starts itself: an ENTASK of a task that runs has no effect
+                  task `A` starts itself: `ENTASK` of a task that runs has no effect
                     to run it again and again, in `Main`: `ENTASK A every=1s`
                 10:9 block-never-started
                   task `B` is never started: the only ENTASK of it stands in itself

@@ -1,6 +1,6 @@
 //! The command line: one small file a subcommand, and what they share.
 //!
-//! [`run`] is the whole of the program but for the process's exit. Findings and failures go to
+//! [`run()`] is the whole of the program but for the process's exit. Findings and failures go to
 //! standard error, results to standard output.
 
 pub mod check;

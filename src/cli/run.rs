@@ -62,14 +62,14 @@ fn run_logged(args: &RunArgs) -> Result<Exit> {
     if refuses(&loaded.findings, style) {
         return Ok(refuse(args, &render(&loaded.findings, &loaded.files, style)));
     }
-    let setup = match config::settle(&loaded) {
-        Ok(setup) => setup,
+    let (program, setup) = match config::settle(&loaded) {
+        Ok(settled) => settled,
         Err(why) => return Ok(refuse(args, &why)),
     };
     // The files' texts are not needed any more; a controller runs for months.
     drop(loaded);
     let options = Options { scans: args.scans, repeat: args.repeat_reason };
-    match daemon::run(setup, &options) {
+    match daemon::run(program, setup, &options) {
         Ok(Ending::Orderly) => Ok(Exit::Ok),
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::Bug) => Ok(Exit::Software),

@@ -25,7 +25,6 @@ pub struct Setup {
     pub ladder: LadderFacts,
     /// How many warnings the check has.
     pub warnings: usize,
-    pub(super) program: engine::Program,
     pub(super) symbols: Symbols,
     pub(super) narration: Narration,
     pub(super) watched: Watched,
@@ -56,7 +55,7 @@ pub struct LadderFacts {
 ///
 /// # Errors
 /// A text that names file, place, cause and remedy.
-pub fn settle(loaded: &Loaded) -> Result<Setup, String> {
+pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
@@ -71,7 +70,7 @@ pub fn settle(loaded: &Loaded) -> Result<Setup, String> {
     }
     let (code, symbols) = lower(program);
     let (narration, watched) = Narration::new(program, &symbols);
-    Ok(Setup {
+    let setup = Setup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
         warnings: loaded.findings.len(),
@@ -82,9 +81,9 @@ pub fn settle(loaded: &Loaded) -> Result<Setup, String> {
         posture: posture(&controller.realtime),
         modbus: controller.modbus.clone(),
         rules: controller.devices.clone(),
-        program: code,
         symbols,
-    })
+    };
+    Ok((code, setup))
 }
 
 fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memory {

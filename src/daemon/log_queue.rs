@@ -4,6 +4,7 @@
 //! log stalls, lines are dropped and counted, and a line says so once it reads again. So neither
 //! the Modbus server nor the monitor ever waits for a terminal or for the journal.
 
+use std::cell::RefCell;
 use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,6 +18,8 @@ use tracing_subscriber::fmt::MakeWriter;
 const LINES_MAX: usize = 4096;
 /// For how long the end of the process waits for a log that does not move.
 const FLUSH_MAX: Duration = Duration::from_secs(1);
+/// Dropped lines are told of this often at most.
+const TELL_DROPPED_EVERY: Duration = Duration::from_secs(1);
 
 enum Item {
     Line(Vec<u8>),
@@ -64,7 +67,8 @@ impl LogQueue {
 impl Write for LogQueue {
     /// A whole line, as `tracing_subscriber` writes them.
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        if self.sender.try_send(Item::Line(line.to_vec())).is_err() {
+        let own = OWN.with_borrow_mut(|own| own.as_mut().map(|own| own.extend(line)));
+        if own.is_none() && self.sender.try_send(Item::Line(line.to_vec())).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
         Ok(line.len())
@@ -83,23 +87,42 @@ impl<'a> MakeWriter<'a> for LogQueue {
     }
 }
 
+thread_local! {
+    /// On the writing thread: what it logs itself. It cannot queue behind itself in a full queue.
+    static OWN: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+}
+
 fn write_lines(receiver: &Receiver<Item>, dropped: &AtomicU64, mut out: impl Write) {
+    OWN.set(Some(Vec::new()));
+    let mut told: Option<Instant> = None;
     for item in receiver {
         match item {
             Item::Line(line) => {
                 // A log that is gone is no reason to end, and there is nobody left to tell.
                 let _ = out.write_all(&line);
-                let lines = dropped.swap(0, Ordering::Relaxed);
-                if lines > 0 {
-                    tracing::warn!(lines, "log lines were dropped: the log was read too slowly");
+                if told.is_none_or(|told| told.elapsed() >= TELL_DROPPED_EVERY) {
+                    told = tell_dropped(dropped, &mut out).or(told);
                 }
             }
             Item::Flush(done) => {
+                tell_dropped(dropped, &mut out);
                 let _ = out.flush();
                 let _ = done.try_send(());
             }
         }
     }
+}
+
+/// Tells how many lines were dropped since it was told last, in the form of the log.
+fn tell_dropped(dropped: &AtomicU64, out: &mut impl Write) -> Option<Instant> {
+    let lines = dropped.swap(0, Ordering::Relaxed);
+    if lines == 0 {
+        return None;
+    }
+    tracing::warn!(lines, "log lines were dropped: the log was read too slowly");
+    let own = OWN.with_borrow_mut(|own| own.as_mut().map(std::mem::take));
+    let _ = out.write_all(&own.unwrap_or_default());
+    Some(Instant::now())
 }
 
 #[cfg(test)]
@@ -137,6 +160,8 @@ mod tests {
         assert!(dropped >= LINES_MAX - 1, "{dropped}");
         drop(held);
         LogQueue::flush(&queue);
+        // Without a subscriber the line that tells of them goes nowhere.
         assert_eq!(stuck.0.lock().unwrap().len() / 2, 2 * LINES_MAX - dropped);
+        assert_eq!(queue.dropped.load(Ordering::Relaxed), 0, "told");
     }
 }

@@ -100,9 +100,9 @@ impl LogWriter {
 
     fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
         let (period, scan_us_max, late_us_max) = (span(self.period_ns), us(scan_ns), us(late_ns));
-        // A scan that would have been in time had it begun in time is the machine's doing.
+        // A long scan may be the ladder, or a machine that was busy elsewhere: the mean tells.
         let cause = if scan_ns >= self.period_ns {
-            "the ladder takes longer than its period allows"
+            "a scan took longer than the period"
         } else {
             "the machine woke the scan thread too late"
         };
@@ -157,10 +157,11 @@ impl Observer for LogWriter {
             What::Mode(mode) => self.mode(mode, scan),
             What::Block(event) => {
                 let (text, news) = self.narration.block_event(event);
-                if !news {
-                    debug!(scan, "{text}");
-                } else if self.changes.take(record.at_ns) {
+                // What there is too much of to be news is there for who asks for details.
+                if news && self.changes.take(record.at_ns) {
                     info!(scan, "{text}");
+                } else {
+                    debug!(scan, "{text}");
                 }
             }
             What::EventsLost(events) => {
@@ -273,5 +274,50 @@ impl Allowance {
             );
             self.withheld = 0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS_NS: u64 = 1_000_000;
+
+    fn writer() -> LogWriter {
+        let program = crate::resolve::program::Program::default();
+        let (_, symbols) = crate::lower::lower(&program);
+        let (narration, _) = Narration::new(&program, &symbols);
+        LogWriter::new(narration, 10 * MS_NS, 200 * MS_NS, 60 * SECOND_NS)
+    }
+
+    #[test]
+    fn a_chatter_is_thinned_out_and_what_was_left_out_is_counted() {
+        let mut allowance = writer().changes;
+        let start = 1000 * SECOND_NS;
+        let taken = (0..6000).filter(|n| allowance.take(start + n * 10 * MS_NS)).count();
+        assert!((1350..1450).contains(&taken), "200 at once, 20 a second for a minute: {taken}");
+        assert_eq!(allowance.withheld, 6000 - taken as u64);
+        allowance.tell_withheld(start + 60 * SECOND_NS);
+        assert_eq!(allowance.withheld, 0);
+        let later = start + 600 * SECOND_NS;
+        assert_eq!((0..300).filter(|_| allowance.take(later)).count(), 200);
+    }
+
+    #[test]
+    fn the_reason_is_repeated_every_minute_for_as_long_as_it_lasts() {
+        let mut writer = writer();
+        let fault = Mode::Fault(FaultReason::EnginePanic);
+        let told: Vec<u64> = (0..200)
+            .filter(|second| {
+                let before = writer.standing.as_ref().map(|standing| standing.told_ns);
+                writer.stand(fault, second * SECOND_NS);
+                before.is_some() && before != writer.standing.as_ref().map(|s| s.told_ns)
+            })
+            .collect();
+        assert_eq!(told, [60, 120, 180]);
+        writer.stand(Mode::Run, 200 * SECOND_NS);
+        assert!(writer.standing.is_none());
+        writer.stand(Mode::Stop(StopReason::Signal), 300 * SECOND_NS);
+        assert!(writer.standing.is_none(), "the process is about to end");
     }
 }

@@ -55,8 +55,8 @@ impl Narration {
         (Narration { blocks, stages, bits, words }, watched)
     }
 
-    /// What happened to a block, and whether it is news: the passes, and what built-in Tasks do at
-    /// every start and stop, are details.
+    /// What happened to a block, and whether it is news: what built-in Tasks do at every start and
+    /// stop are details.
     pub fn block_event(&self, event: BlockEvent) -> (String, bool) {
         match event {
             BlockEvent::Started(id) => (format!("{} started", self.block(id)), !self.built_in(id)),
@@ -67,10 +67,10 @@ impl Narration {
             BlockEvent::StageOn(id) => (format!("{} is ON", self.stage(id)), true),
             BlockEvent::StageOff(id) => (format!("{} is OFF", self.stage(id)), true),
             BlockEvent::Terminated(Element::Block(id)) => {
-                (format!("{} had its termination pass", self.block(id)), false)
+                (format!("{} had its termination pass", self.block(id)), !self.built_in(id))
             }
             BlockEvent::Terminated(Element::Stage(id)) => {
-                (format!("{} had its termination pass", self.stage(id)), false)
+                (format!("{} had its termination pass", self.stage(id)), true)
             }
         }
     }

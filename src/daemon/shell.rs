@@ -18,10 +18,10 @@ use super::config::Setup;
 use super::log_writer::{LogWriter, tell_statistics};
 use super::narration::span;
 use super::systemd::{Notice, Notices};
-use crate::engine::Engine;
+use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::runtime::exchange::{FaultReason, Mode, Port};
-use crate::runtime::{self, Grant, Prepared, Report, Runtime, Settings};
+use crate::runtime::{self, Grant, Prepared, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ const DRIVERS_END_MAX: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 /// It did not start.
-pub fn run(setup: Setup, options: &Options) -> Result<Ending, Failure> {
+pub fn run(program: engine::Program, setup: Setup, options: &Options) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
     let settings = Settings {
@@ -83,8 +83,7 @@ pub fn run(setup: Setup, options: &Options) -> Result<Ending, Failure> {
     let (pace, repeat_ns) = (&settings.pace, options.repeat.as_nanos() as u64);
     let writer =
         LogWriter::new(setup.narration.clone(), pace.period_ns, pace.watchdog_ns, repeat_ns);
-    let engine = Engine::new(setup.program.clone());
-    let prepared = runtime::prepare(engine, &settings, writer)?;
+    let prepared = runtime::prepare(Engine::new(program), &settings, writer)?;
     tell_posture(prepared.grants(), settings.posture.strict)?;
     let tokio = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
@@ -148,8 +147,13 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
                 for notice in notices.due(started.elapsed(), runtime.pulses(), &port.latest()) {
                     send(&notice);
                 }
-                if runtime.is_over() {
-                    return Over { asked: asked.is_some(), waiting: Waiting::Ended };
+                let waiting = match runtime.state() {
+                    State::Running => None,
+                    State::Over => Some(Waiting::Ended),
+                    State::Blind => Some(Waiting::Stuck),
+                };
+                if let Some(waiting) = waiting {
+                    return Over { asked: asked.is_some(), waiting };
                 }
                 if asked.is_some_and(|since| since.elapsed() > patience) {
                     error!("the last scan has not ended in {}", span(patience.as_nanos() as u64));

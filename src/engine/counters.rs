@@ -4,18 +4,17 @@
 //! loads and in how `.Done` and `.DnDone` follow from `.Acc`: that is [`CounterRule`], which RSTCT
 //! and the termination pass use too. A loop over one kind knows its rule beforehand.
 
+use super::memory::counter_state::{DN, LOADED, PENDING, UP};
 use super::memory::{OnlyIf, View};
 use super::ops::{Leg, Operation, Touches};
 
 /// A counter structure's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Counter {
-    /// Its number, for its state.
-    pub ct: u32,
+    /// Its record of flags and state.
+    pub record: u32,
     /// The cell of `.Acc`.
     pub acc: u32,
-    /// The first of its four flag cells.
-    pub flags: u32,
 }
 
 /// The presets of UDC and UDCG: words, and whether each was given.
@@ -104,7 +103,7 @@ impl Counter {
         let acc = view.put_word::<F>(self.acc, acc);
         let (done, dn_done) = rule.done(acc);
         let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
-        view.put_flags::<F>(self.flags, flags);
+        view.put_flags::<F>(self.record, flags);
     }
 
     /// RSTCT and the termination pass: the reset value at once, `.Reset` ON.
@@ -115,13 +114,16 @@ impl Counter {
 
     /// The pass: reset, histories OFF, a pending reset gone; CNTDN has had its first load.
     pub(super) fn terminate<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
-        view.counters[self.ct as usize] =
-            super::memory::CounterState { up: 0, dn: 0, pending: 0, loaded: 1 };
+        let record = view.record(self.record);
+        for state in [UP, DN, PENDING] {
+            record[state] = 0;
+        }
+        record[LOADED] = 1;
         self.reset::<F>(view, rule);
     }
 
     fn touches(&self, t: &mut Touches) {
-        t.reads(&[self.acc]).writes_words(&[self.acc]).writes_flags(self.flags);
+        t.reads(&[self.acc]).writes_words(&[self.acc]).writes_flags(self.record);
     }
 }
 
@@ -140,13 +142,15 @@ impl Operation for Cnt {
     fn run<const F: bool>(&self, view: &mut View) {
         let (leg, rst) = (view.leg(&self.up), view.leg(&self.rst));
         let preset = view.word(self.preset);
-        let state = &mut view.counters[self.counter.ct as usize];
-        let reset = rst | state.pending;
-        let counts = leg & (state.up ^ 1);
-        state.up = leg;
-        state.pending = 0;
-        let acc = view.word(self.counter.acc).saturating_add(i32::from(counts));
-        let acc = acc.only_if(reset ^ 1);
+        let record = view.record(self.counter.record);
+        let reset = rst | record[PENDING];
+        let counts = leg & (record[UP] ^ 1);
+        record[UP] = leg;
+        record[PENDING] = 0;
+        let before = view.word(self.counter.acc);
+        let counted = before.wrapping_add(i32::from(counts));
+        // At the limit it stays: what wrapped is less than before.
+        let acc = (counted - i32::from(counted < before)).unless(reset);
         self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
     }
 
@@ -170,13 +174,13 @@ impl Operation for Cntdn {
     fn run<const F: bool>(&self, view: &mut View) {
         let (leg, rst) = (view.leg(&self.dn), view.leg(&self.rst));
         let preset = view.word(self.preset);
-        let state = &mut view.counters[self.counter.ct as usize];
-        let reset = rst | state.pending;
-        let counts = leg & (state.dn ^ 1);
-        let loads = reset | (state.loaded ^ 1);
-        state.dn = leg;
-        state.pending = 0;
-        state.loaded = 1;
+        let record = view.record(self.counter.record);
+        let reset = rst | record[PENDING];
+        let counts = leg & (record[DN] ^ 1);
+        let loads = reset | (record[LOADED] ^ 1);
+        record[DN] = leg;
+        record[PENDING] = 0;
+        record[LOADED] = 1;
         let acc = view.word(self.counter.acc);
         let from = if loads != 0 { preset } else { acc };
         let acc = from.saturating_sub(i32::from(counts & (reset ^ 1)));
@@ -204,15 +208,15 @@ impl Operation for Udc {
     fn run<const F: bool>(&self, view: &mut View) {
         let (up, dn, rst) = (view.leg(&self.up), view.leg(&self.dn), view.leg(&self.rst));
         let rule = CounterRule::UpDown(self.presets).read(view);
-        let state = &mut view.counters[self.counter.ct as usize];
-        let reset = rst | state.pending;
-        let (adds, takes) = (up & (state.up ^ 1), dn & (state.dn ^ 1));
-        state.up = up;
-        state.dn = dn;
-        state.pending = 0;
+        let record = view.record(self.counter.record);
+        let reset = rst | record[PENDING];
+        let (adds, takes) = (up & (record[UP] ^ 1), dn & (record[DN] ^ 1));
+        record[UP] = up;
+        record[DN] = dn;
+        record[PENDING] = 0;
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc).saturating_add(step);
-        let acc = acc.only_if(reset ^ 1);
+        let acc = acc.unless(reset);
         self.counter.put::<F>(view, rule, acc, reset);
     }
 
@@ -235,7 +239,7 @@ impl Operation for Rstct {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
         if view.leg(&self.leg) != 0 {
-            view.counters[self.counter.ct as usize].pending = 1;
+            view.record(self.counter.record)[PENDING] = 1;
             self.counter.reset::<F>(view, &self.rule);
         }
     }

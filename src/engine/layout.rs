@@ -4,21 +4,18 @@
 //! follow the program's own (histories, powers); behind the public words, its constants.
 
 use super::image::{BitCell, WordCell};
+use super::memory::{RECORD, TIMER_WORDS};
 use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{
     Address, Bit, BitSpace, BlockId, Flag, MemorySizes, StageId, Structure, Word, WordSpace,
 };
 
-/// Flags of a counter or timer lie in four cells, in this order: Done, Reset, Zero, and DnDone or
-/// Timing. Those of a Sensaphone counter in five: CU, CD, DN, OV, UN.
-const FLAGS: u32 = 4;
-const SENSAPHONE_FLAGS: u32 = 5;
-
 /// The first cell of every space.
 #[derive(Clone, Debug)]
 pub struct Layout {
     sizes: MemorySizes,
+    x: u32,
     y: u32,
     c: u32,
     mc: u32,
@@ -31,6 +28,7 @@ pub struct Layout {
     running: u32,
     done: u32,
     bits: u32,
+    v: u32,
     d: u32,
     mhr: u32,
     mir: u32,
@@ -51,12 +49,13 @@ impl Layout {
             next += count;
             first
         };
-        let _x = take(sizes.x);
+        // Records first, so that each begins at a multiple of its length.
+        let counter_flags = take(sizes.ct * RECORD as u32);
+        let timer_flags = take(sizes.t * RECORD as u32);
+        let sensaphone_flags = take(SENSAPHONE_COUNT * RECORD as u32);
+        let x = take(sizes.x);
         let (y, c, mc, mi) = (take(sizes.y), take(sizes.c), take(sizes.mc), take(sizes.mi));
         let st = take(ST_COUNT);
-        let counter_flags = take(sizes.ct * FLAGS);
-        let timer_flags = take(sizes.t * FLAGS);
-        let sensaphone_flags = take(SENSAPHONE_COUNT * SENSAPHONE_FLAGS);
         let stages = take(stages);
         let (running, done, bits) = (take(blocks), take(blocks), take(0));
         next = 0;
@@ -65,13 +64,15 @@ impl Layout {
             next += count;
             first
         };
-        let _v = take(sizes.v);
+        let timer_acc = take(sizes.t * TIMER_WORDS as u32);
+        let v = take(sizes.v);
         let (d, mhr, mir) = (take(sizes.d), take(sizes.mhr), take(sizes.mir));
-        let (dst, counter_acc, timer_acc) = (take(DST_COUNT), take(sizes.ct), take(sizes.t));
+        let (dst, counter_acc) = (take(DST_COUNT), take(sizes.ct));
         let (sensaphone_acc, sensaphone_pre) = (take(SENSAPHONE_COUNT), take(SENSAPHONE_COUNT));
         let words = take(0);
         Layout {
             sizes: sizes.clone(),
+            x,
             y,
             c,
             mc,
@@ -84,6 +85,7 @@ impl Layout {
             running,
             done,
             bits,
+            v,
             d,
             mhr,
             mir,
@@ -127,7 +129,7 @@ impl Layout {
         WordCell(match word {
             Word::Space(space, n) => {
                 let first = match space {
-                    WordSpace::V => 0,
+                    WordSpace::V => self.v,
                     WordSpace::D => self.d,
                     WordSpace::Mhr => self.mhr,
                     WordSpace::Mir => self.mir,
@@ -136,7 +138,7 @@ impl Layout {
                 first + (n - space.first())
             }
             Word::Acc(Structure::Counter(n)) => self.counter_acc + n,
-            Word::Acc(Structure::Timer(n)) => self.timer_acc + n,
+            Word::Acc(Structure::Timer(n)) => self.timer_acc + n * TIMER_WORDS as u32,
             Word::Acc(Structure::Sensaphone(n)) => self.sensaphone_acc + n,
             Word::Pre(n) => self.sensaphone_pre + n,
         })
@@ -152,17 +154,28 @@ impl Layout {
     }
 
     /// The first flag cell of a structure.
-    pub fn flags(&self, structure: Structure) -> u32 {
+    fn flags(&self, structure: Structure) -> u32 {
+        self.record(structure) * RECORD as u32
+    }
+
+    /// Which record of bits is a structure's.
+    pub(crate) fn record(&self, structure: Structure) -> u32 {
+        let record = RECORD as u32;
         match structure {
-            Structure::Counter(n) => self.counter_flags + n * FLAGS,
-            Structure::Timer(n) => self.timer_flags + n * FLAGS,
-            Structure::Sensaphone(n) => self.sensaphone_flags + n * SENSAPHONE_FLAGS,
+            Structure::Counter(n) => self.counter_flags / record + n,
+            Structure::Timer(n) => self.timer_flags / record + n,
+            Structure::Sensaphone(n) => self.sensaphone_flags / record + n,
         }
+    }
+
+    /// Which pair of words is a timer's.
+    pub(crate) fn timer_words(&self, timer: Structure) -> u32 {
+        self.word(Word::Acc(timer)).0 / TIMER_WORDS as u32
     }
 
     fn space(&self, space: BitSpace) -> u32 {
         match space {
-            BitSpace::X => 0,
+            BitSpace::X => self.x,
             BitSpace::Y => self.y,
             BitSpace::C => self.c,
             BitSpace::Mc => self.mc,
@@ -180,6 +193,8 @@ pub enum Cell {
     Word(WordCell),
 }
 
+/// A flag's place in its structure's record. Counters and timers: Done, Reset, Zero, and DnDone or
+/// Timing; Sensaphone counters: CU, CD, DN, OV, UN.
 fn flag_at(structure: Structure, flag: Flag) -> u32 {
     if let Structure::Sensaphone(_) = structure {
         return match flag {

@@ -1,4 +1,4 @@
-//! What operations work on: the image, and the state that instructions keep beside it.
+//! What operations work on: the image, and in it the state that instructions keep.
 //!
 //! A batch borrows all of it as one [`View`] of slices, so that its loop holds the pointers in
 //! registers. The loops are compiled twice: without forces (`F = false`) a write is a plain store.
@@ -6,51 +6,51 @@
 use super::image::Image;
 use super::ops::{Leg, Power, Powers};
 
-/// What a counter instruction remembers between its executions.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct CounterState {
+/// Bits of one structure, side by side: the flags that a program sees (four; of a Sensaphone
+/// counter five), then what the owning instruction remembers between its executions. One look-up
+/// finds them all, in one cache line.
+pub(super) const RECORD: usize = 8;
+
+/// Where in a counter's record its owner's state lies.
+pub(super) mod counter_state {
     /// Edge history of UP.
-    pub up: u8,
+    pub const UP: usize = 4;
     /// Edge history of DN.
-    pub dn: u8,
+    pub const DN: usize = 5;
     /// A RSTCT reset is pending.
-    pub pending: u8,
+    pub const PENDING: usize = 6;
     /// CNTDN: the preset was loaded once, or a pass came first.
-    pub loaded: u8,
+    pub const LOADED: usize = 7;
 }
 
-/// What a timer instruction remembers between its executions.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct TimerState {
-    /// Timestamp (ms, wrapping) of the last execution that counts time from it.
-    pub then_ms: u32,
+/// Where in a timer's record its owner's state lies.
+pub(super) mod timer_state {
     /// Time was running at the last execution: the next one adds what has passed since.
     /// OFFDTMR: it is timing down.
-    pub running: u8,
+    pub const RUNNING: usize = 4;
     /// OFFDTMR: the leg was ON at the last execution.
-    pub leg: u8,
+    pub const LEG: usize = 5;
     /// A RSTT reset is pending.
-    pub pending: u8,
+    pub const PENDING: usize = 6;
     /// TMRADOWN: the preset was loaded once, or a pass came first.
-    pub loaded: u8,
+    pub const LOADED: usize = 7;
 }
 
-/// What CTU and CTD of one counter remember.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SensaphoneState {
-    /// Edge history of CTU.
-    pub up: u8,
-    /// Edge history of CTD.
-    pub down: u8,
+/// Where in a Sensaphone counter's record the edge histories lie.
+pub(super) mod sensaphone_state {
+    /// Of CTU.
+    pub const UP: usize = 5;
+    /// Of CTD.
+    pub const DOWN: usize = 6;
 }
 
-/// The image and all state of instructions.
+/// Words of one timer: `.Acc`, and the timestamp (ms, wrapping) from which time counts.
+pub(super) const TIMER_WORDS: usize = 2;
+
+/// The image, with the state of instructions in it, and the time.
 #[derive(Debug)]
 pub(super) struct Memory {
     pub image: Image,
-    pub counters: Box<[CounterState]>,
-    pub timers: Box<[TimerState]>,
-    pub sensaphones: Box<[SensaphoneState]>,
     /// The scan's timestamp in whole ms, wrapping.
     pub now_ms: u32,
 }
@@ -60,12 +60,19 @@ pub(super) struct Memory {
 pub(super) trait OnlyIf {
     /// Itself if the bit (0 or 1) is ON, else 0.
     fn only_if(self, bit: u8) -> Self;
+    /// Itself if the bit (0 or 1) is OFF, else 0.
+    fn unless(self, bit: u8) -> Self;
 }
 
 impl OnlyIf for i32 {
     #[inline(always)]
     fn only_if(self, bit: u8) -> i32 {
         self & 0i32.wrapping_sub(i32::from(bit))
+    }
+
+    #[inline(always)]
+    fn unless(self, bit: u8) -> i32 {
+        self & (i32::from(bit) - 1)
     }
 }
 
@@ -75,9 +82,6 @@ pub(super) struct View<'a> {
     pub words: &'a mut [i32],
     forced_bits: &'a [bool],
     forced_words: &'a [bool],
-    pub counters: &'a mut [CounterState],
-    pub timers: &'a mut [TimerState],
-    pub sensaphones: &'a mut [SensaphoneState],
     pub now_ms: u32,
 }
 
@@ -88,9 +92,6 @@ impl Memory {
             words: &mut self.image.words,
             forced_bits: &self.image.forced_bits,
             forced_words: &self.image.forced_words,
-            counters: &mut self.counters,
-            timers: &mut self.timers,
-            sensaphones: &mut self.sensaphones,
             now_ms: self.now_ms,
         }
     }
@@ -144,16 +145,30 @@ impl View<'_> {
         *word
     }
 
+    /// A structure's record.
+    #[inline(always)]
+    pub fn record(&mut self, at: u32) -> &mut [u8; RECORD] {
+        &mut self.bits.as_chunks_mut().0[at as usize]
+    }
+
+    /// A timer's words: `.Acc` and its timestamp.
+    #[inline(always)]
+    pub fn timer_words(&mut self, at: u32) -> &mut [i32; TIMER_WORDS] {
+        &mut self.words.as_chunks_mut().0[at as usize]
+    }
+
     /// Writes the four flags of a counter or timer, in the order of the layout.
     #[inline(always)]
-    pub fn put_flags<const F: bool>(&mut self, first: u32, flags: [u8; 4]) {
-        if !F {
-            let at = first as usize;
-            self.bits[at..at + 4].copy_from_slice(&flags);
+    pub fn put_flags<const F: bool>(&mut self, record: u32, flags: [u8; 4]) {
+        if F {
+            let first = record * RECORD as u32;
+            for (cell, flag) in (first..).zip(flags) {
+                self.put_bit::<F>(cell, flag);
+            }
             return;
         }
-        for (cell, flag) in (first..).zip(flags) {
-            self.put_bit::<F>(cell, flag);
-        }
+        // A store a flag: packing them into one store takes twice the instructions.
+        let [done, reset, zero, fourth, ..] = self.record(record);
+        (*done, *reset, *zero, *fourth) = flags.into();
     }
 }

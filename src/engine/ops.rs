@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::memory::View;
+use super::memory::{RECORD, View};
 
 /// A bit to be read as it is or as its opposite: twice the cell, plus 1 for the opposite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -111,7 +111,8 @@ impl Touches {
     }
 
     /// The four flags of a counter or timer.
-    pub(super) fn writes_flags(&mut self, first: u32) -> &mut Touches {
+    pub(super) fn writes_flags(&mut self, record: u32) -> &mut Touches {
+        let first = record * RECORD as u32;
         self.bits_written.extend(first..first + 4);
         self
     }

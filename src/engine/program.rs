@@ -9,6 +9,7 @@ use super::counters::{Counter, CounterRule};
 use super::image::{BitCell, WordCell};
 use super::layout::Layout;
 use super::ops::{Kind, OpTables};
+use super::sensaphone::Sensaphone;
 use super::timers::{Timer, TimerRule};
 use crate::isa::{BlockId, StageId};
 
@@ -34,10 +35,10 @@ pub enum Termination {
     Timer(Timer, TimerRule),
     /// TMRAG: only its time is held.
     HoldTimer(Timer),
-    /// CTU: its enable bit's cell and its number.
-    CountUp(u32, u32),
+    /// CTU: its enable bit and history.
+    CountUp(Sensaphone),
     /// CTD.
-    CountDown(u32, u32),
+    CountDown(Sensaphone),
     /// A recurrent ENTASK: the Task is disabled.
     DisableTask(BlockId),
 }

@@ -7,9 +7,8 @@
 use super::blocks::{BlockState, Machine, StageState};
 use super::events::{BlockEvent, Events};
 use super::image::{BitCell, Image, WordCell};
-use super::memory::{CounterState, Memory, SensaphoneState, TimerState};
+use super::memory::Memory;
 use super::program::{BlockRole, Program};
-use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 
@@ -42,7 +41,6 @@ pub struct Engine {
 impl Engine {
     /// Allocates everything; memory is as after a cold start. [`Engine::start`] comes next.
     pub fn new(program: Program) -> Engine {
-        let sizes = program.layout.sizes().clone();
         let mut image = Image::new(program.bit_count as usize, program.word_count as usize);
         for (cell, on) in &program.initial_bits {
             image.bits[cell.0 as usize] = u8::from(*on);
@@ -50,13 +48,7 @@ impl Engine {
         for (cell, value) in &program.initial_words {
             image.words[cell.0 as usize] = *value;
         }
-        let memory = Memory {
-            image,
-            counters: vec![CounterState::default(); sizes.ct as usize].into(),
-            timers: vec![TimerState::default(); sizes.t as usize].into(),
-            sensaphones: vec![SensaphoneState::default(); SENSAPHONE_COUNT as usize].into(),
-            now_ms: 0,
-        };
+        let memory = Memory { image, now_ms: 0 };
         let machine = Machine {
             blocks: vec![BlockState::default(); program.blocks.len()].into(),
             stages: vec![StageState::default(); program.stages.len()].into(),
@@ -68,7 +60,8 @@ impl Engine {
         };
         let mut engine = Engine { machine, start_ns: 0, scans: 0, last: false };
         // What is always ON is so in STOP too.
-        engine.put_status(st::ON, true);
+        let BitCell(on) = engine.machine.program.layout.bit(Bit::Space(BitSpace::St, st::ON));
+        engine.machine.memory.image.bits[on as usize] = 1;
         engine
     }
 
@@ -107,40 +100,32 @@ impl Engine {
         if self.scans > 0 {
             self.machine.events.clear();
         }
-        self.put_status(st::FIRST_SCAN, self.scans == 0);
-        self.put_status(st::SCAN_TOGGLE, self.scans % 2 == 1);
-        self.put_status(st::LAST_SCAN, self.last);
-        self.put_status(st::FORCES_ACTIVE, self.machine.memory.image.forces() > 0);
-        self.put_clock_bits(now_ns.saturating_sub(self.start_ns));
-        let words = [
-            (dst::SCAN_COUNTER, i32::try_from(self.scans).unwrap_or(i32::MAX)),
-            (dst::SCAN_TIME_US, times.mean_us),
-            (dst::MIN_SCAN_TIME_US, times.min_us),
-            (dst::MAX_SCAN_TIME_US, times.max_us),
-            (dst::LAST_SCAN_TIME_US, times.last_us),
-        ];
-        for (n, value) in words {
-            let WordCell(cell) = self.machine.program.layout.word(Word::Space(WordSpace::Dst, n));
-            self.machine.memory.view().put_word::<true>(cell, value);
-        }
+        self.put_status_bits(now_ns.saturating_sub(self.start_ns));
+        let counter = i32::try_from(self.scans).unwrap_or(i32::MAX);
+        let first = self.machine.program.layout.word(Word::Space(WordSpace::Dst, 0)).0 as usize;
+        let words = &mut self.machine.memory.image.words[first..first + dst::COUNT];
+        words[dst::SCAN_COUNTER as usize] = counter;
+        words[dst::SCAN_TIME_US as usize] = times.mean_us;
+        words[dst::MIN_SCAN_TIME_US as usize] = times.min_us;
+        words[dst::MAX_SCAN_TIME_US as usize] = times.max_us;
+        words[dst::LAST_SCAN_TIME_US as usize] = times.last_us;
     }
 
-    fn put_clock_bits(&mut self, since_start_ns: u64) {
-        let clocks = [
-            (st::ONE_MINUTE, 60_000),
-            (st::ONE_SECOND, 1_000),
-            (st::HUNDRED_MS, 100),
-            (st::FIFTY_MS, 50),
-        ];
-        for (n, period_ms) in clocks {
-            let period_ns = period_ms * 1_000_000;
-            self.put_status(n, since_start_ns % period_ns < period_ns / 2);
-        }
-    }
-
-    fn put_status(&mut self, n: u32, on: bool) {
-        let BitCell(cell) = self.machine.program.layout.bit(Bit::Space(BitSpace::St, n));
-        self.machine.memory.view().put_bit::<true>(cell, u8::from(on));
+    /// Status is read-only to everyone, and so is not forced.
+    fn put_status_bits(&mut self, since_start_ns: u64) {
+        let forced = self.machine.memory.image.forces() > 0;
+        let first = self.machine.program.layout.bit(Bit::Space(BitSpace::St, 0)).0 as usize;
+        let bits = &mut self.machine.memory.image.bits[first..first + st::COUNT];
+        let mut put = |n: u32, on: bool| bits[n as usize] = u8::from(on);
+        put(st::FIRST_SCAN, self.scans == 0);
+        put(st::ON, true);
+        put(st::ONE_MINUTE, first_half(since_start_ns, 60_000));
+        put(st::ONE_SECOND, first_half(since_start_ns, 1_000));
+        put(st::HUNDRED_MS, first_half(since_start_ns, 100));
+        put(st::FIFTY_MS, first_half(since_start_ns, 50));
+        put(st::SCAN_TOGGLE, self.scans % 2 == 1);
+        put(st::LAST_SCAN, self.last);
+        put(st::FORCES_ACTIVE, forced);
     }
 
     /// Step 2: the state of input `Xn`. Discarded while it is forced.
@@ -254,4 +239,11 @@ impl Engine {
     pub fn program(&self) -> &Program {
         &self.machine.program
     }
+}
+
+/// Half the period ON, then half OFF.
+#[inline(always)]
+fn first_half(since_start_ns: u64, period_ms: u64) -> bool {
+    let period_ns = period_ms * 1_000_000;
+    since_start_ns % period_ns < period_ns / 2
 }

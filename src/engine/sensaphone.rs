@@ -3,32 +3,48 @@
 //! Behaviour: `docs/semantics.md`, section 5 (seed S3). One CTU and one CTD may share a counter.
 //! ACC wraps as 16 bits do; OV and UN tell which way.
 
-use super::memory::View;
+use super::memory::sensaphone_state::{DOWN, UP};
+use super::memory::{RECORD, View};
 use super::ops::{Leg, Operation, Touches};
 
 /// A Sensaphone counter's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensaphone {
-    /// Its number, for its state.
-    pub n: u32,
+    /// Its record of flags (CU, CD, DN, OV, UN) and edge histories.
+    pub record: u32,
     /// The cell of ACC.
     pub acc: u32,
     /// The cell of PRE.
     pub pre: u32,
-    /// The first of its five flag cells: CU, CD, DN, OV, UN.
-    pub flags: u32,
     /// The word that an instruction with a preset from a location copies to PRE.
     pub preset: Option<u32>,
 }
 
-pub(super) const CU: u32 = 0;
-pub(super) const CD: u32 = 1;
+const CU: u32 = 0;
+const CD: u32 = 1;
 const DN: u32 = 2;
 const OV: u32 = 3;
 const UN: u32 = 4;
 const FLAGS: u32 = 5;
 
 impl Sensaphone {
+    /// The cell of a flag.
+    fn flag(&self, flag: u32) -> u32 {
+        self.record * RECORD as u32 + flag
+    }
+
+    /// The pass over CTU: the rung is false there.
+    pub(super) fn terminate_up<const F: bool>(&self, view: &mut View) {
+        view.record(self.record)[UP] = 0;
+        view.put_bit::<F>(self.flag(CU), 0);
+    }
+
+    /// The pass over CTD.
+    pub(super) fn terminate_down<const F: bool>(&self, view: &mut View) {
+        view.record(self.record)[DOWN] = 0;
+        view.put_bit::<F>(self.flag(CD), 0);
+    }
+
     /// One step up or down, if it counts; and what follows from ACC and PRE.
     #[inline(always)]
     fn step<const F: bool>(&self, view: &mut View, counts: u8, by: i16) {
@@ -45,16 +61,16 @@ impl Sensaphone {
             }
         }
         let done = view.word(self.acc) >= view.word(self.pre);
-        view.put_bit::<F>(self.flags + DN, u8::from(done));
+        view.put_bit::<F>(self.flag(DN), u8::from(done));
     }
 
     /// A step that wraps sets its flag, or clears the other's if that one wrapped before it.
     fn wrap<const F: bool>(&self, view: &mut View, by: i16) {
         let (own, other) = if by > 0 { (OV, UN) } else { (UN, OV) };
-        if view.bit(self.flags + other) != 0 {
-            view.put_bit::<F>(self.flags + other, 0);
+        if view.bit(self.flag(other)) != 0 {
+            view.put_bit::<F>(self.flag(other), 0);
         } else {
-            view.put_bit::<F>(self.flags + own, 1);
+            view.put_bit::<F>(self.flag(own), 1);
         }
     }
 
@@ -64,7 +80,7 @@ impl Sensaphone {
         }
         t.reads(&[self.acc, self.pre]).writes_words(&[self.acc, self.pre]);
         for flag in 0..FLAGS {
-            t.writes_bits(&[self.flags + flag]);
+            t.writes_bits(&[self.flag(flag)]);
         }
     }
 }
@@ -91,10 +107,10 @@ macro_rules! steps {
             #[inline(always)]
             fn run<const F: bool>(&self, view: &mut View) {
                 let leg = view.leg(&self.leg);
-                let state = &mut view.sensaphones[self.counter.n as usize];
-                let counts = leg & (state.$history ^ 1);
-                state.$history = leg;
-                view.put_bit::<F>(self.counter.flags + $enabled, leg);
+                let history = &mut view.record(self.counter.record)[$history];
+                let counts = leg & (*history ^ 1);
+                *history = leg;
+                view.put_bit::<F>(self.counter.flag($enabled), leg);
                 self.counter.step::<F>(view, counts, $by);
             }
 
@@ -106,8 +122,8 @@ macro_rules! steps {
 }
 
 steps! {
-    Ctu up CU 1;
-    Ctd down CD -1;
+    Ctu UP CU 1;
+    Ctd DOWN CD -1;
 }
 
 /// RES.
@@ -126,7 +142,7 @@ impl Operation for Res {
         }
         view.put_word::<F>(self.counter.acc, 0);
         for flag in 0..FLAGS {
-            view.put_bit::<F>(self.counter.flags + flag, 0);
+            view.put_bit::<F>(self.counter.flag(flag), 0);
         }
     }
 

@@ -6,7 +6,6 @@
 use super::blocks::Machine;
 use super::events::Element;
 use super::program::{ElementCode, Termination};
-use super::sensaphone::{CD, CU};
 use crate::isa::{BlockId, StageId};
 
 impl Machine {
@@ -48,14 +47,8 @@ impl Machine {
                 Termination::Counter(counter, rule) => counter.terminate::<F>(&mut view, rule),
                 Termination::Timer(timer, rule) => timer.terminate::<F>(&mut view, *rule),
                 Termination::HoldTimer(timer) => timer.hold(&mut view),
-                Termination::CountUp(flags, n) => {
-                    view.sensaphones[*n as usize].up = 0;
-                    view.put_bit::<F>(flags + CU, 0);
-                }
-                Termination::CountDown(flags, n) => {
-                    view.sensaphones[*n as usize].down = 0;
-                    view.put_bit::<F>(flags + CD, 0);
-                }
+                Termination::CountUp(counter) => counter.terminate_up::<F>(&mut view),
+                Termination::CountDown(counter) => counter.terminate_down::<F>(&mut view),
                 Termination::DisableTask(_) => unreachable!("handled above"),
             }
         }

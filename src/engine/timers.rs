@@ -4,18 +4,17 @@
 //! rest). A timer adds the whole milliseconds between its executions' timestamps, so that nothing
 //! drifts. A preset `<= 0` is treated as 0.
 
-use super::memory::{OnlyIf, TimerState, View};
+use super::memory::timer_state::{LEG, LOADED, PENDING, RUNNING};
+use super::memory::{OnlyIf, RECORD, TIMER_WORDS, View};
 use super::ops::{Leg, Operation, Touches};
 
 /// A timer structure's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Timer {
-    /// Its number, for its state.
-    pub t: u32,
-    /// The cell of `.Acc`.
-    pub acc: u32,
-    /// The first of its four flag cells: Done, Reset, Zero, Timing.
-    pub flags: u32,
+    /// Its record of flags (Done, Reset, Zero, Timing) and state.
+    pub record: u32,
+    /// Its pair of words: `.Acc` and its timestamp.
+    pub words: u32,
     /// The word of the preset.
     pub preset: u32,
 }
@@ -36,28 +35,42 @@ impl Timer {
     }
 
     #[inline(always)]
-    fn state<'a>(&self, view: &'a mut View) -> &'a mut TimerState {
-        &mut view.timers[self.t as usize]
+    fn record<'a>(&self, view: &'a mut View) -> &'a mut [u8; RECORD] {
+        view.record(self.record)
     }
 
-    /// Milliseconds since the state's timestamp, which becomes now.
+    /// The cell of `.Acc`.
+    fn acc_cell(&self) -> u32 {
+        self.words * TIMER_WORDS as u32
+    }
+
+    #[inline(always)]
+    fn acc(&self, view: &mut View) -> i32 {
+        view.timer_words(self.words)[0]
+    }
+
+    /// Milliseconds since the timer's timestamp, which becomes now.
     #[inline(always)]
     fn elapsed_ms(&self, view: &mut View) -> u32 {
         let now_ms = view.now_ms;
-        let state = self.state(view);
-        now_ms.wrapping_sub(std::mem::replace(&mut state.then_ms, now_ms))
+        let [_, then_ms] = view.timer_words(self.words);
+        now_ms.wrapping_sub(std::mem::replace(then_ms, now_ms as i32) as u32)
     }
 
     /// Writes `.Acc`; gives what it then holds.
     #[inline(always)]
     fn put_acc<const F: bool>(&self, view: &mut View, acc: i32) -> i32 {
-        view.put_word::<F>(self.acc, acc)
+        if F {
+            return view.put_word::<F>(self.acc_cell(), acc);
+        }
+        view.timer_words(self.words)[0] = acc;
+        acc
     }
 
     #[inline(always)]
     fn put_flags<const F: bool>(&self, view: &mut View, acc: i32, flags: Flags) {
         let zero = u8::from(acc == 0);
-        view.put_flags::<F>(self.flags, [flags.done, flags.reset, zero, flags.timing]);
+        view.put_flags::<F>(self.record, [flags.done, flags.reset, zero, flags.timing]);
     }
 
     /// The reset state: the reset value, `.Reset` ON, `.Done` and `.Timing` OFF.
@@ -70,18 +83,22 @@ impl Timer {
 
     /// The pass: the reset state, nothing running, a pending reset gone.
     pub(super) fn terminate<const F: bool>(&self, view: &mut View, rule: TimerRule) {
-        *self.state(view) =
-            TimerState { then_ms: view.now_ms, running: 0, leg: 0, pending: 0, loaded: 1 };
+        let record = self.record(view);
+        for state in [RUNNING, LEG, PENDING] {
+            record[state] = 0;
+        }
+        record[LOADED] = 1;
         self.reset::<F>(view, rule);
     }
 
     /// The pass over TMRAG: the time until its next execution does not count.
     pub(super) fn hold(&self, view: &mut View) {
-        self.state(view).running = 0;
+        self.record(view)[RUNNING] = 0;
     }
 
     fn touches(&self, t: &mut Touches) {
-        t.reads(&[self.acc, self.preset]).writes_words(&[self.acc]).writes_flags(self.flags);
+        let acc = self.acc_cell();
+        t.reads(&[acc, self.preset]).writes_words(&[acc]).writes_flags(self.record);
     }
 }
 
@@ -100,12 +117,12 @@ struct Flags {
 fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let elapsed = timer.elapsed_ms(view);
     let preset = timer.preset(view);
-    let state = timer.state(view);
-    let on = leg & (state.pending ^ 1);
-    let adds = on & state.running;
-    state.pending = 0;
-    state.running = on;
-    let acc = i64::from(view.word(timer.acc)) + i64::from(elapsed);
+    let record = timer.record(view);
+    let on = leg & (record[PENDING] ^ 1);
+    let adds = on & record[RUNNING];
+    record[PENDING] = 0;
+    record[RUNNING] = on;
+    let acc = i64::from(timer.acc(view)) + i64::from(elapsed);
     let acc = (acc.min(i64::from(i32::MAX)) as i32).only_if(adds);
     let acc = timer.put_acc::<F>(view, acc);
     let done = on & u8::from(acc >= preset);
@@ -167,20 +184,19 @@ one_leg! {
 fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let elapsed = timer.elapsed_ms(view);
     let preset = timer.preset(view);
-    let state = timer.state(view);
+    let record = timer.record(view);
     let off = leg ^ 1;
-    let reset_pending = off & state.pending;
-    let falls = off & state.leg & (reset_pending ^ 1);
-    let times = off & (state.leg ^ 1) & state.running & (reset_pending ^ 1);
-    state.pending = 0;
-    state.leg = leg;
-    let remaining = (i64::from(view.word(timer.acc)) - i64::from(elapsed)).max(0) as i32;
+    let reset_pending = off & record[PENDING];
+    let falls = off & record[LEG] & (reset_pending ^ 1);
+    let times = off & (record[LEG] ^ 1) & record[RUNNING] & (reset_pending ^ 1);
+    record[PENDING] = 0;
+    record[LEG] = leg;
+    let remaining = (i64::from(timer.acc(view)) - i64::from(elapsed)).max(0) as i32;
     let acc = preset.only_if(leg | falls) | remaining.only_if(times);
-    let left = acc;
     let acc = timer.put_acc::<F>(view, acc);
-    let timing = off & u8::from(left > 0);
-    timer.state(view).running = timing;
-    let done = off & (timing ^ 1) & (reset_pending ^ 1);
+    let timing = (falls | times) & u8::from(acc > 0);
+    timer.record(view)[RUNNING] = timing;
+    let done = off & (reset_pending ^ 1) & u8::from(acc <= 0);
     timer.put_flags::<F>(view, acc, Flags { done, reset: leg | reset_pending, timing });
     leg | timing
 }
@@ -189,12 +205,12 @@ fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
 #[inline(always)]
 fn run_down<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let elapsed = timer.elapsed_ms(view);
-    let state = timer.state(view);
-    let on = leg & (state.pending ^ 1);
-    let advances = on & state.running != 0;
-    state.pending = 0;
-    state.running = on;
-    let from = if advances { view.word(timer.acc) } else { timer.preset(view) };
+    let record = timer.record(view);
+    let on = leg & (record[PENDING] ^ 1);
+    let advances = on & record[RUNNING] != 0;
+    record[PENDING] = 0;
+    record[RUNNING] = on;
+    let from = if advances { timer.acc(view) } else { timer.preset(view) };
     let acc = timer.put_acc::<F>(view, down(from, elapsed, advances));
     let done = on & u8::from(acc <= 0);
     let timing = on & u8::from(acc != 0);
@@ -217,16 +233,16 @@ impl Operation for Tmra {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
-        let state = timer.state(view);
-        let reset = rst | state.pending;
-        let advances = en & state.running & (reset ^ 1) != 0;
-        state.pending = 0;
-        state.running = en & (reset ^ 1);
+        let record = timer.record(view);
+        let reset = rst | record[PENDING];
+        let advances = en & record[RUNNING] & (reset ^ 1) != 0;
+        record[PENDING] = 0;
+        record[RUNNING] = en & (reset ^ 1);
         if reset != 0 {
             return timer.reset::<F>(view, TimerRule::Zero);
         }
         let preset = timer.preset(view);
-        let acc = view.word(timer.acc);
+        let acc = timer.acc(view);
         let acc = if advances { acc.saturating_add_unsigned(elapsed) } else { acc };
         let acc = timer.put_acc::<F>(view, acc);
         let done = u8::from(acc >= preset);
@@ -253,17 +269,17 @@ impl Operation for Tmradown {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let elapsed = timer.elapsed_ms(view);
-        let state = timer.state(view);
-        let reset = rst | state.pending;
-        let advances = en & state.running & (reset ^ 1) != 0;
-        let loads = state.loaded == 0;
-        state.pending = 0;
-        state.running = en & (reset ^ 1);
-        state.loaded = 1;
+        let record = timer.record(view);
+        let reset = rst | record[PENDING];
+        let advances = en & record[RUNNING] & (reset ^ 1) != 0;
+        let loads = record[LOADED] == 0;
+        record[PENDING] = 0;
+        record[RUNNING] = en & (reset ^ 1);
+        record[LOADED] = 1;
         if reset != 0 {
             return timer.reset::<F>(view, TimerRule::Preset);
         }
-        let from = if loads { timer.preset(view) } else { view.word(timer.acc) };
+        let from = if loads { timer.preset(view) } else { timer.acc(view) };
         let acc = timer.put_acc::<F>(view, down(from, elapsed, advances));
         let done = u8::from(acc <= 0);
         let timing = en & u8::from(acc != 0);
@@ -288,7 +304,7 @@ impl Operation for Rstt {
     #[inline(always)]
     fn run<const F: bool>(&self, view: &mut View) {
         if view.leg(&self.leg) != 0 {
-            self.timer.state(view).pending = 1;
+            self.timer.record(view)[PENDING] = 1;
             self.timer.reset::<F>(view, self.rule);
         }
     }

@@ -24,6 +24,8 @@ pub mod st {
     pub const LAST_SCAN: u32 = 8;
     /// ON while anything is forced.
     pub const FORCES_ACTIVE: u32 = 9;
+    /// How many there are.
+    pub const COUNT: usize = 10;
 }
 
 /// Status word numbers: the n of `DSTn`.
@@ -38,6 +40,8 @@ pub mod dst {
     pub const MAX_SCAN_TIME_US: u32 = 3;
     /// The last scan, µs.
     pub const LAST_SCAN_TIME_US: u32 = 4;
+    /// How many there are.
+    pub const COUNT: usize = 5;
 }
 
 /// Nicknames of the status bits, by number.
@@ -57,7 +61,7 @@ pub const BIT_NICKNAMES: [&str; 10] = [
 /// Nicknames of the status words, by number. `DST4` has none.
 pub const WORD_NICKNAMES: [&str; 4] = ["$ScanCounter", "$ScanTime", "$MinScanTime", "$MaxScanTime"];
 
-/// How many status bits and status words there are.
-pub const ST_COUNT: u32 = 10;
-/// Status words: `DST0`..`DST4`.
-pub const DST_COUNT: u32 = 5;
+/// How many status bits there are: `ST0`..`ST9`.
+pub const ST_COUNT: u32 = st::COUNT as u32;
+/// How many status words there are: `DST0`..`DST4`.
+pub const DST_COUNT: u32 = dst::COUNT as u32;

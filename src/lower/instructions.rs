@@ -117,9 +117,8 @@ impl Assembler<'_> {
 
     fn counter_of(&self, structure: Structure) -> Counter {
         Counter {
-            ct: structure.number(),
+            record: self.layout.record(structure),
             acc: self.layout.word(Word::Acc(structure)).0,
-            flags: self.layout.flags(structure),
         }
     }
 
@@ -187,8 +186,8 @@ impl Assembler<'_> {
             Some(ArgValue::Value(value)) => self.value(value),
             other => unreachable!("the resolver gives a timer's preset, not {other:?}"),
         };
-        let (t, flags) = (structure.number(), self.layout.flags(structure));
-        let timer = Timer { t, acc: self.layout.word(Word::Acc(structure)).0, flags, preset };
+        let (record, words) = (self.layout.record(structure), self.layout.timer_words(structure));
+        let timer = Timer { record, words, preset };
         let rule = if loads_preset(owner.mnemonic) { TimerRule::Preset } else { TimerRule::Zero };
         match mnemonic {
             Mnemonic::Rstt => {}
@@ -229,20 +228,19 @@ impl Assembler<'_> {
             _ => None,
         };
         let counter = Sensaphone {
-            n: structure.number(),
+            record: self.layout.record(structure),
             acc: self.layout.word(Word::Acc(structure)).0,
             pre: self.layout.word(Word::Pre(structure.number())).0,
-            flags: self.layout.flags(structure),
             preset,
         };
         let leg = site.when();
         match site.instruction.mnemonic {
             Mnemonic::Ctu => {
-                self.terminates(Termination::CountUp(counter.flags, counter.n));
+                self.terminates(Termination::CountUp(counter));
                 self.op(Op::Ctu(Ctu { leg, counter }));
             }
             Mnemonic::Ctd => {
-                self.terminates(Termination::CountDown(counter.flags, counter.n));
+                self.terminates(Termination::CountDown(counter));
                 self.op(Op::Ctd(Ctd { leg, counter }));
             }
             _ => self.op(Op::Res(Res { leg, counter })),

@@ -204,13 +204,12 @@ fn forbidden(name: &Text, role: Role) -> Option<Finding> {
         let finding = find(format!("`{text}` reads as an address"))?;
         return Some(finding.help("take a name that says what it is for"));
     }
-    let upper = text.to_ascii_uppercase();
-    if instruction::Mnemonic::from_name(&upper).is_some() {
+    if instruction::Mnemonic::from_name(text).is_some() {
         let finding = find(format!("`{text}` is an instruction"))?;
         return Some(finding.help("take a name that says what it is for"));
     }
-    if text.eq_ignore_ascii_case("rise") || text.eq_ignore_ascii_case("fall") {
-        return find(format!("`{text}` is a word of the language: `{}(bit)`", text.to_lowercase()));
+    if matches!(text, "rise" | "fall") {
+        return find(format!("`{text}` is a word of the language: `{text}(bit)`"));
     }
     if role == Role::Stage && matches!(text, "Running" | "Done") {
         return find(format!("`.{text}` is a bit of the block itself"));

@@ -81,6 +81,17 @@ pub struct Prepared {
     held: Held,
 }
 
+/// How the two threads are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Both live (or the scan thread is lost, and the monitor shows it as a fault).
+    Running,
+    /// The scan thread has ended as it should, and all it left was handed on.
+    Over,
+    /// The monitor is gone (a bug): what the world sees stands still.
+    Blind,
+}
+
 /// The running controller.
 pub struct Runtime {
     port: Port,
@@ -191,12 +202,16 @@ impl Runtime {
         self.beat.pulses()
     }
 
-    /// Whether the scan thread has ended as it should, and all it left was handed on.
-    pub fn is_over(&self) -> bool {
-        self.monitor.is_finished()
+    /// Whether both threads still do their work.
+    pub fn state(&self) -> State {
+        match (self.monitor.is_finished(), self.beat.life()) {
+            (false, _) => State::Running,
+            (true, Life::Ended) => State::Over,
+            (true, _) => State::Blind,
+        }
     }
 
-    /// The scan thread's last word; `None` where it ended in a panic.
+    /// The scan thread's last word, once it is [`State::Over`].
     pub fn join(self) -> Option<Report> {
         let _ = self.monitor.join();
         self.scan.join().ok()

@@ -64,7 +64,9 @@ impl Server {
             port.set_input(x, on);
         }
         let shared = Shared { settings, map, port, started: Instant::now(), lines: Lines::new() };
-        Ok(Server { listener, shared: Arc::new(shared) })
+        let server = Server { listener, shared: Arc::new(shared) };
+        server.log_start();
+        Ok(server)
     }
 
     /// Where it listens: the port that the system chose, where the settings say port 0.
@@ -77,7 +79,6 @@ impl Server {
 
     /// Serves until `stop`; then all connections are closed.
     pub async fn run(self, stop: impl Future<Output = ()>) {
-        self.log_start();
         let mut stop = pin!(stop);
         let mut clients = JoinSet::new();
         loop {

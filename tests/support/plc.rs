@@ -1,0 +1,114 @@
+//! An engine that a test drives by itself: operands by name, time by the scan.
+
+use rungd::engine::{BlockEvent, Cell, Engine, ScanEnd, ScanTimes};
+use rungd::isa::{Address, Bit, BitSpace};
+use rungd::lower::{Symbols, lower};
+use rungd::resolve::program::Program;
+use rungd::resolve::resolve_operand;
+
+use super::run;
+
+pub struct Plc {
+    pub program: Program,
+    pub symbols: Symbols,
+    pub engine: Engine,
+    pub now_ns: u64,
+    pub period_ns: u64,
+    pub times: ScanTimes,
+}
+
+/// A ladder of Main's rungs (and what follows them), started, before its first scan.
+pub fn plc(main: &str) -> Plc {
+    let mut plc = stopped(main);
+    plc.engine.start(0);
+    plc
+}
+
+/// The same, not started yet.
+pub fn stopped(main: &str) -> Plc {
+    let program = run::load(&format!("[[program]]\nname = \"Main\"\n{main}\n"));
+    let program = program.unwrap_or_else(|errors| panic!("{errors}"));
+    let (engine_program, symbols) = lower(&program);
+    let engine = Engine::new(engine_program);
+    let times = ScanTimes::default();
+    Plc { program, symbols, engine, now_ns: 0, period_ns: 10_000_000, times }
+}
+
+impl Plc {
+    pub fn cell(&self, name: &str) -> Cell {
+        run::cell(&self.program, &self.symbols, name).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    pub fn value(&self, name: &str) -> i64 {
+        run::value(self.engine.image(), self.cell(name))
+    }
+
+    /// The values of some operands.
+    pub fn values<const N: usize>(&self, names: [&str; N]) -> [i64; N] {
+        names.map(|name| self.value(name))
+    }
+
+    pub fn force(&mut self, name: &str, value: i32) {
+        match self.cell(name) {
+            Cell::Bit(bit) => self.engine.force_bit(bit, value != 0),
+            Cell::Word(word) => self.engine.force_word(word, value),
+        }
+    }
+
+    pub fn release(&mut self, name: &str) {
+        match self.cell(name) {
+            Cell::Bit(bit) => self.engine.release_bit(bit),
+            Cell::Word(word) => self.engine.release_word(word),
+        }
+    }
+
+    /// One scan with these inputs and queued writes, a period after the last one.
+    pub fn scan(&mut self, changes: &[(&str, i32)]) -> ScanEnd {
+        self.engine.begin_scan(self.now_ns, &self.times);
+        for (name, value) in changes {
+            let input = match resolve_operand(&self.program, name) {
+                Ok(Address::Bit(Bit::Space(BitSpace::X, n))) => Some(n),
+                _ => None,
+            };
+            match (input, self.cell(name)) {
+                (Some(n), _) => self.engine.set_input(n, *value != 0),
+                (None, Cell::Bit(bit)) => self.engine.write_bit(bit, *value != 0),
+                (None, Cell::Word(word)) => self.engine.write_word(word, *value),
+            }
+        }
+        self.now_ns += self.period_ns;
+        self.engine.execute()
+    }
+
+    /// So many scans without changes.
+    pub fn scans(&mut self, count: u32) {
+        (0..count).for_each(|_| {
+            self.scan(&[]);
+        });
+    }
+
+    /// An orderly stop: a last scan, and the passes.
+    pub fn stop(&mut self) {
+        self.engine.request_stop();
+        assert!(self.scan(&[]).last);
+        self.engine.terminate();
+    }
+
+    /// The events of the last scan, as text: `started P`.
+    pub fn events(&self) -> Vec<String> {
+        self.engine.events().iter().map(|event| self.event(*event)).collect()
+    }
+
+    fn event(&self, event: BlockEvent) -> String {
+        match event {
+            BlockEvent::Started(block) => format!("started {}", self.symbols.block(block)),
+            BlockEvent::Stopped(block) => format!("stopped {}", self.symbols.block(block)),
+            BlockEvent::Completed(block) => format!("completed {}", self.symbols.block(block)),
+            BlockEvent::Terminated(element) => {
+                format!("terminated {}", self.symbols.element(element))
+            }
+            BlockEvent::StageOn(stage) => format!("on {}", self.symbols.stage(stage)),
+            BlockEvent::StageOff(stage) => format!("off {}", self.symbols.stage(stage)),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Loading a ladder, running it in the simulator, and comparing what came with a case.
+
+use std::io;
+
+use rungd::check::check;
+use rungd::engine::{Cell, Image};
+use rungd::isa::{Address, Bit, BitSpace, Word};
+use rungd::lower::{Symbols, lower, lower_with};
+use rungd::resolve::program::Program;
+use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd::sim::stimulus::{Stimulus, Target};
+use rungd::sim::trace::{RowName as TraceRow, Trace};
+use rungd::sim::{Plan, run};
+use rungd::source::finding::{Finding, Severity};
+use rungd::source::span::SourceFile;
+
+use super::case::{Case, Expects};
+use super::table::{RowName, Table};
+
+/// The result of one test.
+pub struct Outcome {
+    pub test: String,
+    /// What was expected and not found; empty: it passed.
+    pub wrong: Vec<String>,
+}
+
+/// Loads a ladder; its errors as one text.
+pub fn load(ladder: &str) -> Result<Program, String> {
+    let file = SourceFile { name: "case.toml".into(), text: ladder.into() };
+    let (program, mut findings) = load_ladders(&[file], &LoadOptions::default());
+    if let Some(program) = &program {
+        findings.extend(check(program, &[]));
+    }
+    findings.retain(|finding| finding.severity() == Severity::Error);
+    let line = |f: &Finding| format!("{}: {}", f.code.name(), f.message);
+    let errors = findings.iter().map(line).collect::<Vec<_>>().join("\n");
+    program.filter(|_| errors.is_empty()).ok_or(errors)
+}
+
+/// The cell of an operand.
+pub fn cell(program: &Program, symbols: &Symbols, name: &str) -> Result<Cell, String> {
+    let address = resolve_operand(program, name)?;
+    symbols.layout.cell(address).ok_or_else(|| format!("`{name}` is no bit and no word"))
+}
+
+/// What the stimulus may write.
+pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Target, String> {
+    match resolve_operand(program, name)? {
+        Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
+        Address::Bit(bit) if Symbols::writable_bit(bit) => Ok(Target::Bit(symbols.layout.bit(bit))),
+        Address::Word(word) if Word::writable(word) => {
+            Ok(Target::Word(symbols.layout.word(word), symbols.limits(word)))
+        }
+        _ => Err(format!("`{name}` cannot be written")),
+    }
+}
+
+/// Keeps the watched values of every row.
+pub struct Rows {
+    pub cells: Vec<Cell>,
+    pub rows: Vec<(TraceRow, Vec<i64>)>,
+}
+
+impl Rows {
+    pub fn new(cells: Vec<Cell>) -> Rows {
+        Rows { cells, rows: Vec::new() }
+    }
+}
+
+/// The value of a cell.
+pub fn value(image: &Image, cell: Cell) -> i64 {
+    match cell {
+        Cell::Bit(bit) => i64::from(image.bit(bit)),
+        Cell::Word(word) => i64::from(image.word(word)),
+    }
+}
+
+impl Trace for Rows {
+    fn row(&mut self, name: TraceRow, _time_ms: u64, image: &Image) -> io::Result<()> {
+        let values = self.cells.iter().map(|cell| value(image, *cell)).collect();
+        self.rows.push((name, values));
+        Ok(())
+    }
+}
+
+/// Runs a case; every test of it gets its outcome.
+pub fn run_case(case: &Case) -> Vec<Outcome> {
+    match &case.expects {
+        Expects::Values(table) => match trace(case, table) {
+            Ok(rows) => compare(case, table, &rows),
+            Err(error) => failed(case, &error),
+        },
+        Expects::Refused(code) => refused(case, code),
+    }
+}
+
+fn failed(case: &Case, error: &str) -> Vec<Outcome> {
+    let wrong = |test| Outcome { test, wrong: vec![error.to_owned()] };
+    case.tests().into_iter().map(wrong).collect()
+}
+
+fn refused(case: &Case, code: &str) -> Vec<Outcome> {
+    let wrong = match load(&case.ladder) {
+        Err(errors) if errors.lines().any(|line| line.starts_with(&format!("{code}:"))) => vec![],
+        Err(errors) => vec![format!("expected the error `{code}`, found\n{errors}")],
+        Ok(_) => vec![format!("expected the error `{code}`, found a program")],
+    };
+    vec![Outcome { test: case.name.clone(), wrong }]
+}
+
+/// Both lowerings must give the same rows.
+fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
+    let program = load(&case.ladder)?;
+    let (engine_program, symbols) = lower(&program);
+    let look_up = |name: &str| target(&program, &symbols, name);
+    let stimulus = Stimulus::parse(&table.stimulus(), &look_up)
+        .map_err(|e| format!("line {} of the stimulus: {}", e.line, e.message))?;
+    let cells = table.columns.iter().map(|column| cell(&program, &symbols, &column.operand));
+    let cells: Vec<Cell> = cells.collect::<Result<_, _>>()?;
+    let plan = Plan { period_ms: case.period_ms, scans: table.scans(), stop: case.stop, stimulus };
+    let mut rows = Rows::new(cells.clone());
+    run(engine_program, &plan, &mut rows).map_err(|e| e.to_string())?;
+    let mut unordered = Rows::new(cells);
+    run(lower_with(&program, 1).0, &plan, &mut unordered).map_err(|e| e.to_string())?;
+    if rows.rows != unordered.rows {
+        return Err("operations in file order give another trace".to_owned());
+    }
+    Ok(rows)
+}
+
+fn compare(case: &Case, table: &Table, found: &Rows) -> Vec<Outcome> {
+    let new = |test| Outcome { test, wrong: Vec::new() };
+    let mut outcomes: Vec<Outcome> = case.tests().into_iter().map(new).collect();
+    for row in &table.rows {
+        let name = match row.name {
+            RowName::Scan(scan) => TraceRow::Scan(scan),
+            RowName::Stop => TraceRow::Stop,
+        };
+        let values = found.rows.iter().find(|(at, _)| *at == name).map(|(_, values)| values);
+        for (at, column) in table.columns.iter().enumerate() {
+            let Some(expected) = row.expected[at] else { continue };
+            let value = values.map(|values| values[at]);
+            if value == Some(expected) {
+                continue;
+            }
+            let value = value.map_or("no such row".to_owned(), |value| value.to_string());
+            let operand = &column.operand;
+            let line = format!("{}: {operand}: expected {expected}, found {value}", row.name);
+            let test = case.test_of(row.label.as_deref(), &column.alias);
+            let outcome = outcomes.iter_mut().find(|outcome| outcome.test == test);
+            outcome.expect("a test of the case").wrong.push(line);
+        }
+    }
+    outcomes
+}
