@@ -9,7 +9,7 @@ use clap::Args;
 use super::exit::Exit;
 use crate::check::page;
 use crate::isa::instruction::{self, Mnemonic, Termination};
-use crate::isa::{Kind, LegName, Spec};
+use crate::isa::{Kind, LegName, Spec, pages};
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
@@ -71,19 +71,38 @@ fn of_instruction(spec: &Spec) -> String {
     for line in wrapped(spec.summary, 78) {
         let _ = writeln!(text, "{line}");
     }
+    let _ = write!(text, "\n{}", indented(&facts(spec)));
+    let _ = writeln!(text, "\nExample:\n\n{}", indented(&example(spec)));
+    if let Some(page) = pages::page(spec.mnemonic) {
+        let sections = ["Behaviour", "Termination", "Members", "Notes"];
+        text.push_str(&sections.map(|title| section(page, title)).concat());
+        let file = spec.name.to_ascii_lowercase();
+        let _ = writeln!(text, "With a timing diagram: docs/instructions/{file}.md");
+    }
+    text
+}
+
+/// What the table says of an instruction, line by line: here, and in the instruction's page.
+pub fn facts(spec: &Spec) -> String {
     let legs: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
-    let _ = writeln!(text, "\n  form         {}", spec.form());
-    let _ = writeln!(text, "  legs         {}", legs.join(", "));
+    let mut text = format!("form         {}\n", spec.form());
+    let _ = writeln!(text, "legs         {}", legs.join(", "));
     for (at, operand) in spec.operands.iter().enumerate() {
         let head = if at == 0 { "operands" } else { "" };
         let optional = if operand.optional { ", or left out" } else { "" };
         let kind = describe(operand.kind);
-        let _ = writeln!(text, "  {head:<12} {:<10} {kind}{optional}", operand.name);
+        let _ = writeln!(text, "{head:<12} {:<10} {kind}{optional}", operand.name);
     }
-    let _ = writeln!(text, "  termination  {}", termination(spec.termination));
-    let _ = writeln!(text, "  source       {}", spec.source);
-    let _ = writeln!(text, "\nExample:\n\n{}", indented(&example(spec)));
+    let _ = writeln!(text, "termination  {}", termination(spec));
+    let _ = writeln!(text, "source       {}", spec.source);
     text
+}
+
+/// A section of a page, heading and all; nothing where the page has none of that title.
+fn section(page: &str, title: &str) -> String {
+    let from = page.find(&format!("\n## {title}\n")).map_or(page.len(), |at| at + 1);
+    let end = page[from..].find("\n## ").map_or(page.len(), |at| from + at + 1);
+    page[from..end].to_owned()
 }
 
 fn of_finding(code: Code) -> String {
@@ -101,9 +120,10 @@ fn for_a_terminal(page: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-fn termination(termination: Termination) -> &'static str {
-    match termination {
+fn termination(spec: &Spec) -> &'static str {
+    match spec.termination {
         Termination::Off => "the bit it drives goes OFF",
+        Termination::Reset if spec.operand("output").is_none() => "its structure is reset",
         Termination::Reset => "its structure is reset, and its output bit goes OFF",
         Termination::Kept => "what it wrote is kept",
         Termination::Untouched => "none: it keeps its value when its block stops",
@@ -210,6 +230,8 @@ mod tests {
 
     #[test]
     fn an_instruction_is_explained() {
+        let text = explanation("cnt").unwrap_or_default();
+        let (table, page) = text.split_once("## ").unwrap_or_default();
         expect_test::expect![[r#"
             CNT: Up counter
 
@@ -220,7 +242,7 @@ mod tests {
               legs         up, rst
               operands     ct         a counter: CTn
                            preset     a constant 0..2147483647, or a word
-              termination  its structure is reset, and its output bit goes OFF
+              termination  its structure is reset
               source       seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)
 
             Example:
@@ -231,7 +253,12 @@ mod tests {
               do      = ["CNT CT0 preset=12"]
 
         "#]]
-        .assert_eq(&explanation("cnt").unwrap_or_default());
+        .assert_eq(table);
+        let headings: Vec<&str> = page.lines().filter(|l| l.starts_with("## ")).collect();
+        assert_eq!(headings, ["## Termination", "## Members", "## Notes"]);
+        assert!(page.starts_with("Behaviour\n"));
+        assert!(text.ends_with("\n\nWith a timing diagram: docs/instructions/cnt.md\n"));
+        assert!(!text.contains("<!--") && !text.contains("](") && !text.contains("```"));
     }
 
     #[test]

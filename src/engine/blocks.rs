@@ -21,6 +21,8 @@ pub(super) struct BlockState {
     pub first_turn: bool,
     /// Its own rungs executed since their last pass.
     pub executed: bool,
+    /// Timestamp of their last execution, whole ms.
+    executed_ms: u64,
     /// A Task that is enabled recurrently.
     recurrent: bool,
     /// Timestamp of a recurrent Task's first execution, ns.
@@ -38,6 +40,8 @@ pub(super) struct StageState {
     pub pass_due: bool,
     /// It executed since its last pass.
     pub executed: bool,
+    /// Timestamp of its last execution, whole ms.
+    executed_ms: u64,
 }
 
 /// Where an instruction stands.
@@ -157,14 +161,18 @@ impl Machine {
     /// Executes a block's own rungs; `false`: the block's execution ended in them.
     fn execute_own<const F: bool>(&mut self, id: BlockId) -> bool {
         let code = &self.program.blocks[id.0 as usize].own;
-        self.blocks[id.0 as usize].executed |= code.has_rungs;
+        let state = &mut self.blocks[id.0 as usize];
+        state.executed |= code.has_rungs;
+        self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
         self.execute::<F>(&code, Standing { block: id, stage: None })
     }
 
     fn execute_stage<const F: bool>(&mut self, block: BlockId, stage: StageId) -> bool {
         let code = &self.program.stages[stage.0 as usize];
-        self.stages[stage.0 as usize].executed |= code.has_rungs;
+        let state = &mut self.stages[stage.0 as usize];
+        state.executed |= code.has_rungs;
+        self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
         self.execute::<F>(&code, Standing { block, stage: Some(stage) })
     }
@@ -315,4 +323,11 @@ impl Machine {
     pub fn terminated(&mut self, element: Element) {
         self.events.push(BlockEvent::Terminated(element));
     }
+}
+
+/// Whole ms from an element's last execution to this one, whose timestamp is noted.
+fn elapsed_ms(executed_ms: &mut u64, now_ns: u64) -> i32 {
+    let now_ms = now_ns / 1_000_000;
+    let elapsed = now_ms.saturating_sub(std::mem::replace(executed_ms, now_ms));
+    i32::try_from(elapsed).unwrap_or(i32::MAX)
 }

@@ -150,7 +150,7 @@ impl Operation for Cnt {
         let before = view.word(self.counter.acc);
         let counted = before.wrapping_add(i32::from(counts));
         // At the limit it stays: what wrapped is less than before.
-        let acc = (counted - i32::from(counted < before)).unless(reset);
+        let acc = counted.wrapping_sub(i32::from(counted < before)).unless(reset);
         self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
     }
 

@@ -58,6 +58,18 @@ impl Image {
         self.forces
     }
 
+    /// Writes neighbouring bits, but those that are forced.
+    pub(super) fn put_bits(&mut self, first: u32, values: &[u8]) {
+        let at = first as usize..first as usize + values.len();
+        put_unforced(&mut self.bits[at.clone()], &self.forced_bits[at], self.forces, values);
+    }
+
+    /// Writes neighbouring words, but those that are forced.
+    pub(super) fn put_words(&mut self, first: u32, values: &[i32]) {
+        let at = first as usize..first as usize + values.len();
+        put_unforced(&mut self.words[at.clone()], &self.forced_words[at], self.forces, values);
+    }
+
     pub(super) fn force_bit(&mut self, cell: BitCell, value: bool) {
         let at = cell.0 as usize;
         self.bits[at] = u8::from(value);
@@ -82,5 +94,16 @@ impl Image {
         let forced = &mut self.forced_words[cell.0 as usize];
         self.forces -= u32::from(*forced);
         *forced = false;
+    }
+}
+
+fn put_unforced<T: Copy>(cells: &mut [T], forced: &[bool], forces: u32, values: &[T]) {
+    if forces == 0 {
+        return cells.copy_from_slice(values);
+    }
+    for ((cell, forced), value) in cells.iter_mut().zip(forced).zip(values) {
+        if !forced {
+            *cell = *value;
+        }
     }
 }

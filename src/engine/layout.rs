@@ -4,7 +4,7 @@
 //! follow the program's own (histories, powers); behind the public words, its constants.
 
 use super::image::{BitCell, WordCell};
-use super::memory::{RECORD, TIMER_WORDS};
+use super::memory::RECORD;
 use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{
@@ -64,7 +64,7 @@ impl Layout {
             next += count;
             first
         };
-        let timer_acc = take(sizes.t * TIMER_WORDS as u32);
+        let timer_acc = take(sizes.t);
         let v = take(sizes.v);
         let (d, mhr, mir) = (take(sizes.d), take(sizes.mhr), take(sizes.mir));
         let (dst, counter_acc) = (take(DST_COUNT), take(sizes.ct));
@@ -138,7 +138,7 @@ impl Layout {
                 first + (n - space.first())
             }
             Word::Acc(Structure::Counter(n)) => self.counter_acc + n,
-            Word::Acc(Structure::Timer(n)) => self.timer_acc + n * TIMER_WORDS as u32,
+            Word::Acc(Structure::Timer(n)) => self.timer_acc + n,
             Word::Acc(Structure::Sensaphone(n)) => self.sensaphone_acc + n,
             Word::Pre(n) => self.sensaphone_pre + n,
         })
@@ -166,11 +166,6 @@ impl Layout {
             Structure::Timer(n) => self.timer_flags / record + n,
             Structure::Sensaphone(n) => self.sensaphone_flags / record + n,
         }
-    }
-
-    /// Which pair of words is a timer's.
-    pub(crate) fn timer_words(&self, timer: Structure) -> u32 {
-        self.word(Word::Acc(timer)).0 / TIMER_WORDS as u32
     }
 
     fn space(&self, space: BitSpace) -> u32 {

@@ -44,15 +44,13 @@ pub(super) mod sensaphone_state {
     pub const DOWN: usize = 6;
 }
 
-/// Words of one timer: `.Acc`, and the timestamp (ms, wrapping) from which time counts.
-pub(super) const TIMER_WORDS: usize = 2;
-
-/// The image, with the state of instructions in it, and the time.
+/// The image, with the state of instructions in it, and how much time passed.
 #[derive(Debug)]
 pub(super) struct Memory {
     pub image: Image,
-    /// The scan's timestamp in whole ms, wrapping.
-    pub now_ms: u32,
+    /// Whole ms between the last execution of the element that executes and this one. All of an
+    /// element's timers share it: where an execution was cut short, a pass comes before the next.
+    pub elapsed_ms: i32,
 }
 
 /// Choosing without a branch: what is chosen differs between neighbours and from scan to scan,
@@ -82,7 +80,7 @@ pub(super) struct View<'a> {
     pub words: &'a mut [i32],
     forced_bits: &'a [bool],
     forced_words: &'a [bool],
-    pub now_ms: u32,
+    pub elapsed_ms: i32,
 }
 
 impl Memory {
@@ -92,7 +90,7 @@ impl Memory {
             words: &mut self.image.words,
             forced_bits: &self.image.forced_bits,
             forced_words: &self.image.forced_words,
-            now_ms: self.now_ms,
+            elapsed_ms: self.elapsed_ms,
         }
     }
 }
@@ -149,12 +147,6 @@ impl View<'_> {
     #[inline(always)]
     pub fn record(&mut self, at: u32) -> &mut [u8; RECORD] {
         &mut self.bits.as_chunks_mut().0[at as usize]
-    }
-
-    /// A timer's words: `.Acc` and its timestamp.
-    #[inline(always)]
-    pub fn timer_words(&mut self, at: u32) -> &mut [i32; TIMER_WORDS] {
-        &mut self.words.as_chunks_mut().0[at as usize]
     }
 
     /// Writes the four flags of a counter or timer, in the order of the layout.

@@ -48,7 +48,7 @@ impl Engine {
         for (cell, value) in &program.initial_words {
             image.words[cell.0 as usize] = *value;
         }
-        let memory = Memory { image, now_ms: 0 };
+        let memory = Memory { image, elapsed_ms: 0 };
         let machine = Machine {
             blocks: vec![BlockState::default(); program.blocks.len()].into(),
             stages: vec![StageState::default(); program.stages.len()].into(),
@@ -96,26 +96,22 @@ impl Engine {
     pub fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
         self.last = self.machine.stop_requested;
         self.machine.now_ns = now_ns;
-        self.machine.memory.now_ms = (now_ns / 1_000_000) as u32;
         if self.scans > 0 {
             self.machine.events.clear();
         }
         self.put_status_bits(now_ns.saturating_sub(self.start_ns));
-        let counter = i32::try_from(self.scans).unwrap_or(i32::MAX);
-        let first = self.machine.program.layout.word(Word::Space(WordSpace::Dst, 0)).0 as usize;
-        let words = &mut self.machine.memory.image.words[first..first + dst::COUNT];
-        words[dst::SCAN_COUNTER as usize] = counter;
+        let mut words = [0; dst::COUNT];
+        words[dst::SCAN_COUNTER as usize] = i32::try_from(self.scans).unwrap_or(i32::MAX);
         words[dst::SCAN_TIME_US as usize] = times.mean_us;
         words[dst::MIN_SCAN_TIME_US as usize] = times.min_us;
         words[dst::MAX_SCAN_TIME_US as usize] = times.max_us;
         words[dst::LAST_SCAN_TIME_US as usize] = times.last_us;
+        let first = self.machine.program.layout.word(Word::Space(WordSpace::Dst, 0)).0;
+        self.machine.memory.image.put_words(first, &words);
     }
 
-    /// Status is read-only to everyone, and so is not forced.
     fn put_status_bits(&mut self, since_start_ns: u64) {
-        let forced = self.machine.memory.image.forces() > 0;
-        let first = self.machine.program.layout.bit(Bit::Space(BitSpace::St, 0)).0 as usize;
-        let bits = &mut self.machine.memory.image.bits[first..first + st::COUNT];
+        let mut bits = [0; st::COUNT];
         let mut put = |n: u32, on: bool| bits[n as usize] = u8::from(on);
         put(st::FIRST_SCAN, self.scans == 0);
         put(st::ON, true);
@@ -125,7 +121,9 @@ impl Engine {
         put(st::FIFTY_MS, first_half(since_start_ns, 50));
         put(st::SCAN_TOGGLE, self.scans % 2 == 1);
         put(st::LAST_SCAN, self.last);
-        put(st::FORCES_ACTIVE, forced);
+        put(st::FORCES_ACTIVE, self.machine.memory.image.forces() > 0);
+        let first = self.machine.program.layout.bit(Bit::Space(BitSpace::St, 0)).0;
+        self.machine.memory.image.put_bits(first, &bits);
     }
 
     /// Step 2: the state of input `Xn`. Discarded while it is forced.

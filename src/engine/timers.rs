@@ -2,10 +2,11 @@
 //!
 //! Behaviour: `docs/semantics.md`, section 3 (seed S0 for ONDTMR and OFFDTMR, vendor help for the
 //! rest). A timer adds the whole milliseconds between its executions' timestamps, so that nothing
-//! drifts. A preset `<= 0` is treated as 0.
+//! drifts; they are its element's executions, so the element counts them for all of its timers. A
+//! preset `<= 0` is treated as 0.
 
 use super::memory::timer_state::{LEG, LOADED, PENDING, RUNNING};
-use super::memory::{OnlyIf, RECORD, TIMER_WORDS, View};
+use super::memory::{OnlyIf, RECORD, View};
 use super::ops::{Leg, Operation, Touches};
 
 /// A timer structure's places.
@@ -13,8 +14,8 @@ use super::ops::{Leg, Operation, Touches};
 pub struct Timer {
     /// Its record of flags (Done, Reset, Zero, Timing) and state.
     pub record: u32,
-    /// Its pair of words: `.Acc` and its timestamp.
-    pub words: u32,
+    /// The cell of `.Acc`.
+    pub acc: u32,
     /// The word of the preset.
     pub preset: u32,
 }
@@ -39,32 +40,15 @@ impl Timer {
         view.record(self.record)
     }
 
-    /// The cell of `.Acc`.
-    fn acc_cell(&self) -> u32 {
-        self.words * TIMER_WORDS as u32
-    }
-
     #[inline(always)]
-    fn acc(&self, view: &mut View) -> i32 {
-        view.timer_words(self.words)[0]
-    }
-
-    /// Milliseconds since the timer's timestamp, which becomes now.
-    #[inline(always)]
-    fn elapsed_ms(&self, view: &mut View) -> u32 {
-        let now_ms = view.now_ms;
-        let [_, then_ms] = view.timer_words(self.words);
-        now_ms.wrapping_sub(std::mem::replace(then_ms, now_ms as i32) as u32)
+    fn acc(&self, view: &View) -> i32 {
+        view.word(self.acc)
     }
 
     /// Writes `.Acc`; gives what it then holds.
     #[inline(always)]
     fn put_acc<const F: bool>(&self, view: &mut View, acc: i32) -> i32 {
-        if F {
-            return view.put_word::<F>(self.acc_cell(), acc);
-        }
-        view.timer_words(self.words)[0] = acc;
-        acc
+        view.put_word::<F>(self.acc, acc)
     }
 
     #[inline(always)]
@@ -97,8 +81,7 @@ impl Timer {
     }
 
     fn touches(&self, t: &mut Touches) {
-        let acc = self.acc_cell();
-        t.reads(&[acc, self.preset]).writes_words(&[acc]).writes_flags(self.record);
+        t.reads(&[self.acc, self.preset]).writes_words(&[self.acc]).writes_flags(self.record);
     }
 }
 
@@ -115,25 +98,30 @@ struct Flags {
 /// neighbours and scans, and a mispredicted branch costs more than all of this.
 #[inline(always)]
 fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
-    let elapsed = timer.elapsed_ms(view);
     let preset = timer.preset(view);
     let record = timer.record(view);
     let on = leg & (record[PENDING] ^ 1);
     let adds = on & record[RUNNING];
     record[PENDING] = 0;
     record[RUNNING] = on;
-    let acc = i64::from(timer.acc(view)) + i64::from(elapsed);
-    let acc = (acc.min(i64::from(i32::MAX)) as i32).only_if(adds);
+    let acc = up(timer.acc(view), view.elapsed_ms).only_if(adds);
     let acc = timer.put_acc::<F>(view, acc);
     let done = on & u8::from(acc >= preset);
     timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing: on });
     done
 }
 
-/// One execution of a down timer that is enabled and not in reset; `advances`: time counts.
+/// Time added, saturating: what wrapped is less than before.
 #[inline(always)]
-fn down(acc: i32, elapsed: u32, advances: bool) -> i32 {
-    if advances { acc.saturating_sub_unsigned(elapsed).max(0) } else { acc }
+fn up(acc: i32, elapsed_ms: i32) -> i32 {
+    let sum = acc.wrapping_add(elapsed_ms);
+    if sum < acc { i32::MAX } else { sum }
+}
+
+/// Time taken away, down to 0 and no further.
+#[inline(always)]
+fn down(acc: i32, elapsed_ms: i32) -> i32 {
+    if acc > elapsed_ms { acc.wrapping_sub(elapsed_ms) } else { 0 }
 }
 
 macro_rules! one_leg {
@@ -182,7 +170,6 @@ one_leg! {
 /// OFF after it, load the preset; while timing down time is taken away; else `.Acc` is 0.
 #[inline(always)]
 fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
-    let elapsed = timer.elapsed_ms(view);
     let preset = timer.preset(view);
     let record = timer.record(view);
     let off = leg ^ 1;
@@ -191,7 +178,7 @@ fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     let times = off & (record[LEG] ^ 1) & record[RUNNING] & (reset_pending ^ 1);
     record[PENDING] = 0;
     record[LEG] = leg;
-    let remaining = (i64::from(timer.acc(view)) - i64::from(elapsed)).max(0) as i32;
+    let remaining = down(timer.acc(view), view.elapsed_ms);
     let acc = preset.only_if(leg | falls) | remaining.only_if(times);
     let acc = timer.put_acc::<F>(view, acc);
     let timing = (falls | times) & u8::from(acc > 0);
@@ -204,14 +191,14 @@ fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
 /// One execution of TMRDOWN; gives `.Done`.
 #[inline(always)]
 fn run_down<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
-    let elapsed = timer.elapsed_ms(view);
     let record = timer.record(view);
     let on = leg & (record[PENDING] ^ 1);
     let advances = on & record[RUNNING] != 0;
     record[PENDING] = 0;
     record[RUNNING] = on;
-    let from = if advances { timer.acc(view) } else { timer.preset(view) };
-    let acc = timer.put_acc::<F>(view, down(from, elapsed, advances));
+    let remaining = down(timer.acc(view), view.elapsed_ms);
+    let acc = if advances { remaining } else { timer.preset(view) };
+    let acc = timer.put_acc::<F>(view, acc);
     let done = on & u8::from(acc <= 0);
     let timing = on & u8::from(acc != 0);
     timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing });
@@ -232,7 +219,6 @@ impl Operation for Tmra {
     fn run<const F: bool>(&self, view: &mut View) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
-        let elapsed = timer.elapsed_ms(view);
         let record = timer.record(view);
         let reset = rst | record[PENDING];
         let advances = en & record[RUNNING] & (reset ^ 1) != 0;
@@ -243,7 +229,7 @@ impl Operation for Tmra {
         }
         let preset = timer.preset(view);
         let acc = timer.acc(view);
-        let acc = if advances { acc.saturating_add_unsigned(elapsed) } else { acc };
+        let acc = if advances { up(acc, view.elapsed_ms) } else { acc };
         let acc = timer.put_acc::<F>(view, acc);
         let done = u8::from(acc >= preset);
         timer.put_flags::<F>(view, acc, Flags { done, reset: 0, timing: en });
@@ -268,7 +254,6 @@ impl Operation for Tmradown {
     fn run<const F: bool>(&self, view: &mut View) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
-        let elapsed = timer.elapsed_ms(view);
         let record = timer.record(view);
         let reset = rst | record[PENDING];
         let advances = en & record[RUNNING] & (reset ^ 1) != 0;
@@ -280,7 +265,8 @@ impl Operation for Tmradown {
             return timer.reset::<F>(view, TimerRule::Preset);
         }
         let from = if loads { timer.preset(view) } else { timer.acc(view) };
-        let acc = timer.put_acc::<F>(view, down(from, elapsed, advances));
+        let acc = if advances { down(from, view.elapsed_ms) } else { from };
+        let acc = timer.put_acc::<F>(view, acc);
         let done = u8::from(acc <= 0);
         let timing = en & u8::from(acc != 0);
         timer.put_flags::<F>(view, acc, Flags { done, reset: 0, timing });

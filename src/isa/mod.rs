@@ -9,6 +9,7 @@ pub mod address;
 pub mod address_text;
 pub mod duration;
 pub mod instruction;
+pub mod pages;
 pub mod status;
 
 pub use address::{

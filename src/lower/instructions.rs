@@ -186,8 +186,8 @@ impl Assembler<'_> {
             Some(ArgValue::Value(value)) => self.value(value),
             other => unreachable!("the resolver gives a timer's preset, not {other:?}"),
         };
-        let (record, words) = (self.layout.record(structure), self.layout.timer_words(structure));
-        let timer = Timer { record, words, preset };
+        let acc = self.layout.word(Word::Acc(structure)).0;
+        let timer = Timer { record: self.layout.record(structure), acc, preset };
         let rule = if loads_preset(owner.mnemonic) { TimerRule::Preset } else { TimerRule::Zero };
         match mnemonic {
             Mnemonic::Rstt => {}

@@ -1,7 +1,8 @@
 //! Traces as SVG timing diagrams: a line a bit, a band a word, one column a scan.
 //!
 //! The same values as the CSV form, drawn by hand into text that depends on nothing but them, so a
-//! diagram in a document can be held against the program.
+//! diagram in a document can be held against the program. A column shows the values at the *end*
+//! of its scan: what an input did and what came of it stand above each other.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -12,24 +13,48 @@ use crate::engine::{Cell, Image};
 /// More columns than a picture can show.
 pub const SCANS_MAX: usize = 1_000;
 
-const LABELS: usize = 150;
 const COLUMN: usize = 28;
 const COLUMN_MIN: usize = 4;
 const WIDTH_MAX: usize = 1_200;
 const ROW: usize = 30;
 const HEAD: usize = 34;
+/// The upper and the lower edge of a line or band, from the top of its row.
 const HIGH: usize = 7;
 const LOW: usize = 23;
+/// Widths of a character, px, rounded up: names, and numbers.
+const NAME_CHAR: usize = 8;
+const NUMBER_CHAR: usize = 7;
 
-const STYLE: &str = "text{font:12px monospace;fill:#222}.t{font-size:10px;fill:#666}\
-    .b{fill:none;stroke:#0a6;stroke-width:2}.w{fill:#eef4fb;stroke:#357}\
-    .g{stroke:#ddd}";
+const STYLE: &str = "text{font:12px monospace;fill:#222}.t,.v{font-size:10.5px;\
+    text-anchor:middle}.t{fill:#666}.v{fill:#123}.l{fill:none;stroke:#08774f;stroke-width:2}\
+    .f{fill:#08774f;fill-opacity:.14}.w{fill:#eaf1fa;stroke:#4a6f9c}.g{stroke:#e6e6e6}\
+    .s{fill:#fff4dc}";
 
 /// Collects rows, and draws them at the end.
 pub struct SvgTrace<'a> {
     watched: &'a [Watched],
     columns: Vec<(String, u64)>,
     values: Vec<Vec<i32>>,
+}
+
+/// Where things lie, px.
+struct Measures {
+    /// Where the first column begins, behind the names.
+    left: usize,
+    column: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Measures {
+    fn x(&self, column: usize) -> usize {
+        self.left + column * self.column
+    }
+
+    /// The middle of some columns.
+    fn middle(&self, from: usize, count: usize) -> usize {
+        self.x(from) + count * self.column / 2
+    }
 }
 
 impl<'a> SvgTrace<'a> {
@@ -43,9 +68,8 @@ impl<'a> SvgTrace<'a> {
     /// # Errors
     /// What the place it writes to gives.
     pub fn finish(&self, mut out: impl Write) -> io::Result<()> {
-        let column = (WIDTH_MAX / self.columns.len().max(1)).clamp(COLUMN_MIN, COLUMN);
-        let width = LABELS + column * self.columns.len() + 10;
-        let height = HEAD + ROW * self.watched.len() + 6;
+        let measures = self.measures();
+        let (width, height) = (measures.width, measures.height);
         let mut svg = String::new();
         let _ = writeln!(
             svg,
@@ -53,18 +77,19 @@ impl<'a> SvgTrace<'a> {
              viewBox=\"0 0 {width} {height}\">\n<style>{STYLE}</style>\n\
              <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>"
         );
-        self.head(&mut svg, column, height);
+        self.head(&mut svg, &measures);
         for (at, watched) in self.watched.iter().enumerate() {
             let top = HEAD + ROW * at;
+            let name = watched.name.replace('&', "&amp;").replace('<', "&lt;");
             let _ = writeln!(
                 svg,
-                "<text x=\"6\" y=\"{}\">{}</text>",
-                top + 19,
-                watched.name.replace('&', "&amp;").replace('<', "&lt;")
+                "<path class=\"g\" d=\"M6 {top}H{}\"/><text x=\"6\" y=\"{}\">{name}</text>",
+                measures.x(self.columns.len()),
+                top + 19
             );
             match watched.cell {
-                Cell::Bit(_) => bit_line(&mut svg, &self.values[at], top, column),
-                Cell::Word(_) => word_bands(&mut svg, &self.values[at], top, column),
+                Cell::Bit(_) => bit_line(&mut svg, &self.values[at], top, &measures),
+                Cell::Word(_) => word_bands(&mut svg, &self.values[at], top, &measures),
             }
         }
         svg.push_str("</svg>\n");
@@ -72,59 +97,90 @@ impl<'a> SvgTrace<'a> {
         out.flush()
     }
 
-    /// Scan numbers, times below them, and a thin line at every labelled scan.
-    fn head(&self, svg: &mut String, column: usize, height: usize) {
-        let _ = writeln!(svg, "<text class=\"t\" x=\"6\" y=\"13\">scan</text>");
-        let _ = writeln!(svg, "<text class=\"t\" x=\"6\" y=\"26\">ms</text>");
-        let every = (40 / column).max(1);
-        for (at, (name, time_ms)) in self.columns.iter().enumerate() {
-            if at % every != 0 && name != "stop" {
-                continue;
-            }
-            let x = LABELS + at * column;
+    /// Columns are as wide as their widest number wants, as far as the picture allows.
+    fn measures(&self) -> Measures {
+        let name = self.watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
+        let words = self.watched.iter().zip(&self.values);
+        let words = words.filter(|(w, _)| matches!(w.cell, Cell::Word(_)));
+        let digits = words.flat_map(|(_, values)| values).map(|v| v.to_string().len()).max();
+        let times = self.columns.last().map_or(0, |(_, time_ms)| time_ms.to_string().len());
+        let widest = digits.unwrap_or(0).max(times) * NUMBER_CHAR + 6;
+        let count = self.columns.len().max(1);
+        let column = widest.max(COLUMN).min(WIDTH_MAX / count).max(COLUMN_MIN);
+        let left = 6 + name * NAME_CHAR + 10;
+        Measures {
+            left,
+            column,
+            width: left + column * self.columns.len() + 10,
+            height: HEAD + ROW * self.watched.len() + 6,
+        }
+    }
+
+    /// Scan numbers and times in the middle of their columns, and the grid.
+    fn head(&self, svg: &mut String, measures: &Measures) {
+        let bottom = measures.height;
+        let widest = self.columns.last().map_or(0, |(_, time_ms)| time_ms.to_string().len().max(4));
+        let every = (widest * NUMBER_CHAR).div_ceil(measures.column);
+        let stop = self.columns.iter().position(|(name, _)| name == "stop");
+        if let Some(at) = stop {
+            let (x, width) = (measures.x(at), measures.column);
             let _ = writeln!(
                 svg,
-                "<path class=\"g\" d=\"M{x} {HEAD}V{height}\"/>\
-                 <text class=\"t\" x=\"{x}\" y=\"13\">{name}</text>\
-                 <text class=\"t\" x=\"{x}\" y=\"26\">{time_ms}</text>"
+                "<rect class=\"s\" x=\"{x}\" y=\"0\" width=\"{width}\" height=\"{bottom}\"/>"
+            );
+        }
+        let _ = writeln!(svg, "<text x=\"6\" y=\"14\">scan</text><text x=\"6\" y=\"28\">ms</text>");
+        for (at, (name, time_ms)) in self.columns.iter().enumerate() {
+            let near_stop = stop.is_some_and(|stop| at < stop && stop - at < every);
+            if name != "stop" && (at % every != 0 || near_stop) {
+                continue;
+            }
+            let (x, middle) = (measures.x(at), measures.middle(at, 1));
+            let _ = writeln!(
+                svg,
+                "<path class=\"g\" d=\"M{x} {HEAD}V{bottom}\"/>\
+                 <text class=\"t\" x=\"{middle}\" y=\"14\">{name}</text>\
+                 <text class=\"t\" x=\"{middle}\" y=\"28\">{time_ms}</text>"
             );
         }
     }
 }
 
-/// A bit: high while ON, low while OFF.
-fn bit_line(svg: &mut String, values: &[i32], top: usize, column: usize) {
-    let mut path = String::new();
-    for (at, value) in values.iter().enumerate() {
-        let y = top + if *value != 0 { HIGH } else { LOW };
-        let _ = match at {
-            0 => write!(path, "M{LABELS} {y}"),
-            _ => write!(path, "V{y}"),
-        };
-        let _ = write!(path, "H{}", LABELS + (at + 1) * column);
+/// A bit: high and shaded while ON, low while OFF.
+fn bit_line(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
+    let (left, low) = (measures.left, top + LOW);
+    let mut steps = String::new();
+    let mut from = 0;
+    for same in values.chunk_by(|a, b| a == b) {
+        let y = top + if same[0] != 0 { HIGH } else { LOW };
+        from += same.len();
+        let _ = write!(steps, "V{y}H{}", measures.x(from));
     }
-    let _ = writeln!(svg, "<path class=\"b\" d=\"{path}\"/>");
+    let first = top + if values.first().is_some_and(|v| *v != 0) { HIGH } else { LOW };
+    if values.iter().any(|v| *v != 0) {
+        let _ = write!(svg, "<path class=\"f\" d=\"M{left} {low}{steps}V{low}Z\"/>");
+    }
+    let _ = writeln!(svg, "<path class=\"l\" d=\"M{left} {first}{steps}\"/>");
 }
 
 /// A word: a band for as long as it holds one value, with the value where there is room.
-fn word_bands(svg: &mut String, values: &[i32], top: usize, column: usize) {
-    let mut start = 0;
-    while start < values.len() {
-        let same = values[start..].iter().take_while(|v| **v == values[start]).count();
-        let (x, width) = (LABELS + start * column, same * column);
+fn word_bands(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
+    let mut from = 0;
+    for same in values.chunk_by(|a, b| a == b) {
+        let (x, width) = (measures.x(from), same.len() * measures.column);
         let _ = write!(
             svg,
             "<rect class=\"w\" x=\"{x}\" y=\"{}\" width=\"{width}\" height=\"{}\"/>",
             top + HIGH,
             LOW - HIGH
         );
-        let text = values[start].to_string();
-        if text.len() * 6 + 4 <= width {
-            let (x, y) = (x + 3, top + 19);
-            let _ = write!(svg, "<text class=\"t\" x=\"{x}\" y=\"{y}\">{text}</text>");
+        let text = same[0].to_string();
+        if text.len() * NUMBER_CHAR + 2 <= width {
+            let (x, y) = (measures.middle(from, same.len()), top + 19);
+            let _ = write!(svg, "<text class=\"v\" x=\"{x}\" y=\"{y}\">{text}</text>");
         }
         svg.push('\n');
-        start += same;
+        from += same.len();
     }
 }
 
@@ -146,5 +202,95 @@ impl Trace for SvgTrace<'_> {
             });
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::{BitCell, WordCell};
+
+    use super::*;
+
+    fn watched(name: &str, cell: Cell) -> Watched {
+        Watched { name: name.to_owned(), cell }
+    }
+
+    /// A diagram of a bit and a word, from their values; the last column is the stop.
+    fn drawn(bit: &[i32], word: &[i32]) -> String {
+        let watched =
+            [watched("X0", Cell::Bit(BitCell(0))), watched("a<b&c", Cell::Word(WordCell(0)))];
+        let mut columns: Vec<(String, u64)> =
+            (0..bit.len() as u64).map(|scan| (scan.to_string(), 10 * scan)).collect();
+        if let Some(last) = columns.last_mut() {
+            last.0 = "stop".to_owned();
+        }
+        let values = vec![bit.to_vec(), word.to_vec()];
+        let mut out = Vec::new();
+        SvgTrace { watched: &watched, columns, values }.finish(&mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn a_bit_is_a_line_and_a_word_is_bands() {
+        let svg = drawn(&[0, 1, 1, 0], &[7, 7, -32_768, 0]);
+        let (_, body) = svg.split_once("</style>\n").unwrap();
+        expect_test::expect![[r##"
+            <rect width="258" height="100" fill="#fff"/>
+            <rect class="s" x="200" y="0" width="48" height="100"/>
+            <text x="6" y="14">scan</text>
+            <text x="6" y="28">ms</text>
+            <path class="g" d="M56 34V100"/>
+            <text class="t" x="80" y="14">0</text>
+            <text class="t" x="80" y="28">0</text>
+            <path class="g" d="M104 34V100"/>
+            <text class="t" x="128" y="14">1</text>
+            <text class="t" x="128" y="28">10</text>
+            <path class="g" d="M152 34V100"/>
+            <text class="t" x="176" y="14">2</text>
+            <text class="t" x="176" y="28">20</text>
+            <path class="g" d="M200 34V100"/>
+            <text class="t" x="224" y="14">stop</text>
+            <text class="t" x="224" y="28">30</text>
+            <path class="g" d="M6 34H248"/>
+            <text x="6" y="53">X0</text>
+            <path class="f" d="M56 57V57H104V41H200V57H248V57Z"/>
+            <path class="l" d="M56 57V57H104V41H200V57H248"/>
+            <path class="g" d="M6 64H248"/>
+            <text x="6" y="83">a&lt;b&amp;c</text>
+            <rect class="w" x="56" y="71" width="96" height="16"/>
+            <text class="v" x="104" y="83">7</text>
+            <rect class="w" x="152" y="71" width="48" height="16"/>
+            <text class="v" x="176" y="83">-32768</text>
+            <rect class="w" x="200" y="71" width="48" height="16"/>
+            <text class="v" x="224" y="83">0</text>
+            </svg>
+        "##]]
+        .assert_eq(&body.replace("><", ">\n<"));
+    }
+
+    #[test]
+    fn a_number_is_shown_where_there_is_room() {
+        let steps: Vec<i32> = (0..300).map(|n| 1_000 + n / 20).collect();
+        let svg = drawn(&vec![1; 300], &steps);
+        assert!(svg.contains(">1014</text>"), "twenty columns hold a number");
+        let ramp: Vec<i32> = (0..300).map(|n| 1_000 + n).collect();
+        assert!(!drawn(&vec![1; 300], &ramp).contains(">1014</text>"), "one does not");
+    }
+
+    #[test]
+    fn labels_of_narrow_columns_keep_apart() {
+        let svg = drawn(&[0; 300], &[0; 300]);
+        let labels: Vec<usize> = svg
+            .split("y=\"28\">")
+            .skip(1)
+            .filter_map(|rest| rest.split('<').next().and_then(|time| time.parse().ok()))
+            .collect();
+        assert_eq!(labels.last(), Some(&2_990));
+        assert!(labels.windows(2).all(|pair| pair[1] - pair[0] >= 70), "{labels:?}");
+    }
+
+    #[test]
+    fn nothing_is_a_picture_too() {
+        assert!(drawn(&[], &[]).ends_with("</svg>\n"));
     }
 }

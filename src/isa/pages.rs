@@ -1,0 +1,76 @@
+//! The page of every instruction, for `rungd explain`.
+//!
+//! The texts stand in `docs/instructions/`, and are part of the program, so that it explains its
+//! own instructions and not another version's. A test holds them to the table and draws their
+//! diagrams.
+
+use super::instruction::Mnemonic;
+
+/// The page of an instruction.
+pub fn page(mnemonic: Mnemonic) -> Option<&'static str> {
+    PAGES.iter().find(|(of, _)| *of == mnemonic).map(|(_, text)| *text)
+}
+
+macro_rules! pages {
+    ($($mnemonic:ident $name:literal)*) => {
+        const PAGES: &[(Mnemonic, &str)] = &[$((
+            Mnemonic::$mnemonic,
+            include_str!(concat!("../../docs/instructions/", $name, ".md")),
+        )),*];
+    };
+}
+
+pages! {
+    Out "out"
+    Set "set"
+    Rst "rst"
+    Pd "pd"
+    Nd "nd"
+    Ponoff "ponoff"
+    Cnt "cnt"
+    Cntdn "cntdn"
+    Udc "udc"
+    Udcg "udcg"
+    Rstct "rstct"
+    Rstt "rstt"
+    Ondtmr "ondtmr"
+    Offdtmr "offdtmr"
+    Tmr "tmr"
+    Tmrdown "tmrdown"
+    Tmra "tmra"
+    Tmradown "tmradown"
+    Tmrag "tmrag"
+    Ctu "ctu"
+    Ctd "ctd"
+    Res "res"
+    Move "move"
+    Add "add"
+    Sub "sub"
+    Run "run"
+    Restart "restart"
+    Halt "halt"
+    Exit "exit"
+    Entask "entask"
+    Jmp "jmp"
+    Sgset "sgset"
+    Sgrst "sgrst"
+    Sgdivrg "sgdivrg"
+    Sgconvrg "sgconvrg"
+    Stop "stop"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::isa::instruction::TABLE;
+
+    #[test]
+    fn every_instruction_has_its_page() {
+        let pages: Vec<Mnemonic> = PAGES.iter().map(|(mnemonic, _)| *mnemonic).collect();
+        assert_eq!(pages, TABLE.iter().map(|spec| spec.mnemonic).collect::<Vec<_>>());
+        for spec in TABLE {
+            let head = format!("# {}: {}\n", spec.name, spec.title);
+            assert!(page(spec.mnemonic).is_some_and(|text| text.starts_with(&head)), "{head}");
+        }
+    }
+}

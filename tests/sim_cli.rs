@@ -1,0 +1,257 @@
+//! `rungd sim` as a user runs it: the real binary, its options, its traces, its refusals.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A counter of one input, with a word that the outside may write.
+const LADDER: &str = r#"[tags]
+part  = { at = "X0" }
+parts = { at = "CT0" }
+size  = { at = "D0", initial = 2, min = 1, max = 9 }
+full  = { at = "Y0" }
+
+[[program]]
+name = "Main"
+rung = [
+  { leg.up = ["part"], leg.rst = ["$Off"], do = ["CNT parts preset=size"] },
+  { when = ["parts.Done"], do = ["OUT full"] },
+]
+"#;
+
+const STIMULUS: &str = "scan,X0,size\n1,1,\n2,0,\n3,1,\n4,,3\n";
+
+/// A folder of this test's own, with the ladder and the stimulus.
+struct Place(PathBuf);
+
+impl Place {
+    fn new(test: &str) -> Place {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("sim_cli").join(test);
+        std::fs::create_dir_all(&folder).unwrap();
+        let place = Place(folder);
+        place.write("count.toml", LADDER);
+        place.write("parts.csv", STIMULUS);
+        place
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.0.join(name), text).unwrap();
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.0.join(name)).unwrap()
+    }
+
+    /// `rungd sim` in the folder, with arguments between spaces.
+    fn sim(&self, args: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        command.current_dir(&self.0).arg("sim").args(args.split_whitespace());
+        command.output().unwrap()
+    }
+
+    /// The trace on standard output of a run that says nothing else.
+    #[track_caller]
+    fn trace(&self, args: &str) -> String {
+        let output = self.sim(args);
+        assert_eq!(text(&output.stderr), "");
+        assert_eq!(output.status.code(), Some(0));
+        text(&output.stdout)
+    }
+
+    /// The run is refused with a code, a message, and no trace.
+    #[track_caller]
+    fn refused(&self, args: &str, code: i32, said: &str) {
+        let output = self.sim(args);
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{errors}");
+        assert!(errors.contains(said), "{errors}");
+        assert_eq!(text(&output.stdout), "");
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// The scans of a trace: the first cell of each row behind the header.
+fn scans(trace: &str) -> Vec<&str> {
+    trace.lines().skip(1).filter_map(|line| line.split(',').next()).collect()
+}
+
+#[test]
+fn without_watch_everything_that_the_ladder_names_is_traced() {
+    let place = Place::new("default-watch");
+    let trace = place.trace("count.toml --scans 1");
+    expect_test::expect![[r#"
+        scan,time_ms,part,$Off,parts.Acc,parts.Done,parts.Reset,parts.Zero,parts.DnDone,size,full
+        0,0,0,0,0,0,0,1,0,2,0
+    "#]]
+    .assert_eq(&trace);
+}
+
+#[test]
+fn watch_chooses_operands_and_their_order() {
+    let place = Place::new("watch");
+    let args = "count.toml --stimulus parts.csv --scans 6 --watch full,CT0.Acc,size,X0";
+    expect_test::expect![[r#"
+        scan,time_ms,full,CT0.Acc,size,X0
+        0,0,0,0,2,0
+        1,10,0,1,2,1
+        2,20,0,1,2,0
+        3,30,1,2,2,1
+        4,40,0,2,3,1
+        5,50,0,2,3,1
+    "#]]
+    .assert_eq(&place.trace(args));
+    place.refused("count.toml --watch full,ful", 78, "--watch: ");
+    place.refused("count.toml --watch full,ful", 78, "`ful`");
+    place.refused("count.toml --watch Y9999", 78, "`Y9999`");
+    place.refused("count.toml --watch CT0", 78, "`CT0` is a structure: name its members");
+}
+
+#[test]
+fn how_long_it_runs_is_said_in_scans_or_in_time() {
+    let place = Place::new("how-long");
+    assert_eq!(scans(&place.trace("count.toml --watch X0")).len(), 100);
+    assert_eq!(scans(&place.trace("count.toml --watch X0 --scans 3")), ["0", "1", "2"]);
+    let timed = place.trace("count.toml --watch X0 --for 1s --period 250ms");
+    let times: Vec<&str> = timed.lines().skip(1).filter_map(|l| l.split(',').nth(1)).collect();
+    assert_eq!(times, ["0", "250", "500", "750"]);
+    let begun = place.trace("count.toml --watch X0 --for 25ms");
+    assert_eq!(scans(&begun), ["0", "1", "2"], "a period that was begun counts");
+    assert_eq!(place.trace("count.toml --watch X0 --scans 0"), "scan,time_ms,X0\n");
+    place.refused("count.toml --scans 3 --for 1s", 2, "cannot be used with");
+    place.refused("count.toml --period 0ms", 2, "a period is at least 1ms");
+    place.refused("count.toml --for soon", 2, "`soon` is not a duration");
+    place.refused("", 2, "LADDER.toml");
+}
+
+#[test]
+fn stop_makes_the_last_scan_the_last_and_adds_a_row() {
+    let place = Place::new("stop");
+    let args = "count.toml --stimulus parts.csv --scans 4 --watch $LastScan,full,CT0.Acc,CT0.Reset";
+    expect_test::expect![[r#"
+        scan,time_ms,$LastScan,full,CT0.Acc,CT0.Reset
+        0,0,0,0,0,0
+        1,10,0,0,1,0
+        2,20,0,0,1,0
+        3,30,1,1,2,0
+        stop,30,1,0,0,1
+    "#]]
+    .assert_eq(&place.trace(&format!("{args} --stop")));
+}
+
+#[test]
+fn the_stop_instruction_ends_it_a_scan_later() {
+    let place = Place::new("stop-instruction");
+    let rung = "{ when = [\"parts.Done\"], do = [\"OUT full\", \"STOP\"] }";
+    let ladder = LADDER.replace("{ when = [\"parts.Done\"], do = [\"OUT full\"] }", rung);
+    place.write("stops.toml", &ladder);
+    let args = "stops.toml --stimulus parts.csv --scans 50 --watch full,$LastScan";
+    let expected = "scan,time_ms,full,$LastScan\n0,0,0,0\n1,10,0,0\n2,20,0,0\n3,30,1,0\n\
+                    4,40,0,1\nstop,40,0,1\n";
+    assert_eq!(place.trace(args), expected);
+    assert_eq!(place.trace(&format!("{args} --stop")), expected);
+}
+
+#[test]
+fn a_trace_goes_to_standard_output_or_to_a_file() {
+    let place = Place::new("trace");
+    let args = "count.toml --stimulus parts.csv --scans 5 --watch X0,CT0.Acc";
+    let shown = place.trace(args);
+    assert_eq!(place.trace(&format!("{args} --trace -")), shown);
+    assert_eq!(place.trace(&format!("{args} --trace out.csv")), "");
+    assert_eq!(place.read("out.csv"), shown);
+    assert_eq!(place.trace(&format!("{args} --trace out.svg")), "");
+    let svg = place.read("out.svg");
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    place.refused(&format!("{args} --trace no/such/folder.csv"), 74, "no/such/folder.csv");
+    let many = "count.toml --watch X0 --scans 2000 --trace many.svg";
+    place.refused(many, 74, "a diagram shows at most 1000 scans");
+}
+
+#[test]
+fn vcd_is_refused_before_anything_is_written() {
+    let place = Place::new("vcd");
+    let said = "--trace out.vcd: this version writes CSV and SVG, not VCD";
+    place.refused("count.toml --trace out.vcd", 78, said);
+    assert!(!place.0.join("out.vcd").exists());
+}
+
+#[test]
+fn a_stimulus_is_refused_with_its_row() {
+    let place = Place::new("stimulus");
+    let cases = [
+        ("X0\n1,1\n", "s.csv:1: the header is `scan,` and operands"),
+        ("scan,X0\n1,1\n2,2\n", "s.csv:3: `X0` is a bit: it takes 0 or 1, not `2`"),
+        ("scan,size\n\n5,10\n", "s.csv:3: `size` takes 1 to 9, not 10"),
+        ("scan,size\n5,many\n", "s.csv:2: `size` is a word: it takes a decimal number"),
+        ("scan,X0\n5,1\n4,0\n", "s.csv:3: scan 4 stands behind scan 5: rows ascend by scan"),
+        ("scan,X0\n1,1,1\n", "s.csv:2: the row has 2 cells behind the scan"),
+        ("scan,X0\nfirst,1\n", "s.csv:2: `first` is not a scan"),
+        ("scan,CT0.Done\n1,1\n", "s.csv:1: `CT0.Done` is read-only: nothing outside can write it"),
+        ("scan,$FirstScan\n1,1\n", "s.csv:1: `$FirstScan` is read-only"),
+        ("scan,CT0\n1,1\n", "s.csv:1: `CT0` is a structure: name a member, as `CT0.Acc`"),
+        ("scan,X0,part\n1,1,1\n", "s.csv:1: `part` and `X0` are the same operand"),
+        ("scan,nothing\n1,1\n", "s.csv:1: "),
+    ];
+    for (stimulus, said) in cases {
+        place.write("s.csv", stimulus);
+        place.refused("count.toml --stimulus s.csv --scans 9", 78, said);
+    }
+    std::fs::write(place.0.join("s.csv"), b"scan,X0\n1,\xFF\n").unwrap();
+    place.refused("count.toml --stimulus s.csv", 78, "s.csv: the file is not UTF-8 text");
+    place.refused("count.toml --stimulus none.csv", 74, "none.csv: No such file");
+}
+
+#[test]
+fn a_refused_stimulus_leaves_an_old_trace_alone() {
+    let place = Place::new("old-trace");
+    place.write("out.csv", "old\n");
+    place.write("s.csv", "scan,X0\n1,2\n");
+    place.refused("count.toml --stimulus s.csv --trace out.csv", 78, "s.csv:2: ");
+    place.refused("count.toml --watch nothing --trace out.csv", 78, "--watch");
+    assert_eq!(place.read("out.csv"), "old\n");
+}
+
+#[test]
+fn several_ladder_files_are_one_program() {
+    let place = Place::new("several");
+    place.write(
+        "lamp.toml",
+        "[[program]]\nname = \"Lamp\"\nautostart = true\n\
+         rung = [ { when = [\"full\"], do = [\"OUT Y1\"] } ]\n",
+    );
+    let args = "--stimulus parts.csv --scans 4 --watch full,Y1";
+    let expected = "scan,time_ms,full,Y1\n0,0,0,0\n1,10,0,0\n2,20,0,0\n3,30,1,1\n";
+    assert_eq!(place.trace(&format!("count.toml lamp.toml {args}")), expected);
+    // Programs execute in the order of the files: `Lamp` first sees the scan before.
+    assert_eq!(
+        place.trace(&format!("lamp.toml count.toml {args}")),
+        expected.replace("30,1,1", "30,1,0")
+    );
+    place.refused("lamp.toml --scans 1", 78, "`full`");
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let place = Place::new("same");
+    let args = "count.toml --stimulus parts.csv --for 1s --stop";
+    assert_eq!(place.trace(args), place.trace(args));
+    for name in ["a.svg", "b.svg"] {
+        place.trace(&format!("{args} --trace {name}"));
+    }
+    assert_eq!(place.read("a.svg"), place.read("b.svg"));
+}
+
+#[test]
+fn findings_go_to_standard_error_and_only_errors_refuse() {
+    let place = Place::new("findings");
+    place.write("warned.toml", &LADDER.replace("[tags]", "[tags]\njam = { at = \"C0\" }"));
+    let output = place.sim("warned.toml --scans 1 --watch X0");
+    assert_eq!(output.status.code(), Some(0));
+    assert!(text(&output.stderr).contains("warning[unused-tag]"));
+    assert_eq!(text(&output.stdout), "scan,time_ms,X0\n0,0,0\n");
+    place.write("wrong.toml", &LADDER.replace("OUT full", "OUT X1"));
+    place.refused("wrong.toml --scans 1 --trace wrong.csv", 78, "error[write-to-input]");
+    assert!(!Path::new(&place.0.join("wrong.csv")).exists());
+}
