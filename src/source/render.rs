@@ -89,34 +89,43 @@ fn group<'a>(
     group
 }
 
+/// How far from a finding's place another of the same file has a snippet of its own.
+const FAR_BYTES: u32 = 4_096;
+
 /// One snippet a file: the finding's own first, then those of related places elsewhere.
 fn snippets<'a>(
     finding: &'a Finding,
     files: &'a [SourceFile],
     lines: &[Lines],
 ) -> Vec<Snippet<'a, Annotation<'a>>> {
-    let mut order: Vec<FileId> = vec![finding.span.file];
+    // The drawing looks at all lines between the places of a snippet: far ones go apart.
+    let own = finding.span;
+    let key = |span: Span| {
+        (span.file, span.file == own.file && span.start.abs_diff(own.start) > FAR_BYTES)
+    };
+    let mut order: Vec<(FileId, bool)> = vec![(own.file, false)];
     for (span, _) in &finding.related {
-        if !order.contains(&span.file) {
-            order.push(span.file);
+        if !order.contains(&key(*span)) {
+            order.push(key(*span));
         }
     }
-    let places = |file: FileId| {
+    let places = |part: (FileId, bool)| {
         let own = (finding.span, finding.label.as_str(), AnnotationKind::Primary);
         let related = finding.related.iter();
         let related = related.map(|(span, label)| (*span, label.as_str(), AnnotationKind::Context));
-        [own].into_iter().chain(related).filter(move |(span, ..)| span.file == file)
+        [own].into_iter().chain(related).filter(move |(span, ..)| key(*span) == part)
     };
-    let snippet = |file: FileId| {
+    let snippet = |part: (FileId, bool)| {
+        let file = part.0;
         let source = files.get(file.0 as usize)?;
         let spans: Vec<Range<usize>> =
-            places(file).map(|(span, ..)| clamp(span, &source.text)).collect();
+            places(part).map(|(span, ..)| clamp(span, &source.text)).collect();
         let window = window(&spans, &source.text);
         let first_line = lines.get(file.0 as usize)?.number(window.start);
         let mut snippet = Snippet::source(&source.text[window.clone()])
             .line_start(first_line)
             .path(source.name.as_str());
-        for ((_, label, kind), span) in places(file).zip(spans) {
+        for ((_, label, kind), span) in places(part).zip(spans) {
             let span = span.start - window.start..span.end - window.start;
             let label = (!label.is_empty()).then_some(label);
             snippet = snippet.annotation(kind.span(span).label(label));
