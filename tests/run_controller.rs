@@ -435,7 +435,7 @@ fn a_log_that_nobody_reads_costs_no_scan() {
     unread_log(Duration::from_secs(4));
 }
 
-/// `cargo test --release --test run_controller -- --ignored --nocapture thirty`
+/// `cargo test --test run_controller -- --ignored --nocapture thirty`
 #[test]
 #[ignore = "takes 30 seconds"]
 fn a_log_that_nobody_reads_for_thirty_seconds_costs_no_scan() {
