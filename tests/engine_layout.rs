@@ -35,7 +35,8 @@ fn addresses(sizes: &MemorySizes) -> Vec<Address> {
     all
 }
 
-/// The cells of all addresses are the public ones, each of them once.
+/// Every address has a cell of its own, and there are no cells but these and, beside the flags of
+/// each structure, those that its owner keeps its state in.
 fn assert_dense(sizes: &MemorySizes) {
     let layout = Layout::new(sizes, BLOCKS, STAGES);
     let (mut bits, mut words) = (Vec::new(), Vec::new());
@@ -48,7 +49,10 @@ fn assert_dense(sizes: &MemorySizes) {
     }
     bits.sort_unstable();
     words.sort_unstable();
-    assert!(bits.iter().copied().eq(0..layout.bit_count()), "bits {sizes:?}");
+    assert!(bits.windows(2).all(|pair| pair[0] < pair[1]), "bits {sizes:?}");
+    assert!(bits.last().is_some_and(|last| *last < layout.bit_count()), "bits {sizes:?}");
+    let states = (sizes.ct + sizes.t) * 4 + 64 * 3;
+    assert_eq!(bits.len() as u32 + states, layout.bit_count(), "bits {sizes:?}");
     assert!(words.iter().copied().eq(0..layout.word_count()), "words {sizes:?}");
     assert_eq!(layout.sizes(), sizes);
 }

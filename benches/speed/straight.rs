@@ -1,8 +1,9 @@
 //! A workload as straight-line Rust: what one would write by hand for just these rungs.
 //!
 //! A byte a bit, an `i32` an accumulator, no flags that nothing reads, no branches but around
-//! Stages; every place is a constant. What a rung remembers lies together: histories packed byte
-//! by byte made the machine of `docs/speed.md` several times slower. Functions of [`RUNGS`] rungs, so that it compiles fast.
+//! Stages; every place is a constant. What a rung remembers lies together: with the histories of
+//! W′ packed byte by byte it took several times as long. Functions of [`RUNGS`] rungs, so that it
+//! compiles fast.
 
 use std::fmt::Write;
 

@@ -111,8 +111,8 @@ impl View<'_> {
     /// Whether all of these powers are ON.
     #[inline(always)]
     pub fn all<const N: usize>(&self, powers: &Powers<N>) -> u8 {
-        let each = powers.cells.iter().zip(powers.opposites);
-        each.fold(1, |all, (cell, opposite)| all & (self.bits[*cell as usize] ^ opposite))
+        let power = |at: usize| self.bits[powers.cells[at] as usize] ^ powers.opposites[at];
+        (1..N).fold(power(0), |all, at| all & power(at))
     }
 
     #[inline(always)]
