@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Too many for 1 ms, in a debug build with fewer of them.
-const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 100_000 };
+const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 300_000 };
 
 /// Y0 is driven ON by the first scan that completes, Y1 would be OFF by its safe value, Y2 ON.
 fn ladder() -> String {
