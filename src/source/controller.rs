@@ -278,7 +278,7 @@ fn read_modbus(mut table: Table<'_>) -> ModbusServer {
         frame_timeout_ms: duration(&mut table, "frame-timeout", 2_000),
         idle_timeout_ms: duration(&mut table, "idle-timeout", 60_000),
     };
-    if let Some(connections) = table.integer("connections", (1, 256)) {
+    if let Some(connections) = table.integer("connections", (1, 1024)) {
         server.connections = u32::try_from(connections.value).unwrap_or(8);
     }
     if let Some(mut image) = table.table("image", "`[modbus-server.image]`") {
