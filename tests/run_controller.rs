@@ -297,6 +297,15 @@ fn a_bad_file_is_refused_with_its_findings() {
 }
 
 #[test]
+fn an_input_reads_its_initial_value_until_a_driver_writes_it() {
+    let rungs = "[[program.rung]]\nwhen = [\"X9\"]\ndo = [\"OUT jam\"]\n\
+                 [tags.held]\nat = \"X9\"\ninitial = true\n";
+    let (code, lines) = Plant::new(rungs, "").run(&["--scans", "5"]);
+    assert_eq!(code, 0);
+    find(&lines, "Bottles jammed");
+}
+
+#[test]
 fn what_this_version_cannot_retain_is_refused() {
     let plant = Plant::new(ALIVE, "retain.ranges = [\"D0..D9\"]\n");
     let (code, lines) = plant.run(&[]);

@@ -20,6 +20,7 @@ use super::narration::span;
 use super::systemd::{Notice, Notices};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
+use crate::isa::{Bit, BitSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port};
 use crate::runtime::{self, Grant, Prepared, Report, Runtime, Settings, State};
 
@@ -83,13 +84,23 @@ pub fn run(program: engine::Program, setup: Setup, options: &Options) -> Result<
     let (pace, repeat_ns) = (&settings.pace, options.repeat.as_nanos() as u64);
     let writer =
         LogWriter::new(setup.narration.clone(), pace.period_ns, pace.watchdog_ns, repeat_ns);
+    let inputs = initial_inputs(&program, &setup);
     let prepared = runtime::prepare(Engine::new(program), &settings, writer)?;
+    inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     tell_posture(prepared.grants(), settings.posture.strict)?;
     let tokio = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let ending = tokio.block_on(shell(prepared, &setup, patience));
     tokio.shutdown_background();
     ending
+}
+
+/// The inputs that are ON until their driver writes them: those with an initial value.
+fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
+    let first = setup.symbols.layout.bit(Bit::Space(BitSpace::X, 0)).0;
+    let on = program.initial_bits.iter().filter(|(_, on)| *on);
+    let numbers = on.filter_map(|(cell, _)| cell.0.checked_sub(first));
+    numbers.filter(|x| *x < setup.memory.inputs).collect()
 }
 
 /// From the drivers' start to the scan thread's end.
