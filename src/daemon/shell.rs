@@ -7,7 +7,6 @@ use std::future::Future;
 use std::io;
 use std::time::{Duration, Instant};
 
-use sd_notify::NotifyState;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -17,7 +16,7 @@ use tracing::{error, info, warn};
 use super::config::Setup;
 use super::log_writer::{LogWriter, tell_statistics};
 use super::narration::span;
-use super::systemd::{Notice, Notices};
+use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::runtime::exchange::{FaultReason, Mode, Port};
@@ -127,7 +126,8 @@ struct Over {
 /// Signals and systemd, until the scan thread is over.
 async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) -> Over {
     let (port, started) = (runtime.port(), Instant::now());
-    let mut notices = Notices::new(sd_notify::watchdog_enabled());
+    let (systemd, mut notices) =
+        (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
     let mut look = interval(LOOK_EVERY);
     look.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let mut asked: Option<Instant> = None;
@@ -140,13 +140,12 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
                 }
                 info!("{name}: stopping; the next scan is the last");
                 asked = Some(Instant::now());
-                notify(&[NotifyState::Stopping]);
+                notices.stop();
                 runtime.request_stop();
             }
             _ = look.tick() => {
-                for notice in notices.due(started.elapsed(), runtime.pulses(), &port.latest()) {
-                    send(&notice);
-                }
+                let (now, pulses) = (started.elapsed(), runtime.pulses());
+                notices.tell(now, pulses, &port.latest(), |notice| systemd.send(notice));
                 let waiting = match runtime.state() {
                     State::Running => None,
                     State::Over => Some(Waiting::Ended),
@@ -217,19 +216,6 @@ impl Signals {
             _ = self.interrupt.recv() => "SIGINT",
         }
     }
-}
-
-fn send(notice: &Notice) {
-    match notice {
-        Notice::Ready => notify(&[NotifyState::Ready]),
-        Notice::Watchdog => notify(&[NotifyState::Watchdog]),
-        Notice::Status(status) => notify(&[NotifyState::Status(status)]),
-    }
-}
-
-/// Without systemd this does nothing; and a systemd that does not hear is no reason to stop.
-fn notify(state: &[NotifyState<'_>]) {
-    let _ = sd_notify::notify(state);
 }
 
 /// The last lines, and what they come to.
