@@ -87,7 +87,7 @@ fn run_logged(args: &RunArgs) -> Result<Exit> {
 /// All findings: for people as blocks of lines; where lines must be whole, one by one.
 fn refuse(args: &RunArgs, text: &str) -> Exit {
     if log::is_for_people(args.log_format) {
-        eprintln!("{}", text.trim_end());
+        super::say(&format!("{}\n", text.trim_end()));
     } else {
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
             error!("{line}");
