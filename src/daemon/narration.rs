@@ -123,7 +123,9 @@ pub(super) fn reason(mode: Mode) -> String {
 /// What a person can do about a fault.
 pub(super) fn remedy(reason: FaultReason) -> &'static str {
     match reason {
-        FaultReason::ScanTooLong { .. } | FaultReason::ScanNeverEnds => {
+        FaultReason::ScanTooLong { .. }
+        | FaultReason::ScanNeverEnds
+        | FaultReason::ScanNeverBegins => {
             "restart rungd; if it comes again, raise `[scan] watchdog`, or see what else the \
              machine was doing"
         }

@@ -173,7 +173,10 @@ async fn start_drivers(
     if let Some(settings) = &setup.modbus {
         let listen = settings.listen;
         let map = modbus::Map::new(settings, layout, |word| setup.symbols.limits(word));
-        let bound = modbus::Server::bind(settings.clone(), map, port.clone());
+        let pace = &setup.pace;
+        let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
+        let patience = Duration::from_nanos(patience_ns);
+        let bound = modbus::Server::bind(settings.clone(), map, port.clone(), patience);
         let server = bound.await.map_err(|error| {
             let context = format!(
                 "{}: `[modbus-server]` cannot listen at {listen}: {error}",
