@@ -393,6 +393,18 @@ fn a_systemd_that_does_not_listen_keeps_nobody_from_anything() {
 }
 
 #[test]
+fn too_few_file_descriptors_are_the_environments_fault() {
+    let plant = Plant::new(ALIVE, "");
+    let command = plant.command(&["--scans", "1"]);
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "ulimit -n 8; exec \"$0\" \"$@\""]).arg(command.get_program());
+    let output = shell.args(command.get_args()).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(74), "{text}");
+    assert!(text.contains("file descriptors") && !text.contains("bug"), "{text}");
+}
+
+#[test]
 fn findings_that_cannot_be_written_are_no_bug() {
     let plant = Plant::new("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUTT Y0\"]\n", "");
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();

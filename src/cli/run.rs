@@ -1,9 +1,11 @@
 //! `rungd run`: a controller file in; a controller that scans until it is told to stop.
 
+use std::fs::File;
+use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 use tracing::error;
 
@@ -14,6 +16,9 @@ use crate::daemon::{self, Ending, Failure, Options, config};
 use crate::isa::duration;
 use crate::load;
 use crate::source::render::{refuses, render};
+
+/// So many a start needs free, with some to spare.
+const DESCRIPTORS_LEAST: usize = 16;
 
 /// Runs a controller: scans its ladder at a fixed period until a signal stops it
 #[derive(Args, Debug)]
@@ -45,8 +50,9 @@ fn repeat(text: &str) -> Result<Duration, String> {
 /// Runs a controller until its end.
 ///
 /// # Errors
-/// The log cannot be started.
+/// The log cannot be started, or there are too few file descriptors.
 pub fn run(args: &RunArgs) -> Result<Exit> {
+    probe_descriptors()?;
     let log = log::init(args.log_format, args.log_level)?;
     let exit = run_logged(args).unwrap_or_else(|why| {
         error!("rungd does not start: {why:#}");
@@ -54,6 +60,14 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     });
     log.flush();
     Ok(exit)
+}
+
+/// What is opened later, and not all of it by calls that can fail, must find a descriptor.
+fn probe_descriptors() -> Result<()> {
+    let probes: io::Result<Vec<File>> =
+        (0..DESCRIPTORS_LEAST).map(|_| File::open("/dev/null")).collect();
+    probes.context("a controller needs 16 file descriptors to start")?;
+    Ok(())
 }
 
 fn run_logged(args: &RunArgs) -> Result<Exit> {
