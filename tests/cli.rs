@@ -67,6 +67,24 @@ fn a_controller_file_brings_its_ladders() {
 }
 
 #[test]
+fn a_file_of_the_other_kind_is_one_finding() {
+    let ladder = file("other-ladder.toml", GOOD.as_bytes());
+    let controller = file("other-controller.toml", b"ladder = [\"other-ladder.toml\"]\n");
+    check(&["run", &ladder], 78, "this is a ladder file, not a controller file");
+    check(&["run", &ladder], 78, "`ladder = [\"other-ladder.toml\"]`\n\n1 error, 0 warnings");
+    check(&["sim", &controller], 78, "this is a controller file, not a ladder file");
+    check(&["sim", &controller], 78, "names: `other-ladder.toml`\n\n1 error, 0 warnings");
+}
+
+#[test]
+fn a_ladder_file_is_given_once() {
+    let ladder = file("once.toml", GOOD.as_bytes());
+    let again = ladder.replace("/once.toml", "/./once.toml");
+    check(&["check", &ladder, &again], 78, "/./once.toml: this file is named twice");
+    check(&["sim", &ladder, &ladder], 78, "this file is named twice");
+}
+
+#[test]
 fn a_file_that_is_not_there_is_a_failure_of_the_environment() {
     check(&["check", "no-such-file.toml"], 74, "rungd: no-such-file.toml: No such file");
 }

@@ -150,6 +150,7 @@ fn a_number_of_scans_and_an_orderly_stop() {
     assert_eq!(message(&lines[0]), "rungd starts");
     let loaded = find(&lines, "ladder loaded");
     assert_eq!((&loaded["ladder"], &loaded["period"]), (&"bottling".into(), &"2ms".into()));
+    assert_eq!(loaded["ladders"], 1);
     assert_eq!(loaded["sha256"].as_str().map(str::len), Some(64));
     assert_eq!(find(&lines, "real-time posture")["granted"], "timer slack 1 ns");
     find(&lines, "RUN: scanning every 2ms");
@@ -194,7 +195,7 @@ fn an_alarm_is_a_warning_and_its_end_says_how_long_it_lasted() {
 
 #[test]
 fn a_signal_stops_in_an_orderly_way() {
-    for signal in ["TERM", "INT"] {
+    for signal in ["TERM", "INT", "HUP"] {
         let plant = Plant::new(ALIVE, "");
         let mut running = plant.start(&[]);
         running.line("lamp is ON");
@@ -219,6 +220,7 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
     }
     assert_eq!(running.child.try_wait().unwrap(), None, "it stays");
     running.signal("TERM");
+    running.line("SIGTERM: ending from STOP; no further scan comes");
     running.line("rungd ends");
     assert_eq!(running.end().code(), Some(0));
 }
@@ -239,13 +241,66 @@ fn a_scan_longer_than_the_watchdog_is_a_fault() {
     let mut running = plant.start(&["--repeat-reason", "150ms"]);
     let fault = running.line("FAULT: a scan");
     assert_eq!((&fault["level"], &fault["watchdog"]), (&"ERROR".into(), &"1ms".into()));
-    assert!(message(&fault).contains("raise `[scan] watchdog`"));
+    assert!(message(&fault).contains("raise `[scan] watchdog` (it is 1ms, for "), "{fault}");
+    assert!(message(&fault).contains(" rungs every 2ms)"), "{fault}");
     running.line("still in FAULT after");
     running.signal("TERM");
+    running.line("SIGTERM: ending from FAULT; no further scan comes");
     running.line("rungd ends");
     assert_eq!(running.end().code(), Some(0));
-    let (code, _) = plant.run(&["--scans", "5"]);
+    let (code, lines) = plant.run(&["--scans", "5"]);
     assert_eq!(code, 75, "with a number of scans, a fault is no success");
+    let errors = lines.iter().filter(|line| line["level"] == "ERROR").count();
+    assert_eq!(errors, 1, "one fault, one error: {lines:#?}");
+}
+
+#[test]
+fn a_signal_while_files_are_read_ends_the_process_at_once() {
+    let plant = Plant::new(ALIVE, "");
+    let ladder = plant.0.join("ladder.toml");
+    std::fs::remove_file(&ladder).unwrap();
+    // A file that never ends stands for a ladder that takes long.
+    assert!(Command::new("mkfifo").arg(&ladder).status().unwrap().success());
+    let mut running = plant.start(&[]);
+    // To open it for writing takes a reader: rungd is at it.
+    let _never_written = std::fs::OpenOptions::new().write(true).open(&ladder).unwrap();
+    running.signal("TERM");
+    running.line("SIGTERM: ending; the ladder was still being loaded, nothing was scanned");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn a_second_signal_ends_at_once_and_names_the_first() {
+    let plant = Plant::new(ALIVE, "scan.period = \"10s\"\nscan.watchdog = \"10s\"\n");
+    let mut running = plant.start(&[]);
+    running.line("RUN: ");
+    running.signal("HUP");
+    running.line("SIGHUP: stopping; the next scan is the last");
+    running.signal("INT");
+    running.line("SIGINT after SIGHUP: ending at once");
+    assert_eq!(running.end().code(), Some(75));
+}
+
+#[test]
+fn the_simulated_device_moves_before_the_first_scan() {
+    let rungs = "[[program.rung]]\nwhen = [\"$FirstScan\", \"X0\"]\ndo = [\"SET lamp\"]\n";
+    let rule = "[[simulated-device]]\ninput = \"X0\"\npulse = \"5s\"\nevery = \"10s\"\n";
+    let (_, lines) = Plant::new(rungs, rule).run(&["--scans", "2"]);
+    assert_eq!(find(&lines, "lamp is ON")["scan"], 1);
+}
+
+#[test]
+fn a_flood_of_alarms_is_told_in_pairs_and_what_is_left_out_is_counted() {
+    let toggles = "[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT jam\"]\n";
+    let (_, lines) = Plant::new(toggles, "scan.period = \"1ms\"\n").run(&["--scans", "600"]);
+    let count = |words| lines.iter().filter(|line| message(line).starts_with(words)).count();
+    let (on, off) = (count("alarm ON"), count("alarm OFF"));
+    assert_eq!(on, off, "no alarm seems to stand");
+    let left_out = find(&lines, "alarms come too often");
+    let left_out = left_out["lines"].as_u64().unwrap() as usize;
+    assert!(on >= 100 && (598..=600).contains(&(on + off + left_out)), "{on} {off} {left_out}");
+    let at = |words| lines.iter().position(|line| message(line).contains(words)).expect(words);
+    assert!(at("alarms come too often") < at("scan statistics of the whole run"));
 }
 
 #[test]
@@ -280,7 +335,9 @@ fn statistics_come_at_their_interval() {
     let (_, lines) = plant.run(&["--scans", "300"]);
     let reports =
         lines.iter().filter(|line| message(line).starts_with("scan statistics of the last"));
-    let scans: Vec<u64> = reports.map(|line| line["scans"].as_u64().unwrap()).collect();
+    let reports: Vec<_> = reports.collect();
+    let scans: Vec<u64> = reports.iter().map(|line| line["scans"].as_u64().unwrap()).collect();
+    assert!(reports.iter().all(|line| line["late_us_p99"].is_f64()), "{reports:#?}");
     assert!((1..=3).contains(&scans.len()), "{scans:?}");
 }
 
@@ -294,6 +351,15 @@ fn a_bad_file_is_refused_with_its_findings() {
     let (code, lines) = plant.run(&[]);
     assert_eq!(code, 78);
     find(&lines, "cannot be run as it is");
+}
+
+#[test]
+fn an_input_reads_its_initial_value_until_a_driver_writes_it() {
+    let rungs = "[[program.rung]]\nwhen = [\"X9\"]\ndo = [\"OUT jam\"]\n\
+                 [tags.held]\nat = \"X9\"\ninitial = true\n";
+    let (code, lines) = Plant::new(rungs, "").run(&["--scans", "5"]);
+    assert_eq!(code, 0);
+    find(&lines, "Bottles jammed");
 }
 
 #[test]
@@ -413,6 +479,18 @@ fn findings_that_cannot_be_written_are_no_bug() {
 
 #[test]
 fn a_log_that_nobody_reads_costs_no_scan() {
+    unread_log(Duration::from_secs(4));
+}
+
+/// `cargo test --test run_controller -- --ignored --nocapture thirty`
+#[test]
+#[ignore = "takes 30 seconds"]
+fn a_log_that_nobody_reads_for_thirty_seconds_costs_no_scan() {
+    unread_log(Duration::from_secs(30));
+}
+
+/// Runs at 1 ms with a log that is not read for so long; every grid point must be accounted for.
+fn unread_log(unread: Duration) {
     // Tasks that complete every other scan, with their passes told: many thousand lines a second.
     let mut rungs = String::from("[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT C0\"");
     let tasks: Vec<String> = (0..16).map(|n| format!("Job-{n}")).collect();
@@ -422,19 +500,34 @@ fn a_log_that_nobody_reads_costs_no_scan() {
         rungs += &format!("[[task]]\nname = \"{task}\"\n");
         rungs += "rung = [ { when = [\"$On\"], do = [\"SET lamp\"] } ]\n";
     }
-    let plant = Plant::new(&rungs, "scan.period = \"1ms\"\n");
+    let plant = Plant::new(&rungs, "scan.period = \"1ms\"\nlog.statistics = \"0ms\"\n");
     let mut command = plant.command(&["--log-level", "trace", "--log-format", "json"]);
     let mut child = command.spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(4000));
+    std::thread::sleep(unread);
     assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
     let mut text = String::new();
     child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let lines: Vec<Value> = text.lines().map(|l| serde_json::from_str(l).expect(l)).collect();
-    assert!(find(&lines, "log lines were dropped")["lines"].as_u64().unwrap() > 100);
+    let sum = |words: &str, field: &str| -> u64 {
+        let told = lines.iter().filter(|line| message(line).contains(words));
+        told.map(|line| line[field].as_u64().unwrap()).sum()
+    };
     let whole = find(&lines, "scan statistics of the whole run");
     let number = |field: &str| whole[field].as_u64().unwrap();
-    assert!(number("scans") + number("skipped") >= 3800, "every grid point is accounted for");
+    let (scans, skipped) = (number("scans"), number("skipped"));
+    // A grid point every millisecond from the start of RUN to that of the last scan, both counted.
+    let us = |field: &str| whole[field].as_f64().unwrap();
+    let points = ((us("over_us") - us("late_us_last")) / 1000.0).round() as u64 + 1;
+    let dropped = (sum("log lines were dropped", "lines"), sum("records of the", "records"));
+    let (lines, records) = dropped;
+    println!(
+        "{scans} scans + {skipped} skipped = {} of {points} grid points; dropped: {lines} lines, \
+         {records} records",
+        scans + skipped
+    );
+    assert!(lines > 100, "lines are dropped, and counted: {lines}");
+    assert_eq!(scans + skipped, points, "{whole}");
 }
 
 /// A page's fenced block that begins with a line.

@@ -83,6 +83,8 @@ impl Observer for Deaf {
     fn dropped(&mut self, _: u64) {}
     fn tripped(&mut self, _: rungd::runtime::exchange::FaultReason, _: u64) {}
     fn turn(&mut self, _: &Snapshot, _: u64) {}
+
+    fn ended(&mut self, _: u64) {}
 }
 
 /// A generator of numbers, the same for the same seed.

@@ -166,7 +166,7 @@ fn a_trace_goes_to_standard_output_or_to_a_file() {
     assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     place.refused(&format!("{args} --trace no/such/folder.csv"), 74, "no/such/folder.csv");
     let many = "count.toml --watch X0 --scans 2000 --trace many.svg";
-    place.refused(many, 74, "a diagram shows at most 1000 scans");
+    place.refused(many, 78, "--trace many.svg: a diagram shows at most 1000 scans");
 }
 
 #[test]
@@ -175,6 +175,9 @@ fn vcd_is_refused_before_anything_is_written() {
     let said = "--trace out.vcd: this version writes CSV and SVG, not VCD";
     place.refused("count.toml --trace out.vcd", 78, said);
     assert!(!place.0.join("out.vcd").exists());
+    let said = "--trace out.xyz: the ending says the form, and is `.csv` or `.svg`";
+    place.refused("count.toml --trace out.xyz", 78, said);
+    assert!(!place.0.join("out.xyz").exists());
 }
 
 #[test]
@@ -182,6 +185,7 @@ fn a_stimulus_is_refused_with_its_row() {
     let place = Place::new("stimulus");
     let cases = [
         ("X0\n1,1\n", "s.csv:1: the header is `scan,` and operands"),
+        ("scan;X0\n1;1\n", "s.csv:1: cells are separated by `,`, not by `;`"),
         ("scan,X0\n1,1\n2,2\n", "s.csv:3: `X0` is a bit: it takes 0 or 1, not `2`"),
         ("scan,size\n\n5,10\n", "s.csv:3: `size` takes 1 to 9, not 10"),
         ("scan,size\n5,many\n", "s.csv:2: `size` is a word: it takes a decimal number"),

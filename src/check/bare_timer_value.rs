@@ -20,8 +20,9 @@
 //! ```
 
 use crate::isa::{Kind, Structure, Word, duration};
-use crate::resolve::program::{Arg, ArgValue, Contact, Value, Written};
+use crate::resolve::program::{Arg, ArgValue, Contact, Tag, Value, Written};
 use crate::source::finding::{Code, Finding};
+use crate::source::span::Span;
 
 use super::context::{Context, Placed};
 
@@ -31,17 +32,42 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         for arg in &placed.instruction.args {
             let kind = placed.mnemonic().spec().operand(arg.name).map(|operand| operand.kind);
             if matches!(kind, Some(Kind::Duration | Kind::Interval)) {
-                findings.extend(operand(placed, arg));
+                findings.extend(operand(context, placed, arg));
             }
         }
     }
     findings.extend(context.contacts.iter().filter_map(|contact| compare(context, contact)));
 }
 
-fn operand(placed: &Placed, arg: &Arg) -> Option<Finding> {
+/// The tag by which a constant is named within a place.
+fn tag<'a>(context: &Context<'a>, place: Span) -> Option<&'a Tag> {
+    let constants = &context.program.constants;
+    let at =
+        constants.partition_point(|(span, _)| (span.file, span.start) < (place.file, place.start));
+    let (span, tag) = constants.get(at)?;
+    let inside = span.file == place.file && span.end <= place.end;
+    inside.then(|| &context.program.tags[*tag])
+}
+
+/// The finding of a tag's value without a unit: it is mended where it stands.
+fn in_tags(tag: &Tag, place: Span, message: String, number: i32) -> Finding {
+    let name = &tag.name;
+    let help = choice(number, |ms| format!("{name} = {{ value = \"{}\" }}", duration::print(ms)));
+    Finding::new(Code::BareTimerValue, place, message)
+        .label("read as ms")
+        .related(tag.span, format!("{number} here"))
+        .help(format!("give the tag its unit: {help}"))
+}
+
+fn operand(context: &Context, placed: &Placed, arg: &Arg) -> Option<Finding> {
     let ArgValue::Value(value) = arg.value else { return None };
     let number = bare(value)?;
     let key = arg.name;
+    if let Some(tag) = tag(context, arg.span) {
+        let (name, said) = (&tag.name, placed.name());
+        let message = format!("`{key}={name}` of `{said}` is {number} without a unit: ms or s?");
+        return Some(in_tags(tag, arg.span, message, number));
+    }
     let message = format!("`{key}={number}` of `{}` has no unit: ms or s?", placed.name());
     let help = choice(number, |ms| format!("{key}={}", duration::print(ms)));
     Some(Finding::new(Code::BareTimerValue, arg.span, message).label("read as ms").help(help))
@@ -55,6 +81,9 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
         _ => return None,
     };
     let message = format!("`{}` compares a time with a number: ms or s?", context.contact(contact));
+    if let Some(tag) = tag(context, *span) {
+        return Some(in_tags(tag, *span, message, number));
+    }
     let help = choice(number, |ms| {
         let timed = |value: &Value| match value {
             Value::Const(..) => Value::Const(ms, Written::Duration),
@@ -115,8 +144,9 @@ mod tests {
                   `preset=3000` of `TMR` has no unit: ms or s?
                     `preset=3s`, as it is read now, or `preset=50m`
                 10:58 bare-timer-value
-                  `preset=3000` of `TMR` has no unit: ms or s?
-                    `preset=3s`, as it is read now, or `preset=50m`
+                  `preset=bare` of `TMR` is 3000 without a unit: ms or s?
+                    give the tag its unit: `bare = { value = "3s" }`, as it is read now, or
+                    `bare = { value = "50m" }`
                 12:39 bare-timer-value
                   `preset=3000000` of `TMR` has no unit: ms or s?
                     `preset=50m`
@@ -144,6 +174,33 @@ mod tests {
                 6:12 bare-timer-value
                   `500 <= T0.Acc` compares a time with a number: ms or s?
                     `500ms <= T0.Acc`, as it is read now, or `8m20s <= T0.Acc`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_constant_of_the_tags_is_mended_there() {
+        check(
+            r#"
+            [tags]
+            long = { value = 3 }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["TMR T0 preset=long"] },
+              { when = ["T0.Acc > long"], do = ["OUT Y0"] },
+            ]
+            "#,
+            expect![[r#"
+                7:39 bare-timer-value
+                  `preset=long` of `TMR` is 3 without a unit: ms or s?
+                    give the tag its unit: `long = { value = "3ms" }`, as it is read now, or
+                    `long = { value = "3s" }`
+                8:12 bare-timer-value
+                  `T0.Acc > 3` compares a time with a number: ms or s?
+                    give the tag its unit: `long = { value = "3ms" }`, as it is read now, or
+                    `long = { value = "3s" }`
             "#]],
         );
     }

@@ -75,8 +75,12 @@ impl<'a> Context<'a> {
         (text.len() <= CONDITION_MAX && !terms.iter().any(|term| term == ON)).then_some(text)
     }
 
-    /// What gives a place its power, `$On` left out. `None` in a rung with other legs than `when`.
+    /// What gives a place its power, `$On` left out. `None` in a rung with other legs than `when`,
+    /// and where contacts may have been left out of the program.
     pub fn power(&self, place: &Place<'a>) -> Option<Power<'a>> {
+        if !self.whole {
+            return None;
+        }
         let when = place.rung.legs.iter().find(|leg| leg.name == LegName::When)?;
         let behind = place.branch.map_or(&[][..], |branch| &branch.contacts);
         let on = Bit::Space(BitSpace::St, status::st::ON);
@@ -170,7 +174,7 @@ mod tests {
         );
         let (program, findings) = load(&ladder);
         let program = program.unwrap_or_else(|| panic!("{findings:?}"));
-        let context = Context::new(&program, &[]);
+        let context = Context::new(&program, &[], true);
         let when = &program.blocks[0].rungs[0].legs[0];
         when.contacts.iter().map(|contact| context.contact(contact)).collect()
     }

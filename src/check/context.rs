@@ -19,6 +19,8 @@ use crate::source::span::Span;
 pub struct Context<'a> {
     /// The program.
     pub program: &'a Program,
+    /// Whether nothing is left out of it, be it only a contact of a series.
+    pub whole: bool,
     /// What the controller file retains; empty without one.
     pub retained: &'a [Range],
     /// Every instruction, in file order.
@@ -68,9 +70,10 @@ pub struct Driver<'a> {
 
 impl<'a> Context<'a> {
     /// Walks the program.
-    pub fn new(program: &'a Program, retained: &'a [Range]) -> Context<'a> {
+    pub fn new(program: &'a Program, retained: &'a [Range], whole: bool) -> Context<'a> {
         let mut context = Context {
             program,
+            whole,
             retained,
             instructions: Vec::new(),
             contacts: Vec::new(),

@@ -14,6 +14,7 @@ mod block_rule;
 mod built_in_task;
 mod conditions;
 mod constant_compare;
+mod constant_saturates;
 mod context;
 mod duplicate_out;
 mod entask_conflict;
@@ -27,6 +28,7 @@ mod owned_twice;
 mod pages;
 mod reach;
 mod reset_without_owner;
+mod retain_not_kept;
 mod retained_but_reset;
 mod sensaphone_preset;
 mod set_never_reset;
@@ -42,34 +44,58 @@ pub use silence::silence;
 
 type Rule = fn(&context::Context, &mut Vec<Finding>);
 
-const RULES: &[Rule] = &[
-    owned_twice::check,
-    reset_without_owner::check,
-    sensaphone_preset::check,
-    jump_outside_stage::check,
-    built_in_task::check,
-    block_rule::check,
-    entask_conflict::check,
-    duplicate_out::check,
-    out_elsewhere::check,
-    out_lost_on_jump_back::check,
-    stage_never_entered::check,
-    block_never_started::check,
-    set_never_reset::check,
-    multi_scan_in_task::check,
-    task_starts_itself::check,
-    constant_compare::check,
-    bare_timer_value::check,
-    mixed_and_or::check,
-    retained_but_reset::check,
-    unused_tag::check,
+/// What a rule must see of a program for what it says to be true.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Needs {
+    /// What it looks at, and nothing around: a contact, an instruction.
+    Itself,
+    /// Where things stand; what is left out of the program makes it say less, never more.
+    Place,
+    /// All of it: it says that something is nowhere.
+    Whole,
+}
+
+const RULES: &[(Needs, Rule)] = &[
+    (Needs::Place, owned_twice::check),
+    (Needs::Whole, reset_without_owner::check),
+    (Needs::Place, sensaphone_preset::check_different),
+    (Needs::Whole, sensaphone_preset::check_missing),
+    (Needs::Place, jump_outside_stage::check),
+    (Needs::Itself, built_in_task::check),
+    (Needs::Place, block_rule::check),
+    (Needs::Place, entask_conflict::check),
+    (Needs::Place, duplicate_out::check),
+    (Needs::Place, out_elsewhere::check),
+    (Needs::Whole, out_lost_on_jump_back::check),
+    (Needs::Whole, stage_never_entered::check),
+    (Needs::Whole, block_never_started::check),
+    (Needs::Whole, set_never_reset::check),
+    (Needs::Whole, multi_scan_in_task::check),
+    (Needs::Place, task_starts_itself::check),
+    (Needs::Itself, constant_compare::check),
+    (Needs::Itself, constant_saturates::check),
+    (Needs::Itself, bare_timer_value::check),
+    (Needs::Itself, mixed_and_or::check),
+    (Needs::Itself, retain_not_kept::check),
+    (Needs::Place, retained_but_reset::check),
+    (Needs::Whole, unused_tag::check),
 ];
 
 /// All findings of the rules, in order of place; `retained` is what the controller file retains.
 pub fn check(program: &Program, retained: &[Range]) -> Vec<Finding> {
-    let context = context::Context::new(program, retained);
+    apply(program, retained, Needs::Whole)
+}
+
+/// The findings that are true of a program from which something is left out, since it is in
+/// itself wrong. Where headers are misplaced, nothing is sure to stand where it was meant.
+pub fn check_partial(program: &Program, retained: &[Range], misplaced: bool) -> Vec<Finding> {
+    apply(program, retained, if misplaced { Needs::Itself } else { Needs::Place })
+}
+
+fn apply(program: &Program, retained: &[Range], most: Needs) -> Vec<Finding> {
+    let context = context::Context::new(program, retained, most == Needs::Whole);
     let mut findings = Vec::new();
-    for rule in RULES {
+    for (_, rule) in RULES.iter().filter(|(needs, _)| *needs <= most) {
         rule(&context, &mut findings);
     }
     findings.sort_by_key(|finding| (finding.span.file, finding.span.start, finding.code));

@@ -56,7 +56,7 @@ fn finding(context: &Context, structure: Structure, first: &Placed, second: &Pla
         Structure::Sensaphone(_) => format!("one CTU and one CTD may share `{name}`"),
         _ => format!("`{name}` can be read anywhere, but one instruction alone executes it"),
     };
-    let help = match context.free_like(structure) {
+    let help = match context.free_like(structure).filter(|_| context.whole) {
         Some(free) => format!("{share}\ngive this one a structure that is free: `{free}`"),
         None => share,
     };

@@ -71,6 +71,8 @@ pages! {
     "constant-compare"
     "bare-timer-value"
     "mixed-and-or"
+    "constant-saturates"
+    "retain-not-kept"
     "retained-but-reset"
     "unused-tag"
     "unknown-allow"

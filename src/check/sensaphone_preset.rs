@@ -29,22 +29,29 @@ use crate::source::finding::{Code, Finding};
 use super::context::{Context, Placed};
 use super::names::list;
 
-/// The rule.
-pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for (structure, owners) in context.owners() {
-        if !matches!(structure, Structure::Sensaphone(_)) {
-            continue;
-        }
-        let stated: Vec<(&Placed, &Arg)> =
-            owners.iter().filter_map(|o| o.instruction.arg("preset").map(|arg| (o, arg))).collect();
-        match stated.as_slice() {
-            [] => findings.push(none_stated(context, structure, owners)),
-            [first, others @ ..] => {
-                let other = others.iter().filter(|other| !same(first.1, other.1));
-                findings.extend(other.map(|other| different(context, structure, *first, *other)));
-            }
+/// The rule's first half: one of them states a preset.
+pub fn check_missing(context: &Context, findings: &mut Vec<Finding>) {
+    for (structure, owners) in counters(context).filter(|(_, owners)| stated(owners).is_empty()) {
+        findings.push(none_stated(context, structure, owners));
+    }
+}
+
+/// Its other half: both state none, or the same.
+pub fn check_different(context: &Context, findings: &mut Vec<Finding>) {
+    for (structure, owners) in counters(context) {
+        if let [first, others @ ..] = stated(owners).as_slice() {
+            let other = others.iter().filter(|other| !same(first.1, other.1));
+            findings.extend(other.map(|other| different(context, structure, *first, *other)));
         }
     }
+}
+
+fn counters<'c>(context: &'c Context<'c>) -> impl Iterator<Item = (Structure, &'c [Placed<'c>])> {
+    context.owners().filter(|(structure, _)| matches!(structure, Structure::Sensaphone(_)))
+}
+
+fn stated<'c>(owners: &'c [Placed<'c>]) -> Vec<(&'c Placed<'c>, &'c Arg)> {
+    owners.iter().filter_map(|o| o.instruction.arg("preset").map(|arg| (o, arg))).collect()
 }
 
 fn same(a: &Arg, b: &Arg) -> bool {

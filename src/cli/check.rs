@@ -44,7 +44,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
         }
     }
     if !ladders.is_empty() {
-        append(&mut all, load::ladder_inputs(&ladders));
+        append(&mut all, load::ladder_inputs(&ladders)?);
     }
     super::say(&render(&all.findings, &all.files, style));
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
@@ -12,10 +12,11 @@ use tracing::error;
 use super::check::style;
 use super::exit::Exit;
 use crate::daemon::log::{self, LogFormat, LogLevel};
-use crate::daemon::{self, Ending, Failure, Options, config};
+use crate::daemon::{self, Ending, Failure, Host, Options, Setup, config};
+use crate::engine;
 use crate::isa::duration;
 use crate::load;
-use crate::source::render::{refuses, render};
+use crate::source::render::{Style, refuses, render};
 
 /// So many a start needs free, with some to spare.
 const DESCRIPTORS_LEAST: usize = 16;
@@ -50,14 +51,16 @@ fn repeat(text: &str) -> Result<Duration, String> {
 /// Runs a controller until its end.
 ///
 /// # Errors
-/// The log cannot be started, or there are too few file descriptors.
+/// Signals cannot be heard, the log cannot be started, or there are too few file descriptors.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     probe_descriptors()?;
+    let mut host = Host::new().context("cannot listen for signals")?;
     let log = log::init(args.log_format, args.log_level)?;
-    let exit = run_logged(args).unwrap_or_else(|why| {
+    let exit = run_logged(args, &mut host).unwrap_or_else(|why| {
         error!("rungd does not start: {why:#}");
         Exit::of(&why)
     });
+    host.end();
     log.flush();
     Ok(exit)
 }
@@ -70,20 +73,17 @@ fn probe_descriptors() -> Result<()> {
     Ok(())
 }
 
-fn run_logged(args: &RunArgs) -> Result<Exit> {
-    let loaded = load::controller_file(&args.controller)?;
-    let style = style(false);
-    if refuses(&loaded.findings, style) {
-        return Ok(refuse(args, &render(&loaded.findings, &loaded.files, style)));
-    }
-    let (program, setup) = match config::settle(&loaded) {
+fn run_logged(args: &RunArgs, host: &mut Host) -> Result<Exit> {
+    let (path, style) = (args.controller.clone(), style(false));
+    let Some(loaded) = host.unless_stopped(move || load(&path, style)) else {
+        return Ok(Exit::Ok);
+    };
+    let (program, setup) = match loaded? {
         Ok(settled) => settled,
         Err(why) => return Ok(refuse(args, &why)),
     };
-    // The files' texts are not needed any more; a controller runs for months.
-    drop(loaded);
     let options = Options { scans: args.scans, repeat: args.repeat_reason };
-    match daemon::run(program, setup, &options) {
+    match daemon::run(host, program, setup, &options) {
         Ok(Ending::Orderly) => Ok(Exit::Ok),
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::Bug) => Ok(Exit::Software),
@@ -96,6 +96,16 @@ fn run_logged(args: &RunArgs) -> Result<Exit> {
             Ok(Exit::Io)
         }
     }
+}
+
+/// What the files come to, or why they cannot be run. Their texts are not kept: a controller runs
+/// for months.
+fn load(path: &Path, style: Style) -> Result<Result<(engine::Program, Setup), String>> {
+    let loaded = load::controller_file(path)?;
+    if refuses(&loaded.findings, style) {
+        return Ok(Err(render(&loaded.findings, &loaded.files, style)));
+    }
+    Ok(config::settle(&loaded))
 }
 
 /// All findings: for people as blocks of lines; where lines must be whole, one by one.

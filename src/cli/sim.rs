@@ -15,7 +15,7 @@ use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::resolve_operand;
 use crate::sim::stimulus::{Stimulus, Target};
-use crate::sim::svg::SvgTrace;
+use crate::sim::svg::{SvgTrace, TooLong};
 use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
 
@@ -89,7 +89,13 @@ pub fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
     let watched = watched(args, program, &symbols)?;
     if extension(&args.trace) == Some("svg") {
         let mut trace = SvgTrace::new(&watched);
-        sim::run(engine_program, &plan, &mut trace)?;
+        if let Err(error) = sim::run(engine_program, &plan, &mut trace) {
+            // What was asked for is wrong, and nothing of the environment.
+            match error.get_ref().filter(|inner| inner.is::<TooLong>()) {
+                Some(inner) => bail!("--trace {}: {inner}", args.trace.display()),
+                None => return Err(error.into()),
+            }
+        }
         return Ok(trace.finish(output(&args.trace)?)?);
     }
     let mut trace = CsvTrace::new(&watched, output(&args.trace)?)?;
@@ -116,10 +122,13 @@ pub fn ladders(args: &SimArgs) -> &[PathBuf] {
 }
 
 fn refuse_other_forms(trace: &Path) -> Result<()> {
-    if extension(trace) == Some("vcd") {
-        bail!("--trace {}: this version writes CSV and SVG, not VCD", trace.display());
+    let name = trace.display();
+    match extension(trace) {
+        _ if trace == Path::new("-") || trace.starts_with("/dev") => Ok(()),
+        Some("csv" | "svg") => Ok(()),
+        Some("vcd") => bail!("--trace {name}: this version writes CSV and SVG, not VCD"),
+        _ => bail!("--trace {name}: the ending says the form, and is `.csv` or `.svg`"),
     }
-    Ok(())
 }
 
 fn scans(args: &SimArgs) -> u64 {

@@ -40,7 +40,9 @@ pub struct Setup {
 pub struct LadderFacts {
     /// Its name.
     pub name: String,
-    /// Its files.
+    /// How many ladder files make the program.
+    pub ladders: usize,
+    /// Their names.
     pub files: String,
     /// SHA-256 of the files' bytes one behind the other: `cat FILES | sha256sum` gives the same.
     pub sha256: String,
@@ -137,6 +139,7 @@ fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {
     let names: Vec<_> = files.iter().map(|file| file.name.as_str()).collect();
     LadderFacts {
         name: program.name.clone(),
+        ladders: files.len(),
         files: names.join(" "),
         sha256: sha256(files),
         blocks: program.blocks.len(),

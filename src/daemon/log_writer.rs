@@ -2,83 +2,81 @@
 //!
 //! It listens on the monitor thread and knows the time from its arguments. It repeats the reason
 //! of a STOP or FAULT every minute for as long as it lasts, and it thins out what changes too
-//! often: a bit that toggles every scan may not bury the line that matters. Nothing here blocks;
-//! standard error is `log_queue`'s business.
+//! often (`allowance`): a bit that toggles every scan may not bury the line that matters. Nothing
+//! here blocks; standard error is `log_queue`'s business.
 
 use tracing::{debug, error, info, warn};
 
+use super::allowance::{Alarms, Allowance};
 use super::narration::{Narration, reason, remedy, span, us};
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{Observer, Record, Statistics, What};
 
-const SECOND_NS: u64 = 1_000_000_000;
-/// So many lines of one kind at once, and so many a second in the long run.
-const BURST: u32 = 200;
-const LINES_PER_SECOND: u64 = 20;
+/// What the log's lines say of the controller, and how often.
+#[derive(Clone, Debug)]
+pub(super) struct Facts {
+    pub period_ns: u64,
+    pub watchdog_ns: u64,
+    /// From repetition to repetition of why the controller does not run.
+    pub repeat_ns: u64,
+    /// How long the ladder is.
+    pub rungs: usize,
+}
 
 /// Tells what it hears to the log.
 pub(super) struct LogWriter {
     narration: Narration,
-    period_ns: u64,
-    watchdog_ns: u64,
-    /// From repetition to repetition of why the controller does not run.
-    repeat_ns: u64,
+    facts: Facts,
     standing: Option<Standing>,
+    /// The monitor has called the scan under way a fault, and that was told.
+    tripped: bool,
     changes: Allowance,
-    alarms: Allowance,
+    alarms: Alarms,
 }
 
 /// A STOP or FAULT that lasts.
 struct Standing {
-    mode: Mode,
+    /// The mode's.
+    name: &'static str,
     since_ns: u64,
     told_ns: u64,
 }
 
-/// What keeps a chatter of lines within bounds.
-struct Allowance {
-    what: &'static str,
-    left: u32,
-    filled_ns: u64,
-    withheld: u64,
-    withheld_since_ns: u64,
-}
-
 impl LogWriter {
-    pub fn new(narration: Narration, period_ns: u64, watchdog_ns: u64, repeat_ns: u64) -> Self {
-        let allowance =
-            |what| Allowance { what, left: BURST, filled_ns: 0, withheld: 0, withheld_since_ns: 0 };
-        LogWriter {
-            narration,
-            period_ns,
-            watchdog_ns,
-            repeat_ns,
-            standing: None,
-            changes: allowance("changes of blocks and tags"),
-            alarms: allowance("alarms"),
-        }
+    pub fn new(narration: Narration, facts: Facts) -> Self {
+        let changes = Allowance::new("changes of blocks and tags");
+        let (standing, alarms) = (None, Alarms::new());
+        LogWriter { narration, facts, standing, tripped: false, changes, alarms }
     }
 
     fn mode(&mut self, mode: Mode, scan: u64) {
         let why = reason(mode);
         match mode {
-            Mode::Run => info!(scan, "RUN: scanning every {}", span(self.period_ns)),
+            Mode::Run => info!(scan, "RUN: scanning every {}", span(self.facts.period_ns)),
             Mode::Stop(StopReason::Instruction) => warn!(
                 scan,
                 "STOP: {why}; outputs are at their safe values; restart rungd to run again"
             ),
             Mode::Stop(_) => info!(scan, "STOP: {why}; outputs are at their safe values"),
+            // The scan that did not end did in the end: nothing new is wrong.
+            Mode::Fault(FaultReason::ScanTooLong { scan_us }) if self.tripped => {
+                info!(scan, scan_us, "the scan of this fault has ended; it is not complete");
+            }
+            // Likewise the scan that did not come.
+            Mode::Fault(FaultReason::ScanNeverBegins) if self.tripped => {
+                info!(scan, "the scan thread of this fault has come back; it does not scan");
+            }
             Mode::Fault(fault) => self.fault(fault, Some(scan)),
         }
     }
 
     fn fault(&self, fault: FaultReason, scan: Option<u64>) {
-        let watchdog = span(self.watchdog_ns);
+        let watchdog = span(self.facts.watchdog_ns);
         error!(
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
-            remedy(fault)
+            remedy(fault, self.facts.rungs, self.facts.period_ns, self.facts.watchdog_ns)
         );
     }
 
@@ -86,7 +84,7 @@ impl LogWriter {
         let Some(news) = self.narration.bit(watch) else { return };
         let (tag, scan, was) = (&news.tag, record.scan, span(after_ns));
         match (&news.alarm, on) {
-            (Some(_), _) if !self.alarms.take(record.at_ns) => {}
+            (Some(_), _) if !self.alarms.change(watch, on, scan, record.at_ns) => {}
             (Some(text), true) => warn!(%tag, scan, "alarm ON: {text}"),
             (Some(text), false) => {
                 let lasted_ms = after_ns / 1_000_000;
@@ -99,9 +97,10 @@ impl LogWriter {
     }
 
     fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
-        let (period, scan_us_max, late_us_max) = (span(self.period_ns), us(scan_ns), us(late_ns));
+        let (period, scan_us_max, late_us_max) =
+            (span(self.facts.period_ns), us(scan_ns), us(late_ns));
         // A long scan may be the ladder, or a machine that was busy elsewhere: the mean tells.
-        let cause = if scan_ns >= self.period_ns {
+        let cause = if scan_ns >= self.facts.period_ns {
             "a scan took longer than the period"
         } else {
             "the machine woke the scan thread too late"
@@ -130,19 +129,19 @@ impl LogWriter {
             self.standing = None;
             return;
         };
-        let name = mode.name();
         let standing = match &mut self.standing {
-            Some(standing) if standing.mode.name() == name => standing,
+            Some(standing) if standing.name == mode.name() => standing,
             other => {
-                *other = Some(Standing { mode, since_ns: now_ns, told_ns: now_ns });
+                let name = mode.name();
+                *other = Some(Standing { name, since_ns: now_ns, told_ns: now_ns });
                 return;
             }
         };
-        if now_ns < standing.told_ns + self.repeat_ns {
+        if now_ns < standing.told_ns + self.facts.repeat_ns {
             return;
         }
         standing.told_ns = now_ns;
-        let (lasts, why) = (span(now_ns - standing.since_ns), reason(standing.mode));
+        let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
             Mode::Fault(_) => error!("still in FAULT after {lasts}: {why}; restart rungd"),
             _ => warn!("still in STOP after {lasts}: {why}; restart rungd to run again"),
@@ -189,13 +188,28 @@ impl Observer for LogWriter {
     }
 
     fn tripped(&mut self, fault: FaultReason, _now_ns: u64) {
+        self.tripped = true;
         self.fault(fault, None);
     }
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
         self.stand(latest.mode, now_ns);
-        self.changes.tell_withheld(now_ns);
-        self.alarms.tell_withheld(now_ns);
+        for (watch, scan) in self.alarms.belated(now_ns) {
+            let Some(news) = self.narration.bit(watch) else { continue };
+            let (tag, text) = (&news.tag, news.alarm.as_deref().unwrap_or_default());
+            warn!(%tag, scan, "alarm ON: {text}");
+        }
+        tell_withheld([self.changes.due(now_ns), self.alarms.due(now_ns)]);
+    }
+
+    fn ended(&mut self, now_ns: u64) {
+        tell_withheld([self.changes.rest(now_ns), self.alarms.rest(now_ns)]);
+    }
+}
+
+fn tell_withheld(withheld: [Option<(u64, String)>; 2]) {
+    for (lines, text) in withheld.into_iter().flatten() {
+        warn!(lines, "{text}");
     }
 }
 
@@ -208,6 +222,7 @@ pub(super) fn tell_statistics(statistics: &Statistics) {
             scans,
             overruns,
             skipped,
+            over_us = us(statistics.over_ns),
             scan_us_last = us(scan.last_ns),
             scan_us_min = us(scan.min_ns),
             scan_us_mean = us(scan.mean_ns),
@@ -229,14 +244,18 @@ pub(super) fn tell_statistics(statistics: &Statistics) {
             scans,
             overruns,
             skipped,
+            over_us = us(statistics.over_ns),
             scan_us_last = us(scan.last_ns),
             scan_us_min = us(scan.min_ns),
             scan_us_mean = us(scan.mean_ns),
+            scan_us_p99 = us(scan.p99_ns),
             scan_us_p999 = us(scan.p999_ns),
             scan_us_max = us(scan.max_ns),
             late_us_last = us(late.last_ns),
             late_us_min = us(late.min_ns),
             late_us_mean = us(late.mean_ns),
+            late_us_p50 = us(late.p50_ns),
+            late_us_p99 = us(late.p99_ns),
             late_us_p999 = us(late.p999_ns),
             late_us_max = us(late.max_ns),
             "scan statistics of the last {over}"
@@ -244,42 +263,11 @@ pub(super) fn tell_statistics(statistics: &Statistics) {
     }
 }
 
-impl Allowance {
-    /// Whether one more line may go out.
-    fn take(&mut self, now_ns: u64) -> bool {
-        let earned = now_ns.saturating_sub(self.filled_ns) * LINES_PER_SECOND / SECOND_NS;
-        if earned > 0 {
-            self.left = BURST.min(self.left.saturating_add(u32::try_from(earned).unwrap_or(BURST)));
-            self.filled_ns = now_ns;
-        }
-        if self.left > 0 {
-            self.left -= 1;
-            return true;
-        }
-        if self.withheld == 0 {
-            self.withheld_since_ns = now_ns;
-        }
-        self.withheld += 1;
-        false
-    }
-
-    fn tell_withheld(&mut self, now_ns: u64) {
-        let waited_ns = now_ns.saturating_sub(self.withheld_since_ns);
-        if self.withheld > 0 && waited_ns >= 10 * SECOND_NS {
-            let (lines, what) = (self.withheld, self.what);
-            warn!(
-                lines,
-                "{what} come too often: so many lines of the last {} were left out",
-                span(waited_ns)
-            );
-            self.withheld = 0;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    use crate::daemon::allowance::SECOND_NS;
 
     const MS_NS: u64 = 1_000_000;
 
@@ -287,20 +275,9 @@ mod tests {
         let program = crate::resolve::program::Program::default();
         let (_, symbols) = crate::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
-        LogWriter::new(narration, 10 * MS_NS, 200 * MS_NS, 60 * SECOND_NS)
-    }
-
-    #[test]
-    fn a_chatter_is_thinned_out_and_what_was_left_out_is_counted() {
-        let mut allowance = writer().changes;
-        let start = 1000 * SECOND_NS;
-        let taken = (0..6000).filter(|n| allowance.take(start + n * 10 * MS_NS)).count();
-        assert!((1350..1450).contains(&taken), "200 at once, 20 a second for a minute: {taken}");
-        assert_eq!(allowance.withheld, 6000 - taken as u64);
-        allowance.tell_withheld(start + 60 * SECOND_NS);
-        assert_eq!(allowance.withheld, 0);
-        let later = start + 600 * SECOND_NS;
-        assert_eq!((0..300).filter(|_| allowance.take(later)).count(), 200);
+        let (period_ns, watchdog_ns) = (10 * MS_NS, 200 * MS_NS);
+        let facts = Facts { period_ns, watchdog_ns, repeat_ns: 60 * SECOND_NS, rungs: 3 };
+        LogWriter::new(narration, facts)
     }
 
     #[test]

@@ -1,16 +1,19 @@
 //! The daemon: a thin shell of tokio around the scan thread.
 //!
-//! `rungd run` calls [`log::init`], [`config::settle`] and [`run`], in this order. Here are
-//! signals, systemd, the drivers' tasks and the log; what scans, and when, is `runtime`, which
-//! knows none of these. Nothing here can make a scan wait.
+//! `rungd run` makes a [`Host`] and calls [`log::init`], [`config::settle`] and [`run`], in this
+//! order. Here are signals, systemd, the drivers' tasks and the log; what scans, and when, is
+//! `runtime`, which knows none of these. Nothing here can make a scan wait.
 
+mod allowance;
 pub mod config;
 pub mod log;
 mod log_queue;
 mod log_writer;
 mod narration;
 mod shell;
+mod signals;
 mod systemd;
 
 pub use config::Setup;
 pub use shell::{Ending, Failure, Options, run};
+pub use signals::Host;

@@ -121,16 +121,22 @@ pub(super) fn reason(mode: Mode) -> String {
 }
 
 /// What a person can do about a fault.
-pub(super) fn remedy(reason: FaultReason) -> &'static str {
+pub(super) fn remedy(
+    reason: FaultReason,
+    rungs: usize,
+    period_ns: u64,
+    watchdog_ns: u64,
+) -> String {
+    let (period, watchdog) = (span(period_ns), span(watchdog_ns));
     match reason {
         FaultReason::ScanTooLong { .. }
         | FaultReason::ScanNeverEnds
-        | FaultReason::ScanNeverBegins => {
-            "restart rungd; if it comes again, raise `[scan] watchdog`, or see what else the \
-             machine was doing"
-        }
+        | FaultReason::ScanNeverBegins => format!(
+            "restart rungd; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for \
+             {rungs} rungs every {period}), or see what else the machine was doing"
+        ),
         FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
-            "restart rungd, and report this with the lines above: it is a bug in rungd"
+            "restart rungd, and report this with the lines above: it is a bug in rungd".to_owned()
         }
     }
 }

@@ -7,19 +7,20 @@ use std::future::Future;
 use std::io;
 use std::time::{Duration, Instant};
 
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 use tracing::{error, info, warn};
 
 use super::config::Setup;
-use super::log_writer::{LogWriter, tell_statistics};
+use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
+use super::signals::{Host, Signals};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
-use crate::runtime::exchange::{FaultReason, Mode, Port};
+use crate::isa::{Bit, BitSpace};
+use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::{self, Grant, Prepared, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
@@ -70,7 +71,12 @@ const DRIVERS_END_MAX: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 /// It did not start.
-pub fn run(program: engine::Program, setup: Setup, options: &Options) -> Result<Ending, Failure> {
+pub fn run(
+    host: &mut Host,
+    program: engine::Program,
+    setup: Setup,
+    options: &Options,
+) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
     let settings = Settings {
@@ -79,25 +85,46 @@ pub fn run(program: engine::Program, setup: Setup, options: &Options) -> Result<
         watched: setup.watched.clone(),
         posture: setup.posture.clone(),
     };
-    let (pace, repeat_ns) = (&settings.pace, options.repeat.as_nanos() as u64);
-    let writer =
-        LogWriter::new(setup.narration.clone(), pace.period_ns, pace.watchdog_ns, repeat_ns);
+    let pace = &settings.pace;
+    let facts = Facts {
+        period_ns: pace.period_ns,
+        watchdog_ns: pace.watchdog_ns,
+        repeat_ns: options.repeat.as_nanos() as u64,
+        rungs: setup.ladder.rungs,
+    };
+    let writer = LogWriter::new(setup.narration.clone(), facts);
+    let inputs = initial_inputs(&program, &setup);
     let prepared = runtime::prepare(Engine::new(program), &settings, writer)?;
+    inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     tell_posture(prepared.grants(), settings.posture.strict)?;
-    let tokio = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
-    let ending = tokio.block_on(shell(prepared, &setup, patience));
-    tokio.shutdown_background();
-    ending
+    let Host { tokio, signals } = host;
+    tokio.block_on(shell(prepared, &setup, signals, patience))
+}
+
+/// The inputs that are ON until their driver writes them: those with an initial value.
+fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
+    let first = setup.symbols.layout.bit(Bit::Space(BitSpace::X, 0)).0;
+    let on = program.initial_bits.iter().filter(|(_, on)| *on);
+    let numbers = on.filter_map(|(cell, _)| cell.0.checked_sub(first));
+    numbers.filter(|x| *x < setup.memory.inputs).collect()
 }
 
 /// From the drivers' start to the scan thread's end.
-async fn shell(prepared: Prepared, setup: &Setup, patience: Duration) -> Result<Ending, Failure> {
-    let mut signals = Signals::new()?;
+async fn shell(
+    prepared: Prepared,
+    setup: &Setup,
+    signals: &mut Signals,
+    patience: Duration,
+) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
     let mut drivers = start_drivers(setup, &prepared.port(), &stopped).await?;
+    if let Some(name) = signals.waiting().await {
+        info!("{name}: ending before the first scan; nothing was scanned");
+        return Ok(Ending::Orderly);
+    }
     let runtime = prepared.start()?;
-    let over = attend(&runtime, &mut signals, patience).await;
+    let over = attend(&runtime, signals, patience).await;
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
@@ -130,16 +157,23 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
         (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
     let mut look = interval(LOOK_EVERY);
     look.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let mut asked: Option<Instant> = None;
+    let mut asked: Option<(Instant, &str)> = None;
     loop {
         tokio::select! {
             name = signals.next() => {
-                if asked.is_some() {
-                    warn!("{name} again: ending at once, without waiting for the last scan");
+                if let Some((_, first)) = asked {
+                    let again = name == first;
+                    let also = if again { "again".into() } else { format!("after {first}") };
+                    warn!("{name} {also}: ending at once, without waiting");
                     return Over { asked: true, waiting: Waiting::Hurried };
                 }
-                info!("{name}: stopping; the next scan is the last");
-                asked = Some(Instant::now());
+                match port.latest().mode {
+                    Mode::Run | Mode::Stop(StopReason::NotStarted) => {
+                        info!("{name}: stopping; the next scan is the last");
+                    }
+                    mode => info!("{name}: ending from {}; no further scan comes", mode.name()),
+                }
+                asked = Some((Instant::now(), name));
                 notices.stop();
                 runtime.request_stop();
             }
@@ -154,7 +188,7 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
                 if let Some(waiting) = waiting {
                     return Over { asked: asked.is_some(), waiting };
                 }
-                if asked.is_some_and(|since| since.elapsed() > patience) {
+                if asked.is_some_and(|(since, _)| since.elapsed() > patience) {
                     error!("the last scan has not ended in {}", span(patience.as_nanos() as u64));
                     return Over { asked: true, waiting: Waiting::Stuck };
                 }
@@ -189,7 +223,8 @@ async fn start_drivers(
     if !setup.rules.is_empty() {
         info!(rules = setup.rules.len(), "a simulated device moves inputs: this is no real plant");
         let device = simulated::Device::new(&setup.rules);
-        drivers.spawn(simulated::run(device, layout.clone(), port.clone(), told(stopped)));
+        let drive = simulated::Drive::new(device, layout.clone(), port.clone());
+        drivers.spawn(drive.run(told(stopped)));
     }
     Ok(drivers)
 }
@@ -199,25 +234,6 @@ fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
     let mut stopped = stopped.clone();
     async move {
         let _ = stopped.wait_for(|stop| *stop).await;
-    }
-}
-
-struct Signals {
-    terminate: Signal,
-    interrupt: Signal,
-}
-
-impl Signals {
-    fn new() -> io::Result<Signals> {
-        let terminate = signal(SignalKind::terminate())?;
-        Ok(Signals { terminate, interrupt: signal(SignalKind::interrupt())? })
-    }
-
-    async fn next(&mut self) -> &'static str {
-        tokio::select! {
-            _ = self.terminate.recv() => "SIGTERM",
-            _ = self.interrupt.recv() => "SIGINT",
-        }
     }
 }
 
@@ -247,6 +263,7 @@ fn tell_start(setup: &Setup) {
     );
     info!(
         ladder = %ladder.name,
+        ladders = ladder.ladders,
         files = %ladder.files,
         sha256 = %ladder.sha256,
         blocks = ladder.blocks,

@@ -15,6 +15,8 @@ pub enum AddressError {
     NotAnAddress,
     /// It would be one in the case given.
     Case(String),
+    /// Its number has leading zeros; without them it would read so.
+    LeadingZero(String),
     /// Its number lies outside `first..=last` of its space.
     BeyondMemory {
         /// The space's name, as `X` or `CT`.
@@ -54,7 +56,17 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
         return Err(AddressError::NotAnAddress);
     }
     if upper != prefix {
-        return Err(AddressError::Case(text.replacen(prefix, &upper, 1)));
+        // In one go: the member's case too.
+        let right = text.replacen(prefix, &upper, 1);
+        return Err(match parse(&right, sizes) {
+            Err(AddressError::Case(all)) => AddressError::Case(all),
+            _ => AddressError::Case(right),
+        });
+    }
+    if digits.len() > 1 && digits.starts_with('0') {
+        let number = digits.trim_start_matches('0');
+        let number = if number.is_empty() { "0" } else { number };
+        return Err(AddressError::LeadingZero(text.replacen(digits, number, 1)));
     }
     let number = digits.parse::<u32>().unwrap_or(u32::MAX);
     let base = parse_base(prefix, number, sizes)?;
@@ -215,6 +227,11 @@ mod tests {
         check("part_seen", "NotAnAddress");
         check("x0", "Case(\"X0\")");
         check("CT0.done", "Case(\"CT0.Done\")");
+        check("ct0.DONE", "Case(\"CT0.Done\")");
+        check("ct0.what", "Case(\"CT0.what\")");
+        check("Y007", "LeadingZero(\"Y7\")");
+        check("CT00.Done", "LeadingZero(\"CT0.Done\")");
+        check("y010", "Case(\"Y010\")");
         check("$on", "Case(\"$On\")");
         check("$Nope", "UnknownNickname");
         check("MC0", "BeyondMemory { space: \"MC\", first: 1, last: 1024 }");

@@ -31,6 +31,22 @@ pub fn looks_like(text: &str) -> bool {
     rest.len() < text.len() && (rest.starts_with([':', 'h', 'm', 's']))
 }
 
+/// The text with its units in descending order, if each stands in it once: `5m2s` of `2s5m`.
+pub fn in_order(text: &str) -> Option<String> {
+    let mut parts: Vec<(usize, &str)> = Vec::new();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let (_, behind) = split_digits(rest).ok()?;
+        let letters = behind.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(behind.len());
+        let unit = UNITS.iter().position(|(name, _)| *name == &behind[..letters])?;
+        parts.push((unit, &rest[..rest.len() - behind.len() + letters]));
+        rest = &behind[letters..];
+    }
+    parts.sort_by_key(|(unit, _)| *unit);
+    let text: String = parts.iter().map(|(_, part)| *part).collect();
+    parse(&text).is_ok().then_some(text)
+}
+
 fn parse_units(text: &str) -> Result<u64, DurationError> {
     let mut rest = text;
     let mut total = 0u64;
@@ -129,6 +145,14 @@ mod tests {
         ] {
             assert_eq!(parse(text), Err(error), "{text}");
         }
+    }
+
+    #[test]
+    fn units_are_put_in_order() {
+        assert_eq!(in_order("2s5m").as_deref(), Some("5m2s"));
+        assert_eq!(in_order("5ms1h2s").as_deref(), Some("1h2s5ms"));
+        assert_eq!(in_order("2s2s"), None);
+        assert_eq!(in_order("2s5"), None);
     }
 
     #[test]

@@ -10,12 +10,12 @@ use std::io::Read;
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 
-use crate::check::{check, silence};
+use crate::check::{check, check_partial, silence};
 use crate::resolve::controller::{Controller, resolve_controller};
 use crate::resolve::program::Program;
-use crate::resolve::{LoadOptions, load_ladders};
+use crate::resolve::{LoadOptions, resolve_ladders};
 use crate::source::controller as written;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::Text;
@@ -63,21 +63,30 @@ impl Input {
 /// Loads ladder files, given together as one program.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file that cannot be read, or that is named twice.
 pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
     let inputs: Result<Vec<Input>> = paths.iter().map(|path| Input::read(path)).collect();
-    Ok(ladder_inputs(&inputs?))
+    ladder_inputs(&inputs?)
 }
 
 /// As [`ladder_files`].
-pub fn ladder_inputs(inputs: &[Input]) -> Loaded {
+///
+/// # Errors
+/// A file that is named twice.
+pub fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
     let mut loaded = Loaded::default();
+    let mut seen: Vec<PathBuf> = Vec::new();
     for input in inputs {
+        let real = identity(&input.path);
+        if seen.contains(&real) {
+            bail!("{}: this file is named twice", input.path.display());
+        }
+        seen.push(real);
         loaded.add(input.path.display().to_string(), &input.bytes);
     }
     loaded.ladders(0, LoadOptions::default());
     loaded.judge();
-    loaded
+    Ok(loaded)
 }
 
 /// Loads a controller file and the ladder files that it names.
@@ -93,24 +102,34 @@ pub fn controller_input(input: &Input) -> Loaded {
     let mut loaded = Loaded::default();
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
+    if let Some(place) = written::ladder_place(&loaded.files[0].text, id) {
+        let finding =
+            Finding::new(Code::Controller, place, "this is a ladder file, not a controller file");
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let help = format!("a controller file names it: `ladder = [\"{name}\"]`");
+        loaded.findings.push(finding.help(help));
+        return loaded;
+    }
     let (written, found) = written::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
     let first = loaded.files.len();
     if !loaded.named_files(path, &written.ladder) {
+        loaded.settings(&written);
         loaded.judge();
         return loaded;
     }
     let first_file = FileId(first as u32);
     let (sizes, order) = (written.memory.clone(), written.order.clone());
     loaded.ladders(first, LoadOptions { sizes, order, first_file });
-    if let Some(program) = &loaded.program {
-        let (controller, found) = resolve_controller(&written, program);
-        loaded.findings.extend(found);
-        loaded.controller = Some(controller);
-    }
+    loaded.settings(&written);
     loaded.judge();
     loaded
+}
+
+/// What tells a file from all others, however its path is spelt.
+fn identity(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 /// Whether a file is a controller file rather than a ladder file.
@@ -133,17 +152,20 @@ impl Loaded {
 
     /// Reads the ladder files that a controller file names; says whether all could be read.
     fn named_files(&mut self, controller: &Path, names: &[Text]) -> bool {
-        let mut seen: Vec<&str> = Vec::new();
+        let mut seen: Vec<(PathBuf, Span)> = Vec::new();
         let mut whole = true;
         for name in names {
-            if seen.contains(&name.text.as_str()) {
+            let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
+            let real = identity(&path);
+            if let Some((_, first)) = seen.iter().find(|(other, _)| *other == real) {
                 let message = format!("`{}` is named twice", name.text);
-                self.findings.push(Finding::new(Code::Controller, name.span, message));
+                let finding = Finding::new(Code::Controller, name.span, message);
+                let finding = finding.related(*first, "the same file");
+                self.findings.push(finding.help("take one of the two away"));
                 whole = false;
                 continue;
             }
-            seen.push(&name.text);
-            let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
+            seen.push((real, name.span));
             match read_bytes(&path) {
                 Ok(bytes) => {
                     self.add(path.display().to_string(), &bytes);
@@ -165,9 +187,27 @@ impl Loaded {
         if self.findings.iter().any(|f| f.span.file.0 as usize >= first) {
             return;
         }
-        let (program, found) = load_ladders(&self.files[first..], &options);
+        let (program, found) = resolve_ladders(&self.files[first..], &options);
         self.findings.extend(found);
         self.program = program;
+    }
+
+    /// Resolves what the controller file asks for beside its ladders.
+    fn settings(&mut self, written: &written::Controller) {
+        let of_ladders = |finding: &Finding| finding.span.file != FileId(0);
+        let whole = self.program.is_some()
+            && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
+        let bare = Program { sizes: written.memory.clone(), ..Program::default() };
+        let program = self.program.as_ref().unwrap_or(&bare);
+        let (controller, mut found) = resolve_controller(written, program);
+        // A tag that is in itself wrong, or in a file that could not be read, is no news.
+        found.retain(|finding| whole || finding.code != Code::UnknownName);
+        self.findings.extend(found);
+        self.controller = Some(controller);
+    }
+
+    fn has_error(&self) -> bool {
+        self.findings.iter().any(|finding| finding.severity() == Severity::Error)
     }
 
     /// Applies the rules to the program, silences what is allowed, and keeps the program only if
@@ -175,11 +215,16 @@ impl Loaded {
     fn judge(&mut self) {
         if let Some(program) = &self.program {
             let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);
-            self.findings.extend(check(program, retained));
+            if self.has_error() {
+                let misplaced = self.findings.iter().any(|f| f.code == Code::OutOfPlace);
+                self.findings.extend(check_partial(program, retained, misplaced));
+            } else {
+                self.findings.extend(check(program, retained));
+            }
             self.findings = silence(program, std::mem::take(&mut self.findings));
         }
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
-        if self.findings.iter().any(|finding| finding.severity() == Severity::Error) {
+        if self.has_error() {
             self.program = None;
             self.controller = None;
         }

@@ -70,7 +70,11 @@ impl Resolver<'_> {
         };
         let thing = self.look_up(name, atom.span)?;
         match thing {
-            Thing::Constant(value, written) => return Some(Value::Const(value, written)),
+            Thing::Constant(value, written) => {
+                let tag = self.scope.tag_index(name);
+                self.constants.extend(tag.map(|tag| (atom.span, tag)));
+                return Some(Value::Const(value, written));
+            }
             Thing::Address(address @ Address::Word(word)) => {
                 self.note(name, atom.span, address);
                 return Some(Value::Word(word));

@@ -190,7 +190,8 @@ impl Resolver {
     fn at_least_one(&mut self, key: &str, ms: &Located<i32>) -> u32 {
         if ms.value < 1 {
             let message = format!("`{key}` is at least 1ms");
-            self.findings.push(Finding::new(Code::OutOfRange, ms.span, message));
+            let finding = Finding::new(Code::OutOfRange, ms.span, message);
+            self.findings.push(finding.help(format!("write `{key} = \"10ms\"`")));
         }
         ms.value.max(1).unsigned_abs()
     }

@@ -40,6 +40,18 @@ pub fn load_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
 ) -> (Option<Program>, Vec<Finding>) {
+    let (program, findings) = resolve_ladders(files, options);
+    let refused = findings.iter().any(|f| f.severity() == Severity::Error);
+    (program.filter(|_| !refused), findings)
+}
+
+/// As [`load_ladders`], but gives the program with errors among the findings too, where all files
+/// are TOML: what is wrong is left out of it, so that the rules can judge the rest. Such a program
+/// is for nothing else.
+pub fn resolve_ladders(
+    files: &[SourceFile],
+    options: &LoadOptions,
+) -> (Option<Program>, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut ladders = Vec::new();
     for (at, file) in files.iter().enumerate() {
@@ -58,8 +70,7 @@ pub fn load_ladders(
     resolver.misread = !findings.is_empty();
     let program = resolver.program(&whole);
     findings.append(&mut resolver.findings);
-    let refused = findings.iter().any(|f| f.severity() == Severity::Error);
-    ((!refused).then_some(program), in_order(findings))
+    (Some(program), in_order(findings))
 }
 
 /// What a name stands for in a resolved program: a tag, an address, a member, `Prog.Stage`,
@@ -88,6 +99,8 @@ struct Resolver<'a> {
     used: Vec<bool>,
     /// Bits and words by the names under which the ladder names them, in order of resolving.
     named: Vec<(Span, NamedOperand)>,
+    /// Where a constant is named by its tag, and the tag's index.
+    constants: Vec<(Span, usize)>,
 }
 
 impl<'a> Resolver<'a> {
@@ -101,6 +114,7 @@ impl<'a> Resolver<'a> {
             misread: false,
             used: Vec::new(),
             named: Vec::new(),
+            constants: Vec::new(),
         }
     }
 
@@ -126,6 +140,8 @@ impl<'a> Resolver<'a> {
             tag.used = *used;
         }
         program.operands = self.operands();
+        program.constants = std::mem::take(&mut self.constants);
+        program.constants.sort_unstable();
         program
     }
 

@@ -4,7 +4,7 @@ use super::Resolver;
 use super::declare::BUILT_IN;
 use super::program::{Arg, ArgValue, BlockKind, Instruction, Value};
 use super::scope::Thing;
-use crate::isa::{Address, Bit, BitSpace, BlockId, Kind, Operand, Spec, Structure, Word};
+use crate::isa::{Address, Bit, BitSpace, BlockId, Kind, LegName, Operand, Spec, Structure, Word};
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::{self as written};
@@ -110,7 +110,13 @@ impl Resolver<'_> {
             && !(least..=most).contains(&n)
         {
             let message = format!("the {} {n} lies outside {least}..{most}", row.name);
-            self.find(Finding::new(Code::OutOfRange, atom.span, message));
+            let nearest = if n < least { least } else { most };
+            let help = match (row.kind, row.key) {
+                (Kind::Duration, _) => "a time is never negative: `3s`, or a number of ms".into(),
+                (_, Some(key)) => format!("the nearest is `{key}={nearest}`"),
+                _ => format!("the nearest is `{nearest}`"),
+            };
+            self.find(Finding::new(Code::OutOfRange, atom.span, message).help(help));
             return None;
         }
         Some(ArgValue::Value(value))
@@ -194,6 +200,16 @@ impl Resolver<'_> {
                         if fits(&structure) && base != name =>
                     {
                         format!("name the whole structure: `{base}`")
+                    }
+                    Ok(Thing::Address(Address::Structure(structure)))
+                        if spec.legs == [LegName::When] && !spec.mnemonic.owns_structure() =>
+                    {
+                        let reset = match structure {
+                            Structure::Counter(_) => "RSTCT",
+                            Structure::Timer(_) => "RSTT",
+                            Structure::Sensaphone(_) => "RES",
+                        };
+                        format!("write `{reset} {base}`")
                     }
                     _ => format!("`{}` works on {wanted}: `{example}`, or a tag of one", spec.name),
                 };

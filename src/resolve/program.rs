@@ -2,8 +2,8 @@
 //!
 //! Made by the resolver, judged by `check`, turned into an engine program by `lower`. It keeps the
 //! shape that its author gave it (blocks, stages, rungs, branches, contacts in file order) and the
-//! place of everything that a finding may point at. It is only handed on when there was no error
-//! that left a hole in it.
+//! place of everything that a finding may point at. With an error, what is wrong is left out of it,
+//! and it is handed on to be judged, never to be run.
 
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Mnemonic, StageId, Structure, Word};
 pub use crate::source::atom::Written;
@@ -29,6 +29,8 @@ pub struct Program {
     pub tags: Vec<Tag>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
+    /// Where the ladder names a constant by its tag, and the tag's index; in order of place.
+    pub constants: Vec<(Span, usize)>,
     /// `[ladder] allow`: warnings that are silenced in a whole file.
     pub allow: Vec<(FileId, String)>,
 }

@@ -74,6 +74,9 @@ impl std::fmt::Display for Range {
 /// # Errors
 /// The finding: an end that is no address, two different spaces, or ends in the wrong order.
 pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
+    if let Some(finding) = other_range(scope, text) {
+        return Err(finding);
+    }
     let (low, high) = match text.text.split_once("..") {
         Some((low, high)) => (low.trim(), high.trim()),
         None => (text.text.trim(), text.text.trim()),
@@ -94,6 +97,19 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
         return Err(finding.help(format!("write `{high}..{low}`")));
     }
     Ok(Range { space, first, last, span: text.span })
+}
+
+/// The finding of a range that is written in another way, as `Y8-Y9`.
+fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
+    let (low, high) = ["-", ":", "…", ","].iter().find_map(|sign| text.text.split_once(*sign))?;
+    let (low, high) = (low.trim(), high.trim());
+    // `Y8-9` too.
+    let letters = low.trim_end_matches(|c: char| c.is_ascii_digit());
+    let highs = [high.to_owned(), format!("{letters}{high}")];
+    let high = highs.iter().find(|high| element(scope, high, text.span).is_ok())?;
+    element(scope, low, text.span).ok()?;
+    let message = format!("`{}` is no range", text.text);
+    Some(Finding::new(Code::Controller, text.span, message).help(format!("write `{low}..{high}`")))
 }
 
 fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Finding> {

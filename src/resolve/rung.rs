@@ -8,7 +8,7 @@ use crate::isa::{BlockId, LegName, Mnemonic, Spec};
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
-use crate::source::nearest::did_you_mean;
+use crate::source::nearest::{did_you_mean, nearest};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
@@ -209,8 +209,16 @@ impl Resolver<'_> {
             }
             return self.match_legs(rung, spec, &rung.body[at]);
         }
-        if let (Some(Some(spec)), Some(leg)) = (specs.first(), rung.legs.first()) {
-            self.find(one_leg(spec, leg, self.text(leg.span)));
+        if let (Some(Some(spec)), Some(body)) = (specs.first(), rung.body.first()) {
+            for (at, leg) in rung.legs.iter().enumerate() {
+                let elsewhere = reset_elsewhere(spec, body, &leg.key.text);
+                if let Some(help) = elsewhere {
+                    let message = format!("`{}` has no leg `{}`", spec.name, leg.key.text);
+                    self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
+                } else if at == 0 {
+                    self.find(one_leg(spec, leg, self.text(leg.span)));
+                }
+            }
         } else if let (true, Some(branch)) = (rung.body.is_empty(), rung.branches.first()) {
             let message = "a rung with `leg.*` has one instruction in its `do`, and no branch";
             self.find(Finding::new(Code::LegsShared, branch.span, message));
@@ -228,29 +236,31 @@ impl Resolver<'_> {
         instruction: &Instruction,
     ) -> Vec<Leg> {
         let names: Vec<&str> = spec.legs.iter().map(|leg| leg.key()).collect();
-        let unknown: Vec<&ladder::Leg> =
-            rung.legs.iter().filter(|leg| !names.contains(&leg.key.text.as_str())).collect();
+        let unknown = rung.legs.iter().filter(|leg| !names.contains(&leg.key.text.as_str()));
+        let unknown: Vec<&ladder::Leg> = unknown.collect();
         let given = |name: LegName| rung.legs.iter().find(|leg| leg.key.text == name.key());
-        let missing: Vec<LegName> =
+        let mut missing: Vec<LegName> =
             spec.legs.iter().copied().filter(|name| given(*name).is_none()).collect();
-        // One too many and one too few are one mistake.
-        let mistyped = unknown.len() == 1 && missing.len() == 1;
-        for leg in unknown {
+        let mut unclear = false;
+        for (at, leg) in unknown.iter().enumerate() {
             let message = format!("`{}` has no leg `{}`", spec.name, leg.key.text);
-            let help = match did_you_mean(&leg.key.text, names.iter().copied()) {
-                _ if mistyped => {
-                    format!("write `leg.{} = {}`", missing[0].key(), self.text(leg.span))
-                }
-                Some(help) => help,
-                None => {
-                    let list = names.iter().map(|n| format!("`leg.{n}`")).collect::<Vec<_>>();
-                    format!("its legs are {}", list.join(", "))
-                }
+            // One too many and one too few are one mistake.
+            let last = at + 1 == unknown.len();
+            let help = if let Some(help) = reset_elsewhere(spec, instruction, &leg.key.text) {
+                help
+            } else if let Some(meant) = leg_meant(&leg.key.text, &missing, last) {
+                missing.retain(|name| *name != meant);
+                format!("write `leg.{} = {}`", meant.key(), self.text(leg.span))
+            } else {
+                unclear = true;
+                let list = names.iter().map(|n| format!("`leg.{n}`")).collect::<Vec<_>>();
+                format!("its legs are {}", list.join(", "))
             };
             self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
             self.contacts(&leg.contacts);
         }
-        if !mistyped {
+        // `$Off` in the place of a leg whose name could not be read would hide it.
+        if !unclear {
             missing.iter().for_each(|name| self.find(missing_leg(spec, instruction, *name)));
         }
         let legs = spec.legs.iter().filter_map(|name| Some((*name, given(*name)?)));
@@ -260,6 +270,40 @@ impl Resolver<'_> {
     fn leg(&mut self, name: LegName, leg: &ladder::Leg) -> Leg {
         Leg { name, span: leg.span, contacts: self.contacts(&leg.contacts) }
     }
+}
+
+/// Which of the missing legs an unknown key stands for.
+fn leg_meant(key: &str, missing: &[LegName], last: bool) -> Option<LegName> {
+    let words = key.to_ascii_lowercase();
+    let meant = match words.as_str() {
+        "reset" | "res" | "r" | "clear" | "clr" => "rst",
+        "down" | "cd" | "dec" => "dn",
+        "cu" | "inc" | "count" => "up",
+        "enable" | "run" | "in" => "en",
+        other => other,
+    };
+    let near = missing
+        .iter()
+        .find(|name| name.key() == meant)
+        .copied()
+        .or_else(|| LegName::from_key(nearest(&words, missing.iter().map(|name| name.key()))?));
+    near.or_else(|| missing.first().copied().filter(|_| last && missing.len() == 1))
+}
+
+/// The help for a reset leg of an instruction that has none.
+fn reset_elsewhere(spec: &Spec, instruction: &Instruction, key: &str) -> Option<String> {
+    let reset = match spec.mnemonic {
+        Mnemonic::Udcg => "RSTCT",
+        Mnemonic::Tmrag => "RSTT",
+        _ => return None,
+    };
+    let is_reset = leg_meant(key, &[LegName::Rst], false).is_some();
+    let structure = instruction.operands.first().map(|operand| operand.value.to_string());
+    is_reset.then(|| {
+        let structure = structure.unwrap_or_default();
+        let name = spec.name;
+        format!("{name} has no reset leg: reset it by `{reset} {structure}` in a rung of its own")
+    })
 }
 
 fn missing_leg(spec: &Spec, instruction: &Instruction, leg: LegName) -> Finding {

@@ -161,9 +161,27 @@ impl Scope {
             _ => did_you_mean(base, self.sorted_names()).or_else(|| habit(base)),
         };
         let message = format!("nothing is called `{base}`");
-        let help =
-            help.or_else(|| Some(format!("declare it: `{base} = {{ at = \"C0\" }}` under [tags]")));
+        let help = help.or_else(|| Some(self.instead(base)));
         Mistake::New { code: Code::UnknownName, message, help }
+    }
+
+    /// What to do about a name that is near to none.
+    fn instead(&self, base: &str) -> String {
+        let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if base.starts_with(|c: char| c.is_ascii_alphabetic()) && base.chars().all(letters) {
+            return format!("declare it: `{base} = {{ at = \"C0\" }}` under [tags]");
+        }
+        if let Some((low, high)) = base.split_once('-') {
+            let together = format!("{low}{high}");
+            if self.look_up(&together).is_ok() {
+                return format!("write `{together}`");
+            }
+            if self.look_up(low).is_ok() {
+                return "nothing is computed here: `SUB a b to=D0` in a rung above, then `D0`"
+                    .to_owned();
+            }
+        }
+        "a name is a letter, then letters, digits and `_`".to_owned()
     }
 
     fn sorted_names(&self) -> Vec<&str> {
@@ -203,6 +221,11 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
             Code::WrongCase,
             format!("`{name}` is written `{right}`"),
             Some(format!("write `{right}`")),
+        ),
+        AddressError::LeadingZero(right) => new(
+            Code::UnknownName,
+            format!("`{base}` is no address: a number has no leading zeros"),
+            Some(format!("write `{right}`; all numbers are decimal")),
         ),
         AddressError::BeyondMemory { space, first, last } => {
             let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");

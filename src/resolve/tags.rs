@@ -112,7 +112,7 @@ impl Resolver<'_> {
                 "min" | "max" => "limits stand on a word: `D0`, `V0`, `CT0.Acc`",
                 _ if constant => "a constant never changes",
                 _ if key == "log" => "name a member: `at = \"CT0.Acc\"`",
-                _ => "only what a program can write has an initial value: `Y0`, `D0`, `CT0.Acc`",
+                _ => "bits and words of memory have an initial value: `X0`, `Y0`, `D0`, `CT0.Acc`",
             };
             self.find(Finding::new(Code::TagKey, span, message).help(help));
         }

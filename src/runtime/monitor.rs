@@ -30,6 +30,8 @@ pub trait Observer: Send {
     fn tripped(&mut self, reason: FaultReason, now_ns: u64);
     /// At every turn, behind all of the above.
     fn turn(&mut self, latest: &Snapshot, now_ns: u64);
+    /// The scan thread has ended, and nothing comes any more.
+    fn ended(&mut self, now_ns: u64);
 }
 
 /// The monitor thread's state.
@@ -62,6 +64,9 @@ impl<O: Observer> Monitor<O> {
         self.read_journal();
         self.watch(life, now_ns);
         self.observer.turn(&self.port.latest(), now_ns);
+        if life == Life::Ended {
+            self.observer.ended(now_ns);
+        }
         life != Life::Ended
     }
 

@@ -129,6 +129,8 @@ impl Observer for Heard {
     }
 
     fn turn(&mut self, _latest: &Snapshot, _now_ns: u64) {}
+
+    fn ended(&mut self, _: u64) {}
 }
 
 struct Rig {

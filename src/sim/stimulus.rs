@@ -110,6 +110,9 @@ impl StimulusError {
 
 fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, String> {
     let mut names = header.split(',').map(str::trim);
+    if header.contains(';') {
+        return Err("cells are separated by `,`, not by `;`".to_owned());
+    }
     if names.next() != Some("scan") {
         return Err("the header is `scan,` and operands, as `scan,X0,D1`".to_owned());
     }

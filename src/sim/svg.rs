@@ -30,6 +30,18 @@ const STYLE: &str = "text{font:12px monospace;fill:#222}.t,.v{font-size:10.5px;\
     .f{fill:#08774f;fill-opacity:.14}.w{fill:#eaf1fa;stroke:#4a6f9c}.g{stroke:#e6e6e6}\
     .s{fill:#fff4dc}";
 
+/// More scans were asked for than a diagram shows.
+#[derive(Debug)]
+pub struct TooLong;
+
+impl std::fmt::Display for TooLong {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "a diagram shows at most {SCANS_MAX} scans: ask for fewer")
+    }
+}
+
+impl std::error::Error for TooLong {}
+
 /// Collects rows, and draws them at the end.
 pub struct SvgTrace<'a> {
     watched: &'a [Watched],
@@ -187,8 +199,7 @@ fn word_bands(svg: &mut String, values: &[i32], top: usize, measures: &Measures)
 impl Trace for SvgTrace<'_> {
     fn row(&mut self, name: RowName, time_ms: u64, image: &Image) -> io::Result<()> {
         if self.columns.len() > SCANS_MAX {
-            let message = format!("a diagram shows at most {SCANS_MAX} scans: ask for fewer");
-            return Err(io::Error::other(message));
+            return Err(io::Error::other(TooLong));
         }
         let name = match name {
             RowName::Scan(scan) => scan.to_string(),

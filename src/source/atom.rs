@@ -97,7 +97,14 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
     let number = i64::from_str_radix(digits, radix).unwrap_or(i64::MAX).saturating_mul(sign);
     i32::try_from(number).map(AtomKind::Integer).map_err(|_| {
         let message = format!("`{word}` lies outside -2147483648..2147483647");
-        Finding::new(Code::OutOfRange, span, message)
+        let finding = Finding::new(Code::OutOfRange, span, message);
+        match u32::try_from(number) {
+            Ok(bits) if hexadecimal.is_some() => finding.help(format!(
+                "numbers are signed 32-bit: the same bits are `{}`",
+                bits.cast_signed()
+            )),
+            _ => finding.help("numbers are signed, of 32 bits"),
+        }
     })
 }
 

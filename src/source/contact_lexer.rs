@@ -113,11 +113,24 @@ fn stray(rest: &str, first: char, at: usize, span: Span) -> Finding {
         '&' => finding("`&&` is written `&`".into(), two).help("write `&`"),
         '|' => finding("`||` is written `|`".into(), two).help("write `|`"),
         '<' => finding("`<>` is written `!=`".into(), two).help("write `!=`"),
+        '=' if rest.starts_with("=>") => {
+            finding("`=>` is written `>=`".into(), two).help("write `>=`")
+        }
+        '=' if rest.starts_with("=<") => {
+            finding("`=<` is written `<=`".into(), two).help("write `<=`")
+        }
         '=' => finding("`=` is written `==`".into(), place).help("write `==`"),
         '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
             .help(format!("write `!{}`", rest[1..].trim_start())),
         ',' => finding("a comma in a contact".into(), place)
             .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`"),
+        '+' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) => {
+            finding("a number has no `+`".into(), place).help("take the `+` away")
+        }
+        '+' | '-' | '*' => finding(format!("`{first}` in a contact"), place)
+            .help("contacts compute nothing: compute with ADD and SUB, and compare the result"),
+        c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
+            .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
         _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place),
     }
 }

@@ -82,7 +82,7 @@ fn mistakes_have_their_exact_place() {
     check("", expect!["0..0 an empty contact"]);
     check("X0 | & X1", expect!["5..6 a contact is missing before this"]);
     check("X0 & (X1 | X2", expect!["13..13 `)` is missing"]);
-    check("X0 & ü", expect!["5..7 `ü` belongs to no contact"]);
+    check("X0 & ü", expect!["5..7 `ü` belongs to no name"]);
     check("!D0 == 3", expect!["0..8 `!` binds tighter than `==`"]);
     check("()", expect!["1..2 `)` closes nothing, or closes it too early"]);
     check("rise(!X0)", expect!["5..6 `rise()` takes the name of one bit"]);

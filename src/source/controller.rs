@@ -3,7 +3,7 @@
 //! [`read`] takes the file's text. Names and ranges are still texts here, since tags can stand in
 //! them: the resolver makes addresses of them once the ladders are loaded.
 
-use super::finding::Finding;
+use super::finding::{Code, Finding};
 use super::reader::{self, Table, Text};
 use super::span::{FileId, Located, Span};
 use crate::isa::MemorySizes;
@@ -128,24 +128,36 @@ pub fn read(source: &str, file: FileId) -> (Option<Controller>, Vec<Finding>) {
     reader::document(source, file, |root| read_root(root, file))
 }
 
-/// Whether a text is a controller file rather than a ladder file: `ladder` is not a table in it,
-/// or it has a controller's tables and no ladder's. Says no to what is not TOML.
+/// Whether a text is a controller file rather than a ladder file. Says no to what is not TOML.
 pub fn is_controller(source: &str) -> bool {
-    let found = reader::document(source, FileId(0), |mut root| {
-        let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
-        let controller = ["scan", "outputs", "retain", "modbus-server", "simulated-device"];
-        let tables = controller.iter().any(|key| root.has(key));
-        if root.has("ladder") {
-            return root.table("ladder", "`[ladder]`").is_none();
-        }
-        tables && !ladder_file
-    });
-    found.0.unwrap_or(false)
+    reader::document(source, FileId(0), |root| is_controller_root(&root)).0.unwrap_or(false)
+}
+
+/// Where a text shows that it is a ladder file rather than a controller file, if it is one.
+pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
+    let place = |root: Table<'_>| {
+        let keys = ["program", "task", "tags"].iter().filter_map(|key| root.key_span(key));
+        let head = root.key_span("ladder").filter(|_| root.has_table("ladder"));
+        let names_files = root.has("ladder") && head.is_none();
+        keys.chain(head).min_by_key(|span| span.start).filter(|_| !names_files)
+    };
+    reader::document(source, file, place).0.flatten()
+}
+
+/// Whether `ladder` is not a table in a file, or it has a controller's tables and no ladder's.
+pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
+    let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
+    let controller = ["scan", "outputs", "retain", "modbus-server", "simulated-device"];
+    let tables = controller.iter().any(|key| root.has(key));
+    if root.has("ladder") {
+        return !root.has_table("ladder");
+    }
+    tables && !ladder_file
 }
 
 fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
     root.require("ladder", "[\"ladder.toml\"]");
-    let ladder = root.strings("ladder").map_or(Vec::new(), |ladder| ladder.value);
+    let ladder = read_ladders(&mut root);
     let order = root.strings("order");
     let memory = read_memory(&mut root);
     let scan = read_scan(&mut root, file);
@@ -180,6 +192,15 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
         devices,
         log,
     }
+}
+
+fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
+    let Some(ladder) = root.strings("ladder") else { return Vec::new() };
+    if ladder.value.is_empty() && !root.doc().has_finding_in(ladder.span) {
+        let finding = Finding::new(Code::Controller, ladder.span, "no ladder file is named");
+        root.find(finding.help("write `ladder = [\"ladder.toml\"]`"));
+    }
+    ladder.value
 }
 
 fn strings(table: &mut Table<'_>, key: &'static str) -> Vec<Text> {
@@ -257,7 +278,7 @@ fn read_modbus(mut table: Table<'_>) -> ModbusServer {
         frame_timeout_ms: duration(&mut table, "frame-timeout", 2_000),
         idle_timeout_ms: duration(&mut table, "idle-timeout", 60_000),
     };
-    if let Some(connections) = table.integer("connections", (1, 256)) {
+    if let Some(connections) = table.integer("connections", (1, 1024)) {
         server.connections = u32::try_from(connections.value).unwrap_or(8);
     }
     if let Some(mut image) = table.table("image", "`[modbus-server.image]`") {

@@ -6,6 +6,8 @@
 //!
 //! The parser gives tables sorted by name; their places give the order of the file back.
 
+use std::ops::Range;
+
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -46,6 +48,70 @@ pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {
             doc.find(out_of_place(header, before));
         }
     }
+}
+
+/// What an author meant whose header the parser calls a duplicate key: `[[program]]` behind a
+/// `[[program.rung]]` that made a table of it, or `[program.rung]` where `[[…]]` belongs.
+pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
+    let text = doc.slice(0..doc.len());
+    let start = text.get(..place.start)?.rfind('\n').map_or(0, |at| at + 1);
+    let line = text[start..].lines().next()?.trim();
+    let name = header_name(line)?;
+    let last = name.rsplit('.').next()?;
+    if !ARRAYS.contains(&last) {
+        return None;
+    }
+    if !line.starts_with("[[") {
+        let message = format!("`[{name}]` again: blocks, stages, rungs and branches are lists");
+        let finding = Finding::new(Code::OutOfPlace, doc.span(place), message);
+        return Some(finding.help(format!("write `[[{name}]]`, each time")));
+    }
+    let mut at = 0;
+    let mut single = None;
+    let mut before = "";
+    for line in text[..start].split_inclusive('\n') {
+        let trimmed = line.trim();
+        let span = doc.span(at + line.len() - line.trim_start().len()..at + line.trim_end().len());
+        at += line.len();
+        let Some(other) = header_name(trimmed) else { continue };
+        if other == name {
+            single.get_or_insert(span);
+        } else if other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')) {
+            let message = format!("`[[{other}]]` stands before any `[[{name}]]`");
+            let finding = Finding::new(Code::OutOfPlace, span, message);
+            return Some(
+                finding
+                    .label("out of place")
+                    .related(doc.span(place), "this is its parent, or another's")
+                    .help(move_help(other, name, before)),
+            );
+        }
+        before = other;
+    }
+    let finding =
+        Finding::new(Code::OutOfPlace, single?, format!("`[{name}]`, and `[[{name}]]` below"));
+    Some(finding.help(format!("write `[[{name}]]`, each time")))
+}
+
+/// Where a header belongs that stands above its parent.
+fn move_help(header: &str, parent: &str, before: &str) -> String {
+    let below = format!("move it behind the header of its parent: `[[{parent}]]`");
+    let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
+    let (own, open) = (last(header), last(before));
+    let stands = |(part, parents): &(&str, &[&str])| *part == own && parents.contains(&&*open);
+    if !PARENTS.iter().any(stands) {
+        return below;
+    }
+    format!("write `[[{before}.{own}]]` to go on in the place above, or {below}")
+}
+
+/// The name of a line that is a header.
+fn header_name(line: &str) -> Option<&str> {
+    let line = line.split('#').next()?.trim();
+    let name = line.strip_prefix('[')?.strip_suffix(']')?;
+    let name = name.strip_prefix('[').and_then(|n| n.strip_suffix(']')).unwrap_or(name).trim();
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
+    (!name.is_empty() && name.chars().all(plain)).then_some(name)
 }
 
 /// Whether a table was made by the header of a table below it, and has none of its own.

@@ -5,6 +5,7 @@
 use super::atom::Atom;
 use super::finding::{Code, Finding};
 use super::span::{Located, Span};
+use crate::isa::{Kind, Mnemonic};
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,7 +42,7 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
     let mut operands = Vec::new();
     let mut whole = true;
     for (at, word) in words {
-        match operand(word, span.part(at, at + word.len())) {
+        match operand(word, &mnemonic.value, span.part(at, at + word.len())) {
             Ok(operand) => operands.push(operand),
             Err(finding) => {
                 findings.push(*finding);
@@ -64,11 +65,19 @@ fn words(text: &str) -> Vec<(usize, &str)> {
     words
 }
 
-fn operand(word: &str, span: Span) -> Result<Operand, Box<Finding>> {
+fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Finding>> {
     let error = |message: String| Finding::new(Code::InstructionSyntax, span, message);
     if let Some(stray) = word.chars().find(|c| !allowed(*c)) {
         let message = format!("`{}` belongs to no operand", stray.escape_debug());
+        let signed = word.strip_prefix('+').filter(|digits| digits.parse::<u32>().is_ok());
+        if let Some(digits) = signed {
+            let finding = error("a number has no `+`".to_owned());
+            return Err(Box::new(finding.help(format!("write `{digits}`"))));
+        }
         let help = match stray {
+            c if c.is_alphabetic() => {
+                "names are of the letters A to Z and a to z, digits and `_`: `groesse`"
+            }
             '+' | '*' | '/' => "operands are names and constants: compute with ADD and SUB",
             '"' | '\'' => "operands have no quotes",
             '(' | ')' | '!' | '&' | '|' | '<' | '>' => "conditions stand in `when`",
@@ -76,9 +85,9 @@ fn operand(word: &str, span: Span) -> Result<Operand, Box<Finding>> {
         };
         return Err(Box::new(error(message).help(help)));
     }
-    if word.ends_with(',') {
+    if word.contains(',') && !is_element(word) {
         let finding = error("operands are separated by spaces".to_owned());
-        return Err(Box::new(finding.help("take the comma away")));
+        return Err(Box::new(finding.help(comma_help(word, mnemonic))));
     }
     let Some((key, value)) = word.split_once('=') else {
         return Ok(Operand { span, key: None, value: Atom::parse(word, span).map_err(Box::new)? });
@@ -91,6 +100,37 @@ fn operand(word: &str, span: Span) -> Result<Operand, Box<Finding>> {
     let key = Located { value: key.to_owned(), span: span.part(0, key.len()) };
     let value = Atom::parse(value, place).map_err(Box::new)?;
     Ok(Operand { span, key: Some(key), value })
+}
+
+/// Whether a word is a Sensaphone element, as `N,0,6`, be it behind a key.
+fn is_element(word: &str) -> bool {
+    let word = word.split_once('=').map_or(word, |(_, value)| value);
+    let mut parts = word.split(',');
+    parts.next().is_some_and(|name| name.eq_ignore_ascii_case("N")) && {
+        let numbers: Vec<&str> = parts.collect();
+        numbers.len() == 2 && numbers.iter().all(|n| n.parse::<u64>().is_ok())
+    }
+}
+
+fn comma_help(word: &str, mnemonic: &str) -> String {
+    let names: Vec<&str> = word.split(',').filter(|name| !name.is_empty()).collect();
+    let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
+    let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());
+    match names.as_slice() {
+        [n, number] if n.eq_ignore_ascii_case("N") && number.parse::<u32>().is_ok() => {
+            format!("write `N{number}`")
+        }
+        [_, _, ..]
+            if !word.contains('=')
+                && positional().count() == 1
+                && positional().all(|operand| operand.kind != Kind::Stages) =>
+        {
+            let each = names.iter().map(|name| format!("\"{mnemonic} {name}\""));
+            format!("one instruction for each: {}", each.collect::<Vec<_>>().join(", "))
+        }
+        [_, _, ..] => format!("write `{}`", names.join(" ")),
+        _ => "take the comma away".to_owned(),
+    }
 }
 
 fn allowed(c: char) -> bool {

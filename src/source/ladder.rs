@@ -5,6 +5,7 @@
 //! the ladder for whole.
 
 use super::contact::{self, Contact};
+use super::controller;
 use super::finding::{Code, Finding};
 use super::instruction::{self, Instruction};
 use super::reader::{self, Constant, Table, Text};
@@ -139,9 +140,29 @@ pub struct Branch {
     pub body: Vec<Instruction>,
 }
 
-/// Reads a ladder file. The ladder is `None` when the text is not TOML.
+/// Reads a ladder file. The ladder is `None` when the text is not TOML, or a controller file.
 pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
-    reader::document(source, file, read_root)
+    let (ladder, findings) = reader::document(source, file, |mut root| {
+        if controller::is_controller_root(&root) {
+            let finding = controller_file(&mut root);
+            root.find(finding);
+            return None;
+        }
+        Some(read_root(root))
+    });
+    (ladder.flatten(), findings)
+}
+
+fn controller_file(root: &mut Table<'_>) -> Finding {
+    let span = root.key_span("ladder").unwrap_or(root.span());
+    let names = if root.has("ladder") { root.strings("ladder") } else { None };
+    let names = names.map_or(Vec::new(), |names| names.value);
+    let finding =
+        Finding::new(Code::Controller, span, "this is a controller file, not a ladder file");
+    match names.first() {
+        Some(name) => finding.help(format!("give the ladder that it names: `{}`", name.text)),
+        None => finding.help("`rungd run` and `rungd check` take it"),
+    }
 }
 
 fn read_root(mut root: Table<'_>) -> Ladder {

@@ -13,7 +13,7 @@ use super::finding::{Code, Finding};
 use super::span::{FileId, Span};
 pub use super::table::{Constant, Table};
 use super::{headers, strict};
-use crate::isa::duration::DurationError;
+use crate::isa::duration::{self, DurationError};
 
 /// A file being read: its text, and where findings go.
 #[derive(Clone, Copy)]
@@ -140,10 +140,14 @@ pub fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
             format!("`{text}` is not a duration"),
             "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`",
         ),
-        DurationError::Order => (
-            format!("the units of `{text}` do not descend"),
-            "units descend, each once: `1h2m3s4ms`",
-        ),
+        DurationError::Order => {
+            let message = format!("the units of `{text}` do not descend");
+            let help = match duration::in_order(text) {
+                Some(right) => format!("write `{right}`"),
+                None => "units descend, each once: `1h2m3s4ms`".to_owned(),
+            };
+            return Finding::new(Code::BadDuration, span, message).help(help);
+        }
         DurationError::TooLong => (
             format!("`{text}` is too long a duration"),
             "the longest is 2147483647 ms: `596h31m23s647ms`",

@@ -22,9 +22,10 @@ pub struct Style {
 /// All findings in the order given, and a last line that counts them.
 pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() };
+    let lines: Vec<Lines> = files.iter().map(|file| Lines::of(&file.text)).collect();
     let mut text = String::new();
     for finding in findings {
-        text.push_str(&renderer.render(&[group(finding, files, style)]));
+        text.push_str(&renderer.render(&[group(finding, files, &lines, style)]));
         text.push_str("\n\n");
     }
     text.push_str(&count(findings, style));
@@ -52,14 +53,34 @@ fn plural(n: usize, what: &str) -> String {
     if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
-fn group<'a>(finding: &'a Finding, files: &'a [SourceFile], style: Style) -> Group<'a> {
+/// Where the lines of a file begin: many findings are printed, and each wants its number.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn of(text: &str) -> Lines {
+        let behind = text.match_indices('\n').map(|(at, _)| at + 1);
+        Lines(std::iter::once(0).chain(behind).collect())
+    }
+
+    /// The number, from 1, of the line that a byte stands in.
+    fn number(&self, at: usize) -> usize {
+        self.0.partition_point(|start| *start <= at)
+    }
+}
+
+fn group<'a>(
+    finding: &'a Finding,
+    files: &'a [SourceFile],
+    lines: &[Lines],
+    style: Style,
+) -> Group<'a> {
     let level = match severity(finding, style) {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
     let mut group =
         Group::with_title(level.primary_title(finding.message.as_str()).id(finding.code.name()));
-    for snippet in snippets(finding, files) {
+    for snippet in snippets(finding, files, lines) {
         group = group.element(snippet);
     }
     if let Some(help) = &finding.help {
@@ -68,30 +89,43 @@ fn group<'a>(finding: &'a Finding, files: &'a [SourceFile], style: Style) -> Gro
     group
 }
 
+/// How far from a finding's place another of the same file has a snippet of its own.
+const FAR_BYTES: u32 = 4_096;
+
 /// One snippet a file: the finding's own first, then those of related places elsewhere.
-fn snippets<'a>(finding: &'a Finding, files: &'a [SourceFile]) -> Vec<Snippet<'a, Annotation<'a>>> {
-    let mut order: Vec<FileId> = vec![finding.span.file];
+fn snippets<'a>(
+    finding: &'a Finding,
+    files: &'a [SourceFile],
+    lines: &[Lines],
+) -> Vec<Snippet<'a, Annotation<'a>>> {
+    // The drawing looks at all lines between the places of a snippet: far ones go apart.
+    let own = finding.span;
+    let key = |span: Span| {
+        (span.file, span.file == own.file && span.start.abs_diff(own.start) > FAR_BYTES)
+    };
+    let mut order: Vec<(FileId, bool)> = vec![(own.file, false)];
     for (span, _) in &finding.related {
-        if !order.contains(&span.file) {
-            order.push(span.file);
+        if !order.contains(&key(*span)) {
+            order.push(key(*span));
         }
     }
-    let places = |file: FileId| {
+    let places = |part: (FileId, bool)| {
         let own = (finding.span, finding.label.as_str(), AnnotationKind::Primary);
         let related = finding.related.iter();
         let related = related.map(|(span, label)| (*span, label.as_str(), AnnotationKind::Context));
-        [own].into_iter().chain(related).filter(move |(span, ..)| span.file == file)
+        [own].into_iter().chain(related).filter(move |(span, ..)| key(*span) == part)
     };
-    let snippet = |file: FileId| {
+    let snippet = |part: (FileId, bool)| {
+        let file = part.0;
         let source = files.get(file.0 as usize)?;
         let spans: Vec<Range<usize>> =
-            places(file).map(|(span, ..)| clamp(span, &source.text)).collect();
+            places(part).map(|(span, ..)| clamp(span, &source.text)).collect();
         let window = window(&spans, &source.text);
-        let first_line = source.text[..window.start].matches('\n').count() + 1;
+        let first_line = lines.get(file.0 as usize)?.number(window.start);
         let mut snippet = Snippet::source(&source.text[window.clone()])
             .line_start(first_line)
             .path(source.name.as_str());
-        for ((_, label, kind), span) in places(file).zip(spans) {
+        for ((_, label, kind), span) in places(part).zip(spans) {
             let span = span.start - window.start..span.end - window.start;
             let label = (!label.is_empty()).then_some(label);
             snippet = snippet.annotation(kind.span(span).label(label));

@@ -9,6 +9,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
 use super::finding::{Code, Finding};
+use super::headers;
 use super::reader::Doc;
 
 /// Makes findings of the parser's errors: the first of each line, since the parser goes on after
@@ -29,7 +30,16 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
         if echo {
             continue;
         }
-        let finding = Finding::new(Code::TomlSyntax, doc.span(range), error.message());
+        let finding = Finding::new(Code::TomlSyntax, doc.span(range.clone()), error.message());
+        if error.message().starts_with("duplicate key")
+            && let Some(finding) = headers::doubled(doc, range)
+        {
+            doc.find(finding);
+            // All keys up to the next header are echoes of it.
+            let rest = doc.slice(line_end..doc.len());
+            last = Some((line_end + rest.find("\n[").unwrap_or(rest.len()), error.message()));
+            continue;
+        }
         doc.find(match help(error.message()) {
             Some(words) => finding.help(words),
             None => finding,

@@ -14,28 +14,47 @@ use crate::runtime::exchange::Port;
 /// The device's time from one step to the next.
 const STEP: Duration = Duration::from_millis(1);
 
-/// Moves the inputs of the rules until `stop`. They stay as they are then.
-///
-/// A Y is read as driven, since a plant feels the safe values too; any other bit as the last
-/// complete scan left it.
-pub async fn run(mut device: Device, layout: Layout, port: Port, stop: impl Future<Output = ()>) {
-    let mut stop = pin!(stop);
-    let mut tick = interval(STEP);
-    tick.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let started = Instant::now();
-    loop {
-        tokio::select! {
-            () = &mut stop => return,
-            _ = tick.tick() => {}
+/// A device that has taken its first step, and moves its inputs on once it is run.
+pub struct Drive {
+    device: Device,
+    layout: Layout,
+    port: Port,
+    started: Instant,
+}
+
+impl Drive {
+    /// Takes the device's first step at once: before the first scan, which so sees its inputs.
+    pub fn new(device: Device, layout: Layout, port: Port) -> Drive {
+        let mut drive = Drive { device, layout, port, started: Instant::now() };
+        drive.step();
+        drive
+    }
+
+    /// Moves the inputs of the rules until `stop`. They stay as they are then.
+    pub async fn run(mut self, stop: impl Future<Output = ()>) {
+        let mut stop = pin!(stop);
+        let mut tick = interval(STEP);
+        tick.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        loop {
+            tokio::select! {
+                () = &mut stop => return,
+                _ = tick.tick() => {}
+            }
+            self.step();
         }
-        let now_ms = started.elapsed().as_millis() as u64;
-        let seen = port.latest();
+    }
+
+    /// A Y is read as driven, since a plant feels the safe values too; any other bit as the last
+    /// complete scan left it.
+    fn step(&mut self) {
+        let now_ms = self.started.elapsed().as_millis() as u64;
+        let (seen, layout) = (self.port.latest(), &self.layout);
         let read = |bit| match bit {
             Bit::Space(BitSpace::Y, n) => seen.outputs[n as usize] != 0,
             other => seen.bit(layout.bit(other)),
         };
-        for (x, on) in device.step(now_ms, read) {
-            port.set_input(x, on);
+        for (x, on) in self.device.step(now_ms, read) {
+            self.port.set_input(x, on);
         }
     }
 }

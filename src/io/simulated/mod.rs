@@ -2,11 +2,11 @@
 //! without hardware.
 //!
 //! [`Device`] is pure: it takes the time and a way to read bits, and says which inputs change.
-//! Tests step it together with the engine in virtual time; [`run`] steps it against a running
+//! Tests step it together with the engine in virtual time; [`Drive`] steps it against a running
 //! controller, about every millisecond. What the rules mean is `docs/simulated-device.md`.
 
 mod device;
 mod drive;
 
 pub use device::Device;
-pub use drive::run;
+pub use drive::Drive;

@@ -1,0 +1,110 @@
+//! `constant-saturates`: MOVE, ADD or SUB of a constant that its target can never hold.
+//!
+//! It is legal: what is too large becomes the largest number, and what is too small the smallest.
+//! Whoever writes it mostly thinks of another range. Only what is sure is found: sums whose other
+//! side can still bring them into the range pass.
+//!
+//! Passes:
+//!
+//! ```toml
+//! do = ["MOVE 70000 to=D0"]
+//! ```
+//!
+//! Fails:
+//!
+//! ```toml
+//! do = ["MOVE 70000 to=V0"]
+//! ```
+
+use crate::isa::{Address, Mnemonic};
+use crate::resolve::program::{ArgValue, Value};
+use crate::source::finding::{Code, Finding};
+
+use super::context::{Context, Placed};
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let stores = context.of(&[Mnemonic::Move, Mnemonic::Add, Mnemonic::Sub]);
+    findings.extend(stores.filter_map(|placed| judge(context, placed)));
+}
+
+fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
+    let to = placed.instruction.arg("to")?;
+    let ArgValue::Word(word) = to.value else { return None };
+    let mut values = placed.instruction.args.iter().filter_map(|arg| match arg.value {
+        ArgValue::Value(value) => Some((value, arg.span)),
+        _ => None,
+    });
+    let (first, span) = values.next()?;
+    let second = values.next();
+    // Two locations never are one constant's fault.
+    let written = [Some((first, span)), second].into_iter().flatten();
+    let (_, place) = written.rev().find(|(value, _)| matches!(value, Value::Const(..)))?;
+    let (low, high) = range(first);
+    let (low, high) = match (placed.mnemonic(), second) {
+        (Mnemonic::Add, Some((b, _))) => (low + range(b).0, high + range(b).1),
+        (Mnemonic::Sub, Some((b, _))) => (low - range(b).1, high - range(b).0),
+        _ => (low, high),
+    };
+    let (least, most) = word.range();
+    let stored = if low > i64::from(most) {
+        most
+    } else if high < i64::from(least) {
+        least
+    } else {
+        return None;
+    };
+    let said = context.say(Address::Word(word));
+    let name = context.name(Address::Word(word));
+    let message = format!("{said} holds {least} to {most}: `{}` stores {stored}", placed.name());
+    Some(
+        Finding::new(Code::ConstantSaturates, place, message)
+            .label("never stored whole")
+            .help(format!("a D word holds more; if it is meant, write `MOVE {stored} to={name}`")),
+    )
+}
+
+/// Between what a value lies.
+fn range(value: Value) -> (i64, i64) {
+    let (low, high) = match value {
+        Value::Const(n, _) => (n, n),
+        Value::Word(word) => word.range(),
+    };
+    (low.into(), high.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_main;
+
+    #[test]
+    fn what_can_never_be_stored() {
+        check_main(
+            r#"
+            { when = ["X0"], do = ["MOVE 65535 to=V0", "MOVE 65536 to=V0", "MOVE -1 to=V0"] },
+            { when = ["X0"], do = ["MOVE 70000 to=D0", "ADD V0 1 to=V0", "SUB V0 1 to=V0"] },
+            { when = ["X0"], do = ["ADD V0 65536 to=V1", "SUB 0 1 to=V1", "SUB V0 65536 to=V1"] },
+            { when = ["X0"], do = ["ADD V0 V1 to=V2", "MOVE V0 to=N0.ACC", "CTU N0 preset=1"] },
+            "#,
+            expect![[r#"
+                4:50 constant-saturates
+                  `V0` holds 0 to 65535: `MOVE` stores 65535
+                    a D word holds more; if it is meant, write `MOVE 65535 to=V0`
+                4:70 constant-saturates
+                  `V0` holds 0 to 65535: `MOVE` stores 0
+                    a D word holds more; if it is meant, write `MOVE 0 to=V0`
+                6:32 constant-saturates
+                  `V1` holds 0 to 65535: `ADD` stores 65535
+                    a D word holds more; if it is meant, write `MOVE 65535 to=V1`
+                6:53 constant-saturates
+                  `V1` holds 0 to 65535: `SUB` stores 0
+                    a D word holds more; if it is meant, write `MOVE 0 to=V1`
+                6:71 constant-saturates
+                  `V1` holds 0 to 65535: `SUB` stores 0
+                    a D word holds more; if it is meant, write `MOVE 0 to=V1`
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,99 @@
+//! A ladder of many thousand rungs under a watchdog of 1 ms, seen by a Modbus client: FAULT,
+//! outputs safe, reads answered, writes refused.
+//!
+//! The client is a dozen lines of raw TCP, so that nothing stands between the test and the bytes.
+
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Read, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Too many for 1 ms, in a debug build with fewer of them.
+const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 300_000 };
+
+/// Y0 is driven ON by the first scan that completes, Y1 would be OFF by its safe value, Y2 ON.
+fn ladder() -> String {
+    let mut text = String::from("[[program]]\nname = \"Main\"\nrung = [\n");
+    text += "  { when = [\"$On\"], do = [\"OUT Y0\", \"OUT Y1\"] },\n";
+    for n in 0..RUNGS {
+        let (x, own) = (n % 64, n / 5);
+        let (head, action) = match n % 5 {
+            0 => ("leg.rst = [\"X1\"], leg.up", format!("CNT CT{own} preset=9")),
+            1 => ("when", format!("TMR T{own} preset=1s")),
+            2 => ("when", format!("MOVE {x} to=D{x}")),
+            _ => ("when", format!("SET C{x}")),
+        };
+        let contact = format!("X{x} | !X2 | CT{own}.Done");
+        let _ = writeln!(text, "  {{ {head} = [\"{contact}\"], do = [\"{action}\"] }},");
+    }
+    text + "]\n"
+}
+
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Sends one PDU and gives the reply's.
+fn ask(client: &mut TcpStream, pdu: &[u8]) -> Vec<u8> {
+    let mut frame = vec![0, 7, 0, 0, 0, pdu.len() as u8 + 1, 1];
+    frame.extend(pdu);
+    client.write_all(&frame).unwrap();
+    let mut head = [0; 7];
+    client.read_exact(&mut head).unwrap();
+    let mut reply = vec![0; usize::from(head[5]) - 1];
+    client.read_exact(&mut reply).unwrap();
+    reply
+}
+
+/// An address that is free a moment before it is used.
+fn free_address() -> String {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string()
+}
+
+#[test]
+fn a_client_sees_the_fault_with_outputs_safe() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("watchdog-fault");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("ladder.toml"), ladder()).unwrap();
+    let (listen, structures) = (free_address(), RUNGS / 5);
+    let controller = format!(
+        "ladder = [\"ladder.toml\"]\nscan.watchdog = \"1ms\"\noutputs.on = [\"Y2\"]\n\
+         memory = {{ CT = {structures}, T = {structures} }}\n\
+         [modbus-server]\nlisten = \"{listen}\"\nwritable = [\"MC9\"]\n\
+         image.outputs = {{ from = \"Y0..Y7\", to = \"MI1..MI8\" }}\n"
+    );
+    std::fs::write(folder.join("controller.toml"), controller).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.arg("run").arg(folder.join("controller.toml")).env_remove("RUNGD_LOG");
+    let mut rungd = Killed(command.stderr(Stdio::piped()).spawn().unwrap());
+    let log = BufReader::new(rungd.0.stderr.take().unwrap());
+    let mut said = String::new();
+    let fault = log.lines().map(Result::unwrap).find(|line| {
+        said += line;
+        line.contains("FAULT: a scan")
+    });
+    assert!(fault.is_some(), "{said}");
+
+    let mut client = TcpStream::connect(&listen).unwrap();
+    client.set_read_timeout(Some(PATIENCE)).unwrap();
+    // FC 2 from MI1, eight of them: Y2 alone is ON.
+    let deadline = Instant::now() + PATIENCE;
+    while ask(&mut client, &[2, 0, 0, 0, 8]) != [2, 1, 0b100] {
+        assert!(Instant::now() < deadline, "outputs are not safe");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // FC 5, MC9 ON: device failure, at once.
+    let before = Instant::now();
+    assert_eq!(ask(&mut client, &[5, 0, 8, 0xff, 0]), [0x85, 4]);
+    assert!(before.elapsed() < Duration::from_secs(5), "refused, not timed out");
+    let _ = std::fs::remove_dir_all(&folder);
+}
