@@ -113,3 +113,21 @@ fn explanations_go_to_standard_output() {
     let list = text(&rungd(&["explain"]).stdout);
     assert!(list.contains("SGCONVRG") && list.contains("unused-tag"));
 }
+
+#[test]
+fn a_pipe_is_read_once_and_nobody_waits_for_a_named_one() {
+    use std::io::Write;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let piped = std::process::Stdio::piped;
+    command.args(["check", "/dev/stdin"]).stdin(piped()).stderr(piped());
+    let mut child = command.spawn().unwrap();
+    child.stdin.take().unwrap().write_all(GOOD.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{errors}");
+    assert!(errors.contains("0 errors"), "{errors}");
+    let pipe = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("named-pipe.toml");
+    let _ = std::fs::remove_file(&pipe);
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    check(&["check", &pipe.display().to_string()], 74, "it is a named pipe");
+}

@@ -440,6 +440,44 @@ fn systemd_hears_ready_alive_status_and_stopping() {
 }
 
 #[test]
+fn a_systemd_that_does_not_listen_keeps_nobody_from_anything() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
+    let socket_path = plant.0.join("notify");
+    let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
+    // No more fits, whatever the machine's limit is.
+    let filler = std::os::unix::net::UnixDatagram::unbound().unwrap();
+    filler.set_nonblocking(true).unwrap();
+    while filler.send_to(b"STATUS=full", &socket_path).is_ok() {}
+    let mut command = plant.command(&["--log-format", "json"]);
+    command.env("NOTIFY_SOCKET", &socket_path).env("WATCHDOG_USEC", "40000");
+    let mut running = Running::new(&mut command);
+    running.line("lamp is ON");
+    std::thread::sleep(Duration::from_millis(300));
+    running.signal("TERM");
+    assert_eq!(running.end().code(), Some(0));
+    drop(socket);
+}
+
+#[test]
+fn too_few_file_descriptors_are_the_environments_fault() {
+    let plant = Plant::new(ALIVE, "");
+    let command = plant.command(&["--scans", "1"]);
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "ulimit -n 8; exec \"$0\" \"$@\""]).arg(command.get_program());
+    let output = shell.args(command.get_args()).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(74), "{text}");
+    assert!(text.contains("file descriptors") && !text.contains("bug"), "{text}");
+}
+
+#[test]
+fn findings_that_cannot_be_written_are_no_bug() {
+    let plant = Plant::new("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUTT Y0\"]\n", "");
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    assert_eq!(plant.command(&[]).stderr(full).status().unwrap().code(), Some(78));
+}
+
+#[test]
 fn a_log_that_nobody_reads_costs_no_scan() {
     unread_log(Duration::from_secs(4));
 }

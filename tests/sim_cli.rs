@@ -259,3 +259,19 @@ fn findings_go_to_standard_error_and_only_errors_refuse() {
     place.refused("wrong.toml --scans 1 --trace wrong.csv", 78, "error[write-to-input]");
     assert!(!Path::new(&place.0.join("wrong.csv")).exists());
 }
+
+#[test]
+fn what_time_cannot_count_and_what_has_no_end_is_refused() {
+    let place = Place::new("bounds");
+    for args in [
+        "count.toml --scans 18446744073709551615",
+        "count.toml --period 24h --scans 300000",
+        "count.toml --stimulus /dev/zero",
+    ] {
+        let output = place.sim(args);
+        let errors = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(78 | 74)), "{args}: {errors}");
+        assert!(errors.contains("longer than time") || errors.contains("256 MiB"), "{errors}");
+        assert_eq!(text(&output.stdout), "");
+    }
+}

@@ -19,30 +19,33 @@
 //! ]
 //! ```
 
+use std::collections::BTreeMap;
+
 use crate::isa::{Address, Bit, Mnemonic};
 use crate::source::finding::{Code, Finding};
 
-use super::context::{Context, Driver, Element};
+use super::context::{Context, Driver};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for (bit, drivers) in context.drivers() {
-        for (at, second) in drivers.iter().enumerate() {
-            let element = second.placed.place.element();
-            let first = drivers[..at].iter().find(|d| d.placed.place.element() == element);
-            if let Some(first) = first {
-                let all = within(drivers, element);
-                findings.push(finding(context, bit, (first, second), &all));
-            }
+        let mut elements: BTreeMap<_, Vec<&Driver>> = BTreeMap::new();
+        for driver in drivers {
+            elements.entry(driver.placed.place.element()).or_default().push(driver);
+        }
+        for all in elements.values() {
+            let [first, again @ ..] = &all[..] else { continue };
+            let Some(second) = again.first() else { continue };
+            // With the conditions of all of them: once.
+            let help = help(context, bit, all);
+            findings.push(finding(context, bit, (first, second)).help(help));
+            let more = again[1..].iter().map(|later| finding(context, bit, (first, later)));
+            findings.extend(more);
         }
     }
 }
 
-fn within<'d, 'a>(drivers: &'d [Driver<'a>], element: Element) -> Vec<&'d Driver<'a>> {
-    drivers.iter().filter(|d| d.placed.place.element() == element).collect()
-}
-
-fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[&Driver]) -> Finding {
+fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver)) -> Finding {
     let (first, second) = pair;
     let message = format!(
         "{} is driven twice, by `{}` in {}, and by `{}` in {}: the last one decides",
@@ -55,7 +58,6 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[&Driver
     Finding::new(Code::DuplicateOut, second.span, message)
         .label("driven again")
         .related(first.span, "overwritten")
-        .help(help(context, bit, all))
 }
 
 fn help(context: &Context, bit: Bit, all: &[&Driver]) -> String {

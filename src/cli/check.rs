@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
-use crate::load::{self, Loaded};
+use crate::load::{self, Input, Loaded};
 use crate::source::render::{Style, refuses, render};
 
 /// Checks ladder files and controller files, and prints everything found in them.
@@ -36,14 +36,15 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let mut ladders = Vec::new();
     let mut all = Loaded::default();
     for path in &args.files {
-        if load::is_controller_file(path)? {
-            append(&mut all, load::controller_file(path)?);
+        let input = Input::read(path)?;
+        if input.is_controller() {
+            append(&mut all, load::controller_input(&input));
         } else {
-            ladders.push(path.clone());
+            ladders.push(input);
         }
     }
     if !ladders.is_empty() {
-        append(&mut all, load::ladder_files(&ladders)?);
+        append(&mut all, load::ladder_inputs(&ladders)?);
     }
     super::say(&render(&all.findings, &all.files, style));
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })

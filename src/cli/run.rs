@@ -1,5 +1,7 @@
 //! `rungd run`: a controller file in; a controller that scans until it is told to stop.
 
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -15,6 +17,9 @@ use crate::engine;
 use crate::isa::duration;
 use crate::load;
 use crate::source::render::{Style, refuses, render};
+
+/// So many a start needs free, with some to spare.
+const DESCRIPTORS_LEAST: usize = 16;
 
 /// Runs a controller: scans its ladder at a fixed period until a signal stops it
 #[derive(Args, Debug)]
@@ -46,8 +51,9 @@ fn repeat(text: &str) -> Result<Duration, String> {
 /// Runs a controller until its end.
 ///
 /// # Errors
-/// Signals cannot be heard, or the log cannot be started.
+/// Signals cannot be heard, the log cannot be started, or there are too few file descriptors.
 pub fn run(args: &RunArgs) -> Result<Exit> {
+    probe_descriptors()?;
     let mut host = Host::new().context("cannot listen for signals")?;
     let log = log::init(args.log_format, args.log_level)?;
     let exit = run_logged(args, &mut host).unwrap_or_else(|why| {
@@ -57,6 +63,14 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     host.end();
     log.flush();
     Ok(exit)
+}
+
+/// What is opened later, and not all of it by calls that can fail, must find a descriptor.
+fn probe_descriptors() -> Result<()> {
+    let probes: io::Result<Vec<File>> =
+        (0..DESCRIPTORS_LEAST).map(|_| File::open("/dev/null")).collect();
+    probes.context("a controller needs 16 file descriptors to start")?;
+    Ok(())
 }
 
 fn run_logged(args: &RunArgs, host: &mut Host) -> Result<Exit> {
@@ -97,7 +111,7 @@ fn load(path: &Path, style: Style) -> Result<Result<(engine::Program, Setup), St
 /// All findings: for people as blocks of lines; where lines must be whole, one by one.
 fn refuse(args: &RunArgs, text: &str) -> Exit {
     if log::is_for_people(args.log_format) {
-        eprintln!("{}", text.trim_end());
+        super::say(&format!("{}\n", text.trim_end()));
     } else {
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
             error!("{line}");

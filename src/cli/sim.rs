@@ -10,6 +10,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use crate::isa::{Address, Bit, BitSpace, duration};
+use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::resolve_operand;
@@ -78,6 +79,13 @@ pub fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
         stop: args.stop,
         stimulus: stimulus(args, program, &symbols)?,
     };
+    if !plan.fits() {
+        bail!(
+            "{} scans at a period of {} ms last longer than time can be counted (584 years)",
+            plan.scans,
+            plan.period_ms
+        );
+    }
     let watched = watched(args, program, &symbols)?;
     if extension(&args.trace) == Some("svg") {
         let mut trace = SvgTrace::new(&watched);
@@ -134,7 +142,7 @@ fn scans(args: &SimArgs) -> u64 {
 fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stimulus> {
     let Some(path) = &args.stimulus else { return Ok(Stimulus::default()) };
     let name = path.display();
-    let bytes = std::fs::read(path).with_context(|| name.to_string())?;
+    let bytes = load::read_bytes(path).with_context(|| name.to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
     let lookup = |operand: &str| target(program, symbols, operand);
     Stimulus::parse(&text, &lookup).map_err(|e| anyhow::anyhow!("{name}:{}: {}", e.line, e.message))

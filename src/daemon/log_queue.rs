@@ -1,8 +1,9 @@
 //! Log lines on their way to standard error, which may be slow, or stuck.
 //!
 //! Who logs hands a line to a bounded queue and goes on; one thread writes. When the reader of the
-//! log stalls, lines are dropped and counted, and a line says so once it reads again. So neither
-//! the Modbus server nor the monitor ever waits for a terminal or for the journal.
+//! log stalls, lines are dropped and counted, and a line says so once it reads again; lines that
+//! cannot be written, as on a full disk, are counted too. So neither the Modbus server nor the
+//! monitor ever waits for a terminal or for the journal.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -20,6 +21,9 @@ const LINES_MAX: usize = 4096;
 const FLUSH_MAX: Duration = Duration::from_secs(1);
 /// Dropped lines are told of this often at most.
 const TELL_DROPPED_EVERY: Duration = Duration::from_secs(1);
+
+/// How long the writing thread rests where standard error does not block and has no room.
+const REST: Duration = Duration::from_millis(5);
 
 enum Item {
     Line(Vec<u8>),
@@ -92,36 +96,78 @@ thread_local! {
     static OWN: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
 }
 
-fn write_lines(receiver: &Receiver<Item>, dropped: &AtomicU64, mut out: impl Write) {
+/// Where the lines go.
+struct Sink<W> {
+    out: W,
+    /// The last line stopped in its midst.
+    torn: bool,
+}
+
+impl<W: Write> Sink<W> {
+    /// Writes a line, however long that takes; false if it cannot be written.
+    fn line(&mut self, line: &[u8]) -> bool {
+        if self.torn && self.write(b"\n") == 0 {
+            return false;
+        }
+        let written = self.write(line);
+        self.torn = (1..line.len()).contains(&written);
+        written == line.len()
+    }
+
+    /// How many of the bytes could be written.
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let mut written = 0;
+        while written < bytes.len() {
+            match self.out.write(&bytes[written..]) {
+                Ok(0) => break,
+                Ok(count) => written += count,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => thread::sleep(REST),
+                Err(_) => break,
+            }
+        }
+        written
+    }
+}
+
+fn write_lines(receiver: &Receiver<Item>, dropped: &AtomicU64, out: impl Write) {
     OWN.set(Some(Vec::new()));
+    let mut out = Sink { out, torn: false };
     let mut told: Option<Instant> = None;
     for item in receiver {
         match item {
             Item::Line(line) => {
-                // A log that is gone is no reason to end, and there is nobody left to tell.
-                let _ = out.write_all(&line);
+                // A log that is gone is no reason to end; one that comes back hears of it.
+                if !out.line(&line) {
+                    dropped.fetch_add(1, Ordering::Relaxed);
+                }
                 if told.is_none_or(|told| told.elapsed() >= TELL_DROPPED_EVERY) {
                     told = tell_dropped(dropped, &mut out).or(told);
                 }
             }
             Item::Flush(done) => {
                 tell_dropped(dropped, &mut out);
-                let _ = out.flush();
+                let _ = out.out.flush();
                 let _ = done.try_send(());
             }
         }
     }
 }
 
-/// Tells how many lines were dropped since it was told last, in the form of the log.
-fn tell_dropped(dropped: &AtomicU64, out: &mut impl Write) -> Option<Instant> {
+/// Tells how many lines were dropped since it was told last, in the form of the log; when it tried.
+fn tell_dropped<W: Write>(dropped: &AtomicU64, out: &mut Sink<W>) -> Option<Instant> {
     let lines = dropped.swap(0, Ordering::Relaxed);
     if lines == 0 {
         return None;
     }
-    tracing::warn!(lines, "log lines were dropped: the log was read too slowly");
+    tracing::warn!(
+        lines,
+        "log lines were dropped: the log was read too slowly, or could not be written"
+    );
     let own = OWN.with_borrow_mut(|own| own.as_mut().map(std::mem::take));
-    let _ = out.write_all(&own.unwrap_or_default());
+    if !out.line(&own.unwrap_or_default()) {
+        dropped.fetch_add(lines, Ordering::Relaxed);
+    }
     Some(Instant::now())
 }
 
@@ -144,6 +190,53 @@ mod tests {
         fn flush(&mut self) -> io::Result<()> {
             Ok(())
         }
+    }
+
+    /// Takes a byte at a time, and between them has no room; fails while it is to.
+    #[derive(Clone, Default)]
+    struct Narrow {
+        text: Arc<Mutex<Vec<u8>>>,
+        turn: bool,
+        fails: Arc<Mutex<bool>>,
+    }
+
+    impl Write for Narrow {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            if *self.fails.lock().unwrap() {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.turn = !self.turn;
+            if self.turn {
+                return Err(io::ErrorKind::WouldBlock.into());
+            }
+            self.text.lock().unwrap().push(bytes[0]);
+            Ok(1)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_log_without_room_is_waited_for_and_failures_are_counted() {
+        let narrow = Narrow::default();
+        let mut queue = LogQueue::new(narrow.clone()).unwrap();
+        queue.write_all(b"one\n").unwrap();
+        LogQueue::flush(&queue);
+        assert_eq!(*narrow.text.lock().unwrap(), b"one\n");
+        let dropped = AtomicU64::new(5);
+        let mut sink = Sink { out: narrow.clone(), torn: true };
+        *narrow.fails.lock().unwrap() = true;
+        OWN.set(Some(b"dropped\n".to_vec()));
+        assert!(!sink.line(b"two\n") && tell_dropped(&dropped, &mut sink).is_some());
+        assert_eq!(dropped.load(Ordering::Relaxed), 5, "still to be told");
+        *narrow.fails.lock().unwrap() = false;
+        OWN.set(Some(b"dropped\n".to_vec()));
+        assert!(tell_dropped(&dropped, &mut sink).is_some() && sink.line(b"three\n"));
+        assert_eq!(*narrow.text.lock().unwrap(), b"one\n\ndropped\nthree\n");
+        assert_eq!(dropped.load(Ordering::Relaxed), 0);
+        OWN.set(None);
     }
 
     #[test]

@@ -62,6 +62,10 @@ impl LogWriter {
             Mode::Fault(FaultReason::ScanTooLong { scan_us }) if self.tripped => {
                 info!(scan, scan_us, "the scan of this fault has ended; it is not complete");
             }
+            // Likewise the scan that did not come.
+            Mode::Fault(FaultReason::ScanNeverBegins) if self.tripped => {
+                info!(scan, "the scan thread of this fault has come back; it does not scan");
+            }
             Mode::Fault(fault) => self.fault(fault, Some(scan)),
         }
     }

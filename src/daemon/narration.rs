@@ -129,7 +129,9 @@ pub(super) fn remedy(
 ) -> String {
     let (period, watchdog) = (span(period_ns), span(watchdog_ns));
     match reason {
-        FaultReason::ScanTooLong { .. } | FaultReason::ScanNeverEnds => format!(
+        FaultReason::ScanTooLong { .. }
+        | FaultReason::ScanNeverEnds
+        | FaultReason::ScanNeverBegins => format!(
             "restart rungd; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for \
              {rungs} rungs every {period}), or see what else the machine was doing"
         ),

@@ -7,7 +7,6 @@ use std::future::Future;
 use std::io;
 use std::time::{Duration, Instant};
 
-use sd_notify::NotifyState;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval, timeout};
@@ -17,7 +16,7 @@ use super::config::Setup;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
 use super::signals::{Host, Signals};
-use super::systemd::{Notice, Notices};
+use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
@@ -154,7 +153,8 @@ struct Over {
 /// Signals and systemd, until the scan thread is over.
 async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) -> Over {
     let (port, started) = (runtime.port(), Instant::now());
-    let mut notices = Notices::new(sd_notify::watchdog_enabled());
+    let (systemd, mut notices) =
+        (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
     let mut look = interval(LOOK_EVERY);
     look.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let mut asked: Option<(Instant, &str)> = None;
@@ -174,13 +174,12 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
                     mode => info!("{name}: ending from {}; no further scan comes", mode.name()),
                 }
                 asked = Some((Instant::now(), name));
-                notify(&[NotifyState::Stopping]);
+                notices.stop();
                 runtime.request_stop();
             }
             _ = look.tick() => {
-                for notice in notices.due(started.elapsed(), runtime.pulses(), &port.latest()) {
-                    send(&notice);
-                }
+                let (now, pulses) = (started.elapsed(), runtime.pulses());
+                notices.tell(now, pulses, &port.latest(), |notice| systemd.send(notice));
                 let waiting = match runtime.state() {
                     State::Running => None,
                     State::Over => Some(Waiting::Ended),
@@ -208,7 +207,10 @@ async fn start_drivers(
     if let Some(settings) = &setup.modbus {
         let listen = settings.listen;
         let map = modbus::Map::new(settings, layout, |word| setup.symbols.limits(word));
-        let bound = modbus::Server::bind(settings.clone(), map, port.clone());
+        let pace = &setup.pace;
+        let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
+        let patience = Duration::from_nanos(patience_ns);
+        let bound = modbus::Server::bind(settings.clone(), map, port.clone(), patience);
         let server = bound.await.map_err(|error| {
             let context = format!(
                 "{}: `[modbus-server]` cannot listen at {listen}: {error}",
@@ -233,19 +235,6 @@ fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
     async move {
         let _ = stopped.wait_for(|stop| *stop).await;
     }
-}
-
-fn send(notice: &Notice) {
-    match notice {
-        Notice::Ready => notify(&[NotifyState::Ready]),
-        Notice::Watchdog => notify(&[NotifyState::Watchdog]),
-        Notice::Status(status) => notify(&[NotifyState::Status(status)]),
-    }
-}
-
-/// Without systemd this does nothing; and a systemd that does not hear is no reason to stop.
-fn notify(state: &[NotifyState<'_>]) {
-    let _ = sd_notify::notify(state);
 }
 
 /// The last lines, and what they come to.

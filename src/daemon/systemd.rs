@@ -1,9 +1,14 @@
 //! What systemd is told, and when: ready, alive, status, stopping.
 //!
-//! [`Notices`] decides from numbers; `shell` sends. Alive means evidence: complete scans, or ticks
-//! in STOP and FAULT, that were seen since the last time. A scan that never ends gives none, and
-//! systemd ends the process.
+//! [`Notices`] decides from numbers, [`Systemd`] sends and never waits: what does not go out now is
+//! due again at the next look. Alive means evidence: complete scans, or ticks in STOP and FAULT,
+//! that were seen since the last time. A scan that never ends gives none, and systemd ends the
+//! process.
 
+use std::ffi::OsStr;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
 use crate::runtime::exchange::{Mode, Snapshot};
@@ -11,15 +16,53 @@ use crate::runtime::exchange::{Mode, Snapshot};
 /// What is to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Notice {
+    Stopping,
     Ready,
     Watchdog,
     Status(String),
+}
+
+/// The way to systemd, or to nobody.
+pub(super) struct Systemd(Option<(UnixDatagram, SocketAddr)>);
+
+impl Systemd {
+    /// As `NOTIFY_SOCKET` names it.
+    pub fn of_environment() -> Systemd {
+        let Some(name) = std::env::var_os("NOTIFY_SOCKET") else { return Systemd(None) };
+        Systemd(address(&name).and_then(|address| {
+            let socket = UnixDatagram::unbound().ok()?;
+            socket.set_nonblocking(true).ok()?;
+            Some((socket, address))
+        }))
+    }
+
+    /// Sends a notice; false if it did not go out, as nobody reads them. Never waits.
+    pub fn send(&self, notice: &Notice) -> bool {
+        let Some((socket, address)) = &self.0 else { return true };
+        let text = match notice {
+            Notice::Stopping => "STOPPING=1\n".to_owned(),
+            Notice::Ready => "READY=1\n".to_owned(),
+            Notice::Watchdog => "WATCHDOG=1\n".to_owned(),
+            Notice::Status(status) => format!("STATUS={status}\n"),
+        };
+        socket.send_to_addr(text.as_bytes(), address).is_ok()
+    }
+}
+
+/// A path, or behind `@` an abstract name.
+fn address(name: &OsStr) -> Option<SocketAddr> {
+    match name.as_bytes() {
+        [b'@', rest @ ..] => SocketAddr::from_abstract_name(rest).ok(),
+        _ => SocketAddr::from_pathname(name).ok(),
+    }
 }
 
 /// What was sent so far.
 pub(super) struct Notices {
     /// systemd's own limit (`WatchdogSec=`), if it has one.
     watchdog: Option<Duration>,
+    /// The end was asked for, and systemd is to hear of it.
+    stopping: bool,
     ready: bool,
     pulses: u64,
     fed: Duration,
@@ -32,29 +75,39 @@ const STATUS_EVERY: Duration = Duration::from_secs(1);
 impl Notices {
     pub fn new(watchdog: Option<Duration>) -> Notices {
         let (fed, status) = (Duration::ZERO, String::new());
-        Notices { watchdog, ready: false, pulses: 0, fed, told: None, status }
+        Notices { watchdog, stopping: false, ready: false, pulses: 0, fed, told: None, status }
     }
 
-    /// What is due. `now` counts from any moment; `pulses` are complete scans and ticks so far.
-    pub fn due(&mut self, now: Duration, pulses: u64, latest: &Snapshot) -> Vec<Notice> {
-        let mut due = Vec::new();
+    /// From here on the controller stops.
+    pub fn stop(&mut self) {
+        self.stopping = true;
+    }
+
+    /// Sends what is due. `now` counts from any moment; `pulses` are complete scans and ticks so
+    /// far; `send` says whether it went out.
+    pub fn tell(
+        &mut self,
+        now: Duration,
+        pulses: u64,
+        latest: &Snapshot,
+        mut send: impl FnMut(&Notice) -> bool,
+    ) {
+        if self.stopping && send(&Notice::Stopping) {
+            self.stopping = false;
+        }
         if !self.ready && latest.scans > 0 {
-            self.ready = true;
-            due.push(Notice::Ready);
+            self.ready = send(&Notice::Ready);
         }
         let often = self.watchdog.is_some_and(|limit| now >= self.fed + limit / 4);
-        if often && pulses > self.pulses {
+        if often && pulses > self.pulses && send(&Notice::Watchdog) {
             (self.pulses, self.fed) = (pulses, now);
-            due.push(Notice::Watchdog);
         }
         if self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
             let status = status(latest);
-            if status != self.status {
-                (self.told, self.status) = (Some(now), status.clone());
-                due.push(Notice::Status(status));
+            if status != self.status && send(&Notice::Status(status.clone())) {
+                (self.told, self.status) = (Some(now), status);
             }
         }
-        due
     }
 }
 
@@ -79,6 +132,41 @@ mod tests {
 
     fn ms(ms: u64) -> Duration {
         Duration::from_millis(ms)
+    }
+
+    impl Notices {
+        fn due(&mut self, now: Duration, pulses: u64, latest: &Snapshot) -> Vec<Notice> {
+            let mut due = Vec::new();
+            self.tell(now, pulses, latest, |notice| {
+                due.push(notice.clone());
+                true
+            });
+            due
+        }
+    }
+
+    #[test]
+    fn what_did_not_go_out_is_due_again() {
+        let mut notices = Notices::new(Some(ms(400)));
+        let run = snapshot(1, Mode::Run);
+        notices.tell(ms(100), 10, &run, |_| false);
+        notices.stop();
+        notices.tell(ms(110), 10, &run, |_| false);
+        let status = Notice::Status("RUN, 1 scans".to_owned());
+        let all = [Notice::Stopping, Notice::Ready, Notice::Watchdog, status];
+        assert_eq!(notices.due(ms(120), 10, &run), all);
+        assert_eq!(notices.due(ms(140), 11, &run), []);
+    }
+
+    #[test]
+    fn a_socket_that_nobody_reads_never_makes_the_sender_wait() {
+        let address = address(OsStr::new(&format!("@rungd-test-{}", std::process::id()))).unwrap();
+        let _reader = UnixDatagram::bind_addr(&address).unwrap();
+        let socket = UnixDatagram::unbound().unwrap();
+        socket.set_nonblocking(true).unwrap();
+        let systemd = Systemd(Some((socket, address)));
+        let sent = (0..100_000).take_while(|_| systemd.send(&Notice::Watchdog)).count();
+        assert!((1..100_000).contains(&sent), "{sent}");
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! cannot be read is a failure.
 
 use std::io::Read;
+use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -36,20 +37,52 @@ pub struct Loaded {
     pub controller: Option<Controller>,
 }
 
+/// A file as it was read, once: it may be a pipe.
+#[derive(Debug)]
+pub struct Input {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Input {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn read(path: &Path) -> Result<Input> {
+        let bytes = read_bytes(path).with_context(|| path.display().to_string())?;
+        Ok(Input { path: path.to_owned(), bytes })
+    }
+
+    /// Whether it is a controller file rather than a ladder file.
+    pub fn is_controller(&self) -> bool {
+        written::is_controller(&String::from_utf8_lossy(&self.bytes))
+    }
+}
+
 /// Loads ladder files, given together as one program.
 ///
 /// # Errors
 /// A file that cannot be read, or that is named twice.
 pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
+    let inputs: Result<Vec<Input>> = paths.iter().map(|path| Input::read(path)).collect();
+    ladder_inputs(&inputs?)
+}
+
+/// As [`ladder_files`].
+///
+/// # Errors
+/// A file that is named twice.
+pub fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
     let mut loaded = Loaded::default();
     let mut seen: Vec<PathBuf> = Vec::new();
-    for path in paths {
-        let real = identity(path);
+    for input in inputs {
+        let real = identity(&input.path);
         if seen.contains(&real) {
-            bail!("{}: this file is named twice", path.display());
+            bail!("{}: this file is named twice", input.path.display());
         }
         seen.push(real);
-        loaded.read(path)?;
+        loaded.add(input.path.display().to_string(), &input.bytes);
     }
     loaded.ladders(0, LoadOptions::default());
     loaded.judge();
@@ -61,31 +94,37 @@ pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
 /// # Errors
 /// The controller file cannot be read.
 pub fn controller_file(path: &Path) -> Result<Loaded> {
+    Ok(controller_input(&Input::read(path)?))
+}
+
+/// As [`controller_file`].
+pub fn controller_input(input: &Input) -> Loaded {
     let mut loaded = Loaded::default();
-    let id = loaded.read(path)?;
+    let path = &input.path;
+    let id = loaded.add(path.display().to_string(), &input.bytes);
     if let Some(place) = written::ladder_place(&loaded.files[0].text, id) {
         let finding =
             Finding::new(Code::Controller, place, "this is a ladder file, not a controller file");
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let help = format!("a controller file names it: `ladder = [\"{name}\"]`");
         loaded.findings.push(finding.help(help));
-        return Ok(loaded);
+        return loaded;
     }
     let (written, found) = written::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
-    let Some(written) = written else { return Ok(loaded) };
+    let Some(written) = written else { return loaded };
     let first = loaded.files.len();
     if !loaded.named_files(path, &written.ladder) {
         loaded.settings(&written);
         loaded.judge();
-        return Ok(loaded);
+        return loaded;
     }
     let first_file = FileId(first as u32);
     let (sizes, order) = (written.memory.clone(), written.order.clone());
     loaded.ladders(first, LoadOptions { sizes, order, first_file });
     loaded.settings(&written);
     loaded.judge();
-    Ok(loaded)
+    loaded
 }
 
 /// What tells a file from all others, however its path is spelt.
@@ -98,18 +137,11 @@ fn identity(path: &Path) -> PathBuf {
 /// # Errors
 /// It cannot be read.
 pub fn is_controller_file(path: &Path) -> Result<bool> {
-    let bytes = read_bytes(path).with_context(|| path.display().to_string())?;
-    Ok(written::is_controller(&String::from_utf8_lossy(&bytes)))
+    Ok(Input::read(path)?.is_controller())
 }
 
 impl Loaded {
-    /// Reads one file and gives it the next number.
-    fn read(&mut self, path: &Path) -> Result<FileId> {
-        let name = path.display().to_string();
-        let bytes = read_bytes(path).with_context(|| name.clone())?;
-        Ok(self.add(name, &bytes))
-    }
-
+    /// Gives a file the next number.
     fn add(&mut self, name: String, bytes: &[u8]) -> FileId {
         let id = FileId(self.files.len() as u32);
         let (text, finding) = decode(bytes, id);
@@ -199,7 +231,16 @@ impl Loaded {
     }
 }
 
-fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+/// Reads a file of 256 MiB at most.
+///
+/// # Errors
+/// It cannot be read, or is larger.
+pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    // What somebody named waits for a writer who may never come; what a shell made has one.
+    if std::fs::metadata(path)?.file_type().is_fifo() && !path.starts_with("/dev") {
+        let message = "it is a named pipe, and no file";
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, message));
+    }
     let mut bytes = Vec::new();
     std::fs::File::open(path)?.take(FILE_BYTES_MAX).read_to_end(&mut bytes)?;
     if bytes.len() as u64 == FILE_BYTES_MAX {

@@ -1,7 +1,8 @@
 //! Signs of life of the scan thread, and the request to stop, as atomics.
 //!
-//! The scan thread says when it begins and ends a scan; the monitor thread looks from outside.
-//! Who of the two calls a scan too long is settled by one compare-and-swap, so both agree.
+//! The scan thread says when a scan is due, when it begins and when it ends; the monitor thread
+//! looks from outside. Who of the two calls a scan too long, or missing, is settled by one
+//! compare-and-swap, so both agree.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
@@ -23,6 +24,8 @@ pub(super) enum Life {
 pub(super) struct Beat {
     /// The timestamp of the scan under way, or [`IDLE`], or [`TRIPPED`].
     scan_since_ns: AtomicU64,
+    /// The deadline of the scan that is awaited, or [`IDLE`], or [`TRIPPED`].
+    due_ns: AtomicU64,
     /// Complete scans and ticks so far.
     pulses: AtomicU64,
     stop: AtomicBool,
@@ -33,6 +36,7 @@ impl Default for Beat {
     fn default() -> Self {
         Beat {
             scan_since_ns: AtomicU64::new(IDLE),
+            due_ns: AtomicU64::new(IDLE),
             pulses: AtomicU64::new(0),
             stop: AtomicBool::new(false),
             life: AtomicU8::new(Life::Alive as u8),
@@ -41,6 +45,30 @@ impl Default for Beat {
 }
 
 impl Beat {
+    /// A scan is due then; nothing changes where the monitor has called the last one missing.
+    pub fn expect(&self, due_ns: u64) {
+        let due_ns = due_ns.clamp(1, TRIPPED - 1);
+        let (order, failed) = (Ordering::AcqRel, Ordering::Acquire);
+        let _ = self.due_ns.compare_exchange(IDLE, due_ns, order, failed);
+    }
+
+    /// The scan that was due has come; false if the monitor has called it missing meanwhile.
+    pub fn arrive(&self) -> bool {
+        self.due_ns.swap(IDLE, Ordering::AcqRel) != TRIPPED
+    }
+
+    /// The deadline of the scan that is awaited, if one is.
+    pub fn awaited(&self) -> Option<u64> {
+        let due_ns = self.due_ns.load(Ordering::Acquire);
+        (due_ns != IDLE && due_ns != TRIPPED).then_some(due_ns)
+    }
+
+    /// Calls the scan missing that was due then, if it still has not come.
+    pub fn miss(&self, due_ns: u64) -> bool {
+        let (order, failed) = (Ordering::AcqRel, Ordering::Acquire);
+        self.due_ns.compare_exchange(due_ns, TRIPPED, order, failed).is_ok()
+    }
+
     /// A scan begins.
     pub fn begin(&self, now_ns: u64) {
         self.scan_since_ns.store(now_ns.clamp(1, TRIPPED - 1), Ordering::Release);
@@ -111,5 +139,19 @@ mod tests {
         assert!(!beat.end());
         beat.begin(200);
         assert!(beat.end());
+    }
+
+    #[test]
+    fn a_scan_is_called_missing_once_and_both_sides_agree() {
+        let beat = Beat::default();
+        assert_eq!((beat.awaited(), beat.miss(100)), (None, false));
+        beat.expect(100);
+        assert_eq!(beat.awaited(), Some(100));
+        assert!(beat.arrive());
+        assert!(!beat.miss(100), "it came in between");
+        beat.expect(200);
+        assert!(beat.miss(200) && !beat.miss(200));
+        assert_eq!(beat.awaited(), None);
+        assert!(!beat.arrive());
     }
 }

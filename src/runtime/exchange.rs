@@ -10,7 +10,7 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::engine::{BitCell, WordCell};
@@ -21,6 +21,10 @@ pub const BATCH_WRITES_MAX: usize = 4096;
 
 /// The most batches that wait for a scan; one more is refused with [`Refused::QueueFull`].
 pub const QUEUED_BATCHES_MAX: usize = 256;
+
+/// The most writes that wait for a scan, and that one scan applies; with more a batch is refused
+/// with [`Refused::QueueFull`]. Any batch fits, and what waits is seen by the next scan.
+pub const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 
 /// How many refused tickets are remembered. No more can be on the way at once.
 const REFUSED_TICKETS_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
@@ -59,6 +63,8 @@ pub enum FaultReason {
     },
     /// A scan has not ended though the watchdog's time is over.
     ScanNeverEnds,
+    /// A scan was due and has not begun though the watchdog's time is over.
+    ScanNeverBegins,
     /// The engine met a state that cannot be (a bug in rungd, not in the ladder).
     EnginePanic,
     /// The scan thread is gone (a bug in rungd).
@@ -95,6 +101,9 @@ impl fmt::Display for FaultReason {
             }
             FaultReason::ScanNeverEnds => {
                 f.write_str("a scan has not ended though the watchdog's time is over")
+            }
+            FaultReason::ScanNeverBegins => {
+                f.write_str("a scan was due and has not begun though the watchdog's time is over")
             }
             FaultReason::EnginePanic => f.write_str("the engine met a state that cannot be"),
             FaultReason::ScanThreadGone => f.write_str("the scan thread is gone"),
@@ -149,7 +158,7 @@ pub enum Write {
 pub enum Refused {
     /// The controller is in STOP or FAULT.
     NotRunning,
-    /// [`QUEUED_BATCHES_MAX`] batches wait already.
+    /// [`QUEUED_BATCHES_MAX`] batches wait already, or [`SCAN_WRITES_MAX`] writes would.
     QueueFull,
     /// More than [`BATCH_WRITES_MAX`] writes.
     TooLarge,
@@ -192,6 +201,8 @@ pub(super) struct Shared {
     pub(super) input_count: u32,
     /// Whether batches are taken: ON in RUN.
     pub(super) running: AtomicBool,
+    /// The writes of all batches that no scan has taken.
+    pub(super) waiting_writes: AtomicUsize,
     latest: Mutex<Arc<Snapshot>>,
     door: Mutex<Door>,
     refusals: Mutex<Refusals>,
@@ -218,6 +229,7 @@ impl Port {
             inputs: (0..words).map(|_| AtomicU64::new(0)).collect(),
             input_count: inputs,
             running: AtomicBool::new(false),
+            waiting_writes: AtomicUsize::new(0),
             latest: Mutex::new(Arc::new(first)),
             door: Mutex::new(Door { queue, last: 0 }),
             refusals: Mutex::default(),
@@ -257,6 +269,12 @@ impl Port {
         if !self.shared.running.load(Ordering::Acquire) {
             return Err(Refused::NotRunning);
         }
+        // It grows behind the door alone, and shrinks when a scan takes a batch.
+        let (waiting, count) = (&self.shared.waiting_writes, writes.len());
+        if door.queue.is_full() || waiting.load(Ordering::Acquire) + count > SCAN_WRITES_MAX {
+            return Err(Refused::QueueFull);
+        }
+        waiting.fetch_add(count, Ordering::AcqRel);
         let ticket = Ticket(door.last + 1);
         door.queue.push(Batch { ticket, writes }).map_err(|_| Refused::QueueFull)?;
         door.last = ticket.0;

@@ -158,6 +158,7 @@ impl ScanSide {
             return None;
         }
         let batch = self.batches.pop().ok()?;
+        self.port.shared.waiting_writes.fetch_sub(batch.writes.len(), Ordering::AcqRel);
         for write in &batch.writes {
             if let Write::Input(x, on) = *write {
                 self.port.set_input(x, on);
@@ -308,7 +309,7 @@ fn make_safe(outputs: &mut [u8], safe: &[Safe]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::exchange::{BATCH_WRITES_MAX, Outcome, Refused};
+    use super::super::exchange::{BATCH_WRITES_MAX, Outcome, Refused, SCAN_WRITES_MAX};
     use super::*;
     use crate::engine::{BitCell, WordCell};
 
@@ -404,6 +405,21 @@ mod tests {
         let taken = (0..1000).take_while(|_| port.submit(vec![]).is_ok()).count();
         assert_eq!(taken, QUEUED_BATCHES_MAX);
         assert_eq!(port.submit(vec![]), Err(Refused::QueueFull));
+    }
+
+    #[test]
+    fn no_more_writes_wait_than_the_next_scan_applies() {
+        let (port, mut side, _world) = small();
+        side.set_running(true);
+        let most = || vec![Write::Bit(BitCell(0), true); BATCH_WRITES_MAX];
+        for round in 0..3 {
+            assert!(port.submit(most()).is_ok() && port.submit(most()).is_ok(), "{round}");
+            assert_eq!(port.submit(most()), Err(Refused::QueueFull));
+            assert_eq!(port.submit(vec![Write::Input(0, true)]), Err(Refused::QueueFull));
+            assert!(side.next_batch(SCAN_WRITES_MAX).is_some());
+            assert!(side.next_batch(SCAN_WRITES_MAX - BATCH_WRITES_MAX).is_some());
+            side.answer(true);
+        }
     }
 
     #[test]

@@ -128,6 +128,8 @@ pub fn assemble<M: Machine, C: Clock, O: Observer>(
         watchdog_ns: settings.pace.watchdog_ns,
         dropped: 0,
         lost: false,
+        looked_ns: 0,
+        grace: monitor::Grace::default(),
     };
     let (pace, watched) = (settings.pace.clone(), settings.watched.clone());
     let parts = scanner::Parts { machine, clock, side, journal, beat, pace, watched };

@@ -2,9 +2,12 @@
 //!
 //! A few hundred times a second it makes the latest image visible in the port, hands records to
 //! the [`Observer`] (which must not block: the log's own writer sees to that), and looks whether
-//! the scan under way has outlived the watchdog. Such a scan cannot be left from inside; seen from
-//! outside it is a fault with outputs safe, and since no sign of life comes any more, systemd's
-//! watchdog will end the process.
+//! the scan under way has outlived the watchdog, or the scan that is due has not come for as long.
+//! Neither can be left from inside; seen from outside it is a fault with outputs safe, and since no
+//! sign of life comes any more, systemd's watchdog will end the process.
+//!
+//! Where the whole process stood still (SIGSTOP, a machine that paused), the monitor did too: it
+//! then gives the scan thread one more watchdog of time to come.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -41,6 +44,16 @@ pub struct Monitor<O> {
     pub(super) watchdog_ns: u64,
     pub(super) dropped: u64,
     pub(super) lost: bool,
+    /// When it looked last.
+    pub(super) looked_ns: u64,
+    pub(super) grace: Grace,
+}
+
+/// Time given to one scan that is due, since the monitor itself did not run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Grace {
+    due_ns: u64,
+    until_ns: u64,
 }
 
 impl<O: Observer> Monitor<O> {
@@ -81,10 +94,28 @@ impl<O: Observer> Monitor<O> {
             FaultReason::ScanThreadGone
         } else if self.beat.trip(now_ns, self.watchdog_ns) {
             FaultReason::ScanNeverEnds
+        } else if life == Life::Alive && self.is_missing(now_ns) {
+            FaultReason::ScanNeverBegins
         } else {
+            self.looked_ns = now_ns;
             return;
         };
+        self.looked_ns = now_ns;
         self.world.trip(reason);
         self.observer.tripped(reason, now_ns);
+    }
+
+    /// Whether the scan that is due has not come for longer than the watchdog allows.
+    fn is_missing(&mut self, now_ns: u64) -> bool {
+        let Some(due_ns) = self.beat.awaited() else { return false };
+        if now_ns.saturating_sub(due_ns) <= self.watchdog_ns {
+            return false;
+        }
+        let stood_still = now_ns.saturating_sub(self.looked_ns) > self.watchdog_ns;
+        if stood_still && self.grace.due_ns != due_ns {
+            self.grace = Grace { due_ns, until_ns: now_ns + self.watchdog_ns };
+        }
+        let excused = self.grace.due_ns == due_ns && now_ns <= self.grace.until_ns;
+        !excused && self.beat.miss(due_ns)
     }
 }

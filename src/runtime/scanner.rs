@@ -12,15 +12,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use super::beat::Beat;
-use super::exchange::{BATCH_WRITES_MAX, FaultReason, Mode, StopReason, Write};
+use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Write};
 use super::link::ScanSide;
 use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Statistics};
 
-/// The most writes that one scan applies; batches behind them wait for the next. Any batch fits.
-const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
 /// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
@@ -125,6 +123,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Waits for the next grid point and does what is due; false once the thread is to end.
     pub fn step(&mut self) -> bool {
         let deadline_ns = self.grid.deadline_ns();
+        if self.mode == Mode::Run {
+            self.beat.expect(deadline_ns);
+        }
         self.clock.sleep_until(deadline_ns);
         let woke_ns = self.clock.now_ns();
         if self.mode == Mode::Run {
@@ -147,8 +148,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     fn scan(&mut self, woke_ns: u64, lateness_ns: u64) {
-        self.ask_for_stop();
         self.beat.begin(woke_ns);
+        if !self.beat.arrive() {
+            // It has been called missing, and outputs are safe already.
+            let _ = self.beat.end();
+            return self.fail(FaultReason::ScanNeverBegins, woke_ns);
+        }
+        self.ask_for_stop();
         let last = self.guarded(|scanner| scanner.execute(woke_ns));
         let scan_ns = self.clock.now_ns().saturating_sub(woke_ns);
         let in_time = self.beat.end() && scan_ns <= self.pace.watchdog_ns;

@@ -320,6 +320,45 @@ fn a_scan_that_does_not_end_is_seen_from_outside() {
 }
 
 #[test]
+fn a_scan_that_does_not_come_is_seen_from_outside() {
+    let mut rig = rig(|_, _| {});
+    rig.step();
+    let due = rig.clock.now_ns() + 9 * MS;
+    // The scan thread sleeps, and the monitor looks.
+    rig.monitor.beat.expect(due);
+    for ms in 0..=35 {
+        rig.monitor.turn(due + ms * MS);
+        assert_eq!(rig.port.latest().mode, Mode::Run, "{ms} ms late");
+    }
+    rig.monitor.turn(due + 36 * MS);
+    rig.monitor.turn(due + 37 * MS);
+    let fault = Mode::Fault(FaultReason::ScanNeverBegins);
+    assert_eq!(rig.port.latest().mode, fault);
+    assert!(rig.port.submit(vec![]).is_err());
+    assert_eq!(rig.heard.take(), ["0: Mode(Run)", "tripped ScanNeverBegins"]);
+    // It comes after all: nothing is scanned.
+    rig.step();
+    rig.step();
+    assert_eq!((rig.port.latest().mode, rig.port.latest().scans), (fault, 1));
+}
+
+#[test]
+fn a_process_that_stood_still_has_one_more_watchdog_of_time() {
+    let mut rig = rig(|_, _| {});
+    rig.step();
+    let due = rig.clock.now_ns() + 9 * MS;
+    rig.monitor.beat.expect(due);
+    rig.monitor.turn(due);
+    let again = due + 60_000 * MS;
+    for ms in [0, 10, 20, 35] {
+        rig.monitor.turn(again + ms * MS);
+        assert_eq!(rig.port.latest().mode, Mode::Run, "{ms} ms after it");
+    }
+    rig.monitor.turn(again + 36 * MS);
+    assert_eq!(rig.port.latest().mode, Mode::Fault(FaultReason::ScanNeverBegins));
+}
+
+#[test]
 fn inputs_and_writes_reach_the_scan_and_scan_times_the_program() {
     let mut rig = rig(|_, _| {});
     rig.port.set_input(0, true);

@@ -6,6 +6,8 @@ use super::stimulus::{Change, Stimulus};
 use super::trace::{RowName, Trace};
 use crate::engine::{self, Engine, ScanTimes};
 
+const NS_PER_MS: u64 = 1_000_000;
+
 /// What is simulated.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -19,6 +21,15 @@ pub struct Plan {
     pub stimulus: Stimulus,
 }
 
+impl Plan {
+    /// Whether the time of the last scan can be counted, in nanoseconds of 64 bits.
+    pub fn fits(&self) -> bool {
+        let (scans, period_ns) =
+            (self.scans.saturating_sub(1), u64::from(self.period_ms) * NS_PER_MS);
+        scans.checked_mul(period_ns).is_some()
+    }
+}
+
 /// Runs a program and hands every scan's end to the trace; an orderly stop (asked for, or by the
 /// STOP instruction) adds the row `stop`.
 ///
@@ -29,12 +40,15 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
     let times = ScanTimes::default();
     let mut next_change = 0;
     engine.start(0);
+    if !plan.fits() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "more scans than time can count"));
+    }
     for scan in 0..plan.scans {
         let time_ms = scan * u64::from(plan.period_ms);
         if plan.stop && scan + 1 == plan.scans {
             engine.request_stop();
         }
-        engine.begin_scan(time_ms * 1_000_000, &times);
+        engine.begin_scan(time_ms * NS_PER_MS, &times);
         for change in plan.stimulus.of_scan(scan, &mut next_change) {
             match change {
                 Change::Input(n, on) => engine.set_input(n, on),

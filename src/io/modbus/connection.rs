@@ -25,10 +25,6 @@ use crate::runtime::exchange::{Outcome, Ticket};
 /// How often a write asks whether a scan has seen it.
 const ASK_AGAIN: Duration = Duration::from_millis(1);
 
-/// How long a write waits at most. Longer than any sensible period: a scan that does not end is
-/// a fault long before, and then the wait ends too.
-const WRITE_WAIT_MAX: Duration = Duration::from_secs(10);
-
 /// Why a connection ended.
 #[derive(Debug)]
 pub(super) enum Closed {
@@ -171,7 +167,7 @@ impl Connection {
         let batch = self.shared.map.writes(request)?;
         let ticket =
             port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
-        timeout(WRITE_WAIT_MAX, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))
+        timeout(self.shared.write_wait, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))
     }
 
     async fn seen(&self, ticket: Ticket) -> Result<(), Refusal> {

@@ -27,6 +27,10 @@ use crate::runtime::exchange::Port;
 /// How long accepting rests after it failed, as when there are no file descriptors left.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
 
+/// How long a write waits at least. A scan that does not end is a fault long before, and then the
+/// wait ends too.
+const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
+
 /// A bound server.
 pub struct Server {
     listener: TcpListener,
@@ -38,6 +42,8 @@ pub(super) struct Shared {
     pub settings: Modbus,
     pub map: Map,
     pub port: Port,
+    /// How long a write waits for the scan that sees it.
+    pub write_wait: Duration,
     started: Instant,
     lines: Lines,
 }
@@ -54,16 +60,22 @@ struct Lines {
 
 impl Server {
     /// Binds the socket, and gives the inputs of the image their first values. The map is that
-    /// of the same settings.
+    /// of the same settings. A write waits for 10 s, or for `patience` where that is longer.
     ///
     /// # Errors
     /// When the address cannot be bound.
-    pub async fn bind(settings: Modbus, map: Map, port: Port) -> io::Result<Server> {
+    pub async fn bind(
+        settings: Modbus,
+        map: Map,
+        port: Port,
+        patience: Duration,
+    ) -> io::Result<Server> {
         let listener = TcpListener::bind(settings.listen).await?;
         for (x, on) in map.first_inputs(&port.latest()) {
             port.set_input(x, on);
         }
-        let shared = Shared { settings, map, port, started: Instant::now(), lines: Lines::new() };
+        let (write_wait, started) = (patience.max(WRITE_WAIT_LEAST), Instant::now());
+        let shared = Shared { settings, map, port, write_wait, started, lines: Lines::new() };
         let server = Server { listener, shared: Arc::new(shared) };
         server.log_start();
         Ok(server)

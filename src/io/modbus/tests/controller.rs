@@ -167,7 +167,7 @@ fn serve(
         other => other.range(),
     };
     let map = Map::new(&settings, layout, limits);
-    let bound = Server::bind(settings, map, port.clone());
+    let bound = Server::bind(settings, map, port.clone(), Duration::ZERO);
     let server = runtime.block_on(bound).unwrap();
     let address = server.address().unwrap();
     let stop = Arc::clone(stop);
