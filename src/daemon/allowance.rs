@@ -1,6 +1,7 @@
 //! How much may be told of what changes all the time, and the count of what was left out.
 //!
-//! The log writer asks before each line. An alarm's ON and OFF are told both or neither, and an
+//! The log writer asks before each line. Alarms have an allowance each besides one in common: one
+//! that chatters does not hide the others. An alarm's ON and OFF are told both or neither, and an
 //! alarm that stands untold is told as soon as there is room: the log never shows an alarm that
 //! is over as one that lasts, nor hides one that does.
 
@@ -10,21 +11,50 @@ pub(super) const SECOND_NS: u64 = 1_000_000_000;
 /// So many lines of one kind at once, and so many a second in the long run.
 const BURST: u32 = 200;
 const LINES_PER_SECOND: u64 = 20;
+/// The same of one alarm.
+const ALARM_BURST: u32 = 20;
+const ALARM_LINES_PER_SECOND: u64 = 2;
 /// What was left out is told this long after the first such line.
 const TELL_AFTER_NS: u64 = 10 * SECOND_NS;
+
+/// Lines that may go out: so many at once, so many a second in the long run.
+#[derive(Clone, Copy)]
+struct Budget {
+    burst: u32,
+    per_second: u64,
+    left: u32,
+    filled_ns: u64,
+}
+
+impl Budget {
+    fn new(burst: u32, per_second: u64) -> Budget {
+        Budget { burst, per_second, left: burst, filled_ns: 0 }
+    }
+
+    /// Whether there are so many by now.
+    fn has(&mut self, now_ns: u64, lines: u32) -> bool {
+        let earned = now_ns.saturating_sub(self.filled_ns) * self.per_second / SECOND_NS;
+        if earned > 0 {
+            let earned = u32::try_from(earned).unwrap_or(self.burst);
+            self.left = self.burst.min(self.left.saturating_add(earned));
+            self.filled_ns = now_ns;
+        }
+        self.left >= lines
+    }
+}
 
 /// What keeps a chatter of lines within bounds.
 pub(super) struct Allowance {
     what: &'static str,
-    left: u32,
-    filled_ns: u64,
+    budget: Budget,
     withheld: u64,
     withheld_since_ns: u64,
 }
 
 impl Allowance {
     pub fn new(what: &'static str) -> Allowance {
-        Allowance { what, left: BURST, filled_ns: 0, withheld: 0, withheld_since_ns: 0 }
+        let budget = Budget::new(BURST, LINES_PER_SECOND);
+        Allowance { what, budget, withheld: 0, withheld_since_ns: 0 }
     }
 
     /// Whether one more line may go out; one that may not is counted.
@@ -38,14 +68,18 @@ impl Allowance {
 
     /// Whether so many more lines may go out.
     fn draw(&mut self, now_ns: u64, lines: u32) -> bool {
-        let earned = now_ns.saturating_sub(self.filled_ns) * LINES_PER_SECOND / SECOND_NS;
-        if earned > 0 {
-            self.left = BURST.min(self.left.saturating_add(u32::try_from(earned).unwrap_or(BURST)));
-            self.filled_ns = now_ns;
-        }
-        let enough = self.left >= lines;
+        let enough = self.budget.has(now_ns, lines);
         if enough {
-            self.left -= lines;
+            self.budget.left -= lines;
+        }
+        enough
+    }
+
+    /// Likewise, and of another budget as many: of both or of neither.
+    fn draw_with(&mut self, other: &mut Budget, now_ns: u64, lines: u32) -> bool {
+        let enough = other.has(now_ns, lines) && self.draw(now_ns, lines);
+        if enough {
+            other.left -= lines;
         }
         enough
     }
@@ -79,6 +113,8 @@ pub(super) struct Alarms {
     allowance: Allowance,
     /// By the number of the watch.
     states: Vec<State>,
+    /// Likewise: what each may still tell.
+    budgets: Vec<Budget>,
     /// How many states are [`State::Untold`].
     untold: usize,
 }
@@ -99,7 +135,8 @@ const PAIR: u32 = 2;
 
 impl Alarms {
     pub fn new() -> Alarms {
-        Alarms { allowance: Allowance::new("alarms"), states: Vec::new(), untold: 0 }
+        let (states, budgets) = (Vec::new(), Vec::new());
+        Alarms { allowance: Allowance::new("alarms"), states, budgets, untold: 0 }
     }
 
     /// Whether the change of an alarm is to be told.
@@ -107,11 +144,13 @@ impl Alarms {
         let at = watch as usize;
         if at >= self.states.len() {
             self.states.resize(at + 1, State::Off);
+            self.budgets.resize(at + 1, Budget::new(ALARM_BURST, ALARM_LINES_PER_SECOND));
         }
+        let (common, own) = (&mut self.allowance, &mut self.budgets[at]);
         let was = self.states[at];
         self.untold -= usize::from(matches!(was, State::Untold { .. }));
         let (is, told) = match (was, on) {
-            (_, true) if self.allowance.draw(now_ns, PAIR) => (State::Told, true),
+            (_, true) if common.draw_with(own, now_ns, PAIR) => (State::Told, true),
             (_, true) => (State::Untold { scan }, false),
             (State::Told, false) => (State::Off, true),
             (State::Untold { .. }, false) => {
@@ -135,8 +174,8 @@ impl Alarms {
         }
         for (watch, state) in self.states.iter_mut().enumerate() {
             let State::Untold { scan } = *state else { continue };
-            if !self.allowance.draw(now_ns, PAIR) {
-                break;
+            if !self.allowance.draw_with(&mut self.budgets[watch], now_ns, PAIR) {
+                continue;
             }
             *state = State::Told;
             self.untold -= 1;
@@ -200,8 +239,26 @@ mod tests {
                 assert_eq!(told % 2, 0, "a pair is whole");
             }
         }
-        assert!(!on && (300..400).contains(&told), "{told}");
+        assert!(!on && (30..40).contains(&told), "20 at once, 2 a second for 8 s: {told}");
         assert_eq!(alarms.rest(8 * SECOND_NS).map(|rest| rest.0), Some(4000 - told));
+    }
+
+    #[test]
+    fn an_alarm_that_chatters_hides_no_other_and_its_last_state_is_told() {
+        let mut alarms = Alarms::new();
+        let mut at_ns = SECOND_NS;
+        for n in 0..3001_u64 {
+            at_ns += 2 * MS_NS;
+            alarms.change(0, n % 2 == 0, n, at_ns);
+            if n % 500 == 499 {
+                let other = (n / 500) as u32 + 1;
+                assert!(alarms.change(other, true, n, at_ns), "{n}");
+            }
+        }
+        let belated: Vec<_> =
+            (1..=20).flat_map(|n| alarms.belated(at_ns + n * SECOND_NS)).collect();
+        assert!(belated.is_empty() || belated == [(0, 3000)], "{belated:?}");
+        assert_eq!((alarms.states[0], alarms.untold), (State::Told, 0));
     }
 
     #[test]
