@@ -9,6 +9,7 @@ COPY Cargo.toml Cargo.lock ./
 COPY src ./src
 COPY docs ./docs
 COPY benches ./benches
+COPY tests ./tests
 RUN cargo build --release --locked --bin rungd
 
 FROM debian:trixie-slim

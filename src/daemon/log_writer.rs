@@ -213,54 +213,32 @@ fn tell_withheld(withheld: [Option<(u64, String)>; 2]) {
     }
 }
 
-/// The line of scan statistics; the one about the whole run has more percentiles.
+/// The line of scan statistics, of the whole run or of what passed since the last one.
 pub(super) fn tell_statistics(statistics: &Statistics) {
     let Statistics { scans, execution: scan, lateness: late, overruns, skipped, .. } = *statistics;
     let over = span(statistics.over_ns);
-    if statistics.whole {
-        info!(
-            scans,
-            overruns,
-            skipped,
-            over_us = us(statistics.over_ns),
-            scan_us_last = us(scan.last_ns),
-            scan_us_min = us(scan.min_ns),
-            scan_us_mean = us(scan.mean_ns),
-            scan_us_p50 = us(scan.p50_ns),
-            scan_us_p99 = us(scan.p99_ns),
-            scan_us_p999 = us(scan.p999_ns),
-            scan_us_max = us(scan.max_ns),
-            late_us_last = us(late.last_ns),
-            late_us_min = us(late.min_ns),
-            late_us_mean = us(late.mean_ns),
-            late_us_p50 = us(late.p50_ns),
-            late_us_p99 = us(late.p99_ns),
-            late_us_p999 = us(late.p999_ns),
-            late_us_max = us(late.max_ns),
-            "scan statistics of the whole run, {over}"
-        );
-    } else {
-        info!(
-            scans,
-            overruns,
-            skipped,
-            over_us = us(statistics.over_ns),
-            scan_us_last = us(scan.last_ns),
-            scan_us_min = us(scan.min_ns),
-            scan_us_mean = us(scan.mean_ns),
-            scan_us_p99 = us(scan.p99_ns),
-            scan_us_p999 = us(scan.p999_ns),
-            scan_us_max = us(scan.max_ns),
-            late_us_last = us(late.last_ns),
-            late_us_min = us(late.min_ns),
-            late_us_mean = us(late.mean_ns),
-            late_us_p50 = us(late.p50_ns),
-            late_us_p99 = us(late.p99_ns),
-            late_us_p999 = us(late.p999_ns),
-            late_us_max = us(late.max_ns),
-            "scan statistics of the last {over}"
-        );
-    }
+    let of = if statistics.whole { "of the whole run," } else { "of the last" };
+    info!(
+        scans,
+        overruns,
+        skipped,
+        over_us = us(statistics.over_ns),
+        scan_us_last = us(scan.last_ns),
+        scan_us_min = us(scan.min_ns),
+        scan_us_mean = us(scan.mean_ns),
+        scan_us_p50 = us(scan.p50_ns),
+        scan_us_p99 = us(scan.p99_ns),
+        scan_us_p999 = us(scan.p999_ns),
+        scan_us_max = us(scan.max_ns),
+        late_us_last = us(late.last_ns),
+        late_us_min = us(late.min_ns),
+        late_us_mean = us(late.mean_ns),
+        late_us_p50 = us(late.p50_ns),
+        late_us_p99 = us(late.p99_ns),
+        late_us_p999 = us(late.p999_ns),
+        late_us_max = us(late.max_ns),
+        "scan statistics {of} {over}"
+    );
 }
 
 #[cfg(test)]
