@@ -81,7 +81,7 @@ fn output(command: &str, folder: &Path) -> String {
         .output()
         .expect("sh runs");
     let text = String::from_utf8(output.stdout).expect("text");
-    let lines = text.lines().filter(|line| !line.contains(" WARN overrun"));
+    let lines = text.lines().filter(|line| !line.contains(" overrun: "));
     lines.map(|line| format!("{line}\n")).collect()
 }
 

@@ -397,8 +397,11 @@ fn people_read_lines_with_a_level_and_no_escape_codes() {
     let plant = Plant::new(ALIVE, "");
     let output = plant.command(&["--scans", "3", "--log-level", "debug"]).output().unwrap();
     let text = String::from_utf8(output.stderr).unwrap();
-    assert!(text.contains("  INFO RUN: scanning every 10ms scan=0\n"), "{text}");
-    assert!(text.contains("  INFO Program Main had its termination pass scan=3\n"), "{text}");
+    assert!(
+        text.contains("  INFO RUNGD-0201 mode-run: RUN: scanning every 10ms scan=0\n"),
+        "{text}"
+    );
+    assert!(text.contains("Program Main had its termination pass block=Main scan=3\n"), "{text}");
     assert!(!text.contains('\u{1b}'), "{text}");
 }
 

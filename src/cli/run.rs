@@ -36,6 +36,9 @@ pub struct RunArgs {
     /// Log from this level on (default: the environment's RUNGD_LOG, or info)
     #[arg(long, value_name = "LEVEL")]
     log_level: Option<LogLevel>,
+    /// Where the journal listens
+    #[arg(long, value_name = "PATH", hide = true)]
+    journal_socket: Option<PathBuf>,
     /// How often to repeat why the controller does not run
     #[arg(long, value_name = "TIME", default_value = "1m", value_parser = repeat, hide = true)]
     repeat_reason: Duration,
@@ -55,9 +58,9 @@ fn repeat(text: &str) -> Result<Duration, String> {
 pub fn run(args: &RunArgs) -> Result<Exit> {
     probe_descriptors()?;
     let mut host = Host::new().context("cannot listen for signals")?;
-    let log = log::init(args.log_format, args.log_level)?;
+    let log = log::init(args.log_format, args.log_level, args.journal_socket.as_deref())?;
     let exit = run_logged(args, &mut host).unwrap_or_else(|why| {
-        error!("rungd does not start: {why:#}");
+        error!(event = "start-refused", "rungd does not start: {why:#}");
         Exit::of(&why)
     });
     host.end();
@@ -88,11 +91,11 @@ fn run_logged(args: &RunArgs, host: &mut Host) -> Result<Exit> {
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::Bug) => Ok(Exit::Software),
         Err(Failure::Configuration(why)) => {
-            error!("rungd does not start: {why}");
+            error!(event = "start-refused", "rungd does not start: {why}");
             Ok(Exit::Config)
         }
         Err(Failure::Environment(why)) => {
-            error!("rungd does not start: {why:#}");
+            error!(event = "start-refused", "rungd does not start: {why:#}");
             Ok(Exit::Io)
         }
     }
@@ -114,9 +117,13 @@ fn refuse(args: &RunArgs, text: &str) -> Exit {
         super::say(&format!("{}\n", text.trim_end()));
     } else {
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
-            error!("{line}");
+            error!(event = "finding", "{line}");
         }
     }
-    error!("rungd does not start: {} cannot be run as it is", args.controller.display());
+    error!(
+        event = "start-refused",
+        "rungd does not start: {} cannot be run as it is",
+        args.controller.display()
+    );
     Exit::Config
 }

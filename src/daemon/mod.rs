@@ -6,7 +6,10 @@
 
 mod allowance;
 pub mod config;
+mod journal;
 pub mod log;
+mod log_form;
+mod log_limits;
 mod log_queue;
 mod log_writer;
 mod narration;
