@@ -4,6 +4,7 @@
 //! standard error, results to standard output.
 
 pub mod check;
+pub mod events;
 pub mod exit;
 pub mod explain;
 pub mod run;
@@ -30,6 +31,7 @@ struct Cli {
 #[derive(Subcommand, Debug)]
 enum Command {
     Check(check::CheckArgs),
+    Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
     Run(run::RunArgs),
     Sim(sim::SimArgs),
@@ -58,6 +60,7 @@ pub fn run() -> i32 {
 fn dispatch(command: &Command) -> Result<Exit> {
     match command {
         Command::Check(args) => check::check(args),
+        Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
         Command::Run(args) => run::run(args),
         Command::Sim(args) => simulate(args),

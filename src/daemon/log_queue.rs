@@ -171,11 +171,16 @@ impl<W: Write> Sink<W> {
 
 /// Sends an entry, however long the journal does not read; false if it cannot be sent.
 fn sent(journal: &Socket, entry: &[u8]) -> bool {
+    // Few datagrams fit in at once: a journal that reads is not to be waited for.
+    let mut rest = REST / 64;
     loop {
         match journal.send(entry) {
             Ok(()) => return true,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => thread::sleep(REST),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                thread::sleep(rest);
+                rest = REST.min(2 * rest);
+            }
             Err(_) => return false,
         }
     }
