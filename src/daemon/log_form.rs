@@ -9,7 +9,6 @@ use tracing::Level;
 use tracing::field::{Field, Visit};
 
 use super::journal::Entry;
-use super::narration::one_line;
 use crate::events::{self, Event};
 
 /// A value of a field.
@@ -40,7 +39,7 @@ impl Line {
 
     fn add(&mut self, field: &Field, value: Value) {
         match (field.name(), value) {
-            ("message", Value::Text(text)) => self.message = one_line(&text),
+            ("message", Value::Text(text)) => self.message = text.replace(char::is_control, " "),
             ("event", Value::Text(name)) => self.event = events::named(&name),
             (name, value) => self.fields.push((name, value)),
         }

@@ -134,6 +134,37 @@ pub(super) const EVENTS: &[Event] = &[
                  `rungd mode run`, or start the unit anew.",
     },
     Event {
+        number: 14,
+        name: "restart-counted",
+        level: Level::Warn,
+        id: "d2f8388cd0ca4718b7b27e502a28298c",
+        limit: Limit::NONE,
+        meaning: "The process before this one was killed or crashed, and this start is counted: \
+                  after too many without a healthy time between, rungd would start in STOP.",
+        remedy: "Find out why it ended: the lines before this start, and `journalctl -u rungd -b` \
+                 for what systemd says of it.",
+    },
+    Event {
+        number: 15,
+        name: "restart-guard-reset",
+        level: Level::Info,
+        id: "926a4b2701f8408c9ef2de24c0d19cf0",
+        limit: Limit::NONE,
+        meaning: "rungd has run well for long enough: restarts are counted anew.",
+        remedy: "Nothing.",
+    },
+    Event {
+        number: 16,
+        name: "restart-guard-file",
+        level: Level::Warn,
+        id: "cb51828f845748b4a21b5d107a95ec07",
+        limit: Limit::NONE,
+        meaning: "The file that counts restarts cannot be read or written: they are not counted, \
+                  or counted wrong.",
+        remedy: "Mend what the line names: StateDirectory= in the unit, the disk, the file's \
+                 rights.",
+    },
+    Event {
         number: 101,
         name: "posture",
         level: Level::Info,

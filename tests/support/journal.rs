@@ -10,7 +10,7 @@ use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -46,6 +46,8 @@ pub type Fields = BTreeMap<String, String>;
 pub struct FakeJournal {
     pub folder: PathBuf,
     received: Arc<Mutex<Vec<Received>>>,
+    /// While it is held nothing is received.
+    gate: Arc<Mutex<()>>,
 }
 
 impl FakeJournal {
@@ -58,16 +60,18 @@ impl FakeJournal {
         fs::create_dir_all(&folder).unwrap();
         let socket = UnixDatagram::bind(folder.join("socket")).unwrap();
         let received = Arc::new(Mutex::new(Vec::new()));
-        let sink = Arc::clone(&received);
+        let (sink, gate) = (Arc::clone(&received), Arc::new(Mutex::new(())));
+        let passing = Arc::clone(&gate);
         thread::spawn(move || {
             let mut bytes = vec![0; 1 << 18];
             while let Ok(length) = socket.recv(&mut bytes) {
+                drop(passing.lock().unwrap());
                 let at_us = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_micros();
                 let bytes = bytes[..length].to_vec();
                 sink.lock().unwrap().push(Received { at_us, bytes });
             }
         });
-        FakeJournal { folder, received }
+        FakeJournal { folder, received, gate }
     }
 
     pub fn socket(&self) -> PathBuf {
@@ -83,17 +87,28 @@ impl FakeJournal {
         self.received().iter().map(|received| fields(&received.bytes)).collect()
     }
 
+    /// Stands still for as long as this is held.
+    pub fn freeze(&self) -> MutexGuard<'_, ()> {
+        self.gate.lock().unwrap()
+    }
+
     /// Waits for an entry of an event.
     pub fn wait_for(&self, event: &str) -> Fields {
-        let deadline = Instant::now() + Duration::from_secs(20);
-        loop {
-            let entries = self.entries();
-            let found = entries.iter().find(|entry| entry["RUNGD_EVENT"] == event);
-            if let Some(found) = found {
-                return found.clone();
+        let is = |entry: &&Fields| entry["RUNGD_EVENT"] == event;
+        self.wait_until(|entries| entries.iter().any(|entry| is(&entry)));
+        self.entries().iter().find(is).expect("it was there").clone()
+    }
+
+    /// Waits until the entries are as wanted.
+    pub fn wait_until(&self, wanted: impl Fn(&[Fields]) -> bool) {
+        let deadline = Instant::now() + Duration::from_secs(30);
+        while !wanted(&self.entries()) {
+            if Instant::now() > deadline {
+                let entries = self.entries();
+                let last = &entries[entries.len().saturating_sub(50)..];
+                panic!("not what was waited for, at the end: {last:#?}");
             }
-            assert!(Instant::now() < deadline, "no {event} in {entries:#?}");
-            thread::sleep(Duration::from_millis(5));
+            thread::sleep(Duration::from_millis(20));
         }
     }
 
