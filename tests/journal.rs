@@ -142,3 +142,54 @@ fn a_frozen_journal_costs_lines_and_no_scan() {
     let points = ((over - late) / 1000.0).round() as u64 + 1;
     assert_eq!(number(whole, "RUNGD_SCANS") + number(whole, "RUNGD_SKIPPED"), points, "{whole:?}");
 }
+
+#[test]
+fn the_heart_beats_in_run_and_in_stop() {
+    let journal = FakeJournal::new();
+    let controller = "scan.period = \"2ms\"\nlog.statistics = \"150ms\"\n";
+    let mut command = command(&journal.folder, &journal.socket(), controller, &[]);
+    let stop = "  { when = [\"$ScanCounter >= 150\"], do = [\"STOP\"] },\n]\n";
+    let text = LADDER.trim_end().trim_end_matches(']').to_owned() + stop;
+    fs::write(journal.folder.join("ladder.toml"), text).unwrap();
+    let mut child = command.spawn().unwrap();
+    let beats = |mode: &str, count: usize| {
+        journal.wait_until(|entries| {
+            let is = |entry: &&journal::Fields| {
+                entry["RUNGD_EVENT"] == "heartbeat" && entry["RUNGD_MODE"] == mode
+            };
+            entries.iter().filter(is).count() >= count
+        });
+    };
+    beats("RUN", 1);
+    beats("STOP", 2);
+    assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let entries = journal.entries();
+    let beat = entries.iter().rfind(|entry| entry["RUNGD_EVENT"] == "heartbeat").unwrap();
+    for (field, value) in [("RUNGD_MODE", "STOP"), ("RUNGD_LOG_LOST", "0")] {
+        assert_eq!(beat[field], value, "{beat:?}");
+    }
+    assert!(beat["RUNGD_SCANS"].parse::<u64>().unwrap() >= 150, "{beat:?}");
+}
+
+/// A hundred at once are told; those that stand until the end are told then.
+#[test]
+fn an_alarm_that_stands_untold_at_the_end_is_named() {
+    let journal = FakeJournal::new();
+    let mut command = command(&journal.folder, &journal.socket(), "", &["--scans", "4"]);
+    let (mut tags, mut sets) = (String::from("[tags]\n"), Vec::new());
+    for n in 0..150 {
+        tags += &format!("alarm_{n} = {{ at = \"C{n}\", alarm = \"number {n}\" }}\n");
+        sets.push(format!("\"SET alarm_{n}\""));
+    }
+    let rung = format!("rung = [ {{ when = [\"$On\"], do = [{}] }} ]\n", sets.join(", "));
+    let text = format!("{tags}[[program]]\nname = \"Main\"\n{rung}");
+    fs::write(journal.folder.join("ladder.toml"), text).unwrap();
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    journal.wait_for("process-end");
+    let entries = journal.entries();
+    let on = entries.iter().filter(|entry| entry["RUNGD_EVENT"] == "alarm-on");
+    let tags: std::collections::BTreeSet<&str> = on.map(|entry| &*entry["RUNGD_TAG"]).collect();
+    assert_eq!(tags.len(), 150, "{tags:?}");
+}

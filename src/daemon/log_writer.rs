@@ -55,14 +55,18 @@ pub(super) struct Facts {
     pub repeat_ns: u64,
     /// How long the ladder is.
     pub rungs: usize,
+    /// From heartbeat to heartbeat; `None`: there are none.
+    pub heartbeat_ns: Option<u64>,
 }
 
 /// Tells what it hears to the log.
 pub(super) struct LogWriter {
     narration: Narration,
     facts: Facts,
-    /// As told last.
+    /// As seen last.
     mode: Mode,
+    /// When the last heartbeat was seen.
+    beat_ns: Option<u64>,
     standing: Option<Standing>,
     /// The monitor has called the scan under way a fault, and that was told.
     tripped: bool,
@@ -80,7 +84,7 @@ struct Standing {
 impl LogWriter {
     pub fn new(narration: Narration, facts: Facts) -> Self {
         let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
-        LogWriter { narration, facts, mode, standing, tripped: false, alarms }
+        LogWriter { narration, facts, mode, beat_ns: None, standing, tripped: false, alarms }
     }
 
     fn mode(&mut self, mode: Mode, scan: u64) {
@@ -176,6 +180,17 @@ impl LogWriter {
         }
     }
 
+    /// The heartbeat while nothing is scanned: scans bring theirs with their statistics.
+    fn beat(&mut self, latest: &Snapshot, now_ns: u64) {
+        let since_ns = *self.beat_ns.get_or_insert(now_ns);
+        let due = self.facts.heartbeat_ns.is_some_and(|every_ns| now_ns >= since_ns + every_ns);
+        if due && latest.mode != Mode::Run {
+            self.beat_ns = Some(now_ns);
+            let (mode, scans, log_lost) = (latest.mode.name(), latest.scans, lost());
+            info!(event = "heartbeat", mode, log_lost, scans, "nothing is scanned in {mode}");
+        }
+    }
+
     /// Repeats, every minute, why the controller does not run.
     fn stand(&mut self, mode: Mode, now_ns: u64) {
         let lasting = match mode {
@@ -242,6 +257,7 @@ impl Observer for LogWriter {
     }
 
     fn statistics(&mut self, statistics: &Statistics) {
+        self.beat_ns = None;
         let mode = self.mode.name();
         tell!(
             "heartbeat",
@@ -267,6 +283,7 @@ impl Observer for LogWriter {
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
         self.stand(latest.mode, now_ns);
         self.mode = latest.mode;
+        self.beat(latest, now_ns);
         let belated = self.alarms.belated(now_ns);
         self.stands(&belated);
         tell_withheld(self.alarms.due(now_ns));
@@ -310,7 +327,13 @@ mod tests {
         let (_, symbols) = crate::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
         let (period_ns, watchdog_ns) = (10 * MS_NS, 200 * MS_NS);
-        let facts = Facts { period_ns, watchdog_ns, repeat_ns: 60 * SECOND_NS, rungs: 3 };
+        let facts = Facts {
+            period_ns,
+            watchdog_ns,
+            repeat_ns: 60 * SECOND_NS,
+            rungs: 3,
+            heartbeat_ns: None,
+        };
         LogWriter::new(narration, facts)
     }
 

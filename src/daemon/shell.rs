@@ -91,6 +91,7 @@ pub fn run(
         watchdog_ns: pace.watchdog_ns,
         repeat_ns: options.repeat.as_nanos() as u64,
         rungs: setup.ladder.rungs,
+        heartbeat_ns: pace.statistics_every_ns,
     };
     let writer = LogWriter::new(setup.narration.clone(), facts);
     let inputs = initial_inputs(&program, &setup);
