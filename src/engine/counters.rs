@@ -6,6 +6,7 @@
 
 use super::memory::counter_state::{DN, LOADED, PENDING, UP};
 use super::memory::{OnlyIf, View};
+use super::reach::Reach;
 use super::ops::{Leg, Operation, Touches};
 
 /// A counter structure's places.
@@ -71,7 +72,7 @@ impl ReadRule {
 
 impl CounterRule {
     #[inline(always)]
-    fn read(&self, view: &View) -> ReadRule {
+    fn read<R: Reach>(&self, view: &View<R>) -> ReadRule {
         match self {
             CounterRule::Up(preset) => ReadRule::Up(view.word(*preset)),
             CounterRule::Down(preset) => ReadRule::Down(view.word(*preset)),
@@ -99,27 +100,27 @@ impl CounterRule {
 impl Counter {
     /// Writes `.Acc` and the flags that follow from it.
     #[inline(always)]
-    fn put<const F: bool>(&self, view: &mut View, rule: ReadRule, acc: i32, reset: u8) {
-        let acc = view.put_word::<F>(self.acc, acc);
+    fn put<R: Reach>(&self, view: &mut View<R>, rule: ReadRule, acc: i32, reset: u8) {
+        let acc = view.put_word(self.acc, acc);
         let (done, dn_done) = rule.done(acc);
         let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
-        view.put_flags::<F>(self.record, flags);
+        view.put_flags(self.record, flags);
     }
 
     /// RSTCT and the termination pass: the reset value at once, `.Reset` ON.
-    pub(super) fn reset<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
+    pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
         let rule = rule.read(view);
-        self.put::<F>(view, rule, rule.reset_value(), 1);
+        self.put(view, rule, rule.reset_value(), 1);
     }
 
     /// The pass: reset, histories OFF, a pending reset gone; CNTDN has had its first load.
-    pub(super) fn terminate<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
+    pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
         let record = view.record(self.record);
         for state in [UP, DN, PENDING] {
             record[state] = 0;
         }
         record[LOADED] = 1;
-        self.reset::<F>(view, rule);
+        self.reset(view, rule);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -139,7 +140,7 @@ pub struct Cnt {
 
 impl Operation for Cnt {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (leg, rst) = (view.leg(&self.up), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let record = view.record(self.counter.record);
@@ -151,7 +152,7 @@ impl Operation for Cnt {
         let counted = before.wrapping_add(i32::from(counts));
         // At the limit it stays: what wrapped is less than before.
         let acc = counted.wrapping_sub(i32::from(counted < before)).unless(reset);
-        self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
+        self.counter.put(view, ReadRule::Up(preset), acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -171,7 +172,7 @@ pub struct Cntdn {
 
 impl Operation for Cntdn {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (leg, rst) = (view.leg(&self.dn), view.leg(&self.rst));
         let preset = view.word(self.preset);
         let record = view.record(self.counter.record);
@@ -184,7 +185,7 @@ impl Operation for Cntdn {
         let acc = view.word(self.counter.acc);
         let from = if loads != 0 { preset } else { acc };
         let acc = from.saturating_sub(i32::from(counts & (reset ^ 1)));
-        self.counter.put::<F>(view, ReadRule::Down(preset), acc, reset);
+        self.counter.put(view, ReadRule::Down(preset), acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -205,7 +206,7 @@ pub struct Udc {
 
 impl Operation for Udc {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (up, dn, rst) = (view.leg(&self.up), view.leg(&self.dn), view.leg(&self.rst));
         let rule = CounterRule::UpDown(self.presets).read(view);
         let record = view.record(self.counter.record);
@@ -217,7 +218,7 @@ impl Operation for Udc {
         let step = i32::from(adds) - i32::from(takes);
         let acc = view.word(self.counter.acc).saturating_add(step);
         let acc = acc.unless(reset);
-        self.counter.put::<F>(view, rule, acc, reset);
+        self.counter.put(view, rule, acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -237,10 +238,10 @@ pub struct Rstct {
 
 impl Operation for Rstct {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) != 0 {
             view.record(self.counter.record)[PENDING] = 1;
-            self.counter.reset::<F>(view, &self.rule);
+            self.counter.reset(view, &self.rule);
         }
     }
 

@@ -4,7 +4,8 @@
 //! registers. The loops are compiled twice: without forces (`F = false`) a write is a plain store.
 
 use super::image::Image;
-use super::ops::{Leg, Power, Powers};
+use super::ops::{Leg, Powers};
+use super::reach::{Cells, Reach, Records};
 
 /// Bits of one structure, side by side: the flags that a program sees (four; of a Sensaphone
 /// counter five), then what the owning instruction remembers between its executions. One look-up
@@ -74,20 +75,21 @@ impl OnlyIf for i32 {
     }
 }
 
-/// [`Memory`] as slices, for one batch.
-pub(super) struct View<'a> {
-    pub bits: &'a mut [u8],
-    pub words: &'a mut [i32],
+/// [`Memory`] for one batch.
+pub(super) struct View<'a, R: Reach> {
+    bits: &'a mut R::Bits,
+    words: &'a mut R::Words,
     forced_bits: &'a [bool],
     forced_words: &'a [bool],
     pub elapsed_ms: i32,
 }
 
 impl Memory {
-    pub fn view(&mut self) -> View<'_> {
+    #[inline(always)]
+    pub fn view<R: Reach>(&mut self) -> View<'_, R> {
         View {
-            bits: &mut self.image.bits,
-            words: &mut self.image.words,
+            bits: R::bits(&mut self.image.bits),
+            words: R::words(&mut self.image.words),
             forced_bits: &self.image.forced_bits,
             forced_words: &self.image.forced_words,
             elapsed_ms: self.elapsed_ms,
@@ -95,13 +97,7 @@ impl Memory {
     }
 }
 
-impl View<'_> {
-    /// Reads a power: a bit, or its opposite.
-    #[inline(always)]
-    pub fn power(&self, power: Power) -> u8 {
-        self.bits[(power.0 >> 1) as usize] ^ (power.0 & 1) as u8
-    }
-
+impl<R: Reach> View<'_, R> {
     /// Reads a leg.
     #[inline(always)]
     pub fn leg(&self, leg: &Leg) -> u8 {
@@ -111,33 +107,39 @@ impl View<'_> {
     /// Whether all of these powers are ON.
     #[inline(always)]
     pub fn all<const N: usize>(&self, powers: &Powers<N>) -> u8 {
-        let power = |at: usize| self.bits[powers.cells[at] as usize] ^ powers.opposites[at];
+        let power = |at: usize| self.bit(powers.cells[at]) ^ powers.opposites[at];
         (1..N).fold(power(0), |all, at| all & power(at))
     }
 
     #[inline(always)]
     pub fn bit(&self, cell: u32) -> u8 {
-        self.bits[cell as usize]
+        *self.bits.cell(cell)
     }
 
     #[inline(always)]
     pub fn word(&self, cell: u32) -> i32 {
-        self.words[cell as usize]
+        *self.words.cell(cell)
     }
 
     /// Writes a bit, unless it is forced.
     #[inline(always)]
-    pub fn put_bit<const F: bool>(&mut self, cell: u32, value: u8) {
-        if !F || !self.forced_bits[cell as usize] {
-            self.bits[cell as usize] = value;
+    pub fn put_bit(&mut self, cell: u32, value: u8) {
+        if !R::FORCED || !self.forced_bits[cell as usize] {
+            *self.bits.cell_mut(cell) = value;
         }
+    }
+
+    /// Writes a bit that is the program's own, and so never forced.
+    #[inline(always)]
+    pub fn put_own(&mut self, cell: u32, value: u8) {
+        *self.bits.cell_mut(cell) = value;
     }
 
     /// Writes a word, unless it is forced; gives what it then holds.
     #[inline(always)]
-    pub fn put_word<const F: bool>(&mut self, cell: u32, value: i32) -> i32 {
-        let word = &mut self.words[cell as usize];
-        if !F || !self.forced_words[cell as usize] {
+    pub fn put_word(&mut self, cell: u32, value: i32) -> i32 {
+        let word = self.words.cell_mut(cell);
+        if !R::FORCED || !self.forced_words[cell as usize] {
             *word = value;
         }
         *word
@@ -146,16 +148,16 @@ impl View<'_> {
     /// A structure's record.
     #[inline(always)]
     pub fn record(&mut self, at: u32) -> &mut [u8; RECORD] {
-        &mut self.bits.as_chunks_mut().0[at as usize]
+        self.bits.record(at)
     }
 
     /// Writes the four flags of a counter or timer, in the order of the layout.
     #[inline(always)]
-    pub fn put_flags<const F: bool>(&mut self, record: u32, flags: [u8; 4]) {
-        if F {
+    pub fn put_flags(&mut self, record: u32, flags: [u8; 4]) {
+        if R::FORCED {
             let first = record * RECORD as u32;
             for (cell, flag) in (first..).zip(flags) {
-                self.put_bit::<F>(cell, flag);
+                self.put_bit(cell, flag);
             }
             return;
         }

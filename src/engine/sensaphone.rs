@@ -5,6 +5,7 @@
 
 use super::memory::sensaphone_state::{DOWN, UP};
 use super::memory::{RECORD, View};
+use super::reach::Reach;
 use super::ops::{Leg, Operation, Touches};
 
 /// A Sensaphone counter's places.
@@ -34,43 +35,43 @@ impl Sensaphone {
     }
 
     /// The pass over CTU: the rung is false there.
-    pub(super) fn terminate_up<const F: bool>(&self, view: &mut View) {
+    pub(super) fn terminate_up<R: Reach>(&self, view: &mut View<R>) {
         view.record(self.record)[UP] = 0;
-        view.put_bit::<F>(self.flag(CU), 0);
+        view.put_bit(self.flag(CU), 0);
     }
 
     /// The pass over CTD.
-    pub(super) fn terminate_down<const F: bool>(&self, view: &mut View) {
+    pub(super) fn terminate_down<R: Reach>(&self, view: &mut View<R>) {
         view.record(self.record)[DOWN] = 0;
-        view.put_bit::<F>(self.flag(CD), 0);
+        view.put_bit(self.flag(CD), 0);
     }
 
     /// One step up or down, if it counts; and what follows from ACC and PRE.
     #[inline(always)]
-    fn step<const F: bool>(&self, view: &mut View, counts: u8, by: i16) {
+    fn step<R: Reach>(&self, view: &mut View<R>, counts: u8, by: i16) {
         if let Some(preset) = self.preset {
             let preset = view.word(preset).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
-            view.put_word::<F>(self.pre, preset);
+            view.put_word(self.pre, preset);
         }
         let before = view.word(self.acc);
         if counts != 0 {
             let (after, wraps) = (before as i16).overflowing_add(by);
-            view.put_word::<F>(self.acc, i32::from(after));
+            view.put_word(self.acc, i32::from(after));
             if wraps {
-                self.wrap::<F>(view, by);
+                self.wrap(view, by);
             }
         }
         let done = view.word(self.acc) >= view.word(self.pre);
-        view.put_bit::<F>(self.flag(DN), u8::from(done));
+        view.put_bit(self.flag(DN), u8::from(done));
     }
 
     /// A step that wraps sets its flag, or clears the other's if that one wrapped before it.
-    fn wrap<const F: bool>(&self, view: &mut View, by: i16) {
+    fn wrap<R: Reach>(&self, view: &mut View<R>, by: i16) {
         let (own, other) = if by > 0 { (OV, UN) } else { (UN, OV) };
         if view.bit(self.flag(other)) != 0 {
-            view.put_bit::<F>(self.flag(other), 0);
+            view.put_bit(self.flag(other), 0);
         } else {
-            view.put_bit::<F>(self.flag(own), 1);
+            view.put_bit(self.flag(own), 1);
         }
     }
 
@@ -105,13 +106,13 @@ macro_rules! steps {
     ($($op:ident $history:ident $enabled:ident $by:literal;)*) => {$(
         impl Operation for $op {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
+            fn run<R: Reach>(&self, view: &mut View<R>) {
                 let leg = view.leg(&self.leg);
                 let history = &mut view.record(self.counter.record)[$history];
                 let counts = leg & (*history ^ 1);
                 *history = leg;
-                view.put_bit::<F>(self.counter.flag($enabled), leg);
-                self.counter.step::<F>(view, counts, $by);
+                view.put_bit(self.counter.flag($enabled), leg);
+                self.counter.step(view, counts, $by);
             }
 
             fn touches(&self, t: &mut Touches) {
@@ -136,13 +137,13 @@ pub struct Res {
 
 impl Operation for Res {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }
-        view.put_word::<F>(self.counter.acc, 0);
+        view.put_word(self.counter.acc, 0);
         for flag in 0..FLAGS {
-            view.put_bit::<F>(self.counter.flag(flag), 0);
+            view.put_bit(self.counter.flag(flag), 0);
         }
     }
 

@@ -7,6 +7,7 @@
 
 use super::memory::timer_state::{LEG, LOADED, PENDING, RUNNING};
 use super::memory::{OnlyIf, RECORD, View};
+use super::reach::Reach;
 use super::ops::{Leg, Operation, Touches};
 
 /// A timer structure's places.
@@ -31,52 +32,52 @@ pub enum TimerRule {
 
 impl Timer {
     #[inline(always)]
-    fn preset(&self, view: &View) -> i32 {
+    fn preset<R: Reach>(&self, view: &View<R>) -> i32 {
         view.word(self.preset).max(0)
     }
 
     #[inline(always)]
-    fn record<'a>(&self, view: &'a mut View) -> &'a mut [u8; RECORD] {
+    fn record<'a, R: Reach>(&self, view: &'a mut View<R>) -> &'a mut [u8; RECORD] {
         view.record(self.record)
     }
 
     #[inline(always)]
-    fn acc(&self, view: &View) -> i32 {
+    fn acc<R: Reach>(&self, view: &View<R>) -> i32 {
         view.word(self.acc)
     }
 
     /// Writes `.Acc`; gives what it then holds.
     #[inline(always)]
-    fn put_acc<const F: bool>(&self, view: &mut View, acc: i32) -> i32 {
-        view.put_word::<F>(self.acc, acc)
+    fn put_acc<R: Reach>(&self, view: &mut View<R>, acc: i32) -> i32 {
+        view.put_word(self.acc, acc)
     }
 
     #[inline(always)]
-    fn put_flags<const F: bool>(&self, view: &mut View, acc: i32, flags: Flags) {
+    fn put_flags<R: Reach>(&self, view: &mut View<R>, acc: i32, flags: Flags) {
         let zero = u8::from(acc == 0);
-        view.put_flags::<F>(self.record, [flags.done, flags.reset, zero, flags.timing]);
+        view.put_flags(self.record, [flags.done, flags.reset, zero, flags.timing]);
     }
 
     /// The reset state: the reset value, `.Reset` ON, `.Done` and `.Timing` OFF.
     #[inline(always)]
-    pub(super) fn reset<const F: bool>(&self, view: &mut View, rule: TimerRule) {
+    pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: TimerRule) {
         let value = if rule == TimerRule::Preset { self.preset(view) } else { 0 };
-        let acc = self.put_acc::<F>(view, value);
-        self.put_flags::<F>(view, acc, Flags { done: 0, reset: 1, timing: 0 });
+        let acc = self.put_acc(view, value);
+        self.put_flags(view, acc, Flags { done: 0, reset: 1, timing: 0 });
     }
 
     /// The pass: the reset state, nothing running, a pending reset gone.
-    pub(super) fn terminate<const F: bool>(&self, view: &mut View, rule: TimerRule) {
+    pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: TimerRule) {
         let record = self.record(view);
         for state in [RUNNING, LEG, PENDING] {
             record[state] = 0;
         }
         record[LOADED] = 1;
-        self.reset::<F>(view, rule);
+        self.reset(view, rule);
     }
 
     /// The pass over TMRAG: the time until its next execution does not count.
-    pub(super) fn hold(&self, view: &mut View) {
+    pub(super) fn hold<R: Reach>(&self, view: &mut View<R>) {
         self.record(view)[RUNNING] = 0;
     }
 
@@ -97,7 +98,7 @@ struct Flags {
 /// Branch-free: which of reset, first and further executions it is, is mixed up between
 /// neighbours and scans, and a mispredicted branch costs more than all of this.
 #[inline(always)]
-fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
+fn run_up<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
     let record = timer.record(view);
     let on = leg & (record[PENDING] ^ 1);
@@ -105,9 +106,9 @@ fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     record[PENDING] = 0;
     record[RUNNING] = on;
     let acc = up(timer.acc(view), view.elapsed_ms).only_if(adds);
-    let acc = timer.put_acc::<F>(view, acc);
+    let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc >= preset);
-    timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing: on });
+    timer.put_flags(view, acc, Flags { done, reset: on ^ 1, timing: on });
     done
 }
 
@@ -138,10 +139,10 @@ macro_rules! one_leg {
 
         impl Operation for $op {
             #[inline(always)]
-            fn run<const F: bool>(&self, $view: &mut View) {
+            fn run<R: Reach>(&self, $view: &mut View<R>) {
                 let ($timer, $leg) = (&self.timer, $view.leg(&self.leg));
                 let done = $run;
-                $($view.put_bit::<F>(self.$output, done);)?
+                $($view.put_bit(self.$output, done);)?
                 let _ = done;
             }
 
@@ -155,13 +156,13 @@ macro_rules! one_leg {
 
 one_leg! {
     /// ONDTMR.
-    Ondtmr { output } |timer, view, leg| run_up::<F>(timer, view, leg);
+    Ondtmr { output } |timer, view, leg| run_up(timer, view, leg);
     /// TMR.
-    Tmr { } |timer, view, leg| run_up::<F>(timer, view, leg);
+    Tmr { } |timer, view, leg| run_up(timer, view, leg);
     /// OFFDTMR.
-    Offdtmr { output } |timer, view, leg| run_off_delay::<F>(timer, view, leg);
+    Offdtmr { output } |timer, view, leg| run_off_delay(timer, view, leg);
     /// TMRDOWN.
-    Tmrdown { } |timer, view, leg| run_down::<F>(timer, view, leg);
+    Tmrdown { } |timer, view, leg| run_down(timer, view, leg);
 }
 
 /// One execution of OFFDTMR: the rows of its table; gives the output.
@@ -169,7 +170,7 @@ one_leg! {
 /// Branch-free, for the reason given at `run_up`. The leg ON, and the first execution with the leg
 /// OFF after it, load the preset; while timing down time is taken away; else `.Acc` is 0.
 #[inline(always)]
-fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
+fn run_off_delay<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
     let record = timer.record(view);
     let off = leg ^ 1;
@@ -180,17 +181,17 @@ fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     record[LEG] = leg;
     let remaining = down(timer.acc(view), view.elapsed_ms);
     let acc = preset.only_if(leg | falls) | remaining.only_if(times);
-    let acc = timer.put_acc::<F>(view, acc);
+    let acc = timer.put_acc(view, acc);
     let timing = (falls | times) & u8::from(acc > 0);
     timer.record(view)[RUNNING] = timing;
     let done = off & (reset_pending ^ 1) & u8::from(acc <= 0);
-    timer.put_flags::<F>(view, acc, Flags { done, reset: leg | reset_pending, timing });
+    timer.put_flags(view, acc, Flags { done, reset: leg | reset_pending, timing });
     leg | timing
 }
 
 /// One execution of TMRDOWN; gives `.Done`.
 #[inline(always)]
-fn run_down<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
+fn run_down<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let record = timer.record(view);
     let on = leg & (record[PENDING] ^ 1);
     let advances = on & record[RUNNING] != 0;
@@ -198,10 +199,10 @@ fn run_down<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
     record[RUNNING] = on;
     let remaining = down(timer.acc(view), view.elapsed_ms);
     let acc = if advances { remaining } else { timer.preset(view) };
-    let acc = timer.put_acc::<F>(view, acc);
+    let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc <= 0);
     let timing = on & u8::from(acc != 0);
-    timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing });
+    timer.put_flags(view, acc, Flags { done, reset: on ^ 1, timing });
     done
 }
 
@@ -216,7 +217,7 @@ pub struct Tmra {
 
 impl Operation for Tmra {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let record = timer.record(view);
@@ -225,14 +226,14 @@ impl Operation for Tmra {
         record[PENDING] = 0;
         record[RUNNING] = en & (reset ^ 1);
         if reset != 0 {
-            return timer.reset::<F>(view, TimerRule::Zero);
+            return timer.reset(view, TimerRule::Zero);
         }
         let preset = timer.preset(view);
         let acc = timer.acc(view);
         let acc = if advances { up(acc, view.elapsed_ms) } else { acc };
-        let acc = timer.put_acc::<F>(view, acc);
+        let acc = timer.put_acc(view, acc);
         let done = u8::from(acc >= preset);
-        timer.put_flags::<F>(view, acc, Flags { done, reset: 0, timing: en });
+        timer.put_flags(view, acc, Flags { done, reset: 0, timing: en });
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -251,7 +252,7 @@ pub struct Tmradown {
 
 impl Operation for Tmradown {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
         let record = timer.record(view);
@@ -262,14 +263,14 @@ impl Operation for Tmradown {
         record[RUNNING] = en & (reset ^ 1);
         record[LOADED] = 1;
         if reset != 0 {
-            return timer.reset::<F>(view, TimerRule::Preset);
+            return timer.reset(view, TimerRule::Preset);
         }
         let from = if loads { timer.preset(view) } else { timer.acc(view) };
         let acc = if advances { down(from, view.elapsed_ms) } else { from };
-        let acc = timer.put_acc::<F>(view, acc);
+        let acc = timer.put_acc(view, acc);
         let done = u8::from(acc <= 0);
         let timing = en & u8::from(acc != 0);
-        timer.put_flags::<F>(view, acc, Flags { done, reset: 0, timing });
+        timer.put_flags(view, acc, Flags { done, reset: 0, timing });
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -288,10 +289,10 @@ pub struct Rstt {
 
 impl Operation for Rstt {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) != 0 {
             self.timer.record(view)[PENDING] = 1;
-            self.timer.reset::<F>(view, self.rule);
+            self.timer.reset(view, self.rule);
         }
     }
 
