@@ -3,8 +3,8 @@
 //! Behaviour: `docs/semantics.md`, section 4 (edge contacts, rungs) and the instruction pages.
 
 use super::memory::View;
-use super::reach::Reach;
 use super::ops::{Leg, Operation, Powers, Touches};
+use super::reach::Reach;
 
 /// `cell = a & b`.
 #[derive(Clone, Copy, Debug)]

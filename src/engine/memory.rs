@@ -9,32 +9,66 @@ use super::reach::{Cells, Reach, Records};
 
 /// Bits of one structure, side by side: the flags that a program sees (four; of a Sensaphone
 /// counter five), then what the owning instruction remembers between its executions. One look-up
-/// finds them all, in one cache line.
+/// finds them all, in one cache line. The number of a record is that of the structure's `.Acc`
+/// among the words too.
 pub(super) const RECORD: usize = 8;
 
-/// Where in a counter's record its owner's state lies.
-pub(super) mod counter_state {
-    /// Edge history of UP.
-    pub const UP: usize = 4;
-    /// Edge history of DN.
-    pub const DN: usize = 5;
-    /// A RSTCT reset is pending.
-    pub const PENDING: usize = 6;
-    /// CNTDN: the preset was loaded once, or a pass came first.
-    pub const LOADED: usize = 7;
+/// How many bits of a record the program sees of a counter or timer; the rest is [`State`].
+const FLAGS: usize = 4;
+
+/// What the owner of a counter or timer remembers: four bits, a byte each.
+///
+/// Read and written in one go: such loops wait for loads and stores more than for arithmetic.
+#[derive(Clone, Copy, Default)]
+pub(super) struct State(u32);
+
+impl State {
+    /// The state in which these bits (0 or 1) are as given, all others OFF.
+    #[inline(always)]
+    pub fn of<const N: usize>(bits: [(u32, u8); N]) -> State {
+        State(bits.iter().fold(0, |all, (place, bit)| all | u32::from(*bit) << (8 * place)))
+    }
+
+    /// One of its bits.
+    #[inline(always)]
+    pub fn bit(self, place: u32) -> u8 {
+        (self.0 >> (8 * place)) as u8
+    }
+
+    /// The same with one bit ON.
+    pub fn with(self, place: u32) -> State {
+        State(self.0 | 1 << (8 * place))
+    }
+
+    /// The same with one bit OFF.
+    pub fn without(self, place: u32) -> State {
+        State(self.0 & !(1 << (8 * place)))
+    }
 }
 
-/// Where in a timer's record its owner's state lies.
+/// The bits of a counter's state.
+pub(super) mod counter_state {
+    /// Edge history of UP.
+    pub const UP: u32 = 0;
+    /// Edge history of DN.
+    pub const DN: u32 = 1;
+    /// A RSTCT reset is pending.
+    pub const PENDING: u32 = 2;
+    /// CNTDN: the preset was loaded once, or a pass came first.
+    pub const LOADED: u32 = 3;
+}
+
+/// The bits of a timer's state.
 pub(super) mod timer_state {
     /// Time was running at the last execution: the next one adds what has passed since.
     /// OFFDTMR: it is timing down.
-    pub const RUNNING: usize = 4;
+    pub const RUNNING: u32 = 0;
     /// OFFDTMR: the leg was ON at the last execution.
-    pub const LEG: usize = 5;
+    pub const LEG: u32 = 1;
     /// A RSTT reset is pending.
-    pub const PENDING: usize = 6;
+    pub const PENDING: u32 = 2;
     /// TMRADOWN: the preset was loaded once, or a pass came first.
-    pub const LOADED: usize = 7;
+    pub const LOADED: u32 = 3;
 }
 
 /// Where in a Sensaphone counter's record the edge histories lie.
@@ -149,6 +183,19 @@ impl<R: Reach> View<'_, R> {
     #[inline(always)]
     pub fn record(&mut self, at: u32) -> &mut [u8; RECORD] {
         self.bits.record(at)
+    }
+
+    /// What the owner of a counter or timer remembers.
+    #[inline(always)]
+    pub fn state(&mut self, record: u32) -> State {
+        let [_, _, _, _, state @ ..] = *self.record(record);
+        State(u32::from_le_bytes(state))
+    }
+
+    /// Has it remembered.
+    #[inline(always)]
+    pub fn put_state(&mut self, record: u32, state: State) {
+        self.record(record)[FLAGS..].copy_from_slice(&state.0.to_le_bytes());
     }
 
     /// Writes the four flags of a counter or timer, in the order of the layout.

@@ -58,7 +58,10 @@ pub struct Powers<const N: usize> {
 impl<const N: usize> Powers<N> {
     /// These powers.
     pub fn new(powers: [Power; N]) -> Powers<N> {
-        Powers { cells: powers.map(Power::cell), opposites: powers.map(|p| u8::from(p.is_opposite())) }
+        Powers {
+            cells: powers.map(Power::cell),
+            opposites: powers.map(|p| u8::from(p.is_opposite())),
+        }
     }
 
     /// Each of them.
@@ -185,6 +188,8 @@ macro_rules! kinds {
     };
 }
 
+/// A function of its own, so that the loop's pointers have all registers to themselves.
+#[inline(never)]
 fn run_all<R: Reach, O: Operation>(ops: &[O], mut view: View<R>) {
     for op in ops {
         op.run(&mut view);

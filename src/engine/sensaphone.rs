@@ -5,16 +5,14 @@
 
 use super::memory::sensaphone_state::{DOWN, UP};
 use super::memory::{RECORD, View};
-use super::reach::Reach;
 use super::ops::{Leg, Operation, Touches};
+use super::reach::Reach;
 
 /// A Sensaphone counter's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensaphone {
-    /// Its record of flags (CU, CD, DN, OV, UN) and edge histories.
-    pub record: u32,
-    /// The cell of ACC.
-    pub acc: u32,
+    /// Its record of flags (CU, CD, DN, OV, UN) and edge histories, and the cell of ACC.
+    pub at: u32,
     /// The cell of PRE.
     pub pre: u32,
     /// The word that an instruction with a preset from a location copies to PRE.
@@ -31,18 +29,18 @@ const FLAGS: u32 = 5;
 impl Sensaphone {
     /// The cell of a flag.
     fn flag(&self, flag: u32) -> u32 {
-        self.record * RECORD as u32 + flag
+        self.at * RECORD as u32 + flag
     }
 
     /// The pass over CTU: the rung is false there.
     pub(super) fn terminate_up<R: Reach>(&self, view: &mut View<R>) {
-        view.record(self.record)[UP] = 0;
+        view.record(self.at)[UP] = 0;
         view.put_bit(self.flag(CU), 0);
     }
 
     /// The pass over CTD.
     pub(super) fn terminate_down<R: Reach>(&self, view: &mut View<R>) {
-        view.record(self.record)[DOWN] = 0;
+        view.record(self.at)[DOWN] = 0;
         view.put_bit(self.flag(CD), 0);
     }
 
@@ -53,15 +51,15 @@ impl Sensaphone {
             let preset = view.word(preset).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
             view.put_word(self.pre, preset);
         }
-        let before = view.word(self.acc);
+        let before = view.word(self.at);
         if counts != 0 {
             let (after, wraps) = (before as i16).overflowing_add(by);
-            view.put_word(self.acc, i32::from(after));
+            view.put_word(self.at, i32::from(after));
             if wraps {
                 self.wrap(view, by);
             }
         }
-        let done = view.word(self.acc) >= view.word(self.pre);
+        let done = view.word(self.at) >= view.word(self.pre);
         view.put_bit(self.flag(DN), u8::from(done));
     }
 
@@ -79,7 +77,7 @@ impl Sensaphone {
         if let Some(preset) = self.preset {
             t.reads(&[preset]);
         }
-        t.reads(&[self.acc, self.pre]).writes_words(&[self.acc, self.pre]);
+        t.reads(&[self.at, self.pre]).writes_words(&[self.at, self.pre]);
         for flag in 0..FLAGS {
             t.writes_bits(&[self.flag(flag)]);
         }
@@ -108,7 +106,7 @@ macro_rules! steps {
             #[inline(always)]
             fn run<R: Reach>(&self, view: &mut View<R>) {
                 let leg = view.leg(&self.leg);
-                let history = &mut view.record(self.counter.record)[$history];
+                let history = &mut view.record(self.counter.at)[$history];
                 let counts = leg & (*history ^ 1);
                 *history = leg;
                 view.put_bit(self.counter.flag($enabled), leg);
@@ -141,7 +139,7 @@ impl Operation for Res {
         if view.leg(&self.leg) == 0 {
             return;
         }
-        view.put_word(self.counter.acc, 0);
+        view.put_word(self.counter.at, 0);
         for flag in 0..FLAGS {
             view.put_bit(self.counter.flag(flag), 0);
         }

@@ -6,17 +6,15 @@
 //! preset `<= 0` is treated as 0.
 
 use super::memory::timer_state::{LEG, LOADED, PENDING, RUNNING};
-use super::memory::{OnlyIf, RECORD, View};
-use super::reach::Reach;
+use super::memory::{OnlyIf, State, View};
 use super::ops::{Leg, Operation, Touches};
+use super::reach::Reach;
 
 /// A timer structure's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Timer {
-    /// Its record of flags (Done, Reset, Zero, Timing) and state.
-    pub record: u32,
-    /// The cell of `.Acc`.
-    pub acc: u32,
+    /// Its record of flags (Done, Reset, Zero, Timing) and state, and the cell of `.Acc`.
+    pub at: u32,
     /// The word of the preset.
     pub preset: u32,
 }
@@ -37,25 +35,20 @@ impl Timer {
     }
 
     #[inline(always)]
-    fn record<'a, R: Reach>(&self, view: &'a mut View<R>) -> &'a mut [u8; RECORD] {
-        view.record(self.record)
-    }
-
-    #[inline(always)]
     fn acc<R: Reach>(&self, view: &View<R>) -> i32 {
-        view.word(self.acc)
+        view.word(self.at)
     }
 
     /// Writes `.Acc`; gives what it then holds.
     #[inline(always)]
     fn put_acc<R: Reach>(&self, view: &mut View<R>, acc: i32) -> i32 {
-        view.put_word(self.acc, acc)
+        view.put_word(self.at, acc)
     }
 
     #[inline(always)]
     fn put_flags<R: Reach>(&self, view: &mut View<R>, acc: i32, flags: Flags) {
         let zero = u8::from(acc == 0);
-        view.put_flags(self.record, [flags.done, flags.reset, zero, flags.timing]);
+        view.put_flags(self.at, [flags.done, flags.reset, zero, flags.timing]);
     }
 
     /// The reset state: the reset value, `.Reset` ON, `.Done` and `.Timing` OFF.
@@ -68,21 +61,18 @@ impl Timer {
 
     /// The pass: the reset state, nothing running, a pending reset gone.
     pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: TimerRule) {
-        let record = self.record(view);
-        for state in [RUNNING, LEG, PENDING] {
-            record[state] = 0;
-        }
-        record[LOADED] = 1;
+        view.put_state(self.at, State::of([(LOADED, 1)]));
         self.reset(view, rule);
     }
 
     /// The pass over TMRAG: the time until its next execution does not count.
     pub(super) fn hold<R: Reach>(&self, view: &mut View<R>) {
-        self.record(view)[RUNNING] = 0;
+        let state = view.state(self.at);
+        view.put_state(self.at, state.without(RUNNING));
     }
 
     fn touches(&self, t: &mut Touches) {
-        t.reads(&[self.acc, self.preset]).writes_words(&[self.acc]).writes_flags(self.record);
+        t.reads(&[self.at, self.preset]).writes_words(&[self.at]).writes_flags(self.at);
     }
 }
 
@@ -100,11 +90,10 @@ struct Flags {
 #[inline(always)]
 fn run_up<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
-    let record = timer.record(view);
-    let on = leg & (record[PENDING] ^ 1);
-    let adds = on & record[RUNNING];
-    record[PENDING] = 0;
-    record[RUNNING] = on;
+    let state = view.state(timer.at);
+    let on = leg & (state.bit(PENDING) ^ 1);
+    let adds = on & state.bit(RUNNING);
+    view.put_state(timer.at, State::of([(RUNNING, on)]));
     let acc = up(timer.acc(view), view.elapsed_ms).only_if(adds);
     let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc >= preset);
@@ -172,33 +161,31 @@ one_leg! {
 #[inline(always)]
 fn run_off_delay<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
-    let record = timer.record(view);
-    let off = leg ^ 1;
-    let reset_pending = off & record[PENDING];
-    let falls = off & record[LEG] & (reset_pending ^ 1);
-    let times = off & (record[LEG] ^ 1) & record[RUNNING] & (reset_pending ^ 1);
-    record[PENDING] = 0;
-    record[LEG] = leg;
+    let state = view.state(timer.at);
+    let (was_on, was_timing, pending) = (state.bit(LEG), state.bit(RUNNING), state.bit(PENDING));
+    let live = (leg | pending) ^ 1;
+    let counts = live & (was_on | was_timing);
+    let loads = leg | was_on;
     let remaining = down(timer.acc(view), view.elapsed_ms);
-    let acc = preset.only_if(leg | falls) | remaining.only_if(times);
-    let acc = timer.put_acc(view, acc);
-    let timing = (falls | times) & u8::from(acc > 0);
-    timer.record(view)[RUNNING] = timing;
-    let done = off & (reset_pending ^ 1) & u8::from(acc <= 0);
-    timer.put_flags(view, acc, Flags { done, reset: leg | reset_pending, timing });
+    let acc = preset.only_if(loads) | remaining.unless(loads);
+    let acc = timer.put_acc(view, acc.only_if(leg | counts));
+    let positive = u8::from(acc > 0);
+    let timing = counts & positive;
+    view.put_state(timer.at, State::of([(RUNNING, timing), (LEG, leg)]));
+    let done = live & (positive ^ 1);
+    timer.put_flags(view, acc, Flags { done, reset: leg | pending, timing });
     leg | timing
 }
 
 /// One execution of TMRDOWN; gives `.Done`.
 #[inline(always)]
 fn run_down<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
-    let record = timer.record(view);
-    let on = leg & (record[PENDING] ^ 1);
-    let advances = on & record[RUNNING] != 0;
-    record[PENDING] = 0;
-    record[RUNNING] = on;
+    let state = view.state(timer.at);
+    let on = leg & (state.bit(PENDING) ^ 1);
+    let advances = on & state.bit(RUNNING);
+    view.put_state(timer.at, State::of([(RUNNING, on)]));
     let remaining = down(timer.acc(view), view.elapsed_ms);
-    let acc = if advances { remaining } else { timer.preset(view) };
+    let acc = remaining.only_if(advances) | timer.preset(view).unless(advances);
     let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc <= 0);
     let timing = on & u8::from(acc != 0);
@@ -220,20 +207,16 @@ impl Operation for Tmra {
     fn run<R: Reach>(&self, view: &mut View<R>) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
-        let record = timer.record(view);
-        let reset = rst | record[PENDING];
-        let advances = en & record[RUNNING] & (reset ^ 1) != 0;
-        record[PENDING] = 0;
-        record[RUNNING] = en & (reset ^ 1);
-        if reset != 0 {
-            return timer.reset(view, TimerRule::Zero);
-        }
+        let state = view.state(timer.at);
+        let reset = rst | state.bit(PENDING);
+        let times = en & (reset ^ 1);
+        let adds = times & state.bit(RUNNING);
+        view.put_state(timer.at, State::of([(RUNNING, times)]));
         let preset = timer.preset(view);
-        let acc = timer.acc(view);
-        let acc = if advances { up(acc, view.elapsed_ms) } else { acc };
-        let acc = timer.put_acc(view, acc);
-        let done = u8::from(acc >= preset);
-        timer.put_flags(view, acc, Flags { done, reset: 0, timing: en });
+        let acc = up(timer.acc(view), view.elapsed_ms.only_if(adds));
+        let acc = timer.put_acc(view, acc.unless(reset));
+        let done = u8::from(acc >= preset) & (reset ^ 1);
+        timer.put_flags(view, acc, Flags { done, reset, timing: times });
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -255,22 +238,19 @@ impl Operation for Tmradown {
     fn run<R: Reach>(&self, view: &mut View<R>) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
-        let record = timer.record(view);
-        let reset = rst | record[PENDING];
-        let advances = en & record[RUNNING] & (reset ^ 1) != 0;
-        let loads = record[LOADED] == 0;
-        record[PENDING] = 0;
-        record[RUNNING] = en & (reset ^ 1);
-        record[LOADED] = 1;
-        if reset != 0 {
-            return timer.reset(view, TimerRule::Preset);
-        }
-        let from = if loads { timer.preset(view) } else { timer.acc(view) };
-        let acc = if advances { down(from, view.elapsed_ms) } else { from };
+        let state = view.state(timer.at);
+        let reset = rst | state.bit(PENDING);
+        let times = en & (reset ^ 1);
+        let takes = times & state.bit(RUNNING);
+        let loads = reset | (state.bit(LOADED) ^ 1);
+        view.put_state(timer.at, State::of([(RUNNING, times), (LOADED, 1)]));
+        let preset = timer.preset(view);
+        let from = preset.only_if(loads) | timer.acc(view).unless(loads);
+        let acc = down(from, view.elapsed_ms).only_if(takes) | from.unless(takes);
         let acc = timer.put_acc(view, acc);
-        let done = u8::from(acc <= 0);
-        let timing = en & u8::from(acc != 0);
-        timer.put_flags(view, acc, Flags { done, reset: 0, timing });
+        let done = u8::from(acc <= 0) & (reset ^ 1);
+        let timing = times & u8::from(acc != 0);
+        timer.put_flags(view, acc, Flags { done, reset, timing });
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -291,7 +271,8 @@ impl Operation for Rstt {
     #[inline(always)]
     fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) != 0 {
-            self.timer.record(view)[PENDING] = 1;
+            let state = view.state(self.timer.at);
+            view.put_state(self.timer.at, state.with(PENDING));
             self.timer.reset(view, self.rule);
         }
     }
