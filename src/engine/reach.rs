@@ -82,11 +82,13 @@ any_length!(Forced, forced: true);
 impl<T> Cells<T> for [T; NEAR] {
     #[inline(always)]
     fn cell(&self, number: u32) -> &T {
+        debug_assert!((number as usize) < NEAR);
         &self[usize::from(number as u16)]
     }
 
     #[inline(always)]
     fn cell_mut(&mut self, number: u32) -> &mut T {
+        debug_assert!((number as usize) < NEAR);
         &mut self[usize::from(number as u16)]
     }
 }
