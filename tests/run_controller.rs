@@ -373,13 +373,13 @@ fn what_this_version_cannot_retain_is_refused() {
 
 #[test]
 fn a_strict_posture_that_is_not_granted_is_refused() {
-    let realtime = "scan.realtime = { cpu = 4000, strict = true }\n";
+    let realtime = "realtime = { cpus = [1000], strict = true }\n";
     let (code, lines) = Plant::new(ALIVE, realtime).run(&["--scans", "1"]);
     assert_eq!(code, 78);
-    find(&lines, "`[scan] realtime` is strict");
-    let lax = "scan.realtime = { cpu = 4000 }\n";
+    find(&lines, "`[realtime]` is strict");
+    let lax = "realtime = { cpus = [1000] }\n";
     let (code, lines) = Plant::new(ALIVE, lax).run(&["--scans", "1"]);
-    assert_eq!((code, &find(&lines, "CPU 4000 was refused")["level"]), (0, &"WARN".into()));
+    assert_eq!((code, &find(&lines, "CPU 1000 was refused")["level"]), (0, &"WARN".into()));
 }
 
 #[test]

@@ -10,6 +10,7 @@ pub mod log;
 mod log_queue;
 mod log_writer;
 mod narration;
+mod posture;
 mod shell;
 mod signals;
 mod systemd;

@@ -15,13 +15,14 @@ use tracing::{error, info, warn};
 use super::config::Setup;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
+use super::posture;
 use super::signals::{Host, Signals};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
-use crate::runtime::{self, Grant, Prepared, Report, Runtime, Settings, State};
+use crate::runtime::{self, Prepared, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
 #[derive(Clone, Debug)]
@@ -96,7 +97,7 @@ pub fn run(
     let inputs = initial_inputs(&program, &setup);
     let prepared = runtime::prepare(Engine::new(program), &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
-    tell_posture(prepared.grants(), settings.posture.strict)?;
+    posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let Host { tokio, signals } = host;
     tokio.block_on(shell(prepared, &setup, signals, patience))
@@ -276,31 +277,6 @@ fn tell_start(setup: &Setup) {
         let (warnings, controller) = (setup.warnings, &setup.controller);
         warn!(warnings, "the ladder has warnings: `rungd check {controller}` shows them");
     }
-}
-
-/// What was asked of the machine, and what it gave.
-fn tell_posture(grants: &[Grant], strict: bool) -> Result<(), Failure> {
-    let list = |all: &mut dyn Iterator<Item = &Grant>| {
-        all.map(|grant| grant.what.as_str()).collect::<Vec<_>>().join(", ")
-    };
-    let asked = list(&mut grants.iter());
-    let granted = list(&mut grants.iter().filter(|grant| grant.refused.is_none()));
-    info!(asked, granted, "real-time posture");
-    let mut refused = Vec::new();
-    for grant in grants {
-        let Some(why) = &grant.refused else { continue };
-        let what = &grant.what;
-        warn!("real-time posture: {what} was refused: {why}");
-        refused.push(format!("{what} ({why})"));
-    }
-    if strict && !refused.is_empty() {
-        return Err(Failure::Configuration(format!(
-            "`[scan] realtime` is strict, and not all of it was granted: {}. Grant it (docs/\
-             running.md, real-time posture), or take `strict` out",
-            refused.join(", ")
-        )));
-    }
-    Ok(())
 }
 
 /// A panic goes to the log, where the other lines are, on whichever thread it is.
