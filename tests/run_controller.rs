@@ -216,12 +216,25 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
     assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &7.into()));
     for _ in 0..2 {
         let still = running.line("still in STOP after");
-        assert!(message(&still).contains("the ladder executed STOP; restart rungd"), "{still}");
+        assert!(message(&still).contains("the ladder executed STOP; `rungd mode run`"), "{still}");
     }
     assert_eq!(running.child.try_wait().unwrap(), None, "it stays");
     running.signal("TERM");
     running.line("SIGTERM: ending from STOP; no further scan comes");
     running.line("rungd ends");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn a_start_in_stop_says_so_until_it_is_told_to_end() {
+    let plant = Plant::new(ALIVE, "");
+    let mut running = plant.start(&["--stopped", "--repeat-reason", "150ms"]);
+    let stop = running.line("STOP: an operator asked for it");
+    assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &0.into()));
+    running.line("still in STOP after");
+    running.signal("TERM");
+    running.line("SIGTERM: ending from STOP; no further scan comes");
+    assert_eq!(running.line("rungd ends")["scans"], 0);
     assert_eq!(running.end().code(), Some(0));
 }
 

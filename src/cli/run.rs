@@ -16,6 +16,7 @@ use crate::daemon::{self, Ending, Failure, Host, Options, Setup, config};
 use crate::engine;
 use crate::isa::duration;
 use crate::load;
+use crate::runtime::exchange::StopReason;
 use crate::source::render::{Style, refuses, render};
 
 /// So many a start needs free, with some to spare.
@@ -30,6 +31,9 @@ pub struct RunArgs {
     /// Run N scans, then stop in an orderly way
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     scans: Option<u64>,
+    /// Start in STOP, and wait for `rungd mode run`
+    #[arg(long)]
+    stopped: bool,
     /// The form of the log (default: text, or journal under systemd)
     #[arg(long, value_name = "FORM")]
     log_format: Option<LogFormat>,
@@ -82,7 +86,11 @@ fn run_logged(args: &RunArgs, host: &mut Host) -> Result<Exit> {
         Ok(settled) => settled,
         Err(why) => return Ok(refuse(args, &why)),
     };
-    let options = Options { scans: args.scans, repeat: args.repeat_reason };
+    let options = Options {
+        scans: args.scans,
+        repeat: args.repeat_reason,
+        start_in_stop: args.stopped.then_some(StopReason::Operator),
+    };
     match daemon::run(host, program, setup, &options) {
         Ok(Ending::Orderly) => Ok(Exit::Ok),
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),

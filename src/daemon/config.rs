@@ -106,6 +106,7 @@ fn pace(controller: &Controller) -> Pace {
         watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
         scans: None,
         statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
+        start_in_stop: None,
     }
 }
 

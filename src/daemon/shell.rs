@@ -31,6 +31,8 @@ pub struct Options {
     pub scans: Option<u64>,
     /// How often the log repeats why the controller does not run.
     pub repeat: Duration,
+    /// Start in STOP, for this reason, and wait for an operator's run.
+    pub start_in_stop: Option<StopReason>,
 }
 
 /// How a controller ended.
@@ -81,7 +83,11 @@ pub fn run(
     tell_start(&setup);
     tell_panics();
     let settings = Settings {
-        pace: runtime::Pace { scans: options.scans, ..setup.pace.clone() },
+        pace: runtime::Pace {
+            scans: options.scans,
+            start_in_stop: options.start_in_stop,
+            ..setup.pace.clone()
+        },
         memory: setup.memory.clone(),
         watched: setup.watched.clone(),
         posture: setup.posture.clone(),

@@ -11,7 +11,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-use crate::runtime::exchange::{Mode, Snapshot};
+use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 
 /// What is to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,7 +95,7 @@ impl Notices {
         if self.stopping && send(&Notice::Stopping) {
             self.stopping = false;
         }
-        if !self.ready && latest.scans > 0 {
+        if !self.ready && is_ready(latest) {
             self.ready = send(&Notice::Ready);
         }
         let often = self.watchdog.is_some_and(|limit| now >= self.fed + limit / 4);
@@ -111,6 +111,12 @@ impl Notices {
     }
 }
 
+/// A scan was complete, or the start meant to be in STOP.
+fn is_ready(latest: &Snapshot) -> bool {
+    let meant = |reason| matches!(reason, StopReason::Operator | StopReason::RestartGuard);
+    latest.scans > 0 || matches!(latest.mode, Mode::Stop(reason) if meant(reason))
+}
+
 fn status(latest: &Snapshot) -> String {
     let scans = latest.scans;
     match latest.mode {
@@ -123,7 +129,7 @@ fn status(latest: &Snapshot) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::exchange::{FaultReason, StopReason};
+    use crate::runtime::exchange::FaultReason;
 
     fn snapshot(scans: u64, mode: Mode) -> Snapshot {
         let (bits, words, outputs) = (Box::default(), Box::default(), Box::default());
@@ -177,6 +183,14 @@ mod tests {
         let first = notices.due(ms(1), 1, &snapshot(1, Mode::Run));
         assert_eq!(first, [Notice::Ready]);
         assert_eq!(notices.due(ms(2), 2, &snapshot(2, Mode::Run)), []);
+    }
+
+    #[test]
+    fn a_start_that_is_meant_to_be_in_stop_is_ready_there() {
+        for reason in [StopReason::Operator, StopReason::RestartGuard] {
+            let mut notices = Notices::new(None);
+            assert_eq!(notices.due(ms(0), 0, &snapshot(0, Mode::Stop(reason)))[0], Notice::Ready);
+        }
     }
 
     #[test]
