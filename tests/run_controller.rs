@@ -52,6 +52,7 @@ impl Plant {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         command.arg("run").arg(self.0.join("controller.toml")).args(arguments);
         command.env_remove("RUNGD_LOG").env_remove("NOTIFY_SOCKET").env_remove("JOURNAL_STREAM");
+        command.env_remove("RUNTIME_DIRECTORY").env_remove("STATE_DIRECTORY");
         command.stderr(Stdio::piped()).stdout(Stdio::piped());
         command
     }

@@ -6,6 +6,7 @@
 
 mod allowance;
 pub mod config;
+pub mod guard;
 pub mod log;
 mod log_queue;
 mod log_writer;
@@ -16,5 +17,6 @@ mod signals;
 mod systemd;
 
 pub use config::Setup;
+pub use guard::Guard;
 pub use shell::{Ending, Failure, Options, run};
 pub use signals::Host;

@@ -13,6 +13,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 use tracing::{error, info, warn};
 
 use super::config::Setup;
+use super::guard::Guard;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
 use super::posture;
@@ -79,6 +80,7 @@ pub fn run(
     program: engine::Program,
     setup: Setup,
     options: &Options,
+    guard: &mut Guard,
 ) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
@@ -106,7 +108,7 @@ pub fn run(
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let Host { tokio, signals } = host;
-    tokio.block_on(shell(prepared, &setup, signals, patience))
+    tokio.block_on(shell(prepared, &setup, Attendance { signals, guard, patience }))
 }
 
 /// The inputs that are ON until their driver writes them: those with an initial value.
@@ -117,21 +119,28 @@ fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
     numbers.filter(|x| *x < setup.memory.inputs).collect()
 }
 
+/// Who the shell attends to besides the scan thread.
+struct Attendance<'a> {
+    signals: &'a mut Signals,
+    guard: &'a mut Guard,
+    /// How long the orderly stop may take.
+    patience: Duration,
+}
+
 /// From the drivers' start to the scan thread's end.
 async fn shell(
     prepared: Prepared,
     setup: &Setup,
-    signals: &mut Signals,
-    patience: Duration,
+    mut attendance: Attendance<'_>,
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
     let mut drivers = start_drivers(setup, &prepared.port(), &stopped).await?;
-    if let Some(name) = signals.waiting().await {
+    if let Some(name) = attendance.signals.waiting().await {
         info!("{name}: ending before the first scan; nothing was scanned");
         return Ok(Ending::Orderly);
     }
     let runtime = prepared.start()?;
-    let over = attend(&runtime, signals, patience).await;
+    let over = attend(&runtime, &mut attendance).await;
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
@@ -158,7 +167,8 @@ struct Over {
 }
 
 /// Signals and systemd, until the scan thread is over.
-async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) -> Over {
+async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
+    let Attendance { signals, guard, patience } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
     let (systemd, mut notices) =
         (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
@@ -186,7 +196,9 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
             }
             _ = look.tick() => {
                 let (now, pulses) = (started.elapsed(), runtime.pulses());
-                notices.tell(now, pulses, &port.latest(), |notice| systemd.send(notice));
+                let latest = port.latest();
+                notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
+                guard.look(now, latest.mode, pulses);
                 let waiting = match runtime.state() {
                     State::Running => None,
                     State::Over => Some(Waiting::Ended),
@@ -195,7 +207,7 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
                 if let Some(waiting) = waiting {
                     return Over { asked: asked.is_some(), waiting };
                 }
-                if asked.is_some_and(|(since, _)| since.elapsed() > patience) {
+                if asked.is_some_and(|(since, _)| since.elapsed() > *patience) {
                     error!("the last scan has not ended in {}", span(patience.as_nanos() as u64));
                     return Over { asked: true, waiting: Waiting::Stuck };
                 }
