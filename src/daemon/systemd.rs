@@ -184,7 +184,7 @@ mod tests {
         let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
         assert!(!notices.due(ms(0), 0, &starting).contains(&Notice::Ready));
         let first = notices.due(ms(1), 1, &snapshot(1, Mode::Run));
-        assert_eq!(first, [Notice::Ready]);
+        assert_eq!(first, [Notice::Ready, Notice::Status("RUN, 1 scans".to_owned())]);
         assert_eq!(notices.due(ms(2), 2, &snapshot(2, Mode::Run)), []);
     }
 
