@@ -170,3 +170,33 @@ pub fn no_scan_missed(lines: &[Value], period: Duration, least: Duration) {
     // The conditions shown here cost nothing; what a busy machine skips is not theirs.
     assert!(number("scans") > points / 2, "{whole}");
 }
+
+/// A prefix that gives the command a mount namespace of its own, and runs a line of shell in it
+/// first; `None` where the machine has none for us.
+pub fn mounted(shell: &str) -> Option<Vec<String>> {
+    let own = ["unshare", "--mount", "--propagation", "private"];
+    let user = ["unshare", "--user", "--map-root-user", "--mount", "--propagation", "private"];
+    let works = |words: &[&str]| {
+        let mut command = Command::new(words[0]);
+        let done = command.args(&words[1..]).arg("true").stderr(Stdio::null()).status();
+        done.is_ok_and(|status| status.success())
+    };
+    let prefix = [&own[..], &user[..]].into_iter().find(|words| works(words))?;
+    let words = prefix.iter().copied().chain(["sh", "-c", shell, "sh"]);
+    Some(words.map(str::to_owned).collect())
+}
+
+/// Says why a test does nothing here; in CI, where everything is to be had, that is a failure.
+pub fn skip(why: &str) {
+    let required = std::env::var("RUNGD_REQUIRE_CLIENTS").is_ok_and(|value| value == "1");
+    assert!(!required, "{why}, and RUNGD_REQUIRE_CLIENTS=1 wants it");
+    eprintln!("skipped: {why}");
+}
+
+/// Seconds of processor time that a process has had so far.
+pub fn processor_time(pid: u32) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
+    let fields: Vec<&str> = stat.rsplit_once(") ").unwrap().1.split(' ').collect();
+    // utime and stime, in ticks of 10 ms on every Linux that Rust runs on.
+    fields[11..13].iter().map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
+}
