@@ -98,7 +98,17 @@ until_true() {
 }
 
 is() { [ "$(property "$1")" = "$2" ]; }
-is_up() { is ActiveState active && [ "$(property MainPID)" != 0 ]; }
+# Its main process, if it is active: both in one look.
+up_as() {
+    in_it systemctl show -p MainPID -p ActiveState rungd | sort | tr '\n' ' ' |
+        sed -n 's/^ActiveState=active MainPID=\([1-9][0-9]*\) $/\1/p'
+}
+is_up() { [ -n "$(up_as)" ]; }
+is_other() {
+    local pid
+    pid=$(up_as)
+    [ -n "$pid" ] && [ "$pid" != "$1" ]
+}
 status_is() { property StatusText | grep -qE "$1"; }
 logged() { log --since "$mark" | grep -qE "$1"; }
 mark() { sleep 0.01; mark=$(in_it date '+%F %T.%6N'); }
@@ -193,15 +203,20 @@ test_realtime() {
     in_it systemctl start rungd
 }
 
-kill_it() { container "kill -9 $(property MainPID)"; }
+# Kills its main process with a signal; nothing where there is none (0 would be this script's group).
+kill_it() {
+    local pid
+    pid=$(up_as)
+    [ -n "$pid" ] && in_it kill -s "$1" "$pid"
+}
 
 # What is killed is started again.
 test_kill() {
     local pid begin
-    pid=$(property MainPID)
+    pid=$(up_as)
     mark
     begin=$(now)
-    kill_it
+    kill_it KILL
     until_true 10 is_other "$pid" || true
     check "kill -9: restarted" "after $(milliseconds "$(since "$begin")"), NRestarts=$(property NRestarts)" \
         is_other "$pid"
@@ -209,16 +224,14 @@ test_kill() {
         logged 'restart 1 of 10'
 }
 
-is_other() { is_up && [ "$(property MainPID)" != "$1" ]; }
-
 # A process that stands still gives systemd no evidence.
 test_hang() {
     local pid begin limit
-    pid=$(property MainPID)
+    pid=$(up_as)
     limit=$(property WatchdogUSec)
     mark
     begin=$(now)
-    container "kill -STOP $pid"
+    kill_it STOP
     until_true 30 is_other "$pid" || true
     check "SIGSTOP: the watchdog ($limit) ends it" \
         "running again after $(milliseconds "$(since "$begin")")" is_other "$pid"
@@ -233,8 +246,8 @@ test_crash_loop() {
     begin=$(now)
     mark
     while [ "$kills" -lt 12 ] && ! status_is '^STOP .*too often'; do
-        pid=$(property MainPID)
-        kill_it
+        pid=$(up_as)
+        kill_it KILL || break
         kills=$((kills + 1))
         until_true 10 is_other "$pid" || break
         until_true 1 status_is '^(RUN, |STOP .*too often)' || true
@@ -249,6 +262,27 @@ test_crash_loop() {
     in_it systemctl restart rungd
     until_true 3 status_is '^RUN' || true
     check "crash loop: left by a restart" "$(property StatusText)" status_is '^RUN'
+}
+
+# journald stands still for five seconds, and then goes on: every grid point is accounted for.
+test_frozen_journal() {
+    local journald numbers
+    mark
+    in_it systemctl restart rungd
+    journald=$(in_it systemctl show -P MainPID systemd-journald)
+    container "kill -STOP $journald; sleep 5; kill -CONT $journald"
+    in_it systemctl stop rungd
+    until_true 3 logged 'statistics of the whole run' || true
+    numbers=$(log --since "$mark" | grep 'statistics of the whole run' | tail -1 |
+        tr ' ' '\n' | awk -F= '{ v[$1] = $2 } END {
+            points = int((v["over_us"] - v["late_us_last"]) / 10000 + 1.5)
+            print v["scans"], v["skipped"], points }')
+    check "journald stands still for 5 s: no scan missed" \
+        "$(echo "$numbers" | awk '{ print $1 " scans + " $2 " skipped of " $3 " grid points" }')" \
+        sh -c "echo '$numbers' | awk '{ exit !(\$3 >= 500 && \$1 + \$2 == \$3) }'"
+    check "journald stands still for 5 s: no fault" \
+        "$(log --since "$mark" | grep -c FAULT || true) faults" eval '! logged FAULT'
+    in_it systemctl start rungd
 }
 
 # Stops it; how long that took.
@@ -301,6 +335,7 @@ inside() {
     test_realtime
     test_stop
     in_it systemctl start rungd
+    test_frozen_journal
     test_kill
     test_hang
     test_crash_loop
