@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use process::{BLINKS, Plant, Running, find, no_scan_missed, skip};
+use process::{BLINKS, Plant, Running, find, no_scan_missed, not_installed, skip};
 use serde_json::Value;
 
 const PERIOD: Duration = Duration::from_millis(2);
@@ -38,7 +38,7 @@ fn year(line: &Value) -> i32 {
 #[test]
 fn the_wall_clock_steps_ten_years_either_way() {
     let plant = Plant::new(BLINKS, CONTROLLER);
-    let Some(library) = library(&plant.0) else { return skip("there is no C compiler") };
+    let Some(library) = library(&plant.0) else { return not_installed("cc") };
     let offset = plant.0.join("offset");
     let step = |days: i64| {
         let file = File::options().create(true).write(true).truncate(false).open(&offset).unwrap();
@@ -75,7 +75,7 @@ fn nothing_waits_by_the_wall_clock() {
                  setitimer,alarm";
     let strace = ["strace", "-f", "-qq", "-e", calls, "-o", trace.to_str().unwrap()];
     if !Command::new("strace").arg("-V").stdout(Stdio::null()).status().is_ok_and(|s| s.success()) {
-        return skip("no strace is installed");
+        return not_installed("strace");
     }
     let mut running = Running::new(plant.command(&strace).args(["--scans", "100"]));
     assert_eq!(running.end().code(), Some(0));

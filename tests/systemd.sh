@@ -8,6 +8,8 @@
 #   RUNGD_SUITE=SUITE    Debian's release in the container (default: trixie)
 #   RUNGD_KEEP=1         leave the work folder, with the journal in it
 #
+# Exit code 77: it cannot be done here (no root, no tool, no container), which says nothing of rungd.
+#
 # The container's root is made once (20 s) and kept as a tar file below the build's folder. The
 # container has its own /run, cgroups, journal and process numbers, and no network of its own.
 set -euo pipefail
@@ -19,12 +21,18 @@ rungd=${RUNGD:-$target/release/rungd}
 
 # --- outside: a root, and a mount namespace -------------------------------------------------------
 
+cannot() {
+    echo "tests/systemd.sh cannot be run here: $1" >&2
+    exit 77
+}
+
 outside() {
-    [ "$(id -u)" = 0 ] || { echo "tests/systemd.sh wants root" >&2; exit 2; }
+    [ "$(id -u)" = 0 ] || cannot "it wants root"
     for tool in systemd-nspawn mmdebstrap unshare nsenter; do
-        command -v "$tool" >/dev/null ||
-            { echo "no $tool: apt install systemd-container mmdebstrap" >&2; exit 2; }
+        command -v "$tool" >/dev/null || cannot "no $tool: apt install systemd-container mmdebstrap"
     done
+    unshare --mount --propagation private mount -t cgroup2 cgroup2 /sys/fs/cgroup 2>/dev/null ||
+        cannot "no mount namespace with cgroups to be had"
     [ -x "$rungd" ] || (cd "$here" && cargo build --release --locked --quiet)
     mkdir -p "$target/systemd"
     tar=$target/systemd/$suite.tar
@@ -69,8 +77,7 @@ boot() {
         sleep 0.1
     done
     tail "$work/console"
-    echo "the container does not boot" >&2
-    exit 1
+    cannot "the container does not boot"
 }
 
 power_off() {

@@ -186,11 +186,16 @@ pub fn mounted(shell: &str) -> Option<Vec<String>> {
     Some(words.map(str::to_owned).collect())
 }
 
-/// Says why a test does nothing here; in CI, where everything is to be had, that is a failure.
+/// Says why a test does nothing here: what it wants of the kernel is not to be had.
 pub fn skip(why: &str) {
-    let required = std::env::var("RUNGD_REQUIRE_CLIENTS").is_ok_and(|value| value == "1");
-    assert!(!required, "{why}, and RUNGD_REQUIRE_CLIENTS=1 wants it");
     eprintln!("skipped: {why}");
+}
+
+/// The same where a program is not installed; in CI, where all are, that is a failure.
+pub fn not_installed(program: &str) {
+    let required = std::env::var("RUNGD_REQUIRE_CLIENTS").is_ok_and(|value| value == "1");
+    assert!(!required, "{program} is not installed, and RUNGD_REQUIRE_CLIENTS=1 wants it");
+    skip(&format!("{program} is not installed"));
 }
 
 /// Seconds of processor time that a process has had so far.
