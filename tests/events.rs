@@ -18,10 +18,6 @@ mod journal;
 
 /// Rows whose lines are still to come.
 const WITHOUT_LINE: &[&str] = &[
-    "restart-guard",
-    "restart-counted",
-    "restart-guard-reset",
-    "restart-guard-file",
     "operator-write",
     "operator-force",
     "operator-unforce",

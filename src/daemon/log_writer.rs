@@ -73,6 +73,9 @@ pub(super) struct LogWriter {
     alarms: Alarms,
 }
 
+/// What to do about a STOP.
+const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
+
 /// A STOP or FAULT that lasts.
 struct Standing {
     /// The mode's.
@@ -96,10 +99,12 @@ impl LogWriter {
                 "RUN: scanning every {}",
                 span(self.facts.period_ns)
             ),
-            Mode::Stop(StopReason::Instruction) => warn!(
-                event = "mode-stop",
-                scan, "STOP: {why}; outputs are at their safe values; restart rungd to run again"
-            ),
+            Mode::Stop(reason) if reason.waits_for_operator() => {
+                warn!(
+                    event = "mode-stop",
+                    scan, "STOP: {why}; outputs are at their safe values; {AGAIN}"
+                );
+            }
             Mode::Stop(_) => {
                 info!(event = "mode-stop", scan, "STOP: {why}; outputs are at their safe values")
             }
@@ -194,7 +199,8 @@ impl LogWriter {
     /// Repeats, every minute, why the controller does not run.
     fn stand(&mut self, mode: Mode, now_ns: u64) {
         let lasting = match mode {
-            Mode::Stop(StopReason::Instruction) | Mode::Fault(_) => Some(mode),
+            Mode::Fault(_) => Some(mode),
+            Mode::Stop(reason) if reason.waits_for_operator() => Some(mode),
             _ => None,
         };
         let Some(mode) = lasting else {
@@ -218,10 +224,7 @@ impl LogWriter {
             Mode::Fault(_) => {
                 error!(event = "mode-still", "still in FAULT after {lasts}: {why}; restart rungd")
             }
-            _ => warn!(
-                event = "mode-still",
-                "still in STOP after {lasts}: {why}; restart rungd to run again"
-            ),
+            _ => warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {AGAIN}"),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod allowance;
 pub mod config;
+pub mod guard;
 mod journal;
 pub mod log;
 mod log_form;
@@ -13,10 +14,12 @@ mod log_limits;
 mod log_queue;
 mod log_writer;
 mod narration;
+mod posture;
 mod shell;
 mod signals;
 mod systemd;
 
 pub use config::Setup;
+pub use guard::Guard;
 pub use shell::{Ending, Failure, Options, run};
 pub use signals::Host;

@@ -18,6 +18,7 @@ pub mod instruction;
 pub mod ladder;
 pub mod nearest;
 pub mod reader;
+pub mod realtime;
 pub mod render;
 pub mod span;
 mod strict;
