@@ -7,6 +7,7 @@ pub mod check;
 pub mod exit;
 pub mod explain;
 pub mod run;
+pub mod schema;
 pub mod sim;
 
 use std::io::Write;
@@ -32,6 +33,7 @@ enum Command {
     Check(check::CheckArgs),
     Explain(explain::ExplainArgs),
     Run(run::RunArgs),
+    Schema(schema::SchemaArgs),
     Sim(sim::SimArgs),
 }
 
@@ -60,6 +62,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Check(args) => check::check(args),
         Command::Explain(args) => explain::explain(args),
         Command::Run(args) => run::run(args),
+        Command::Schema(args) => schema::schema(args),
         Command::Sim(args) => simulate(args),
     }
 }
