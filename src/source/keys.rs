@@ -159,11 +159,17 @@ pub const TOGETHER: &[(&str, &str)] = &[
     (TAG, r#"{"oneOf":[{"required":["at"]},{"required":["value"]}]}"#),
     (
         RUNG,
-        r#"{"oneOf":[{"required":["when"]},{"required":["leg"]}],"anyOf":[{"required":["do"]},{"required":["branch"]}]}"#,
+        r#"{"oneOf":[{"required":["when"]},{"required":["leg"]}],
+            "anyOf":[{"required":["do"]},{"required":["branch"]}]}"#,
     ),
     ("a branch", r#"{"required":["when","do"]}"#),
     (
         DEVICE,
-        r#"{"oneOf":[{"required":["pulse","every"],"not":{"anyOf":[{"required":["after"]},{"required":["release"]}]}},{"required":["follows"],"not":{"anyOf":[{"required":["pulse"]},{"required":["every"]},{"required":["offset"]}]}}]}"#,
+        r#"{"oneOf":[
+            {"required":["pulse","every"],
+             "not":{"anyOf":[{"required":["after"]},{"required":["release"]}]}},
+            {"required":["follows"],
+             "not":{"anyOf":[{"required":["pulse"]},{"required":["every"]},
+                             {"required":["offset"]}]}}]}"#,
     ),
 ];
