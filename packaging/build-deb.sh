@@ -4,6 +4,7 @@
 #
 #   packaging/build-deb.sh                     # target/debian/rungd_VERSION-1_ARCH.deb
 #   packaging/build-deb.sh --version 0.1.1-1   # another version, to try an upgrade
+#   packaging/build-deb.sh --output DIR        # elsewhere; target/debian holds the last one only
 #   RUNGD_PROFILE=mutants packaging/build-deb.sh --fast    # quickly made, for a test: not for use
 #
 # Wants: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils, python3.
@@ -11,11 +12,12 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 version=
-fast=
+options=()
 while [ $# -gt 0 ]; do
     case "$1" in
     --version) version="$2"; shift 2 ;;
-    --fast) fast=--fast; shift ;;
+    --output) options+=(--output "$2"); shift 2 ;;
+    --fast) options+=(--fast); shift ;;
     *) echo "build-deb.sh: unknown argument $1" >&2; exit 2 ;;
     esac
 done
@@ -51,4 +53,4 @@ EOF
 gzip -9nc CHANGELOG.md >"$made/changelog.gz"
 gzip -9n "$made"/man/*.1
 
-cargo deb --no-build --profile "$profile" --deb-version "$version" --strip $fast
+cargo deb --no-build --profile "$profile" --deb-version "$version" --strip "${options[@]}"
