@@ -4,6 +4,7 @@
 //! ladder, and what the controller file asks for becomes what the runtime and the drivers take.
 
 use crate::engine;
+use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace};
 use crate::load::Loaded;
 use crate::lower::{Symbols, lower};
@@ -95,6 +96,7 @@ fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memo
         bits: layout.bit_count() as usize,
         words: layout.word_count() as usize,
         first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+        forces_active: layout.bit(Bit::Space(BitSpace::St, st::FORCES_ACTIVE)).0 as usize,
         safe: safe_values(controller, program.sizes.y),
     }
 }

@@ -37,6 +37,14 @@ pub(super) struct LogWriter {
 /// What to do about a STOP.
 const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
 
+/// What to do about a FAULT, in few words.
+fn again(fault: FaultReason) -> &'static str {
+    match fault {
+        FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+        _ => AGAIN,
+    }
+}
+
 /// A STOP or FAULT that lasts.
 struct Standing {
     /// The mode's.
@@ -54,6 +62,9 @@ impl LogWriter {
 
     fn mode(&mut self, mode: Mode, scan: u64) {
         let why = reason(mode);
+        if mode == Mode::Run {
+            self.tripped = false;
+        }
         match mode {
             Mode::Run => info!(scan, "RUN: scanning every {}", span(self.facts.period_ns)),
             Mode::Stop(reason) if reason.waits_for_operator() => {
@@ -146,7 +157,7 @@ impl LogWriter {
         standing.told_ns = now_ns;
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
-            Mode::Fault(_) => error!("still in FAULT after {lasts}: {why}; restart rungd"),
+            Mode::Fault(reason) => error!("still in FAULT after {lasts}: {why}; {}", again(reason)),
             _ => warn!("still in STOP after {lasts}: {why}; {AGAIN}"),
         }
     }

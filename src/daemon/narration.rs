@@ -132,8 +132,9 @@ pub(super) fn remedy(
         FaultReason::ScanTooLong { .. }
         | FaultReason::ScanNeverEnds
         | FaultReason::ScanNeverBegins => format!(
-            "restart rungd; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for \
-             {rungs} rungs every {period}), or see what else the machine was doing"
+            "`rungd mode run`, or a restart of rungd, runs it again; if it comes again, raise \
+             `[scan] watchdog` (it is {watchdog}, for {rungs} rungs every {period}), or see what \
+             else the machine was doing"
         ),
         FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
             "restart rungd, and report this with the lines above: it is a bug in rungd".to_owned()
