@@ -1,7 +1,12 @@
 //! The two ends of the exchange, driven by hand.
 
-use super::exchange::{BATCH_WRITES_MAX, Outcome, Refused, SCAN_WRITES_MAX};
+use super::command::Forces;
+use super::exchange::{
+    BATCH_WRITES_MAX, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
+    SCAN_WRITES_MAX, StopReason, Write,
+};
 use super::link::*;
+use crate::engine::{BitCell, WordCell};
 /// Three inputs; bits 0..4, of which 1..=3 are Y0..Y2 (off, on, hold); two words.
 fn small() -> (Port, ScanSide, WorldSide) {
     link(Shape {
