@@ -6,14 +6,23 @@
 pub mod check;
 pub mod exit;
 pub mod explain;
+pub mod force;
+pub mod log_level;
+pub mod mode;
+pub mod operator;
+pub mod read;
 pub mod run;
 pub mod sim;
+pub mod status;
+pub mod watch;
+pub mod write;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::CompleteEnv;
 
 use crate::load;
 use crate::source::render::{refuses, render};
@@ -33,10 +42,19 @@ enum Command {
     Explain(explain::ExplainArgs),
     Run(run::RunArgs),
     Sim(sim::SimArgs),
+    Status(status::StatusArgs),
+    Read(read::ReadArgs),
+    Write(write::WriteArgs),
+    Force(force::ForceArgs),
+    Unforce(force::UnforceArgs),
+    Watch(watch::WatchArgs),
+    Mode(mode::ModeArgs),
+    LogLevel(log_level::LogLevelArgs),
 }
 
 /// Runs the command line; gives the exit code.
 pub fn run() -> i32 {
+    CompleteEnv::with_factory(Cli::command).complete();
     let command = Cli::parse().command;
     // Whoever started us is told a bug from a bad file, whatever went wrong.
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&command)));
@@ -61,6 +79,14 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Explain(args) => explain::explain(args),
         Command::Run(args) => run::run(args),
         Command::Sim(args) => simulate(args),
+        Command::Status(args) => status::status(args),
+        Command::Read(args) => read::read(args),
+        Command::Write(args) => write::write(args),
+        Command::Force(args) => force::force(args),
+        Command::Unforce(args) => force::unforce(args),
+        Command::Watch(args) => watch::watch(args),
+        Command::Mode(args) => mode::mode(args),
+        Command::LogLevel(args) => log_level::log_level(args),
     }
 }
 

@@ -8,14 +8,17 @@ use std::fs::File;
 use std::io::{self, IsTerminal};
 use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use clap::ValueEnum;
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::fmt::format::{Format, Full, Writer};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::reload;
 
 use super::log_queue::LogQueue;
 
@@ -41,6 +44,11 @@ pub enum LogLevel {
     Trace,
 }
 
+type SetLevel = Box<dyn Fn(LevelFilter) + Send + Sync>;
+
+static LEVEL: AtomicU8 = AtomicU8::new(LogLevel::Info as u8);
+static SET_LEVEL: OnceLock<SetLevel> = OnceLock::new();
+
 /// The environment variable that stands for `--log-level`.
 pub const LEVEL_VARIABLE: &str = "RUNGD_LOG";
 
@@ -64,10 +72,36 @@ pub fn init(format: Option<LogFormat>, level: Option<LogLevel>) -> anyhow::Resul
         None => level_of_environment(std::env::var(LEVEL_VARIABLE).ok().as_deref())?,
     };
     let queue = LogQueue::new(io::stderr())?;
-    let subscriber = subscriber(format.unwrap_or_else(choose), level, queue.clone());
+    let (subscriber, set) = subscriber(format.unwrap_or_else(choose), level, queue.clone());
+    LEVEL.store(level as u8, Ordering::Relaxed);
+    let _ = SET_LEVEL.set(set);
     // Only a second call in one process fails, and then a log is there already.
     let _ = tracing::subscriber::set_global_default(subscriber);
     Ok(Log(queue))
+}
+
+/// The level as it is now.
+pub fn level() -> LogLevel {
+    match LEVEL.load(Ordering::Relaxed) {
+        0 => LogLevel::Error,
+        1 => LogLevel::Warn,
+        2 => LogLevel::Info,
+        3 => LogLevel::Debug,
+        _ => LogLevel::Trace,
+    }
+}
+
+/// Logs from another level on.
+pub fn set_level(level: LogLevel) {
+    if let Some(set) = SET_LEVEL.get() {
+        set(filter(level));
+        LEVEL.store(level as u8, Ordering::Relaxed);
+    }
+}
+
+/// Lines that were dropped since the process started.
+pub fn lines_dropped() -> u64 {
+    super::log_queue::LINES_DROPPED.load(Ordering::Relaxed)
 }
 
 /// Whether the log of this process is read by people rather than machines.
@@ -103,17 +137,29 @@ fn subscriber(
     format: LogFormat,
     level: LogLevel,
     queue: LogQueue,
-) -> Box<dyn Subscriber + Send + Sync> {
+) -> (Box<dyn Subscriber + Send + Sync>, SetLevel) {
     let builder = tracing_subscriber::fmt()
-        .with_max_level(filter(level))
+        .with_max_level(LevelFilter::TRACE)
         .with_writer(queue)
         .with_ansi(format == LogFormat::Text && io::stderr().is_terminal())
         .with_target(false);
     match format {
-        LogFormat::Text => Box::new(builder.finish()),
-        LogFormat::Json => Box::new(builder.json().flatten_event(true).finish()),
-        LogFormat::Journal => Box::new(builder.event_format(Journal::default()).finish()),
+        LogFormat::Text => adjustable(builder.finish(), level),
+        LogFormat::Json => adjustable(builder.json().flatten_event(true).finish(), level),
+        LogFormat::Journal => adjustable(builder.event_format(Journal::default()).finish(), level),
     }
+}
+
+/// A subscriber from a level on, and the way to change that.
+fn adjustable<S>(subscriber: S, level: LogLevel) -> (Box<dyn Subscriber + Send + Sync>, SetLevel)
+where
+    S: Subscriber + Send + Sync + for<'a> LookupSpan<'a>,
+{
+    let (layer, handle) = reload::Layer::new(filter(level));
+    let set = move |level| {
+        let _ = handle.reload(level);
+    };
+    (Box::new(subscriber.with(layer)), Box::new(set))
 }
 
 fn filter(level: LogLevel) -> LevelFilter {
@@ -186,7 +232,7 @@ mod tests {
     fn logged(format: LogFormat, level: LogLevel) -> String {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone()).unwrap();
-        tracing::subscriber::with_default(subscriber(format, level, queue.clone()), || {
+        tracing::subscriber::with_default(subscriber(format, level, queue.clone()).0, || {
             tracing::warn!(tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
             tracing::debug!("a detail");
         });

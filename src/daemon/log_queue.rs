@@ -31,6 +31,9 @@ enum Item {
     Flush(SyncSender<()>),
 }
 
+/// Lines dropped since the process started, for who asks.
+pub(super) static LINES_DROPPED: AtomicU64 = AtomicU64::new(0);
+
 /// The end that logs. Cheap to clone.
 #[derive(Clone)]
 pub struct LogQueue {
@@ -74,6 +77,7 @@ impl Write for LogQueue {
         let own = OWN.with_borrow_mut(|own| own.as_mut().map(|own| own.extend(line)));
         if own.is_none() && self.sender.try_send(Item::Line(line.to_vec())).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
+            LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
         }
         Ok(line.len())
     }
@@ -140,6 +144,7 @@ fn write_lines(receiver: &Receiver<Item>, dropped: &AtomicU64, out: impl Write) 
                 // A log that is gone is no reason to end; one that comes back hears of it.
                 if !out.line(&line) {
                     dropped.fetch_add(1, Ordering::Relaxed);
+                    LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
                 }
                 if told.is_none_or(|told| told.elapsed() >= TELL_DROPPED_EVERY) {
                     told = tell_dropped(dropped, &mut out).or(told);

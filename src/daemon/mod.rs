@@ -10,10 +10,12 @@ pub mod log;
 mod log_queue;
 mod log_writer;
 mod narration;
+mod operator;
 mod shell;
 mod signals;
 mod systemd;
 
 pub use config::Setup;
+pub use narration::span;
 pub use shell::{Ending, Failure, Options, run};
 pub use signals::Host;

@@ -143,7 +143,7 @@ pub(super) fn remedy(
 }
 
 /// A span of time for people: `250ms`, `3.2s`, `4m10s`, `2h05m`.
-pub(super) fn span(ns: u64) -> String {
+pub fn span(ns: u64) -> String {
     let ms = ns / 1_000_000;
     let s = ms / 1000;
     match s {

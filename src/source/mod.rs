@@ -17,6 +17,7 @@ mod headers;
 pub mod instruction;
 pub mod ladder;
 pub mod nearest;
+pub mod operator;
 pub mod reader;
 pub mod render;
 pub mod span;

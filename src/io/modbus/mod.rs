@@ -18,3 +18,4 @@ mod throttle;
 
 pub use map::Map;
 pub use server::Server;
+pub use throttle::Throttle;

@@ -9,6 +9,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::pin::pin;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use tokio::net::{TcpListener, TcpStream};
@@ -35,6 +36,7 @@ const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 pub struct Server {
     listener: TcpListener,
     shared: Arc<Shared>,
+    clients: Arc<AtomicUsize>,
 }
 
 /// What the connections share.
@@ -76,7 +78,7 @@ impl Server {
         }
         let (write_wait, started) = (patience.max(WRITE_WAIT_LEAST), Instant::now());
         let shared = Shared { settings, map, port, write_wait, started, lines: Lines::new() };
-        let server = Server { listener, shared: Arc::new(shared) };
+        let server = Server { listener, shared: Arc::new(shared), clients: Arc::default() };
         server.log_start();
         Ok(server)
     }
@@ -87,6 +89,11 @@ impl Server {
     /// When the system does not say.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
+    }
+
+    /// How many clients are connected, for who looks from outside.
+    pub fn clients(&self) -> Arc<AtomicUsize> {
+        Arc::clone(&self.clients)
     }
 
     /// Serves until `stop`; then all connections are closed.
@@ -102,6 +109,7 @@ impl Server {
                     Err(error) => self.rest(&error).await,
                 }
             }
+            self.clients.store(clients.len(), Ordering::Relaxed);
         }
         info!(clients = clients.len(), "Modbus server stops");
     }

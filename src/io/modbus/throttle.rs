@@ -21,6 +21,12 @@ struct State {
     held_back: u64,
 }
 
+impl Default for Throttle {
+    fn default() -> Self {
+        Throttle::new()
+    }
+}
+
 impl Throttle {
     /// A whole burst left.
     pub fn new() -> Throttle {
