@@ -9,7 +9,7 @@ use tracing::{debug, error, info, warn};
 
 use super::allowance::Alarms;
 use super::log_limits::Told;
-use super::log_queue::lost;
+use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Narration, reason, remedy, span, us};
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{Observer, Record, Statistics, What};
@@ -65,6 +65,8 @@ pub(super) struct LogWriter {
     facts: Facts,
     /// As seen last.
     mode: Mode,
+    /// How many bits and words are forced, likewise.
+    forces: usize,
     /// When the last heartbeat was seen.
     beat_ns: Option<u64>,
     standing: Option<Standing>,
@@ -75,6 +77,14 @@ pub(super) struct LogWriter {
 
 /// What to do about a STOP.
 const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
+
+/// What to do about a FAULT, in few words.
+fn again(fault: FaultReason) -> &'static str {
+    match fault {
+        FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+        _ => AGAIN,
+    }
+}
 
 /// A STOP or FAULT that lasts.
 struct Standing {
@@ -87,11 +97,23 @@ struct Standing {
 impl LogWriter {
     pub fn new(narration: Narration, facts: Facts) -> Self {
         let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
-        LogWriter { narration, facts, mode, beat_ns: None, standing, tripped: false, alarms }
+        LogWriter {
+            narration,
+            facts,
+            mode,
+            forces: 0,
+            beat_ns: None,
+            standing,
+            tripped: false,
+            alarms,
+        }
     }
 
     fn mode(&mut self, mode: Mode, scan: u64) {
         let why = reason(mode);
+        if mode == Mode::Run {
+            self.tripped = false;
+        }
         match mode {
             Mode::Run => info!(
                 event = "mode-run",
@@ -191,8 +213,12 @@ impl LogWriter {
         let due = self.facts.heartbeat_ns.is_some_and(|every_ns| now_ns >= since_ns + every_ns);
         if due && latest.mode != Mode::Run {
             self.beat_ns = Some(now_ns);
-            let (mode, scans, log_lost) = (latest.mode.name(), latest.scans, lost());
-            info!(event = "heartbeat", mode, log_lost, scans, "nothing is scanned in {mode}");
+            let (mode, scans, forces) = (latest.mode.name(), latest.scans, self.forces);
+            let log_lost = lines_dropped();
+            info!(
+                event = "heartbeat",
+                mode, forces, log_lost, scans, "nothing is scanned in {mode}"
+            );
         }
     }
 
@@ -221,8 +247,9 @@ impl LogWriter {
         standing.told_ns = now_ns;
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
-            Mode::Fault(_) => {
-                error!(event = "mode-still", "still in FAULT after {lasts}: {why}; restart rungd")
+            Mode::Fault(reason) => {
+                let again = again(reason);
+                error!(event = "mode-still", "still in FAULT after {lasts}: {why}; {again}");
             }
             _ => warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {AGAIN}"),
         }
@@ -267,7 +294,8 @@ impl Observer for LogWriter {
             statistics,
             "scan statistics of the last {}",
             mode = mode,
-            log_lost = lost()
+            forces = self.forces,
+            log_lost = lines_dropped()
         );
     }
 
@@ -285,7 +313,7 @@ impl Observer for LogWriter {
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
         self.stand(latest.mode, now_ns);
-        self.mode = latest.mode;
+        (self.mode, self.forces) = (latest.mode, latest.forces.list().len());
         self.beat(latest, now_ns);
         let belated = self.alarms.belated(now_ns);
         self.stands(&belated);

@@ -135,8 +135,9 @@ pub(super) fn remedy(
         FaultReason::ScanTooLong { .. }
         | FaultReason::ScanNeverEnds
         | FaultReason::ScanNeverBegins => format!(
-            "restart rungd; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for \
-             {rungs} rungs every {period}), or see what else the machine was doing"
+            "`rungd mode run`, or a restart of rungd, runs it again; if it comes again, raise \
+             `[scan] watchdog` (it is {watchdog}, for {rungs} rungs every {period}), or see what \
+             else the machine was doing"
         ),
         FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
             "restart rungd, and report this with the lines above: it is a bug in rungd".to_owned()
@@ -145,7 +146,7 @@ pub(super) fn remedy(
 }
 
 /// A span of time for people: `250ms`, `3.2s`, `4m10s`, `2h05m`.
-pub(super) fn span(ns: u64) -> String {
+pub fn span(ns: u64) -> String {
     let ms = ns / 1_000_000;
     let s = ms / 1000;
     match s {
