@@ -21,6 +21,27 @@ pub(super) struct Facts {
     pub repeat_ns: u64,
     /// How long the ladder is.
     pub rungs: usize,
+    /// Whether an operator can run it again.
+    pub has_operator: bool,
+}
+
+impl Facts {
+    /// What to do about a STOP, or a FAULT that is not the engine's.
+    pub fn again(&self) -> &'static str {
+        if self.has_operator {
+            "`rungd mode run`, or a restart of rungd, runs it again"
+        } else {
+            "restart rungd to run it again"
+        }
+    }
+
+    /// What to do about a FAULT.
+    fn remedy(&self, fault: FaultReason) -> &'static str {
+        match fault {
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+            _ => self.again(),
+        }
+    }
 }
 
 /// Tells what it hears to the log.
@@ -32,17 +53,6 @@ pub(super) struct LogWriter {
     tripped: bool,
     changes: Allowance,
     alarms: Alarms,
-}
-
-/// What to do about a STOP.
-const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
-
-/// What to do about a FAULT, in few words.
-fn again(fault: FaultReason) -> &'static str {
-    match fault {
-        FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
-        _ => AGAIN,
-    }
 }
 
 /// A STOP or FAULT that lasts.
@@ -68,7 +78,8 @@ impl LogWriter {
         match mode {
             Mode::Run => info!(scan, "RUN: scanning every {}", span(self.facts.period_ns)),
             Mode::Stop(reason) if reason.waits_for_operator() => {
-                warn!(scan, "STOP: {why}; outputs are at their safe values; {AGAIN}");
+                let again = self.facts.again();
+                warn!(scan, "STOP: {why}; outputs are at their safe values; {again}");
             }
             Mode::Stop(_) => info!(scan, "STOP: {why}; outputs are at their safe values"),
             // The scan that did not end did in the end: nothing new is wrong.
@@ -89,7 +100,7 @@ impl LogWriter {
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
-            remedy(fault, self.facts.rungs, self.facts.period_ns, self.facts.watchdog_ns)
+            remedy(fault, &self.facts)
         );
     }
 
@@ -157,8 +168,10 @@ impl LogWriter {
         standing.told_ns = now_ns;
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
-            Mode::Fault(reason) => error!("still in FAULT after {lasts}: {why}; {}", again(reason)),
-            _ => warn!("still in STOP after {lasts}: {why}; {AGAIN}"),
+            Mode::Fault(reason) => {
+                error!("still in FAULT after {lasts}: {why}; {}", self.facts.remedy(reason))
+            }
+            _ => warn!("still in STOP after {lasts}: {why}; {}", self.facts.again()),
         }
     }
 }
@@ -269,7 +282,13 @@ mod tests {
         let (_, symbols) = crate::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
         let (period_ns, watchdog_ns) = (10 * MS_NS, 200 * MS_NS);
-        let facts = Facts { period_ns, watchdog_ns, repeat_ns: 60 * SECOND_NS, rungs: 3 };
+        let facts = Facts {
+            period_ns,
+            watchdog_ns,
+            repeat_ns: 60 * SECOND_NS,
+            rungs: 3,
+            has_operator: true,
+        };
         LogWriter::new(narration, facts)
     }
 

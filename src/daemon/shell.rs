@@ -98,6 +98,7 @@ pub fn run(
         watchdog_ns: pace.watchdog_ns,
         repeat_ns: options.repeat.as_nanos() as u64,
         rungs: setup.ladder.rungs,
+        has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
     let writer = LogWriter::new(setup.narration.clone(), facts);
     let inputs = initial_inputs(&program, &setup);

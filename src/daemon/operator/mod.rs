@@ -88,7 +88,7 @@ impl Server {
                 () = &mut stop => break,
                 Some(ended) = clients.join_next() => {
                     if let Err(bug) = ended {
-                        error!(event = "operator-bug", %bug, "operator's client lost to a bug in rungd");
+                        error!(event = "operator-bug", %bug, "a client was lost to a bug in rungd");
                     }
                 }
                 accepted = self.listener.accept() => match accepted {
@@ -112,7 +112,7 @@ impl Server {
 
     async fn rest(&self, error: &io::Error) {
         if self.shared.may_log(&self.shared.failed) {
-            warn!(event = "operator-accept", %error, "the operator's socket cannot accept a client");
+            warn!(event = "operator-accept", %error, "the operator's socket accepts no client");
         }
         sleep(REST_AFTER_FAILURE).await;
     }

@@ -165,7 +165,8 @@ impl Session {
         } else if self.shared.may_log(&self.shared.refused) {
             warn!(
                 event = "operator-refused",
-                who = %peer,
+                who = %peer.name,
+                uid = peer.uid,
                 pid = peer.pid,
                 what,
                 "operator's command refused: {why}"
