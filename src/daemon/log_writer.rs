@@ -57,6 +57,27 @@ pub(super) struct Facts {
     pub rungs: usize,
     /// From heartbeat to heartbeat; `None`: there are none.
     pub heartbeat_ns: Option<u64>,
+    /// Whether an operator can run it again.
+    pub has_operator: bool,
+}
+
+impl Facts {
+    /// What to do about a STOP, or a FAULT that is not the engine's.
+    pub fn again(&self) -> &'static str {
+        if self.has_operator {
+            "`rungd mode run`, or a restart of rungd, runs it again"
+        } else {
+            "restart rungd to run it again"
+        }
+    }
+
+    /// What to do about a FAULT.
+    fn remedy(&self, fault: FaultReason) -> &'static str {
+        match fault {
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+            _ => self.again(),
+        }
+    }
 }
 
 /// Tells what it hears to the log.
@@ -73,17 +94,6 @@ pub(super) struct LogWriter {
     /// The monitor has called the scan under way a fault, and that was told.
     tripped: bool,
     alarms: Alarms,
-}
-
-/// What to do about a STOP.
-const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
-
-/// What to do about a FAULT, in few words.
-fn again(fault: FaultReason) -> &'static str {
-    match fault {
-        FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
-        _ => AGAIN,
-    }
 }
 
 /// A STOP or FAULT that lasts.
@@ -122,9 +132,10 @@ impl LogWriter {
                 span(self.facts.period_ns)
             ),
             Mode::Stop(reason) if reason.waits_for_operator() => {
+                let again = self.facts.again();
                 warn!(
                     event = "mode-stop",
-                    scan, "STOP: {why}; outputs are at their safe values; {AGAIN}"
+                    scan, "STOP: {why}; outputs are at their safe values; {again}"
                 );
             }
             Mode::Stop(_) => {
@@ -155,7 +166,7 @@ impl LogWriter {
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
-            remedy(fault, self.facts.rungs, self.facts.period_ns, self.facts.watchdog_ns)
+            remedy(fault, &self.facts)
         );
     }
 
@@ -248,10 +259,13 @@ impl LogWriter {
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
             Mode::Fault(reason) => {
-                let again = again(reason);
+                let again = self.facts.remedy(reason);
                 error!(event = "mode-still", "still in FAULT after {lasts}: {why}; {again}");
             }
-            _ => warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {AGAIN}"),
+            _ => {
+                let again = self.facts.again();
+                warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {again}");
+            }
         }
     }
 }
@@ -364,6 +378,7 @@ mod tests {
             repeat_ns: 60 * SECOND_NS,
             rungs: 3,
             heartbeat_ns: None,
+            has_operator: true,
         };
         LogWriter::new(narration, facts)
     }

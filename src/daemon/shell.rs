@@ -102,6 +102,7 @@ pub fn run(
         repeat_ns: options.repeat.as_nanos() as u64,
         rungs: setup.ladder.rungs,
         heartbeat_ns: pace.statistics_every_ns,
+        has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
     let writer = LogWriter::new(setup.narration.clone(), facts);
     let inputs = initial_inputs(&program, &setup);

@@ -26,8 +26,8 @@ impl Default for Operator {
     }
 }
 
-/// The longest path that the system lets a socket have.
-pub const SOCKET_BYTES_MAX: usize = 107;
+/// The longest path: the system lets a socket have 107 bytes, and while it is made it has an ending.
+pub const SOCKET_BYTES_MAX: usize = 103;
 
 pub(super) fn resolve(written: &written::Operator, findings: &mut Vec<Finding>) -> Operator {
     let mut wrong = |text: &Text, message: String, help: &str| {

@@ -122,7 +122,8 @@ impl Desk {
         let latest = self.port.latest();
         let mut change = change(&operand, &before, &latest);
         change.note = self.note(&operand, value, &change);
-        tell(peer, "operator-write", &operand, &change, &format!("wrote {}", operand.held(value)));
+        let did = format!("wrote {} to {}", operand.held(value), change.now);
+        tell(peer, "operator-write", &operand, &change, &did);
         Ok(change)
     }
 
@@ -132,7 +133,8 @@ impl Desk {
         if let Some(driver) = driver {
             let name = &operand.operand;
             return Some(format!(
-                "{driver} moves this input and will write it again: force it with `rungd force {name}`"
+                "{driver} moves this input and will write it again: to hold it, `rungd force \
+                 {name}`"
             ));
         }
         let written = operand.held(value);
@@ -164,7 +166,8 @@ impl Desk {
         self.forced().insert(operand.cell, operand.clone());
         let before = self.carried_out(id).await?;
         let change = self.forced_change(&operand, before);
-        tell(peer, "operator-force", &operand, &change, &format!("forced {}", operand.held(value)));
+        let did = format!("forced {} to {}", change.now, operand.held(value));
+        tell(peer, "operator-force", &operand, &change, &did);
         Ok(change)
     }
 
@@ -173,7 +176,8 @@ impl Desk {
         let before = self.carried_out(self.hand_in(Command::Release(operand.cell))?).await?;
         let mut change = self.forced_change(&operand, before);
         if before.forced {
-            tell(peer, "operator-unforce", &operand, &change, "ended the force of");
+            let did = format!("ended the force of {}", change.now);
+            tell(peer, "operator-unforce", &operand, &change, &did);
         } else {
             change.note = Some("it was not forced".to_owned());
         }
@@ -200,7 +204,8 @@ impl Desk {
         let latest = self.port.latest();
         for operand in &operands {
             let change = Change { was_forced: true, ..change(operand, &before, &latest) };
-            tell(peer, "operator-unforce", operand, &change, "ended the force of");
+            let did = format!("ended the force of {}", change.now);
+            tell(peer, "operator-unforce", operand, &change, &did);
         }
         Ok(values(&latest, &operands))
     }
@@ -234,7 +239,8 @@ impl Desk {
         } else {
             info!(
                 event = "operator-mode",
-                who = %peer,
+                who = %peer.name,
+                uid = peer.uid,
                 pid = peer.pid,
                 before = %before.name(),
                 after = %after.name(),
@@ -282,7 +288,8 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
         log::set_level(log::LogLevel::Info);
         info!(
             event = "operator-log-level",
-            who = %peer,
+            who = %peer.name,
+            uid = peer.uid,
             pid = peer.pid,
             before = %was,
             after = %is,
@@ -331,17 +338,17 @@ fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
 fn tell(peer: &Peer, event: &str, operand: &Operand, change: &Change, did: &str) {
     let (before, after) = (change.before, change.now.value);
     let forced = if change.was_forced { ", forced" } else { "" };
-    let what = &change.now;
+    let address = &operand.address;
     info!(
         event,
-        who = %peer,
+        who = %peer.name,
+        uid = peer.uid,
         pid = peer.pid,
-        what = %what,
-        tag = operand.tag,
-        address = %operand.address,
-        before = %before,
-        after = %after,
-        "{peer} {did} {what}: it was {before}{forced}, and is {after}"
+        what = %operand.tag.as_ref().unwrap_or(address),
+        %address,
+        %before,
+        %after,
+        "{peer} {did}: it was {before}{forced}, and is {after}"
     );
 }
 

@@ -78,7 +78,7 @@ impl Server {
                 () = &mut stop => break,
                 Some(ended) = clients.join_next() => {
                     if let Err(bug) = ended {
-                        error!(event = "operator-bug", %bug, "operator's client lost to a bug in rungd");
+                        error!(event = "operator-bug", %bug, "a client was lost to a bug in rungd");
                     }
                 }
                 accepted = self.listener.accept() => match accepted {
@@ -95,7 +95,8 @@ impl Server {
             session::turn_away(&stream, CLIENTS_MAX);
             return;
         };
-        debug!(event = "operator-connected", who = %peer, pid = peer.pid, "operator's client connected");
+        let (who, pid) = (&peer, peer.pid);
+        debug!(event = "operator-connected", %who, pid, "operator's client connected");
         let session = Session::new(stream, peer, seat, Arc::clone(&self.shared));
         clients.spawn(session.serve());
     }

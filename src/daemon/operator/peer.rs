@@ -21,8 +21,8 @@ const GROUPS_MAX: usize = 1024;
 pub(super) struct Peer {
     pub uid: u32,
     pub pid: i32,
-    /// The user's name, where `/etc/passwd` has one.
-    name: Option<String>,
+    /// The user's name, where `/etc/passwd` has one; else the number.
+    pub name: String,
     pub may_change: bool,
 }
 
@@ -34,16 +34,14 @@ impl Peer {
         let own = uid == 0 || uid == socket.uid;
         let may_change = own || gid == socket.gid || groups(stream)?.contains(&socket.gid);
         let name = name_of(&std::fs::read_to_string("/etc/passwd").unwrap_or_default(), uid);
+        let name = name.unwrap_or_else(|| uid.to_string());
         Ok(Peer { uid, pid: cred.pid().unwrap_or(0), name, may_change })
     }
 }
 
 impl fmt::Display for Peer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.name {
-            Some(name) => write!(f, "{name} (uid {})", self.uid),
-            None => write!(f, "uid {}", self.uid),
-        }
+        write!(f, "{} (uid {})", self.name, self.uid)
     }
 }
 

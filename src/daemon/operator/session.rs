@@ -172,7 +172,8 @@ impl Session {
         } else {
             warn!(
                 event = "operator-refused",
-                who = %peer,
+                who = %peer.name,
+                uid = peer.uid,
                 pid = peer.pid,
                 what,
                 "operator's command refused: {why}"

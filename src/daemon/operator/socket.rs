@@ -69,7 +69,7 @@ pub(super) fn bind(place: &Place) -> Result<(UnixListener, Bound), Failure> {
     clear(place)?;
     // Behind the lock this name is nobody else's.
     let fresh = beside(path, ".new");
-    if fresh.as_os_str().len() > SOCKET_BYTES_MAX {
+    if path.as_os_str().len() > SOCKET_BYTES_MAX {
         return Err(place.failure(&"its path is too long for a socket"));
     }
     let _ = fs::remove_file(&fresh);
