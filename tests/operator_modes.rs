@@ -38,9 +38,8 @@ fn stop_and_run_keep_memory_as_the_termination_table_says() {
     live.ok("write go on");
     live.await_values("C0 Y2", "ON ON");
     assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was RUN\n");
-    let stop = live.line("STOP: an operator asked for it");
+    let [stop, told] = live.lines(["STOP: an operator asked for it", "asked for STOP"]);
     assert_eq!(stop["level"], "WARN");
-    let told = live.line("asked for STOP");
     assert_eq!(told["event"], "operator-mode");
     assert_eq!((&told["before"], &told["after"]), (&"RUN".into(), &"STOP".into()));
     live.await_values(KEPT, "1 ON 7 1");
