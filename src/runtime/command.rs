@@ -238,9 +238,9 @@ impl fmt::Display for Denial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Denial::QueueFull => f.write_str("too many commands wait for the scan thread"),
-            Denial::ScanThreadStuck => {
-                f.write_str("the scan thread is held up and hears nothing; restart rungd")
-            }
+            Denial::ScanThreadStuck => f.write_str(
+                "the scan thread is held up and hears nothing; if that lasts, restart rungd",
+            ),
             Denial::EngineBroken => f.write_str(
                 "the engine met a state that cannot be, and what its memory is worth is not \
                  known; restart rungd",

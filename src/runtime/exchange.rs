@@ -354,11 +354,13 @@ impl Port {
         show(&mut locked(&self.shared.desk));
     }
 
-    /// The scan thread was heard of: it is not stuck (any more).
-    pub(super) fn hear(&self) {
-        if self.shared.stuck.swap(false, Ordering::AcqRel) {
+    /// The scan thread was heard of: it is not stuck (any more). True if it was.
+    pub(super) fn hear(&self) -> bool {
+        let was_stuck = self.shared.stuck.swap(false, Ordering::AcqRel);
+        if was_stuck {
             locked(&self.shared.refusals).all_pending = false;
         }
+        was_stuck
     }
 
     pub(super) fn publish(&self, snapshot: Arc<Snapshot>) -> Arc<Snapshot> {

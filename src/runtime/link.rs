@@ -261,13 +261,15 @@ impl WorldSide {
         let answers = self.answers.waiting();
         while let Ok(publication) = self.published.pop() {
             any = true;
-            self.port.hear();
+            let was_stuck = self.port.hear();
             // Batches first: a ticket that was refused must be known as such before a snapshot
             // that counts it as done is seen.
             self.drain_returns();
             match publication {
                 Publication::Image(snapshot) => self.show(snapshot),
-                Publication::Fault(reason, now_ns) => self.show_fault(reason, now_ns),
+                // What the monitor called a fault is one since then.
+                Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
+                Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
             }
         }
         self.drain_returns();
@@ -282,7 +284,7 @@ impl WorldSide {
     /// Shows a fault that the scan thread cannot tell of itself, and refuses what is pending.
     pub fn trip(&mut self, reason: FaultReason, now_ns: u64) {
         self.port.refuse_pending();
-        self.show_fault(reason, now_ns);
+        self.show_fault(reason, Some(now_ns));
     }
 
     fn drain_returns(&mut self) {
@@ -328,11 +330,9 @@ impl WorldSide {
         }
     }
 
-    fn show_fault(&mut self, reason: FaultReason, now_ns: u64) {
+    fn show_fault(&mut self, reason: FaultReason, since_ns: Option<u64>) {
         let mut snapshot = Snapshot::clone(&self.port.latest());
-        if !matches!(snapshot.mode, Mode::Fault(_)) {
-            snapshot.since_ns = now_ns;
-        }
+        snapshot.since_ns = since_ns.unwrap_or(snapshot.since_ns);
         snapshot.mode = Mode::Fault(reason);
         make_safe(&mut snapshot.outputs, &self.safe);
         self.swap(Arc::new(snapshot));

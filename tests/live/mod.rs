@@ -94,6 +94,19 @@ impl Live {
         }
     }
 
+    /// As [`Live::line`], for several lines that come in any order.
+    pub fn lines<const N: usize>(&self, words: [&str; N]) -> [Value; N] {
+        let mut found = [const { Value::Null }; N];
+        while found.iter().any(Value::is_null) {
+            let line = self.line("");
+            let message = line["message"].as_str().unwrap_or_default();
+            if let Some(at) = words.iter().position(|words| message.contains(words)) {
+                found[at] = line;
+            }
+        }
+        found
+    }
+
     /// A command, its words split at spaces, that asks this controller.
     pub fn command(&self, words: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));

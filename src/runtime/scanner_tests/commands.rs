@@ -116,6 +116,17 @@ fn a_fault_is_cleared_by_run_and_what_executed_is_terminated_first() {
 }
 
 #[test]
+fn a_run_that_faults_in_its_first_scan_is_a_new_fault() {
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![36 * MS]);
+    rig.step();
+    let first = rig.port.latest().since_ns;
+    rig.order_and_step(Command::Run);
+    rig.step();
+    let latest = rig.port.latest();
+    assert!(matches!(latest.mode, Mode::Fault(_)) && latest.since_ns > first);
+}
+
+#[test]
 fn a_broken_engine_is_not_run_again() {
     let mut rig = rig(|fake, _| fake.panics_in = Some(1));
     rig.steps(3);
