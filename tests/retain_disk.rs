@@ -162,7 +162,7 @@ fn nth_call_fails(sector: usize, content: usize) -> u64 {
                         continue;
                     }
                     states += disk.cuts(|bytes| {
-                        let seen = found_on(bytes, &images);
+                        let seen = found_on(bytes, images);
                         assert!((durable..=scan).contains(&seen), "{seen}: {durable}..={scan}");
                     });
                 }
