@@ -52,6 +52,7 @@ impl Plant {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         command.arg("run").arg(self.0.join("controller.toml")).args(arguments);
         command.env_remove("RUNGD_LOG").env_remove("NOTIFY_SOCKET").env_remove("JOURNAL_STREAM");
+        command.env_remove("RUNTIME_DIRECTORY").env_remove("STATE_DIRECTORY");
         command.stderr(Stdio::piped()).stdout(Stdio::piped());
         command
     }
@@ -386,13 +387,13 @@ fn what_this_version_cannot_retain_is_refused() {
 
 #[test]
 fn a_strict_posture_that_is_not_granted_is_refused() {
-    let realtime = "scan.realtime = { cpu = 4000, strict = true }\n";
+    let realtime = "realtime = { cpus = [1000], strict = true }\n";
     let (code, lines) = Plant::new(ALIVE, realtime).run(&["--scans", "1"]);
     assert_eq!(code, 78);
-    find(&lines, "`[scan] realtime` is strict");
-    let lax = "scan.realtime = { cpu = 4000 }\n";
+    find(&lines, "`[realtime]` is strict");
+    let lax = "realtime = { cpus = [1000] }\n";
     let (code, lines) = Plant::new(ALIVE, lax).run(&["--scans", "1"]);
-    assert_eq!((code, &find(&lines, "CPU 4000 was refused")["level"]), (0, &"WARN".into()));
+    assert_eq!((code, &find(&lines, "CPU 1000 was refused")["level"]), (0, &"WARN".into()));
 }
 
 #[test]

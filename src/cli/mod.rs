@@ -4,14 +4,18 @@
 //! standard error, results to standard output.
 
 pub mod check;
+pub mod completions;
 pub mod exit;
 pub mod explain;
 pub mod force;
+pub mod init;
 pub mod log_level;
+pub mod man;
 pub mod mode;
 pub mod operator;
 pub mod read;
 pub mod run;
+pub mod schema;
 pub mod sim;
 pub mod status;
 pub mod watch;
@@ -39,8 +43,13 @@ struct Cli {
 #[derive(Subcommand, Debug)]
 enum Command {
     Check(check::CheckArgs),
+    Completions(completions::CompletionsArgs),
     Explain(explain::ExplainArgs),
+    Init(init::InitArgs),
+    #[command(hide = true)]
+    Man(man::ManArgs),
     Run(run::RunArgs),
+    Schema(schema::SchemaArgs),
     Sim(sim::SimArgs),
     Status(status::StatusArgs),
     Read(read::ReadArgs),
@@ -50,6 +59,11 @@ enum Command {
     Watch(watch::WatchArgs),
     Mode(mode::ModeArgs),
     LogLevel(log_level::LogLevelArgs),
+}
+
+/// The command line as it is defined, for what is made of it.
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Runs the command line; gives the exit code.
@@ -76,8 +90,12 @@ pub fn run() -> i32 {
 fn dispatch(command: &Command) -> Result<Exit> {
     match command {
         Command::Check(args) => check::check(args),
+        Command::Completions(args) => completions::completions(args),
         Command::Explain(args) => explain::explain(args),
+        Command::Init(args) => init::init(args),
+        Command::Man(args) => man::man(args),
         Command::Run(args) => run::run(args),
+        Command::Schema(args) => schema::schema(args),
         Command::Sim(args) => simulate(args),
         Command::Status(args) => status::status(args),
         Command::Read(args) => read::read(args),

@@ -6,16 +6,19 @@
 
 mod allowance;
 pub mod config;
+pub mod guard;
 pub mod log;
 mod log_queue;
 mod log_writer;
 mod narration;
 mod operator;
+mod posture;
 mod shell;
 mod signals;
 mod systemd;
 
 pub use config::Setup;
+pub use guard::Guard;
 pub use narration::span;
 pub use shell::{Ending, Failure, Options, run};
 pub use signals::Host;

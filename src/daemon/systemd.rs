@@ -102,7 +102,10 @@ impl Notices {
         if often && pulses > self.pulses && send(&Notice::Watchdog) {
             (self.pulses, self.fed) = (pulses, now);
         }
-        if self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
+        // A start has its second before it is worth a word: with one, the first scan would go
+        // untold for as long.
+        let starts = latest.mode == Mode::Stop(StopReason::NotStarted) && now < STATUS_EVERY;
+        if !starts && self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
             let status = status(latest);
             if status != self.status && send(&Notice::Status(status.clone())) {
                 (self.told, self.status) = (Some(now), status);
@@ -183,7 +186,7 @@ mod tests {
         let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
         assert!(!notices.due(ms(0), 0, &starting).contains(&Notice::Ready));
         let first = notices.due(ms(1), 1, &snapshot(1, Mode::Run));
-        assert_eq!(first, [Notice::Ready]);
+        assert_eq!(first, [Notice::Ready, Notice::Status("RUN, 1 scans".to_owned())]);
         assert_eq!(notices.due(ms(2), 2, &snapshot(2, Mode::Run)), []);
     }
 
@@ -193,6 +196,16 @@ mod tests {
             let mut notices = Notices::new(None);
             assert_eq!(notices.due(ms(0), 0, &snapshot(0, Mode::Stop(reason)))[0], Notice::Ready);
         }
+    }
+
+    #[test]
+    fn a_start_is_told_where_it_lasts() {
+        let mut notices = Notices::new(None);
+        let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
+        assert_eq!(notices.due(ms(20), 0, &starting), []);
+        let told = notices.due(ms(1000), 0, &starting);
+        let status = "STOP after 0 scans: the first scan is still to come".to_owned();
+        assert_eq!(told, [Notice::Status(status)]);
     }
 
     #[test]

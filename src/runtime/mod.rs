@@ -38,7 +38,7 @@ pub use histogram::Bar;
 pub use link::{Facts, Publication, Returned, Safe, ScanSide, Shape, WorldSide, link};
 pub use machine::Machine;
 pub use monitor::{Monitor, Observer};
-pub use posture::{Grant, Held, Posture};
+pub use posture::{Grant, Held, Policy, Posture, Refusal};
 pub use record::{Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Meter, Reading, Spread, Statistics};

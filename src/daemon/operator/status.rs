@@ -158,7 +158,7 @@ fn posture(grant: &Grant) -> Posture {
     Posture {
         asked: grant.what.clone(),
         granted: grant.refused.is_none(),
-        why: grant.refused.clone(),
+        why: grant.refused.as_ref().map(|refusal| refusal.why.clone()),
     }
 }
 
