@@ -118,6 +118,16 @@ impl Server {
     }
 }
 
+/// What a controller does without its socket, as nobody but its environment asked for it: it runs.
+pub(super) fn may_do_without(place: &Place, why: &Failure) -> bool {
+    let Failure::Environment(why) = why else { return false };
+    if place.insists || why.is::<socket::Taken>() {
+        return false;
+    }
+    warn!(event = "operator-no-socket", "no operator's commands: {why:#}");
+    true
+}
+
 impl Shared {
     fn may_log(&self, lines: &Throttle) -> bool {
         lines.pass(self.started.elapsed().as_millis() as u64).is_some()
