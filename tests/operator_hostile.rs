@@ -127,6 +127,21 @@ fn a_thousand_connections_keep_nobody_out() {
 }
 
 #[test]
+fn without_descriptors_the_idle_make_room() {
+    let folder = live::folder(LADDER, "");
+    let mut command = std::process::Command::new("sh");
+    let rungd = live::run(&folder, &[]);
+    command.args(["-c", "ulimit -n 32; exec \"$0\" \"$@\""]).arg(rungd.get_program());
+    command.args(rungd.get_args()).env_remove("NOTIFY_SOCKET").stderr(std::process::Stdio::piped());
+    let mut live = Live::of(folder, command);
+    let crowd: Vec<UnixStream> = (0..60).map(|_| live.connect()).collect();
+    live.line("the operator's socket accepts no client");
+    live.ok("status");
+    drop(crowd);
+    assert_no_scan_lost(&mut live);
+}
+
+#[test]
 fn a_flood_of_commands_is_done_and_costs_no_scan() {
     let mut live = live();
     let socket = &live.socket;

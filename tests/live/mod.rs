@@ -68,7 +68,13 @@ impl Live {
     /// Started; its socket answers.
     pub fn start(ladder: &str, controller: &str, arguments: &[&str]) -> Live {
         let folder = folder(ladder, controller);
-        let mut child = run(&folder, arguments).spawn().unwrap();
+        let command = run(&folder, arguments);
+        Live::of(folder, command)
+    }
+
+    /// Started by a command; its socket answers.
+    pub fn of(folder: PathBuf, mut command: Command) -> Live {
+        let mut child = command.spawn().unwrap();
         let stderr = BufReader::new(child.stderr.take().unwrap());
         let (sender, lines) = channel();
         std::thread::spawn(move || {

@@ -114,6 +114,7 @@ impl Server {
         if self.shared.may_log(&self.shared.failed) {
             warn!(event = "operator-accept", %error, "the operator's socket accepts no client");
         }
+        self.shared.seats.make_room();
         sleep(REST_AFTER_FAILURE).await;
     }
 }
