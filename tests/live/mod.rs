@@ -85,6 +85,11 @@ impl Live {
         });
         let live = Live { socket: folder.join("s"), folder, child, lines };
         live.line("socket is open");
+        let deadline = Instant::now() + PATIENCE;
+        while live.say("status --json").out.contains("the first scan is still to come") {
+            assert!(Instant::now() < deadline, "no first scan");
+            std::thread::sleep(Duration::from_millis(5));
+        }
         live
     }
 

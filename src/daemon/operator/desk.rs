@@ -230,7 +230,12 @@ impl Desk {
         let after = self.port.latest().mode;
         let (was, is) = (in_words(before), in_words(after));
         if there {
-            debug!(who = %peer, pid = peer.pid, "operator's mode command: it is in {is} already");
+            debug!(
+                event = "operator-mode",
+                who = %peer,
+                pid = peer.pid,
+                "operator's mode command: it is in {is} already"
+            );
         } else {
             info!(
                 event = "operator-mode",

@@ -20,7 +20,7 @@ use std::time::Duration;
 
 use tokio::net::{UnixListener, UnixStream};
 use tokio::task::JoinSet;
-use tokio::time::{Instant, sleep};
+use tokio::time::sleep;
 use tracing::{debug, error, info, warn};
 
 pub(super) use desk::Desk;
@@ -28,7 +28,6 @@ pub(super) use socket::Place;
 pub(super) use status::About;
 
 use super::shell::Failure;
-use crate::io::modbus::Throttle;
 use peer::Peer;
 use seats::Seats;
 use session::Session;
@@ -49,9 +48,6 @@ pub(super) struct Server {
 struct Shared {
     desk: Desk,
     seats: Seats,
-    started: Instant,
-    refused: Throttle,
-    failed: Throttle,
 }
 
 impl Server {
@@ -62,13 +58,7 @@ impl Server {
     pub fn bind(place: &Place, desk: Desk) -> Result<Server, Failure> {
         let (listener, socket) = socket::bind(place)?;
         let listener = UnixListener::from_std(listener)?;
-        let shared = Shared {
-            desk,
-            seats: Seats::new(CLIENTS_MAX),
-            started: Instant::now(),
-            refused: Throttle::new(),
-            failed: Throttle::new(),
-        };
+        let shared = Shared { desk, seats: Seats::new(CLIENTS_MAX) };
         info!(
             event = "operator-listens",
             socket = %place.path.display(),
@@ -105,15 +95,14 @@ impl Server {
             session::turn_away(&stream, CLIENTS_MAX);
             return;
         };
-        debug!(who = %peer, pid = peer.pid, "operator's client connected");
+        let (who, pid) = (&peer, peer.pid);
+        debug!(event = "operator-connected", %who, pid, "operator's client connected");
         let session = Session::new(stream, peer, seat, Arc::clone(&self.shared));
         clients.spawn(session.serve());
     }
 
     async fn rest(&self, error: &io::Error) {
-        if self.shared.may_log(&self.shared.failed) {
-            warn!(event = "operator-accept", %error, "the operator's socket accepts no client");
-        }
+        warn!(event = "operator-accept-failed", %error, "the operator's socket accepts no client");
         self.shared.seats.make_room();
         sleep(REST_AFTER_FAILURE).await;
     }
@@ -125,12 +114,10 @@ pub(super) fn may_do_without(place: &Place, why: &Failure) -> bool {
     if place.insists || why.is::<socket::Taken>() {
         return false;
     }
-    warn!(event = "operator-no-socket", "no operator's commands: {why:#}");
+    warn!(
+        event = "operator-no-socket",
+        socket = %place.path.display(),
+        "no operator's commands: {why:#}"
+    );
     true
-}
-
-impl Shared {
-    fn may_log(&self, lines: &Throttle) -> bool {
-        lines.pass(self.started.elapsed().as_millis() as u64).is_some()
-    }
 }

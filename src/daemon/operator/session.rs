@@ -62,7 +62,8 @@ impl Session {
                 break why;
             }
         };
-        debug!(who = %self.peer, pid = self.peer.pid, ?why, "operator's client gone");
+        let (peer, pid) = (&self.peer, self.peer.pid);
+        debug!(event = "operator-gone", who = %peer, pid, ?why, "operator's client gone");
     }
 
     /// One request and its answer.
@@ -161,8 +162,14 @@ impl Session {
         let (peer, why) = (&self.peer, &refusal.message);
         let what = serde_json::to_string(request).unwrap_or_default();
         if !request.changes() {
-            debug!(who = %peer, pid = peer.pid, what, "operator's request refused: {why}");
-        } else if self.shared.may_log(&self.shared.refused) {
+            debug!(
+                event = "operator-read-refused",
+                who = %peer,
+                pid = peer.pid,
+                what,
+                "operator's request refused: {why}"
+            );
+        } else {
             warn!(
                 event = "operator-refused",
                 who = %peer.name,
