@@ -54,6 +54,11 @@ fn garbage_is_answered_for_a_while_and_then_the_line_is_closed() {
     let mut bytes: Vec<u8> = (0..30_000_u32).map(|n| ((n * 7919) >> 3) as u8).collect();
     bytes.push(b'\n');
     let _ = stream.write_all(&bytes);
+    let long =
+        format!("{{\"do\":\"write\",\"operand\":\"a\\n{}\",\"value\":1}}", "x".repeat(20_000));
+    assert_eq!(ask(&mut live.connect(), &long)["error"]["kind"], "bad-operand");
+    let refused = live.line("operator's command refused");
+    assert!(refused.to_string().len() < 1200, "{refused}");
     let deep = "[".repeat(20_000) + "\n";
     assert_eq!(ask(&mut live.connect(), deep.trim_end())["error"]["kind"], "bad-request");
     drop(stream);

@@ -119,7 +119,7 @@ pub(super) const EVENTS: &[Event] = &[
     Event {
         number: 802,
         name: "operator-force",
-        level: Level::Warn,
+        level: Level::Info,
         id: "25c1f14a671540558f6ff0f2d58757be",
         limit: Limit::NONE,
         meaning: "An operator forced a bit or word: it keeps this value, whatever the ladder or \
