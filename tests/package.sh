@@ -51,8 +51,8 @@ must "conffiles are the configuration" test "$(dpkg -I "$first" conffiles | sort
 step "a root directory: $suite"
 mkdir -p "$cache"
 if [ ! -e "$cache/$suite.tar" ]; then
-    mmdebstrap --quiet --variant=minbase --include=systemd,init-system-helpers "$suite" "$cache/$suite.tar.new"
-    mv "$cache/$suite.tar.new" "$cache/$suite.tar"
+    mmdebstrap --quiet --variant=minbase --include=systemd,init-system-helpers "$suite" "$cache/$suite.new.tar"
+    mv "$cache/$suite.new.tar" "$cache/$suite.tar"
 fi
 root="$(mktemp -d)"
 # shellcheck disable=SC2329
