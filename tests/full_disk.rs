@@ -64,7 +64,7 @@ fn a_log_that_can_never_be_written_costs_no_scan() {
     command.stderr(full).env("NOTIFY_SOCKET", path);
     let mut running = Running::new(&mut command);
     // systemd's status is what is left to look at.
-    let mut scans = || loop {
+    let scans = || loop {
         let mut bytes = [0; 512];
         let length = socket.recv(&mut bytes).unwrap();
         let text = String::from_utf8_lossy(&bytes[..length]).into_owned();

@@ -4,16 +4,20 @@
 //! standard error, results to standard output.
 
 pub mod check;
+pub mod completions;
 pub mod exit;
 pub mod explain;
+pub mod init;
+pub mod man;
 pub mod run;
+pub mod schema;
 pub mod sim;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::load;
 use crate::source::render::{refuses, render};
@@ -30,9 +34,19 @@ struct Cli {
 #[derive(Subcommand, Debug)]
 enum Command {
     Check(check::CheckArgs),
+    Completions(completions::CompletionsArgs),
     Explain(explain::ExplainArgs),
+    Init(init::InitArgs),
+    #[command(hide = true)]
+    Man(man::ManArgs),
     Run(run::RunArgs),
+    Schema(schema::SchemaArgs),
     Sim(sim::SimArgs),
+}
+
+/// The command line as it is defined, for what is made of it.
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Runs the command line; gives the exit code.
@@ -58,8 +72,12 @@ pub fn run() -> i32 {
 fn dispatch(command: &Command) -> Result<Exit> {
     match command {
         Command::Check(args) => check::check(args),
+        Command::Completions(args) => completions::completions(args),
         Command::Explain(args) => explain::explain(args),
+        Command::Init(args) => init::init(args),
+        Command::Man(args) => man::man(args),
         Command::Run(args) => run::run(args),
+        Command::Schema(args) => schema::schema(args),
         Command::Sim(args) => simulate(args),
     }
 }

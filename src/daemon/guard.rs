@@ -6,8 +6,8 @@
 //! seconds does more harm than one that stands still.
 //!
 //! The file lies in `$RUNTIME_DIRECTORY`, which systemd keeps over restarts of the service and not
-//! over a stop or a reboot: a power cut is no sign of a bad program. Whatever is wrong with the file
-//! is said in the log, and keeps no controller from its start.
+//! over a stop or a reboot: a power cut is no sign of a bad program. Whatever is wrong with the
+//! file is said in the log, and keeps no controller from its start.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};

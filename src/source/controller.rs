@@ -6,6 +6,7 @@
 use super::finding::{Code, Finding};
 use super::reader::{self, Table, Text};
 use super::realtime::{self, Realtime};
+use super::shape::{self, Shape};
 use super::span::{FileId, Located, Span};
 use crate::isa::MemorySizes;
 
@@ -112,6 +113,11 @@ pub struct Log {
 /// Reads a controller file. It is `None` when the text is not TOML.
 pub fn read(source: &str, file: FileId) -> (Option<Controller>, Vec<Finding>) {
     reader::document(source, file, |root| read_root(root, file))
+}
+
+/// The keys of a controller file.
+pub fn shape() -> Shape {
+    shape::of(|root| drop(read_root(root, FileId(0))))
 }
 
 /// Whether a text is a controller file rather than a ladder file. Says no to what is not TOML.

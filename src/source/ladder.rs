@@ -9,6 +9,7 @@ use super::controller;
 use super::finding::{Code, Finding};
 use super::instruction::{self, Instruction};
 use super::reader::{self, Constant, Table, Text};
+use super::shape::{self, Shape};
 use super::span::{FileId, Located, Span};
 
 /// One ladder file.
@@ -151,6 +152,11 @@ pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
         Some(read_root(root))
     });
     (ladder.flatten(), findings)
+}
+
+/// The keys of a ladder file.
+pub fn shape() -> Shape {
+    shape::of(|root| drop(read_root(root)))
 }
 
 fn controller_file(root: &mut Table<'_>) -> Finding {
@@ -302,8 +308,8 @@ fn no_instruction(what: &str, span: Span) -> Finding {
 }
 
 fn read_when(table: &mut Table<'_>) -> Option<Leg> {
-    let key_span = table.key_span("when")?;
-    let texts = table.strings("when")?;
+    let key_span = table.key_span("when");
+    let (texts, key_span) = (table.strings("when")?, key_span?);
     let key = Text { text: "when".to_owned(), span: key_span, exact: true };
     Some(read_leg(table, key, texts))
 }

@@ -64,6 +64,11 @@ pub fn document<T>(
 }
 
 impl<'a> Doc<'a> {
+    /// An empty file.
+    pub(super) fn of_nothing(file: FileId, findings: &'a RefCell<Vec<Finding>>) -> Self {
+        Doc { file, source: "", findings }
+    }
+
     /// Adds a finding.
     pub fn find(&self, finding: Finding) {
         self.findings.borrow_mut().push(finding);

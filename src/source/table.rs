@@ -14,6 +14,7 @@ use super::finding::{Code, Finding};
 use super::headers;
 use super::nearest::did_you_mean;
 use super::reader::{Doc, Text, bad_duration, describe};
+use super::shape::{Form, Shape};
 use super::span::{Located, Span};
 use crate::isa::duration;
 
@@ -35,6 +36,8 @@ pub struct Table<'a> {
     span: Span,
     place: &'static str,
     asked: Vec<&'static str>,
+    /// Where what is asked for is noted: an empty table, read to learn its keys.
+    shape: Option<Shape>,
 }
 
 type Value<'a> = &'a Spanned<DeValue<'a>>;
@@ -43,7 +46,13 @@ impl<'a> Table<'a> {
     /// The root table of a file.
     pub(super) fn root(doc: Doc<'a>, table: &'a DeTable<'a>) -> Self {
         let span = doc.span(0..0);
-        Table { doc, table, span, place: "the file", asked: Vec::new() }
+        Table { doc, table, span, place: "the file", asked: Vec::new(), shape: None }
+    }
+
+    /// The table, noting what it is asked for.
+    pub(super) fn noting(mut self, shape: &Shape) -> Self {
+        self.shape = Some(shape.clone());
+        self
     }
 
     /// The file it stands in.
@@ -86,8 +95,11 @@ impl<'a> Table<'a> {
         self.doc.find(finding);
     }
 
-    fn get(&mut self, key: &'static str) -> Option<Value<'a>> {
+    fn get(&mut self, key: &'static str, form: Form) -> Option<Value<'a>> {
         self.asked.push(key);
+        if let Some(shape) = &self.shape {
+            shape.note(key, form);
+        }
         self.table.get(key)
     }
 
@@ -97,12 +109,12 @@ impl<'a> Table<'a> {
 
     /// A string.
     pub fn string(&mut self, key: &'static str) -> Option<Text> {
-        self.string_for(key, "a string")
+        self.string_for(key, "a string", Form::Text)
     }
 
     /// A string that stands for something that a message calls `wanted`.
-    fn string_for(&mut self, key: &'static str, wanted: &str) -> Option<Text> {
-        let value = self.get(key)?;
+    fn string_for(&mut self, key: &'static str, wanted: &str, form: Form) -> Option<Text> {
+        let value = self.get(key, form)?;
         match value.get_ref() {
             DeValue::String(text) => Some(self.doc.text(text, value.span())),
             _ => {
@@ -120,6 +132,9 @@ impl<'a> Table<'a> {
 
     /// Makes a finding if a key is not there; `example` is a value for the help.
     pub fn require(&mut self, key: &'static str, example: &str) {
+        if let Some(shape) = &self.shape {
+            shape.note_required(key);
+        }
         if self.has(key) {
             return;
         }
@@ -132,7 +147,7 @@ impl<'a> Table<'a> {
 
     /// `true` or `false`.
     pub fn boolean(&mut self, key: &'static str) -> Option<Located<bool>> {
-        let value = self.get(key)?;
+        let value = self.get(key, Form::Flag)?;
         match value.get_ref() {
             DeValue::Boolean(on) => Some(Located { value: *on, span: self.doc.span(value.span()) }),
             _ => {
@@ -144,7 +159,7 @@ impl<'a> Table<'a> {
 
     /// An integer within a range.
     pub fn integer(&mut self, key: &'static str, range: (i64, i64)) -> Option<Located<i64>> {
-        let value = self.get(key)?;
+        let value = self.get(key, Form::Integer(range.0, range.1))?;
         let span = self.doc.span(value.span());
         self.number(value, key, range).map(|value| Located { value, span })
     }
@@ -166,7 +181,7 @@ impl<'a> Table<'a> {
 
     /// An array of integers, each within a range.
     pub fn integers(&mut self, key: &'static str, range: (i64, i64)) -> Option<Located<Vec<i64>>> {
-        let value = self.get(key)?;
+        let value = self.get(key, Form::Integers(range.0, range.1))?;
         let DeValue::Array(array) = value.get_ref() else {
             self.doc.wrong_type(value, &self.what(key), "an array of integers");
             return None;
@@ -177,7 +192,7 @@ impl<'a> Table<'a> {
 
     /// A duration, in ms: a string as `10ms`.
     pub fn duration(&mut self, key: &'static str) -> Option<Located<i32>> {
-        let text = self.string_for(key, "a duration (`\"10ms\"`)")?;
+        let text = self.string_for(key, "a duration (`\"10ms\"`)", Form::Duration)?;
         match duration::parse(&text.text) {
             Ok(value) => Some(Located { value, span: text.span }),
             Err(error) => {
@@ -189,7 +204,7 @@ impl<'a> Table<'a> {
 
     /// A constant: an integer, `true` or `false`, or a string that holds a constant.
     pub fn constant(&mut self, key: &'static str) -> Option<Located<Constant>> {
-        let value = self.get(key)?;
+        let value = self.get(key, Form::Constant)?;
         let span = self.doc.span(value.span());
         match value.get_ref() {
             DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
@@ -229,7 +244,7 @@ impl<'a> Table<'a> {
 
     /// An array of strings, with its own place. A bare string is a finding with a help of its own.
     pub fn strings(&mut self, key: &'static str) -> Option<Located<Vec<Text>>> {
-        let value = self.get(key)?;
+        let value = self.get(key, Form::Texts)?;
         self.strings_of(value, key, "")
     }
 
@@ -264,7 +279,11 @@ impl<'a> Table<'a> {
 
     /// A table of a key: `[key]`, `key = { … }` or `key.… = …`.
     pub fn table(&mut self, key: &'static str, place: &'static str) -> Option<Table<'a>> {
-        let value = self.get(key)?;
+        if let Some(below) = self.noted_below(place) {
+            self.get(key, Form::Table(below.1));
+            return Some(below.0);
+        }
+        let value = self.get(key, Form::Any)?;
         match value.get_ref() {
             DeValue::Table(table) => Some(self.below(table, value.span(), place)),
             _ => {
@@ -276,7 +295,11 @@ impl<'a> Table<'a> {
 
     /// The tables of a key: `[[key]]` headers or an array of inline tables.
     pub fn tables(&mut self, key: &'static str, place: &'static str) -> Vec<Table<'a>> {
-        let Some(value) = self.get(key) else { return Vec::new() };
+        if let Some(below) = self.noted_below(place) {
+            self.get(key, Form::Tables(below.1));
+            return vec![below.0];
+        }
+        let Some(value) = self.get(key, Form::Any) else { return Vec::new() };
         let array = match value.get_ref() {
             DeValue::Array(array) => array,
             // A header below one that is missing; the check of the headers has said so.
@@ -310,6 +333,10 @@ impl<'a> Table<'a> {
         help: impl Fn(&str, &str) -> String,
     ) -> Vec<(Text, Table<'a>)> {
         let mut entries = Vec::new();
+        if let Some((below, form)) = self.noted_below(place) {
+            self.shape.iter().for_each(|shape| shape.note_others(Form::Table(form.clone())));
+            entries.push((self.doc.text("", 0..0), below));
+        }
         for (key, value) in self.in_file_order() {
             match value.get_ref() {
                 DeValue::Table(table) => {
@@ -330,6 +357,7 @@ impl<'a> Table<'a> {
     /// All entries as arrays of strings, by key and in file order: what `leg` is made of. A help
     /// writes the keys with `prefix`.
     pub fn string_arrays(&mut self, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
+        self.shape.iter().for_each(|shape| shape.note_others(Form::Texts));
         let entries = self.in_file_order();
         let arrays = entries.into_iter().filter_map(|(key, value)| {
             let name = self.key_text(key);
@@ -354,7 +382,15 @@ impl<'a> Table<'a> {
     }
 
     fn below(&self, table: &'a DeTable<'a>, span: Range<usize>, place: &'static str) -> Table<'a> {
-        Table { doc: self.doc, table, span: self.doc.span(span), place, asked: Vec::new() }
+        let span = self.doc.span(span);
+        Table { doc: self.doc, table, span, place, asked: Vec::new(), shape: None }
+    }
+
+    /// Where keys are noted: a table below this one to note those of it, and their shape.
+    fn noted_below(&self, place: &'static str) -> Option<(Table<'a>, Shape)> {
+        self.shape.as_ref()?;
+        let shape = Shape::of_place(place);
+        Some((self.below(self.table, 0..0, place).noting(&shape), shape))
     }
 
     /// Makes a finding of every key that nobody asked for.

@@ -1,0 +1,72 @@
+//! `rungd init`: a first project in an empty directory, alive without hardware.
+//!
+//! Its files are those of `config/first/`, which the package puts into `/etc/rungd` as well.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::Args;
+
+use super::exit::Exit;
+
+/// Writes a first project: a controller file, a ladder, a simulated device
+#[derive(Args, Debug)]
+pub struct InitArgs {
+    /// A directory that is empty, or is not there yet
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+}
+
+/// The project: paths, and what stands in them.
+const FILES: [(&str, &str); 3] = [
+    ("controller.toml", include_str!("../../config/first/controller.toml")),
+    ("programs/main.toml", include_str!("../../config/first/programs/main.toml")),
+    ("README.md", include_str!("../../config/first/README.md")),
+];
+
+/// Writes the project.
+///
+/// # Errors
+/// The directory is not empty, or cannot be written.
+pub fn init(args: &InitArgs) -> Result<Exit> {
+    let directory = &args.directory;
+    refuse_what_is_there(directory)?;
+    for (name, text) in FILES {
+        let path = directory.join(name);
+        write_new(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    let mut out = io::stdout().lock();
+    for (name, _) in FILES {
+        writeln!(out, "{}", directory.join(name).display())?;
+    }
+    let controller = directory.join("controller.toml");
+    writeln!(out, "\nRun it with `rungd run {}`; Ctrl-C stops it.", controller.display())?;
+    Ok(Exit::Ok)
+}
+
+/// Nothing of somebody's work is touched; a repository without files is no work.
+fn refuse_what_is_there(directory: &Path) -> Result<()> {
+    let entries = match fs::read_dir(directory) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        entries => entries.with_context(|| format!("cannot read {}", directory.display()))?,
+    };
+    for entry in entries {
+        let name = entry?.file_name();
+        if name != ".git" {
+            let why =
+                format!("it holds `{}`; give an empty directory, or a new one", name.display());
+            return Err(io::Error::new(io::ErrorKind::DirectoryNotEmpty, why))
+                .with_context(|| format!("nothing is written to {}", directory.display()));
+        }
+    }
+    Ok(())
+}
+
+fn write_new(path: &Path, text: &str) -> io::Result<()> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    OpenOptions::new().write(true).create_new(true).open(path)?.write_all(text.as_bytes())
+}

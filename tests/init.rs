@@ -1,0 +1,90 @@
+//! `rungd init`: what it writes passes the check without a warning, and runs.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn rungd(args: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rungd"))
+        .args(args)
+        .current_dir(folder)
+        .env_remove("RUNGD_LOG")
+        .env_remove("JOURNAL_STREAM")
+        .output()
+        .expect("rungd runs")
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn said(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn a_first_project_passes_the_check_and_runs() {
+    let folder = folder("init-runs");
+    let output = rungd(&["init", "plant/line1"], &folder);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output.stderr));
+    assert_eq!(
+        said(&output.stdout),
+        "plant/line1/controller.toml\nplant/line1/programs/main.toml\nplant/line1/README.md\n\n\
+         Run it with `rungd run plant/line1/controller.toml`; Ctrl-C stops it.\n"
+    );
+    for file in ["controller.toml", "programs/main.toml"] {
+        let path = format!("plant/line1/{file}");
+        let output = rungd(&["check", "--deny", "warnings", &path], &folder);
+        assert_eq!(said(&output.stderr), "0 errors, 0 warnings\n");
+        assert_eq!(output.status.code(), Some(0));
+    }
+    let output = rungd(&["run", "plant/line1/controller.toml", "--scans", "130"], &folder);
+    let log = said(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{log}");
+    assert!(log.contains("motor is ON"), "{log}");
+}
+
+/// What its README says: START after a second, five parts, the lamp.
+#[test]
+fn its_ladder_does_what_its_readme_says() {
+    let folder = folder("init-sim");
+    rungd(&["init", "."], &folder);
+    let stimulus = "scan,start,stop_ok,eye\n0,0,1,0\n1,1,,\n2,0,,\n3,,,1\n4,,,0\n5,,,1\n6,,,0\n\
+                    7,,,1\n8,,,0\n9,,,1\n10,,,0\n11,,,1\n12,,,0\n";
+    fs::write(folder.join("eye.csv"), stimulus).expect("a file");
+    let watch = ["--watch", "motor,parts.Acc,batch_lamp,no_parts", "--scans", "13"];
+    let args = [&["sim", "programs/main.toml", "--stimulus", "eye.csv"][..], &watch].concat();
+    let output = rungd(&args, &folder);
+    let trace = said(&output.stdout);
+    let rows: Vec<&str> = trace.lines().collect();
+    assert_eq!(rows[1], "0,0,0,0,0,0", "{trace}");
+    assert_eq!(rows[2], "1,10,1,0,0,0", "{trace}");
+    assert_eq!(rows[11], "10,100,1,4,0,0", "{trace}");
+    assert_eq!(rows[12], "11,110,0,5,1,0", "{trace}");
+}
+
+#[test]
+fn a_directory_with_something_in_it_is_left_alone() {
+    let folder = folder("init-refused");
+    fs::write(folder.join("mine.toml"), "").expect("a file");
+    let output = rungd(&["init", "."], &folder);
+    assert_eq!(output.status.code(), Some(74));
+    assert_eq!(
+        said(&output.stderr),
+        "rungd: nothing is written to .: it holds `mine.toml`; give an empty directory, or a new \
+         one\n"
+    );
+    assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 1);
+    let output = rungd(&["init", "mine.toml"], &folder);
+    assert_eq!(output.status.code(), Some(74), "a file is no directory");
+}
+
+#[test]
+fn a_fresh_repository_counts_as_empty() {
+    let folder = folder("init-git");
+    fs::create_dir(folder.join(".git")).expect("a folder");
+    assert_eq!(rungd(&["init", "."], &folder).status.code(), Some(0));
+}

@@ -1,0 +1,76 @@
+//! `rungd man` and `rungd completions`: made of the command line as it is, and read by those whom
+//! they are for, where these are installed.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn rungd(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rungd")).args(args).output().expect("rungd runs")
+}
+
+fn text(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes).expect("text")
+}
+
+/// The subcommands that `rungd --help` lists.
+fn subcommands() -> Vec<String> {
+    let help = text(rungd(&["--help"]).stdout);
+    let list = help.split("Commands:\n").nth(1).and_then(|rest| rest.split("\n\n").next());
+    let names = list
+        .expect("a list")
+        .lines()
+        .filter(|line| line.starts_with("  "))
+        .filter(|line| !line.starts_with("   "));
+    let names = names.filter_map(|line| line.split_whitespace().next());
+    names.filter(|name| *name != "help").map(str::to_owned).collect()
+}
+
+#[test]
+fn every_subcommand_has_a_page() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("man");
+    let _ = fs::remove_dir_all(&folder);
+    let output = rungd(&["man", folder.to_str().expect("a path")]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(output.stderr));
+    let names = subcommands();
+    assert!(names.len() >= 7, "{names:?}");
+    for name in &names {
+        let page = fs::read_to_string(folder.join(format!("rungd-{name}.1"))).expect("a page");
+        assert!(page.contains(".SH \"EXIT STATUS\""), "{page}");
+    }
+    let page = fs::read_to_string(folder.join("rungd.1")).expect("rungd.1");
+    for name in names.iter().map(|name| name.replace('-', "\\-")) {
+        assert!(page.contains(&format!("rungd\\-{name}(1)")), "{name}: {page}");
+    }
+    assert!(!page.contains("man(1)\n"), "hidden: {page}");
+    if Command::new("man").arg("--version").output().is_ok() {
+        for entry in fs::read_dir(&folder).expect("pages") {
+            let path = entry.expect("a page").path();
+            let man = Command::new("man")
+                .args(["--warnings", "-l"])
+                .arg(&path)
+                .env("LC_ALL", "C.UTF-8")
+                .output();
+            let man = man.expect("man runs");
+            assert!(man.status.success() && man.stderr.is_empty(), "{}", text(man.stderr));
+        }
+    }
+}
+
+#[test]
+fn shells_read_their_completions() {
+    for shell in ["bash", "zsh", "fish"] {
+        let script = text(rungd(&["completions", shell]).stdout);
+        for name in subcommands() {
+            assert!(script.contains(&name), "{shell}: {name}");
+        }
+        if Command::new(shell).arg("--version").output().is_err() {
+            continue;
+        }
+        let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("completions.{shell}"));
+        fs::write(&file, script).expect("a file");
+        let status = Command::new(shell).arg("-n").arg(&file).stdout(Stdio::null()).status();
+        assert!(status.expect("it runs").success(), "{shell} does not read it");
+    }
+    assert_eq!(rungd(&["completions", "cobol"]).status.code(), Some(2));
+}

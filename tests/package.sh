@@ -1,0 +1,127 @@
+#!/usr/bin/env bash
+# Installs, upgrades, removes and purges the Debian package in a root directory of its own, and says
+# what it saw; ends with 0 when all of it was as it should be. Without a running systemd: what the
+# service does under one is another test's.
+#
+#   tests/package.sh            # as root; builds the package by packaging/build-deb.sh
+#
+# The root directory is made by mmdebstrap and kept as a tar file in $RUNGD_PACKAGE_CACHE
+# (/var/tmp/rungd-package). What it wants and does not find it installs: mmdebstrap, lintian.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+suite="${RUNGD_SUITE:-trixie}"
+cache="${RUNGD_PACKAGE_CACHE:-/var/tmp/rungd-package}"
+failed=0
+
+exec 3>&1
+step() { printf '\n== %s\n' "$*" >&3; }
+saw() { printf '   %s\n' "$*" >&3; }
+must() { # must WHAT COMMAND…
+    local what="$1"
+    shift
+    if "$@"; then saw "ok: $what"; else saw "WRONG: $what"; failed=1; fi
+}
+not() { ! "$@"; }
+
+step "tools"
+missing=()
+for tool in mmdebstrap lintian; do command -v "$tool" >/dev/null || missing+=("$tool"); done
+if [ ${#missing[@]} -gt 0 ]; then
+    (apt-get update -qq && apt-get install -y -qq "${missing[@]}") >/dev/null
+fi
+command -v cargo-deb >/dev/null || cargo install --locked --quiet cargo-deb
+saw "$(cargo deb --version | head -n 1)"
+
+step "the package, twice"
+packages="$(mktemp -d)"
+trap 'rm -rf "$packages"' EXIT
+first="$(packaging/build-deb.sh --version 0.1.0-1 --output "$packages/" 2>"$packages/log" | tail -n 1)"
+second="$(packaging/build-deb.sh --version 0.1.0-2 --output "$packages/" 2>>"$packages/log" | tail -n 1)"
+[ -e "$first" ] && [ -e "$second" ] || { cat "$packages/log"; exit 1; }
+saw "$(basename "$first"): $(($(stat -c %s "$first") / 1024)) KiB, $(dpkg -c "$first" | wc -l) entries"
+saw "$(dpkg -f "$first" Depends)"
+lint="$(lintian "$first" 2>/dev/null || true)"
+must "lintian finds nothing" test -z "$lint"
+[ -z "$lint" ] || sed 's/^/   | /' <<<"$lint"
+must "every manual page of a subcommand" test "$(dpkg -c "$first" | grep -c man1/rungd)" -ge 8
+must "conffiles are the configuration" test "$(dpkg -I "$first" conffiles | sort | tr '\n' ' ')" = \
+    "/etc/needrestart/conf.d/rungd.conf /etc/rungd/controller.toml /etc/rungd/programs/main.toml "
+
+step "a root directory: $suite"
+mkdir -p "$cache"
+if [ ! -e "$cache/$suite.tar" ]; then
+    mmdebstrap --quiet --variant=minbase --include=systemd,init-system-helpers "$suite" "$cache/$suite.tar.new"
+    mv "$cache/$suite.tar.new" "$cache/$suite.tar"
+fi
+root="$(mktemp -d)"
+# shellcheck disable=SC2329
+cleanup() {
+    umount "$root/proc" 2>/dev/null || true
+    rm -rf --one-file-system "$root" "$packages"
+}
+trap cleanup EXIT
+tar -C "$root" -xf "$cache/$suite.tar"
+mount -t proc proc "$root/proc"
+# Whatever dpkg is told to leave out on small systems is wanted here.
+rm -f "$root"/etc/dpkg/dpkg.cfg.d/*
+cp "$first" "$second" "$root/root/"
+inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
+# All of the root but what every package operation writes.
+content() {
+    (cd "$root" && find . -xdev -mindepth 1 \( -path ./proc -o -path ./root -o -path ./var/lib/dpkg -o -path ./var/log \
+        -o -path ./run -o -path ./tmp -o -path ./var/cache \) -prune -o -print | sort)
+}
+content >"$root/root/before"
+install() { inside dpkg --force-confold -i "/root/$(basename "$1")" >"$root/root/dpkg.log" 2>&1 || { failed=1; cat "$root/root/dpkg.log"; }; }
+
+step "install"
+install "$first"
+saw "$(inside rungd --version)"
+must "the user rungd is there" inside getent passwd rungd >/dev/null
+must "the unit is enabled" test -L "$root/etc/systemd/system/multi-user.target.wants/rungd.service"
+must "systemd-analyze verify is content" inside systemd-analyze verify --man=no /usr/lib/systemd/system/rungd.service
+must "the configuration passes the check" inside rungd check --deny warnings /etc/rungd/controller.toml 2>/dev/null
+inside setpriv --reuid rungd --regid rungd --clear-groups \
+    rungd run /etc/rungd/controller.toml --scans 130 >"$root/root/run.log" 2>&1 || failed=1
+must "it scans, as the user rungd" grep -q 'rungd ends scans=130 mode=STOP' "$root/root/run.log"
+must "and the motor is ON" grep -q 'motor is ON' "$root/root/run.log"
+
+step "upgrade"
+echo '# mine' >>"$root/etc/rungd/controller.toml"
+echo '# mine too' >"$root/etc/rungd/programs/press.toml"
+inside systemctl --quiet disable rungd.service
+# As the unit's StateDirectory= does.
+inside install -d -o rungd -g rungd -m 750 /var/lib/rungd
+touch "$root/var/lib/rungd/kept"
+install "$second"
+must "is installed" test "$(inside dpkg-query -Wf '${Version}' rungd)" = 0.1.0-2
+must "what was changed is kept" grep -q '# mine' "$root/etc/rungd/controller.toml"
+must "who disabled it finds it disabled" not test -e "$root/etc/systemd/system/multi-user.target.wants/rungd.service"
+must "what it keeps is kept" test -e "$root/var/lib/rungd/kept"
+
+step "remove"
+inside dpkg -r rungd >/dev/null 2>&1 || failed=1
+must "the configuration stays" test -e "$root/etc/rungd/controller.toml"
+must "what it keeps stays" test -e "$root/var/lib/rungd/kept"
+must "the program is gone" not test -e "$root/usr/bin/rungd"
+
+step "purge"
+rm "$root/etc/rungd/programs/press.toml"
+inside dpkg -P rungd >"$root/root/purge.log" 2>&1 || failed=1
+content >"$root/root/after"
+left="$(diff "$root/root/before" "$root/root/after" | grep '^[<>]' || true)"
+must "the user stays, as Debian's do" inside getent passwd rungd >/dev/null
+must "nothing else does" test -z "$left"
+[ -z "$left" ] || sed 's/^/   | /' <<<"$left"
+
+step "what an administrator wrote himself"
+install "$first"
+must "it is enabled anew" test -L "$root/etc/systemd/system/multi-user.target.wants/rungd.service"
+echo '# mine' >"$root/etc/rungd/programs/press.toml"
+inside dpkg -P rungd >"$root/root/purge.log" 2>&1 || failed=1
+must "is not purged" test -e "$root/etc/rungd/programs/press.toml"
+must "the package's own is" not test -e "$root/etc/rungd/controller.toml"
+
+step "$([ "$failed" = 0 ] && echo 'all as it should be' || echo 'something is WRONG')"
+exit "$failed"
