@@ -28,13 +28,18 @@ when = ["$On"]
 do   = ["OUT Y0"]
 LADDER
 priority=80
-chrt -f 80 true 2>/dev/null || priority=0
+policy='policy = "fifo"
+priority = 80'
+chrt -f 80 true 2>/dev/null || { priority=0 policy=; }
 cat >"$work/controller.toml" <<CONTROLLER
 ladder = ["ladder.toml"]
 
 [scan]
 period   = "1ms"
-realtime = { priority = $priority, cpu-dma-latency = true }
+
+[realtime]
+$policy
+cpu-latency = "0us"
 CONTROLLER
 
 # Percentiles of cyclictest's histograms (one value in us a line, with its count), all turns added.

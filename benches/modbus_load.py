@@ -17,7 +17,9 @@ LADDER = '[[program]]\nname = "Main"\n[[program.rung]]\nwhen = ["MC1"]\ndo = ["O
 CONTROLLER = """ladder = ["ladder.toml"]
 [scan]
 period   = "1ms"
-realtime = {{ priority = {priority}, cpu-dma-latency = true }}
+[realtime]
+{policy}
+cpu-latency = "0us"
 [log]
 statistics = "1s"
 [modbus-server]
@@ -99,11 +101,11 @@ def main():
     parser.add_argument("--port", type=int, default=15020)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        priority = 80 if may_be_realtime() else 0
+        policy = 'policy = "fifo"\npriority = 80' if may_be_realtime() else ""
         with open(os.path.join(folder, "ladder.toml"), "w") as file:
             file.write(LADDER)
         with open(os.path.join(folder, "controller.toml"), "w") as file:
-            file.write(CONTROLLER.format(priority=priority, port=arguments.port,
+            file.write(CONTROLLER.format(policy=policy, port=arguments.port,
                                          connections=arguments.connections + 20))
         command = [arguments.rungd, "run", os.path.join(folder, "controller.toml"),
                    "--log-format", "json"]

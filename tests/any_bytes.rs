@@ -37,7 +37,7 @@ const PIECES: &[&str] = &[
     "do = [\"SGCONVRG Open Open to=Open\", \"MOVE N,0,7 to=size\"]\n",
     "do = [\"TMR T0 preset=slow\", \"RUN Drain\", \"ENTASK FirstScan every=1s\"]\n",
     "ladder = [\"a.toml\"]\n",
-    "[scan]\nperiod = \"10ms\"\nrealtime = { priority = 7 }\n",
+    "[scan]\nperiod = \"10ms\"\n[realtime]\npolicy = \"fifo\"\npriority = 7\ncpus = [1]\ncpu-latency = \"5us\"\n",
     "[outputs]\non = [\"Y0..Y9\"]\nhold = [\"Y9..Y0\", \"part\"]\n",
     "[retain]\nranges = [\"CT8..CT15\", \"..\", \"D0..\"]\n",
     "[modbus-server]\nlisten = \"x\"\nwritable = [\"MC1..MC9\"]\n",

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use rungd::isa::{Bit, BitSpace};
 use rungd::load::controller_file;
 use rungd::resolve::controller::{Controller, Motion};
+use rungd::source::realtime::{Policy, Realtime};
 use rungd::source::render::{Style, render};
 
 const LADDER: &str = r#"
@@ -38,7 +39,7 @@ fn everything_but_the_ladder_has_a_default() {
     assert_eq!(controller.statistics_ms, 60_000);
     assert!(controller.modbus.is_none() && controller.devices.is_empty());
     assert!(controller.outputs_on.is_empty() && controller.retain.is_empty());
-    assert_eq!(controller.realtime.priority, 0);
+    assert_eq!(controller.realtime, Realtime::default());
 }
 
 #[test]
@@ -52,7 +53,14 @@ order  = ["Main"]
 [scan]
 period   = "2ms"
 watchdog = "50ms"
-realtime = { priority = 80, lock-memory = true, cpu-dma-latency = true, cpu = 1, strict = true }
+
+[realtime]
+policy      = "fifo"
+priority    = 80
+cpus        = [3, 1, 3]
+lock-memory = true
+cpu-latency = "0us"
+strict      = true
 
 [memory]
 X = 16
@@ -91,7 +99,14 @@ statistics = "0s"
 "#,
     );
     assert_eq!((controller.period_ms, controller.watchdog_ms), (2, 50));
-    assert_eq!(controller.realtime.cpu, Some(1));
+    let realtime = Realtime {
+        policy: Policy::Fifo(80),
+        cpus: vec![1, 3],
+        lock_memory: true,
+        cpu_latency_us: Some(0),
+        strict: true,
+    };
+    assert_eq!(controller.realtime, realtime);
     assert_eq!(names(&controller.outputs_on), ["Y7", "Y1"]);
     assert_eq!(names(&controller.outputs_hold), ["Y8..Y9"]);
     assert_eq!(names(&controller.retain), ["CT8..CT15", "D100..D199"]);

@@ -52,6 +52,7 @@ impl Plant {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         command.arg("run").arg(self.0.join("controller.toml")).args(arguments);
         command.env_remove("RUNGD_LOG").env_remove("NOTIFY_SOCKET").env_remove("JOURNAL_STREAM");
+        command.env_remove("RUNTIME_DIRECTORY").env_remove("STATE_DIRECTORY");
         command.stderr(Stdio::piped()).stdout(Stdio::piped());
         command
     }
@@ -216,12 +217,25 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
     assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &7.into()));
     for _ in 0..2 {
         let still = running.line("still in STOP after");
-        assert!(message(&still).contains("the ladder executed STOP; restart rungd"), "{still}");
+        assert!(message(&still).contains("the ladder executed STOP; `rungd mode run`"), "{still}");
     }
     assert_eq!(running.child.try_wait().unwrap(), None, "it stays");
     running.signal("TERM");
     running.line("SIGTERM: ending from STOP; no further scan comes");
     running.line("rungd ends");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn a_start_in_stop_says_so_until_it_is_told_to_end() {
+    let plant = Plant::new(ALIVE, "");
+    let mut running = plant.start(&["--stopped", "--repeat-reason", "150ms"]);
+    let stop = running.line("STOP: an operator asked for it");
+    assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &0.into()));
+    running.line("still in STOP after");
+    running.signal("TERM");
+    running.line("SIGTERM: ending from STOP; no further scan comes");
+    assert_eq!(running.line("rungd ends")["scans"], 0);
     assert_eq!(running.end().code(), Some(0));
 }
 
@@ -373,13 +387,13 @@ fn what_this_version_cannot_retain_is_refused() {
 
 #[test]
 fn a_strict_posture_that_is_not_granted_is_refused() {
-    let realtime = "scan.realtime = { cpu = 4000, strict = true }\n";
+    let realtime = "realtime = { cpus = [1000], strict = true }\n";
     let (code, lines) = Plant::new(ALIVE, realtime).run(&["--scans", "1"]);
     assert_eq!(code, 78);
-    find(&lines, "`[scan] realtime` is strict");
-    let lax = "scan.realtime = { cpu = 4000 }\n";
+    find(&lines, "`[realtime]` is strict");
+    let lax = "realtime = { cpus = [1000] }\n";
     let (code, lines) = Plant::new(ALIVE, lax).run(&["--scans", "1"]);
-    assert_eq!((code, &find(&lines, "CPU 4000 was refused")["level"]), (0, &"WARN".into()));
+    assert_eq!((code, &find(&lines, "CPU 1000 was refused")["level"]), (0, &"WARN".into()));
 }
 
 #[test]

@@ -183,6 +183,7 @@ fn settings(symbols: &Symbols, scans: u64) -> Settings {
             watchdog_ns: 200_000_000,
             scans: Some(scans),
             statistics_every_ns: Some(100_000_000),
+            start_in_stop: None,
         },
         memory: Memory {
             inputs: sizes.x,

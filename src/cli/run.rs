@@ -11,11 +11,13 @@ use tracing::error;
 
 use super::check::style;
 use super::exit::Exit;
+use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat, LogLevel};
 use crate::daemon::{self, Ending, Failure, Host, Options, Setup, config};
 use crate::engine;
 use crate::isa::duration;
 use crate::load;
+use crate::runtime::exchange::StopReason;
 use crate::source::render::{Style, refuses, render};
 
 /// So many a start needs free, with some to spare.
@@ -30,18 +32,27 @@ pub struct RunArgs {
     /// Run N scans, then stop in an orderly way
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     scans: Option<u64>,
+    /// Start in STOP, and wait for `rungd mode run`
+    #[arg(long)]
+    stopped: bool,
     /// The form of the log (default: text, or journal under systemd)
     #[arg(long, value_name = "FORM")]
     log_format: Option<LogFormat>,
     /// Log from this level on (default: the environment's RUNGD_LOG, or info)
     #[arg(long, value_name = "LEVEL")]
     log_level: Option<LogLevel>,
+    /// Count restarts after unclean ends in FILE (default: in systemd's RUNTIME_DIRECTORY)
+    #[arg(long, value_name = "FILE")]
+    restart_guard: Option<PathBuf>,
+    /// How long RUN lasts for restarts to be counted anew
+    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = span, hide = true)]
+    healthy_after: Duration,
     /// How often to repeat why the controller does not run
-    #[arg(long, value_name = "TIME", default_value = "1m", value_parser = repeat, hide = true)]
+    #[arg(long, value_name = "TIME", default_value = "1m", value_parser = span, hide = true)]
     repeat_reason: Duration,
 }
 
-fn repeat(text: &str) -> Result<Duration, String> {
+fn span(text: &str) -> Result<Duration, String> {
     match duration::parse(text) {
         Ok(ms) if ms > 0 => Ok(Duration::from_millis(u64::from(ms.unsigned_abs()))),
         _ => Err(format!("`{text}` is not a duration: write it as 500ms or 1m")),
@@ -56,9 +67,16 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     probe_descriptors()?;
     let mut host = Host::new().context("cannot listen for signals")?;
     let log = log::init(args.log_format, args.log_level)?;
-    let exit = run_logged(args, &mut host).unwrap_or_else(|why| {
+    let file = args.restart_guard.clone().or_else(guard::file_of_environment);
+    let mut guard = Guard::begin(file, args.healthy_after);
+    let exit = run_logged(args, &mut host, &mut guard).unwrap_or_else(|why| {
         error!("rungd does not start: {why:#}");
         Exit::of(&why)
+    });
+    guard.end(match exit {
+        Exit::Ok => Ended::Orderly,
+        Exit::Software => Ended::Crashed,
+        _ => Ended::Refused,
     });
     host.end();
     log.flush();
@@ -73,7 +91,7 @@ fn probe_descriptors() -> Result<()> {
     Ok(())
 }
 
-fn run_logged(args: &RunArgs, host: &mut Host) -> Result<Exit> {
+fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit> {
     let (path, style) = (args.controller.clone(), style(false));
     let Some(loaded) = host.unless_stopped(move || load(&path, style)) else {
         return Ok(Exit::Ok);
@@ -82,8 +100,16 @@ fn run_logged(args: &RunArgs, host: &mut Host) -> Result<Exit> {
         Ok(settled) => settled,
         Err(why) => return Ok(refuse(args, &why)),
     };
-    let options = Options { scans: args.scans, repeat: args.repeat_reason };
-    match daemon::run(host, program, setup, &options) {
+    let options = Options {
+        scans: args.scans,
+        repeat: args.repeat_reason,
+        start_in_stop: match (guard.trips(), args.stopped) {
+            (true, _) => Some(StopReason::RestartGuard),
+            (false, true) => Some(StopReason::Operator),
+            (false, false) => None,
+        },
+    };
+    match daemon::run(host, program, setup, &options, guard) {
         Ok(Ending::Orderly) => Ok(Exit::Ok),
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::Bug) => Ok(Exit::Software),

@@ -33,7 +33,8 @@ impl Budget {
 
     /// Whether there are so many by now.
     fn has(&mut self, now_ns: u64, lines: u32) -> bool {
-        let earned = now_ns.saturating_sub(self.filled_ns) * self.per_second / SECOND_NS;
+        let since_ns = now_ns.saturating_sub(self.filled_ns);
+        let earned = since_ns.saturating_mul(self.per_second) / SECOND_NS;
         if earned > 0 {
             let earned = u32::try_from(earned).unwrap_or(self.burst);
             self.left = self.burst.min(self.left.saturating_add(earned));

@@ -9,8 +9,8 @@ use crate::load::Loaded;
 use crate::lower::{Symbols, lower};
 use crate::resolve::controller::{self as resolved, Controller};
 use crate::resolve::program::Program;
-use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
-use crate::source::controller::Realtime;
+use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
+use crate::source::realtime::{self, Realtime};
 use crate::source::span::SourceFile;
 
 use super::narration::Narration;
@@ -106,15 +106,20 @@ fn pace(controller: &Controller) -> Pace {
         watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
         scans: None,
         statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
+        start_in_stop: None,
     }
 }
 
 fn posture(realtime: &Realtime) -> Posture {
     Posture {
-        priority: (realtime.priority > 0).then_some(realtime.priority),
+        policy: match realtime.policy {
+            realtime::Policy::Other => Policy::Other,
+            realtime::Policy::Fifo(priority) => Policy::Fifo(priority),
+            realtime::Policy::RoundRobin(priority) => Policy::RoundRobin(priority),
+        },
         lock_memory: realtime.lock_memory,
-        cpu_dma_latency: realtime.cpu_dma_latency,
-        cpu: realtime.cpu,
+        cpu_latency_us: realtime.cpu_latency_us,
+        cpus: realtime.cpus.clone(),
         strict: realtime.strict,
     }
 }

@@ -9,7 +9,7 @@ use tracing::{debug, error, info, warn};
 
 use super::allowance::{Alarms, Allowance};
 use super::narration::{Narration, reason, remedy, span, us};
-use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
+use crate::runtime::exchange::{FaultReason, Mode, Snapshot};
 use crate::runtime::{Observer, Record, Statistics, What};
 
 /// What the log's lines say of the controller, and how often.
@@ -34,6 +34,9 @@ pub(super) struct LogWriter {
     alarms: Alarms,
 }
 
+/// What to do about a STOP.
+const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
+
 /// A STOP or FAULT that lasts.
 struct Standing {
     /// The mode's.
@@ -53,10 +56,9 @@ impl LogWriter {
         let why = reason(mode);
         match mode {
             Mode::Run => info!(scan, "RUN: scanning every {}", span(self.facts.period_ns)),
-            Mode::Stop(StopReason::Instruction) => warn!(
-                scan,
-                "STOP: {why}; outputs are at their safe values; restart rungd to run again"
-            ),
+            Mode::Stop(reason) if reason.waits_for_operator() => {
+                warn!(scan, "STOP: {why}; outputs are at their safe values; {AGAIN}");
+            }
             Mode::Stop(_) => info!(scan, "STOP: {why}; outputs are at their safe values"),
             // The scan that did not end did in the end: nothing new is wrong.
             Mode::Fault(FaultReason::ScanTooLong { scan_us }) if self.tripped => {
@@ -122,7 +124,8 @@ impl LogWriter {
     /// Repeats, every minute, why the controller does not run.
     fn stand(&mut self, mode: Mode, now_ns: u64) {
         let lasting = match mode {
-            Mode::Stop(StopReason::Instruction) | Mode::Fault(_) => Some(mode),
+            Mode::Fault(_) => Some(mode),
+            Mode::Stop(reason) if reason.waits_for_operator() => Some(mode),
             _ => None,
         };
         let Some(mode) = lasting else {
@@ -144,7 +147,7 @@ impl LogWriter {
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
             Mode::Fault(_) => error!("still in FAULT after {lasts}: {why}; restart rungd"),
-            _ => warn!("still in STOP after {lasts}: {why}; restart rungd to run again"),
+            _ => warn!("still in STOP after {lasts}: {why}; {AGAIN}"),
         }
     }
 }
@@ -246,6 +249,7 @@ mod tests {
     use super::*;
 
     use crate::daemon::allowance::SECOND_NS;
+    use crate::runtime::exchange::StopReason;
 
     const MS_NS: u64 = 1_000_000;
 

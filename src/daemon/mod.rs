@@ -6,14 +6,17 @@
 
 mod allowance;
 pub mod config;
+pub mod guard;
 pub mod log;
 mod log_queue;
 mod log_writer;
 mod narration;
+mod posture;
 mod shell;
 mod signals;
 mod systemd;
 
 pub use config::Setup;
+pub use guard::Guard;
 pub use shell::{Ending, Failure, Options, run};
 pub use signals::Host;

@@ -13,15 +13,17 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 use tracing::{error, info, warn};
 
 use super::config::Setup;
+use super::guard::Guard;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
+use super::posture;
 use super::signals::{Host, Signals};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
-use crate::runtime::{self, Grant, Prepared, Report, Runtime, Settings, State};
+use crate::runtime::{self, Prepared, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
 #[derive(Clone, Debug)]
@@ -30,6 +32,8 @@ pub struct Options {
     pub scans: Option<u64>,
     /// How often the log repeats why the controller does not run.
     pub repeat: Duration,
+    /// Start in STOP, for this reason, and wait for an operator's run.
+    pub start_in_stop: Option<StopReason>,
 }
 
 /// How a controller ended.
@@ -76,11 +80,16 @@ pub fn run(
     program: engine::Program,
     setup: Setup,
     options: &Options,
+    guard: &mut Guard,
 ) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
     let settings = Settings {
-        pace: runtime::Pace { scans: options.scans, ..setup.pace.clone() },
+        pace: runtime::Pace {
+            scans: options.scans,
+            start_in_stop: options.start_in_stop,
+            ..setup.pace.clone()
+        },
         memory: setup.memory.clone(),
         watched: setup.watched.clone(),
         posture: setup.posture.clone(),
@@ -96,10 +105,10 @@ pub fn run(
     let inputs = initial_inputs(&program, &setup);
     let prepared = runtime::prepare(Engine::new(program), &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
-    tell_posture(prepared.grants(), settings.posture.strict)?;
+    posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let Host { tokio, signals } = host;
-    tokio.block_on(shell(prepared, &setup, signals, patience))
+    tokio.block_on(shell(prepared, &setup, Attendance { signals, guard, patience }))
 }
 
 /// The inputs that are ON until their driver writes them: those with an initial value.
@@ -110,21 +119,28 @@ fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
     numbers.filter(|x| *x < setup.memory.inputs).collect()
 }
 
+/// Who the shell attends to besides the scan thread.
+struct Attendance<'a> {
+    signals: &'a mut Signals,
+    guard: &'a mut Guard,
+    /// How long the orderly stop may take.
+    patience: Duration,
+}
+
 /// From the drivers' start to the scan thread's end.
 async fn shell(
     prepared: Prepared,
     setup: &Setup,
-    signals: &mut Signals,
-    patience: Duration,
+    mut attendance: Attendance<'_>,
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
     let mut drivers = start_drivers(setup, &prepared.port(), &stopped).await?;
-    if let Some(name) = signals.waiting().await {
+    if let Some(name) = attendance.signals.waiting().await {
         info!("{name}: ending before the first scan; nothing was scanned");
         return Ok(Ending::Orderly);
     }
     let runtime = prepared.start()?;
-    let over = attend(&runtime, signals, patience).await;
+    let over = attend(&runtime, &mut attendance).await;
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
@@ -151,7 +167,8 @@ struct Over {
 }
 
 /// Signals and systemd, until the scan thread is over.
-async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) -> Over {
+async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
+    let Attendance { signals, guard, patience } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
     let (systemd, mut notices) =
         (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
@@ -179,7 +196,9 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
             }
             _ = look.tick() => {
                 let (now, pulses) = (started.elapsed(), runtime.pulses());
-                notices.tell(now, pulses, &port.latest(), |notice| systemd.send(notice));
+                let latest = port.latest();
+                notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
+                guard.look(now, latest.mode, pulses);
                 let waiting = match runtime.state() {
                     State::Running => None,
                     State::Over => Some(Waiting::Ended),
@@ -188,7 +207,7 @@ async fn attend(runtime: &Runtime, signals: &mut Signals, patience: Duration) ->
                 if let Some(waiting) = waiting {
                     return Over { asked: asked.is_some(), waiting };
                 }
-                if asked.is_some_and(|(since, _)| since.elapsed() > patience) {
+                if asked.is_some_and(|(since, _)| since.elapsed() > *patience) {
                     error!("the last scan has not ended in {}", span(patience.as_nanos() as u64));
                     return Over { asked: true, waiting: Waiting::Stuck };
                 }
@@ -276,31 +295,6 @@ fn tell_start(setup: &Setup) {
         let (warnings, controller) = (setup.warnings, &setup.controller);
         warn!(warnings, "the ladder has warnings: `rungd check {controller}` shows them");
     }
-}
-
-/// What was asked of the machine, and what it gave.
-fn tell_posture(grants: &[Grant], strict: bool) -> Result<(), Failure> {
-    let list = |all: &mut dyn Iterator<Item = &Grant>| {
-        all.map(|grant| grant.what.as_str()).collect::<Vec<_>>().join(", ")
-    };
-    let asked = list(&mut grants.iter());
-    let granted = list(&mut grants.iter().filter(|grant| grant.refused.is_none()));
-    info!(asked, granted, "real-time posture");
-    let mut refused = Vec::new();
-    for grant in grants {
-        let Some(why) = &grant.refused else { continue };
-        let what = &grant.what;
-        warn!("real-time posture: {what} was refused: {why}");
-        refused.push(format!("{what} ({why})"));
-    }
-    if strict && !refused.is_empty() {
-        return Err(Failure::Configuration(format!(
-            "`[scan] realtime` is strict, and not all of it was granted: {}. Grant it (docs/\
-             running.md, real-time posture), or take `strict` out",
-            refused.join(", ")
-        )));
-    }
-    Ok(())
 }
 
 /// A panic goes to the log, where the other lines are, on whichever thread it is.

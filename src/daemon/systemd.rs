@@ -11,7 +11,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
-use crate::runtime::exchange::{Mode, Snapshot};
+use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 
 /// What is to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,20 +95,29 @@ impl Notices {
         if self.stopping && send(&Notice::Stopping) {
             self.stopping = false;
         }
-        if !self.ready && latest.scans > 0 {
+        if !self.ready && is_ready(latest) {
             self.ready = send(&Notice::Ready);
         }
         let often = self.watchdog.is_some_and(|limit| now >= self.fed + limit / 4);
         if often && pulses > self.pulses && send(&Notice::Watchdog) {
             (self.pulses, self.fed) = (pulses, now);
         }
-        if self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
+        // A start has its second before it is worth a word: with one, the first scan would go
+        // untold for as long.
+        let starts = latest.mode == Mode::Stop(StopReason::NotStarted) && now < STATUS_EVERY;
+        if !starts && self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
             let status = status(latest);
             if status != self.status && send(&Notice::Status(status.clone())) {
                 (self.told, self.status) = (Some(now), status);
             }
         }
     }
+}
+
+/// A scan was complete, or the start meant to be in STOP.
+fn is_ready(latest: &Snapshot) -> bool {
+    let meant = |reason| matches!(reason, StopReason::Operator | StopReason::RestartGuard);
+    latest.scans > 0 || matches!(latest.mode, Mode::Stop(reason) if meant(reason))
 }
 
 fn status(latest: &Snapshot) -> String {
@@ -123,7 +132,7 @@ fn status(latest: &Snapshot) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runtime::exchange::{FaultReason, StopReason};
+    use crate::runtime::exchange::FaultReason;
 
     fn snapshot(scans: u64, mode: Mode) -> Snapshot {
         let (bits, words, outputs) = (Box::default(), Box::default(), Box::default());
@@ -175,8 +184,26 @@ mod tests {
         let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
         assert!(!notices.due(ms(0), 0, &starting).contains(&Notice::Ready));
         let first = notices.due(ms(1), 1, &snapshot(1, Mode::Run));
-        assert_eq!(first, [Notice::Ready]);
+        assert_eq!(first, [Notice::Ready, Notice::Status("RUN, 1 scans".to_owned())]);
         assert_eq!(notices.due(ms(2), 2, &snapshot(2, Mode::Run)), []);
+    }
+
+    #[test]
+    fn a_start_that_is_meant_to_be_in_stop_is_ready_there() {
+        for reason in [StopReason::Operator, StopReason::RestartGuard] {
+            let mut notices = Notices::new(None);
+            assert_eq!(notices.due(ms(0), 0, &snapshot(0, Mode::Stop(reason)))[0], Notice::Ready);
+        }
+    }
+
+    #[test]
+    fn a_start_is_told_where_it_lasts() {
+        let mut notices = Notices::new(None);
+        let starting = snapshot(0, Mode::Stop(StopReason::NotStarted));
+        assert_eq!(notices.due(ms(20), 0, &starting), []);
+        let told = notices.due(ms(1000), 0, &starting);
+        let status = "STOP after 0 scans: the first scan is still to come".to_owned();
+        assert_eq!(told, [Notice::Status(status)]);
     }
 
     #[test]

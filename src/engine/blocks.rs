@@ -10,6 +10,7 @@ use super::image::BitCell;
 use super::memory::Memory;
 use super::ops::Kind;
 use super::program::{BlockRole, ElementCode, Program};
+use super::reach::Reach;
 use crate::isa::{Bit, BlockId, StageId};
 
 /// What the engine keeps of a block.
@@ -87,35 +88,35 @@ impl Machine {
     }
 
     /// A block's turn in the scan: its pass if one is due, then its execution if it runs.
-    pub fn turn<const F: bool>(&mut self, id: BlockId) {
+    pub fn turn<R: Reach>(&mut self, id: BlockId) {
         if std::mem::take(&mut self.state(id).pass_due) {
-            self.pass_block::<F>(id);
+            self.pass_block::<R>(id);
         }
         if !self.is_running(id) {
             return;
         }
         match self.program.block(id).role {
-            BlockRole::Program { .. } => self.turn_program::<F>(id),
+            BlockRole::Program { .. } => self.turn_program::<R>(id),
             BlockRole::TopOfScan | BlockRole::BottomOfScan => {
-                self.execute_own::<F>(id);
+                self.execute_own::<R>(id);
             }
-            BlockRole::Task => self.turn_task::<F>(id),
-            BlockRole::FirstScan | BlockRole::LastScan => self.run_once::<F>(id),
+            BlockRole::Task => self.turn_task::<R>(id),
+            BlockRole::FirstScan | BlockRole::LastScan => self.run_once::<R>(id),
         }
     }
 
-    fn turn_program<const F: bool>(&mut self, id: BlockId) {
+    fn turn_program<R: Reach>(&mut self, id: BlockId) {
         if std::mem::take(&mut self.state(id).first_turn) {
             self.enter_initial_stage(id);
         }
-        if !self.execute_own::<F>(id) {
+        if !self.execute_own::<R>(id) {
             return;
         }
         for stage in self.program.stages_of(id) {
             if std::mem::take(&mut self.stage_state(stage).pass_due) {
-                self.pass_stage::<F>(stage);
+                self.pass_stage::<R>(stage);
             }
-            if self.bit_of(Bit::Stage(stage)) && !self.execute_stage::<F>(id, stage) {
+            if self.bit_of(Bit::Stage(stage)) && !self.execute_stage::<R>(id, stage) {
                 return;
             }
         }
@@ -127,9 +128,9 @@ impl Machine {
         }
     }
 
-    fn turn_task<const F: bool>(&mut self, id: BlockId) {
+    fn turn_task<R: Reach>(&mut self, id: BlockId) {
         if !self.state(id).recurrent {
-            return self.run_once::<F>(id);
+            return self.run_once::<R>(id);
         }
         let now_ns = self.now_ns;
         let state = self.state(id);
@@ -144,12 +145,12 @@ impl Machine {
             }
             state.intervals = intervals;
         }
-        self.execute_own::<F>(id);
+        self.execute_own::<R>(id);
     }
 
     /// A run-once Task executes; unless it halted itself it is done, and its pass is due.
-    fn run_once<const F: bool>(&mut self, id: BlockId) {
-        if !self.execute_own::<F>(id) {
+    fn run_once<R: Reach>(&mut self, id: BlockId) {
+        if !self.execute_own::<R>(id) {
             return;
         }
         self.put_bit(Bit::Running(id), false);
@@ -159,32 +160,32 @@ impl Machine {
     }
 
     /// Executes a block's own rungs; `false`: the block's execution ended in them.
-    fn execute_own<const F: bool>(&mut self, id: BlockId) -> bool {
+    fn execute_own<R: Reach>(&mut self, id: BlockId) -> bool {
         let code = &self.program.blocks[id.0 as usize].own;
         let state = &mut self.blocks[id.0 as usize];
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
-        self.execute::<F>(&code, Standing { block: id, stage: None })
+        self.execute::<R>(&code, Standing { block: id, stage: None })
     }
 
-    fn execute_stage<const F: bool>(&mut self, block: BlockId, stage: StageId) -> bool {
+    fn execute_stage<R: Reach>(&mut self, block: BlockId, stage: StageId) -> bool {
         let code = &self.program.stages[stage.0 as usize];
         let state = &mut self.stages[stage.0 as usize];
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
-        self.execute::<F>(&code, Standing { block, stage: Some(stage) })
+        self.execute::<R>(&code, Standing { block, stage: Some(stage) })
     }
 
     /// Executes an element's batches; `false`: an instruction in it ended its block's execution.
-    fn execute<const F: bool>(&mut self, code: &ElementCode, standing: Standing) -> bool {
+    fn execute<R: Reach>(&mut self, code: &ElementCode, standing: Standing) -> bool {
         for at in code.batches.clone() {
             let batch = self.program.tables.batches[at as usize];
             let (first, count) = (batch.first as usize, batch.count as usize);
             if batch.kind != Kind::Control {
-                let view = self.memory.view();
-                self.program.tables.ops.run::<F>(batch.kind, first..first + count, view);
+                let view = self.memory.view::<R>();
+                self.program.tables.ops.run::<R>(batch.kind, first..first + count, view);
                 continue;
             }
             for at in first..first + count {
@@ -199,7 +200,7 @@ impl Machine {
 
     /// Executes a control instruction; `false`: it ended its block's execution.
     fn control(&mut self, control: Control, standing: Standing) -> bool {
-        let on = self.memory.view().power(control.leg) != 0;
+        let on = self.memory.image.power(control.leg);
         match control.kind {
             ControlKind::Restart(restart) => return self.restart(restart, on, standing),
             ControlKind::EnableOnce { task, history } => self.enable_once(task, history, on),
@@ -264,7 +265,7 @@ impl Machine {
     fn enable_every(&mut self, task: BlockId, every: u32, on: bool) {
         match (on, self.is_running(task)) {
             (true, false) => {
-                let every_ms = self.memory.view().word(every).max(0);
+                let every_ms = self.memory.image.words[every as usize].max(0);
                 let state = self.state(task);
                 state.recurrent = true;
                 state.every_ns = u64::from(every_ms.unsigned_abs()) * 1_000_000;

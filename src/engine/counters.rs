@@ -5,16 +5,15 @@
 //! and the termination pass use too. A loop over one kind knows its rule beforehand.
 
 use super::memory::counter_state::{DN, LOADED, PENDING, UP};
-use super::memory::{OnlyIf, View};
+use super::memory::{OnlyIf, State, View};
 use super::ops::{Leg, Operation, Touches};
+use super::reach::Reach;
 
 /// A counter structure's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Counter {
-    /// Its record of flags and state.
-    pub record: u32,
-    /// The cell of `.Acc`.
-    pub acc: u32,
+    /// Its record of flags and state, and the cell of `.Acc`.
+    pub at: u32,
 }
 
 /// The presets of UDC and UDCG: words, and whether each was given.
@@ -71,7 +70,7 @@ impl ReadRule {
 
 impl CounterRule {
     #[inline(always)]
-    fn read(&self, view: &View) -> ReadRule {
+    fn read<R: Reach>(&self, view: &View<R>) -> ReadRule {
         match self {
             CounterRule::Up(preset) => ReadRule::Up(view.word(*preset)),
             CounterRule::Down(preset) => ReadRule::Down(view.word(*preset)),
@@ -99,31 +98,27 @@ impl CounterRule {
 impl Counter {
     /// Writes `.Acc` and the flags that follow from it.
     #[inline(always)]
-    fn put<const F: bool>(&self, view: &mut View, rule: ReadRule, acc: i32, reset: u8) {
-        let acc = view.put_word::<F>(self.acc, acc);
+    fn put<R: Reach>(&self, view: &mut View<R>, rule: ReadRule, acc: i32, reset: u8) {
+        let acc = view.put_word(self.at, acc);
         let (done, dn_done) = rule.done(acc);
         let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
-        view.put_flags::<F>(self.record, flags);
+        view.put_flags(self.at, flags);
     }
 
     /// RSTCT and the termination pass: the reset value at once, `.Reset` ON.
-    pub(super) fn reset<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
+    pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
         let rule = rule.read(view);
-        self.put::<F>(view, rule, rule.reset_value(), 1);
+        self.put(view, rule, rule.reset_value(), 1);
     }
 
     /// The pass: reset, histories OFF, a pending reset gone; CNTDN has had its first load.
-    pub(super) fn terminate<const F: bool>(&self, view: &mut View, rule: &CounterRule) {
-        let record = view.record(self.record);
-        for state in [UP, DN, PENDING] {
-            record[state] = 0;
-        }
-        record[LOADED] = 1;
-        self.reset::<F>(view, rule);
+    pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
+        view.put_state(self.at, State::of([(LOADED, 1)]));
+        self.reset(view, rule);
     }
 
     fn touches(&self, t: &mut Touches) {
-        t.reads(&[self.acc]).writes_words(&[self.acc]).writes_flags(self.record);
+        t.reads(&[self.at]).writes_words(&[self.at]).writes_flags(self.at);
     }
 }
 
@@ -139,19 +134,18 @@ pub struct Cnt {
 
 impl Operation for Cnt {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (leg, rst) = (view.leg(&self.up), view.leg(&self.rst));
         let preset = view.word(self.preset);
-        let record = view.record(self.counter.record);
-        let reset = rst | record[PENDING];
-        let counts = leg & (record[UP] ^ 1);
-        record[UP] = leg;
-        record[PENDING] = 0;
-        let before = view.word(self.counter.acc);
+        let state = view.state(self.counter.at);
+        let reset = rst | state.bit(PENDING);
+        let counts = leg & (state.bit(UP) ^ 1);
+        view.put_state(self.counter.at, State::of([(UP, leg)]));
+        let before = view.word(self.counter.at);
         let counted = before.wrapping_add(i32::from(counts));
         // At the limit it stays: what wrapped is less than before.
         let acc = counted.wrapping_sub(i32::from(counted < before)).unless(reset);
-        self.counter.put::<F>(view, ReadRule::Up(preset), acc, reset);
+        self.counter.put(view, ReadRule::Up(preset), acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -171,20 +165,18 @@ pub struct Cntdn {
 
 impl Operation for Cntdn {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (leg, rst) = (view.leg(&self.dn), view.leg(&self.rst));
         let preset = view.word(self.preset);
-        let record = view.record(self.counter.record);
-        let reset = rst | record[PENDING];
-        let counts = leg & (record[DN] ^ 1);
-        let loads = reset | (record[LOADED] ^ 1);
-        record[DN] = leg;
-        record[PENDING] = 0;
-        record[LOADED] = 1;
-        let acc = view.word(self.counter.acc);
-        let from = if loads != 0 { preset } else { acc };
+        let state = view.state(self.counter.at);
+        let reset = rst | state.bit(PENDING);
+        let counts = leg & (state.bit(DN) ^ 1);
+        let loads = reset | (state.bit(LOADED) ^ 1);
+        view.put_state(self.counter.at, State::of([(DN, leg), (LOADED, 1)]));
+        let acc = view.word(self.counter.at);
+        let from = preset.only_if(loads) | acc.unless(loads);
         let acc = from.saturating_sub(i32::from(counts & (reset ^ 1)));
-        self.counter.put::<F>(view, ReadRule::Down(preset), acc, reset);
+        self.counter.put(view, ReadRule::Down(preset), acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -205,19 +197,17 @@ pub struct Udc {
 
 impl Operation for Udc {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (up, dn, rst) = (view.leg(&self.up), view.leg(&self.dn), view.leg(&self.rst));
         let rule = CounterRule::UpDown(self.presets).read(view);
-        let record = view.record(self.counter.record);
-        let reset = rst | record[PENDING];
-        let (adds, takes) = (up & (record[UP] ^ 1), dn & (record[DN] ^ 1));
-        record[UP] = up;
-        record[DN] = dn;
-        record[PENDING] = 0;
+        let state = view.state(self.counter.at);
+        let reset = rst | state.bit(PENDING);
+        let (adds, takes) = (up & (state.bit(UP) ^ 1), dn & (state.bit(DN) ^ 1));
+        view.put_state(self.counter.at, State::of([(UP, up), (DN, dn)]));
         let step = i32::from(adds) - i32::from(takes);
-        let acc = view.word(self.counter.acc).saturating_add(step);
+        let acc = view.word(self.counter.at).saturating_add(step);
         let acc = acc.unless(reset);
-        self.counter.put::<F>(view, rule, acc, reset);
+        self.counter.put(view, rule, acc, reset);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -237,10 +227,11 @@ pub struct Rstct {
 
 impl Operation for Rstct {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) != 0 {
-            view.record(self.counter.record)[PENDING] = 1;
-            self.counter.reset::<F>(view, &self.rule);
+            let state = view.state(self.counter.at);
+            view.put_state(self.counter.at, state.with(PENDING));
+            self.counter.reset(view, &self.rule);
         }
     }
 

@@ -3,6 +3,9 @@
 //! A forced cell keeps its value because every write to it is discarded (`View` in `memory` does
 //! that). Observers read the image between scans.
 
+use super::ops::Power;
+use super::reach::NEAR;
+
 /// A bit's place in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BitCell(pub u32);
@@ -19,18 +22,34 @@ pub struct Image {
     pub(super) forced_bits: Box<[bool]>,
     pub(super) forced_words: Box<[bool]>,
     forces: u32,
+    /// How many cells the program has; memory may be longer, for [`NEAR`]'s sake.
+    bit_count: usize,
+    word_count: usize,
 }
 
 impl Image {
     /// An image of so many cells, all OFF and 0.
     pub(super) fn new(bits: usize, words: usize) -> Image {
+        let room = |cells: usize| cells.max(NEAR);
         Image {
-            bits: vec![0; bits].into(),
-            words: vec![0; words].into(),
+            bits: vec![0; room(bits)].into(),
+            words: vec![0; room(words)].into(),
             forced_bits: vec![false; bits].into(),
             forced_words: vec![false; words].into(),
             forces: 0,
+            bit_count: bits,
+            word_count: words,
         }
+    }
+
+    /// Whether the number of every cell has 16 bits.
+    pub(super) fn is_near(&self) -> bool {
+        self.bit_count <= NEAR && self.word_count <= NEAR
+    }
+
+    /// Whether a power is ON.
+    pub(super) fn power(&self, power: Power) -> bool {
+        self.bit(BitCell(power.cell())) != power.is_opposite()
     }
 
     /// Whether a bit is ON.
@@ -45,12 +64,12 @@ impl Image {
 
     /// All bits, 0 or 1 each, by cell.
     pub fn bits(&self) -> &[u8] {
-        &self.bits
+        &self.bits[..self.bit_count]
     }
 
     /// All words, by cell.
     pub fn words(&self) -> &[i32] {
-        &self.words
+        &self.words[..self.word_count]
     }
 
     /// How many cells are forced.

@@ -64,11 +64,12 @@ impl Layout {
             next += count;
             first
         };
-        let timer_acc = take(sizes.t);
+        // `.Acc` in the order of the records, whose numbers are thereby theirs too.
+        let (counter_acc, timer_acc) = (take(sizes.ct), take(sizes.t));
+        let sensaphone_acc = take(SENSAPHONE_COUNT);
         let v = take(sizes.v);
         let (d, mhr, mir) = (take(sizes.d), take(sizes.mhr), take(sizes.mir));
-        let (dst, counter_acc) = (take(DST_COUNT), take(sizes.ct));
-        let (sensaphone_acc, sensaphone_pre) = (take(SENSAPHONE_COUNT), take(SENSAPHONE_COUNT));
+        let (dst, sensaphone_pre) = (take(DST_COUNT), take(SENSAPHONE_COUNT));
         let words = take(0);
         Layout {
             sizes: sizes.clone(),
@@ -158,7 +159,7 @@ impl Layout {
         self.record(structure) * RECORD as u32
     }
 
-    /// Which record of bits is a structure's.
+    /// Which record of bits is a structure's; its `.Acc` is the word of that number.
     pub(crate) fn record(&self, structure: Structure) -> u32 {
         let record = RECORD as u32;
         match structure {

@@ -4,6 +4,7 @@
 
 use super::memory::View;
 use super::ops::{Leg, Operation, Powers, Touches};
+use super::reach::Reach;
 
 /// `cell = a & b`.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +34,8 @@ macro_rules! and {
     ($($and:ident)*) => {$(
         impl Operation for $and {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
-                view.bits[self.cell as usize] = view.all(&self.of);
+            fn run<R: Reach>(&self, view: &mut View<R>) {
+                view.put_own(self.cell, view.all(&self.of));
             }
 
             fn touches(&self, t: &mut Touches) {
@@ -59,10 +60,10 @@ macro_rules! edges {
 
         impl Operation for $edge {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
+            fn run<R: Reach>(&self, view: &mut View<R>) {
                 let ($now, $before) = (view.bit(self.bit), view.bit(self.history));
-                view.bits[self.history as usize] = $now;
-                view.bits[self.cell as usize] = $found;
+                view.put_own(self.history, $now);
+                view.put_own(self.cell, $found);
             }
 
             fn touches(&self, t: &mut Touches) {
@@ -92,9 +93,8 @@ macro_rules! compares {
 
         impl Operation for $compare {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
-                view.bits[self.cell as usize] =
-                    u8::from(view.word(self.a) $operator view.word(self.b));
+            fn run<R: Reach>(&self, view: &mut View<R>) {
+                view.put_own(self.cell, u8::from(view.word(self.a) $operator view.word(self.b)));
             }
 
             fn touches(&self, t: &mut Touches) {
@@ -123,9 +123,9 @@ macro_rules! coils {
 
         impl Operation for $coil {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
+            fn run<R: Reach>(&self, view: &mut View<R>) {
                 let ($leg, $bit) = (view.all(&self.leg), view.bit(self.bit));
-                view.put_bit::<F>(self.bit, $value);
+                view.put_bit(self.bit, $value);
             }
 
             fn touches(&self, t: &mut Touches) {
@@ -159,11 +159,11 @@ macro_rules! edge_coils {
 
         impl Operation for $coil {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
+            fn run<R: Reach>(&self, view: &mut View<R>) {
                 let ($now, $before) = (view.leg(&self.leg), view.bit(self.history));
                 let $bit = view.bit(self.bit);
-                view.bits[self.history as usize] = $now;
-                view.put_bit::<F>(self.bit, $value);
+                view.put_own(self.history, $now);
+                view.put_bit(self.bit, $value);
             }
 
             fn touches(&self, t: &mut Touches) {
@@ -195,10 +195,10 @@ pub struct Target {
 
 impl Target {
     #[inline(always)]
-    fn put<const F: bool>(&self, view: &mut View, leg: u8, value: i64) {
+    fn put<R: Reach>(&self, view: &mut View<R>, leg: u8, value: i64) {
         let before = view.word(self.word);
         let bounded = value.clamp(i64::from(self.min), i64::from(self.max)) as i32;
-        view.put_word::<F>(self.word, if leg != 0 { bounded } else { before });
+        view.put_word(self.word, if leg != 0 { bounded } else { before });
     }
 }
 
@@ -213,9 +213,9 @@ pub struct Move {
 
 impl Operation for Move {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (leg, value) = (view.leg(&self.leg), i64::from(view.word(self.a)));
-        self.to.put::<F>(view, leg, value);
+        self.to.put(view, leg, value);
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -237,10 +237,10 @@ macro_rules! arithmetic {
 
         impl Operation for $op {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
+            fn run<R: Reach>(&self, view: &mut View<R>) {
                 let (a, b) = (i64::from(view.word(self.a)), i64::from(view.word(self.b)));
                 let leg = view.leg(&self.leg);
-                self.to.put::<F>(view, leg, a $operator b);
+                self.to.put(view, leg, a $operator b);
             }
 
             fn touches(&self, t: &mut Touches) {

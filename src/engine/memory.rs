@@ -4,36 +4,71 @@
 //! registers. The loops are compiled twice: without forces (`F = false`) a write is a plain store.
 
 use super::image::Image;
-use super::ops::{Leg, Power, Powers};
+use super::ops::{Leg, Powers};
+use super::reach::{Cells, Reach, Records};
 
 /// Bits of one structure, side by side: the flags that a program sees (four; of a Sensaphone
 /// counter five), then what the owning instruction remembers between its executions. One look-up
-/// finds them all, in one cache line.
+/// finds them all, in one cache line. The number of a record is that of the structure's `.Acc`
+/// among the words too.
 pub(super) const RECORD: usize = 8;
 
-/// Where in a counter's record its owner's state lies.
-pub(super) mod counter_state {
-    /// Edge history of UP.
-    pub const UP: usize = 4;
-    /// Edge history of DN.
-    pub const DN: usize = 5;
-    /// A RSTCT reset is pending.
-    pub const PENDING: usize = 6;
-    /// CNTDN: the preset was loaded once, or a pass came first.
-    pub const LOADED: usize = 7;
+/// How many bits of a record the program sees of a counter or timer; the rest is [`State`].
+const FLAGS: usize = 4;
+
+/// What the owner of a counter or timer remembers: four bits, a byte each.
+///
+/// Read and written in one go: such loops wait for loads and stores more than for arithmetic.
+#[derive(Clone, Copy, Default)]
+pub(super) struct State(u32);
+
+impl State {
+    /// The state in which these bits (0 or 1) are as given, all others OFF.
+    #[inline(always)]
+    pub fn of<const N: usize>(bits: [(u32, u8); N]) -> State {
+        State(bits.iter().fold(0, |all, (place, bit)| all | u32::from(*bit) << (8 * place)))
+    }
+
+    /// One of its bits.
+    #[inline(always)]
+    pub fn bit(self, place: u32) -> u8 {
+        (self.0 >> (8 * place)) as u8
+    }
+
+    /// The same with one bit ON.
+    pub fn with(self, place: u32) -> State {
+        State(self.0 | 1 << (8 * place))
+    }
+
+    /// The same with one bit OFF.
+    pub fn without(self, place: u32) -> State {
+        State(self.0 & !(1 << (8 * place)))
+    }
 }
 
-/// Where in a timer's record its owner's state lies.
+/// The bits of a counter's state.
+pub(super) mod counter_state {
+    /// Edge history of UP.
+    pub const UP: u32 = 0;
+    /// Edge history of DN.
+    pub const DN: u32 = 1;
+    /// A RSTCT reset is pending.
+    pub const PENDING: u32 = 2;
+    /// CNTDN: the preset was loaded once, or a pass came first.
+    pub const LOADED: u32 = 3;
+}
+
+/// The bits of a timer's state.
 pub(super) mod timer_state {
     /// Time was running at the last execution: the next one adds what has passed since.
     /// OFFDTMR: it is timing down.
-    pub const RUNNING: usize = 4;
+    pub const RUNNING: u32 = 0;
     /// OFFDTMR: the leg was ON at the last execution.
-    pub const LEG: usize = 5;
+    pub const LEG: u32 = 1;
     /// A RSTT reset is pending.
-    pub const PENDING: usize = 6;
+    pub const PENDING: u32 = 2;
     /// TMRADOWN: the preset was loaded once, or a pass came first.
-    pub const LOADED: usize = 7;
+    pub const LOADED: u32 = 3;
 }
 
 /// Where in a Sensaphone counter's record the edge histories lie.
@@ -74,20 +109,21 @@ impl OnlyIf for i32 {
     }
 }
 
-/// [`Memory`] as slices, for one batch.
-pub(super) struct View<'a> {
-    pub bits: &'a mut [u8],
-    pub words: &'a mut [i32],
+/// [`Memory`] for one batch.
+pub(super) struct View<'a, R: Reach> {
+    bits: &'a mut R::Bits,
+    words: &'a mut R::Words,
     forced_bits: &'a [bool],
     forced_words: &'a [bool],
     pub elapsed_ms: i32,
 }
 
 impl Memory {
-    pub fn view(&mut self) -> View<'_> {
+    #[inline(always)]
+    pub fn view<R: Reach>(&mut self) -> View<'_, R> {
         View {
-            bits: &mut self.image.bits,
-            words: &mut self.image.words,
+            bits: R::bits(&mut self.image.bits),
+            words: R::words(&mut self.image.words),
             forced_bits: &self.image.forced_bits,
             forced_words: &self.image.forced_words,
             elapsed_ms: self.elapsed_ms,
@@ -95,13 +131,7 @@ impl Memory {
     }
 }
 
-impl View<'_> {
-    /// Reads a power: a bit, or its opposite.
-    #[inline(always)]
-    pub fn power(&self, power: Power) -> u8 {
-        self.bits[(power.0 >> 1) as usize] ^ (power.0 & 1) as u8
-    }
-
+impl<R: Reach> View<'_, R> {
     /// Reads a leg.
     #[inline(always)]
     pub fn leg(&self, leg: &Leg) -> u8 {
@@ -111,33 +141,39 @@ impl View<'_> {
     /// Whether all of these powers are ON.
     #[inline(always)]
     pub fn all<const N: usize>(&self, powers: &Powers<N>) -> u8 {
-        let power = |at: usize| self.bits[powers.cells[at] as usize] ^ powers.opposites[at];
+        let power = |at: usize| self.bit(powers.cells[at]) ^ powers.opposites[at];
         (1..N).fold(power(0), |all, at| all & power(at))
     }
 
     #[inline(always)]
     pub fn bit(&self, cell: u32) -> u8 {
-        self.bits[cell as usize]
+        *self.bits.cell(cell)
     }
 
     #[inline(always)]
     pub fn word(&self, cell: u32) -> i32 {
-        self.words[cell as usize]
+        *self.words.cell(cell)
     }
 
     /// Writes a bit, unless it is forced.
     #[inline(always)]
-    pub fn put_bit<const F: bool>(&mut self, cell: u32, value: u8) {
-        if !F || !self.forced_bits[cell as usize] {
-            self.bits[cell as usize] = value;
+    pub fn put_bit(&mut self, cell: u32, value: u8) {
+        if !R::FORCED || !self.forced_bits[cell as usize] {
+            *self.bits.cell_mut(cell) = value;
         }
+    }
+
+    /// Writes a bit that is the program's own, and so never forced.
+    #[inline(always)]
+    pub fn put_own(&mut self, cell: u32, value: u8) {
+        *self.bits.cell_mut(cell) = value;
     }
 
     /// Writes a word, unless it is forced; gives what it then holds.
     #[inline(always)]
-    pub fn put_word<const F: bool>(&mut self, cell: u32, value: i32) -> i32 {
-        let word = &mut self.words[cell as usize];
-        if !F || !self.forced_words[cell as usize] {
+    pub fn put_word(&mut self, cell: u32, value: i32) -> i32 {
+        let word = self.words.cell_mut(cell);
+        if !R::FORCED || !self.forced_words[cell as usize] {
             *word = value;
         }
         *word
@@ -146,16 +182,29 @@ impl View<'_> {
     /// A structure's record.
     #[inline(always)]
     pub fn record(&mut self, at: u32) -> &mut [u8; RECORD] {
-        &mut self.bits.as_chunks_mut().0[at as usize]
+        self.bits.record(at)
+    }
+
+    /// What the owner of a counter or timer remembers.
+    #[inline(always)]
+    pub fn state(&mut self, record: u32) -> State {
+        let [_, _, _, _, state @ ..] = *self.record(record);
+        State(u32::from_le_bytes(state))
+    }
+
+    /// Has it remembered.
+    #[inline(always)]
+    pub fn put_state(&mut self, record: u32, state: State) {
+        self.record(record)[FLAGS..].copy_from_slice(&state.0.to_le_bytes());
     }
 
     /// Writes the four flags of a counter or timer, in the order of the layout.
     #[inline(always)]
-    pub fn put_flags<const F: bool>(&mut self, record: u32, flags: [u8; 4]) {
-        if F {
+    pub fn put_flags(&mut self, record: u32, flags: [u8; 4]) {
+        if R::FORCED {
             let first = record * RECORD as u32;
             for (cell, flag) in (first..).zip(flags) {
-                self.put_bit::<F>(cell, flag);
+                self.put_bit(cell, flag);
             }
             return;
         }

@@ -22,6 +22,7 @@ mod logic;
 mod memory;
 pub mod ops;
 mod program;
+mod reach;
 mod scan;
 mod sensaphone;
 mod termination;

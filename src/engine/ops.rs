@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::memory::{RECORD, View};
+use super::reach::Reach;
 
 /// A bit to be read as it is or as its opposite: twice the cell, plus 1 for the opposite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,6 +28,11 @@ impl Power {
     /// The cell it reads.
     pub fn cell(self) -> u32 {
         self.0 >> 1
+    }
+
+    /// Whether it reads the opposite.
+    pub fn is_opposite(self) -> bool {
+        self.0 & 1 == 1
     }
 }
 
@@ -52,7 +58,10 @@ pub struct Powers<const N: usize> {
 impl<const N: usize> Powers<N> {
     /// These powers.
     pub fn new(powers: [Power; N]) -> Powers<N> {
-        Powers { cells: powers.map(Power::cell), opposites: powers.map(|p| (p.0 & 1) as u8) }
+        Powers {
+            cells: powers.map(Power::cell),
+            opposites: powers.map(|p| u8::from(p.is_opposite())),
+        }
     }
 
     /// Each of them.
@@ -120,8 +129,8 @@ impl Touches {
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {
-    /// Executes it; with `F`, writes to forced cells are discarded.
-    fn run<const F: bool>(&self, view: &mut View);
+    /// Executes it.
+    fn run<R: Reach>(&self, view: &mut View<R>);
     /// Adds what it reads and writes.
     fn touches(&self, t: &mut Touches);
 }
@@ -169,9 +178,9 @@ macro_rules! kinds {
             }
 
             /// Executes a batch of one kind; not for control.
-            pub(super) fn run<const F: bool>(&self, kind: Kind, at: Range<usize>, view: View) {
+            pub(super) fn run<R: Reach>(&self, kind: Kind, at: Range<usize>, view: View<R>) {
                 match kind {
-                    $(Kind::$kind => run_all::<F, $kind>(&self.$table[at], view),)*
+                    $(Kind::$kind => run_all::<R, $kind>(&self.$table[at], view),)*
                     Kind::Control => unreachable!("control is executed by the blocks"),
                 }
             }
@@ -179,9 +188,11 @@ macro_rules! kinds {
     };
 }
 
-fn run_all<const F: bool, O: Operation>(ops: &[O], mut view: View) {
+/// A function of its own, so that the loop's pointers have all registers to themselves.
+#[inline(never)]
+fn run_all<R: Reach, O: Operation>(ops: &[O], mut view: View<R>) {
     for op in ops {
-        op.run::<F>(&mut view);
+        op.run(&mut view);
     }
 }
 

@@ -9,6 +9,7 @@ use super::events::{BlockEvent, Events};
 use super::image::{BitCell, Image, WordCell};
 use super::memory::Memory;
 use super::program::{BlockRole, Program};
+use super::reach::{Far, Forced, Near, Reach};
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 
@@ -134,32 +135,33 @@ impl Engine {
 
     /// Step 3: one queued write of a public bit. Discarded while it is forced.
     pub fn write_bit(&mut self, cell: BitCell, on: bool) {
-        self.machine.memory.view().put_bit::<true>(cell.0, u8::from(on));
+        self.machine.memory.view::<Forced>().put_bit(cell.0, u8::from(on));
     }
 
     /// Step 3: one queued write of a public word; the value is within the word's range.
     pub fn write_word(&mut self, cell: WordCell, value: i32) {
-        self.machine.memory.view().put_word::<true>(cell.0, value);
+        self.machine.memory.view::<Forced>().put_word(cell.0, value);
     }
 
     /// Steps 4 to 7: the built-in Tasks, Programs and Tasks, each at its turn.
     pub fn execute(&mut self) -> ScanEnd {
-        if self.machine.memory.image.forces() > 0 {
-            self.execute_with::<true>()
-        } else {
-            self.execute_with::<false>()
+        let image = &self.machine.memory.image;
+        match (image.forces(), image.is_near()) {
+            (0, true) => self.execute_with::<Near>(),
+            (0, false) => self.execute_with::<Far>(),
+            _ => self.execute_with::<Forced>(),
         }
         self.scans = self.scans.saturating_add(1);
         ScanEnd { last: self.last }
     }
 
-    fn execute_with<const F: bool>(&mut self) {
+    fn execute_with<R: Reach>(&mut self) {
         if self.last {
             self.start_last_scan_task();
         }
         for at in 0..self.machine.program.order.len() {
             let id = self.machine.program.order[at];
-            self.machine.turn::<F>(id);
+            self.machine.turn::<R>(id);
         }
     }
 
@@ -178,17 +180,17 @@ impl Engine {
     /// scan order; then no block is Running.
     pub fn terminate(&mut self) {
         self.machine.events.clear();
-        if self.machine.memory.image.forces() > 0 {
-            self.terminate_with::<true>();
-        } else {
-            self.terminate_with::<false>();
+        // Once in a long time: not compiled for near reach.
+        match self.machine.memory.image.forces() {
+            0 => self.terminate_with::<Far>(),
+            _ => self.terminate_with::<Forced>(),
         }
     }
 
-    fn terminate_with<const F: bool>(&mut self) {
+    fn terminate_with<R: Reach>(&mut self) {
         for at in 0..self.machine.program.order.len() {
             let id = self.machine.program.order[at];
-            self.machine.pass_block::<F>(id);
+            self.machine.pass_block::<R>(id);
         }
         for at in 0..self.machine.blocks.len() {
             self.machine.halt(BlockId(at as u32));

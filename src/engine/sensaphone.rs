@@ -6,14 +6,13 @@
 use super::memory::sensaphone_state::{DOWN, UP};
 use super::memory::{RECORD, View};
 use super::ops::{Leg, Operation, Touches};
+use super::reach::Reach;
 
 /// A Sensaphone counter's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensaphone {
-    /// Its record of flags (CU, CD, DN, OV, UN) and edge histories.
-    pub record: u32,
-    /// The cell of ACC.
-    pub acc: u32,
+    /// Its record of flags (CU, CD, DN, OV, UN) and edge histories, and the cell of ACC.
+    pub at: u32,
     /// The cell of PRE.
     pub pre: u32,
     /// The word that an instruction with a preset from a location copies to PRE.
@@ -30,47 +29,47 @@ const FLAGS: u32 = 5;
 impl Sensaphone {
     /// The cell of a flag.
     fn flag(&self, flag: u32) -> u32 {
-        self.record * RECORD as u32 + flag
+        self.at * RECORD as u32 + flag
     }
 
     /// The pass over CTU: the rung is false there.
-    pub(super) fn terminate_up<const F: bool>(&self, view: &mut View) {
-        view.record(self.record)[UP] = 0;
-        view.put_bit::<F>(self.flag(CU), 0);
+    pub(super) fn terminate_up<R: Reach>(&self, view: &mut View<R>) {
+        view.record(self.at)[UP] = 0;
+        view.put_bit(self.flag(CU), 0);
     }
 
     /// The pass over CTD.
-    pub(super) fn terminate_down<const F: bool>(&self, view: &mut View) {
-        view.record(self.record)[DOWN] = 0;
-        view.put_bit::<F>(self.flag(CD), 0);
+    pub(super) fn terminate_down<R: Reach>(&self, view: &mut View<R>) {
+        view.record(self.at)[DOWN] = 0;
+        view.put_bit(self.flag(CD), 0);
     }
 
     /// One step up or down, if it counts; and what follows from ACC and PRE.
     #[inline(always)]
-    fn step<const F: bool>(&self, view: &mut View, counts: u8, by: i16) {
+    fn step<R: Reach>(&self, view: &mut View<R>, counts: u8, by: i16) {
         if let Some(preset) = self.preset {
             let preset = view.word(preset).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
-            view.put_word::<F>(self.pre, preset);
+            view.put_word(self.pre, preset);
         }
-        let before = view.word(self.acc);
+        let before = view.word(self.at);
         if counts != 0 {
             let (after, wraps) = (before as i16).overflowing_add(by);
-            view.put_word::<F>(self.acc, i32::from(after));
+            view.put_word(self.at, i32::from(after));
             if wraps {
-                self.wrap::<F>(view, by);
+                self.wrap(view, by);
             }
         }
-        let done = view.word(self.acc) >= view.word(self.pre);
-        view.put_bit::<F>(self.flag(DN), u8::from(done));
+        let done = view.word(self.at) >= view.word(self.pre);
+        view.put_bit(self.flag(DN), u8::from(done));
     }
 
     /// A step that wraps sets its flag, or clears the other's if that one wrapped before it.
-    fn wrap<const F: bool>(&self, view: &mut View, by: i16) {
+    fn wrap<R: Reach>(&self, view: &mut View<R>, by: i16) {
         let (own, other) = if by > 0 { (OV, UN) } else { (UN, OV) };
         if view.bit(self.flag(other)) != 0 {
-            view.put_bit::<F>(self.flag(other), 0);
+            view.put_bit(self.flag(other), 0);
         } else {
-            view.put_bit::<F>(self.flag(own), 1);
+            view.put_bit(self.flag(own), 1);
         }
     }
 
@@ -78,7 +77,7 @@ impl Sensaphone {
         if let Some(preset) = self.preset {
             t.reads(&[preset]);
         }
-        t.reads(&[self.acc, self.pre]).writes_words(&[self.acc, self.pre]);
+        t.reads(&[self.at, self.pre]).writes_words(&[self.at, self.pre]);
         for flag in 0..FLAGS {
             t.writes_bits(&[self.flag(flag)]);
         }
@@ -105,13 +104,13 @@ macro_rules! steps {
     ($($op:ident $history:ident $enabled:ident $by:literal;)*) => {$(
         impl Operation for $op {
             #[inline(always)]
-            fn run<const F: bool>(&self, view: &mut View) {
+            fn run<R: Reach>(&self, view: &mut View<R>) {
                 let leg = view.leg(&self.leg);
-                let history = &mut view.record(self.counter.record)[$history];
+                let history = &mut view.record(self.counter.at)[$history];
                 let counts = leg & (*history ^ 1);
                 *history = leg;
-                view.put_bit::<F>(self.counter.flag($enabled), leg);
-                self.counter.step::<F>(view, counts, $by);
+                view.put_bit(self.counter.flag($enabled), leg);
+                self.counter.step(view, counts, $by);
             }
 
             fn touches(&self, t: &mut Touches) {
@@ -136,13 +135,13 @@ pub struct Res {
 
 impl Operation for Res {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }
-        view.put_word::<F>(self.counter.acc, 0);
+        view.put_word(self.counter.at, 0);
         for flag in 0..FLAGS {
-            view.put_bit::<F>(self.counter.flag(flag), 0);
+            view.put_bit(self.counter.flag(flag), 0);
         }
     }
 

@@ -6,18 +6,19 @@
 use super::blocks::Machine;
 use super::events::Element;
 use super::program::{ElementCode, Termination};
+use super::reach::Reach;
 use crate::isa::{BlockId, StageId};
 
 impl Machine {
     /// A block's pass: its own rungs, then the Stages that executed; then its Stages go OFF.
-    pub fn pass_block<const F: bool>(&mut self, id: BlockId) {
+    pub fn pass_block<R: Reach>(&mut self, id: BlockId) {
         if std::mem::take(&mut self.blocks[id.0 as usize].executed) {
             let code = self.program.block(id).own.clone();
-            self.pass::<F>(&code);
+            self.pass::<R>(&code);
             self.terminated(Element::Block(id));
         }
         for stage in self.program.stages_of(id) {
-            self.pass_stage::<F>(stage);
+            self.pass_stage::<R>(stage);
             self.stages[stage.0 as usize].pass_due = false;
         }
         for stage in self.program.stages_of(id) {
@@ -26,29 +27,29 @@ impl Machine {
     }
 
     /// A Stage's pass, if it executed since the last one.
-    pub fn pass_stage<const F: bool>(&mut self, stage: StageId) {
+    pub fn pass_stage<R: Reach>(&mut self, stage: StageId) {
         if std::mem::take(&mut self.stages[stage.0 as usize].executed) {
             let code = self.program.stages[stage.0 as usize].clone();
-            self.pass::<F>(&code);
+            self.pass::<R>(&code);
             self.terminated(Element::Stage(stage));
         }
     }
 
-    fn pass<const F: bool>(&mut self, code: &ElementCode) {
+    fn pass<R: Reach>(&mut self, code: &ElementCode) {
         for at in code.terminations.clone() {
             if let Termination::DisableTask(task) = self.program.tables.terminations[at as usize] {
                 self.halt(task);
                 continue;
             }
-            let mut view = self.memory.view();
+            let mut view = self.memory.view::<R>();
             match &self.program.tables.terminations[at as usize] {
-                Termination::BitOff(bit) => view.put_bit::<F>(*bit, 0),
-                Termination::HistoryOff(cell) => view.bits[*cell as usize] = 0,
-                Termination::Counter(counter, rule) => counter.terminate::<F>(&mut view, rule),
-                Termination::Timer(timer, rule) => timer.terminate::<F>(&mut view, *rule),
+                Termination::BitOff(bit) => view.put_bit(*bit, 0),
+                Termination::HistoryOff(cell) => view.put_own(*cell, 0),
+                Termination::Counter(counter, rule) => counter.terminate(&mut view, rule),
+                Termination::Timer(timer, rule) => timer.terminate(&mut view, *rule),
                 Termination::HoldTimer(timer) => timer.hold(&mut view),
-                Termination::CountUp(counter) => counter.terminate_up::<F>(&mut view),
-                Termination::CountDown(counter) => counter.terminate_down::<F>(&mut view),
+                Termination::CountUp(counter) => counter.terminate_up(&mut view),
+                Termination::CountDown(counter) => counter.terminate_down(&mut view),
                 Termination::DisableTask(_) => unreachable!("handled above"),
             }
         }

@@ -6,16 +6,15 @@
 //! preset `<= 0` is treated as 0.
 
 use super::memory::timer_state::{LEG, LOADED, PENDING, RUNNING};
-use super::memory::{OnlyIf, RECORD, View};
+use super::memory::{OnlyIf, State, View};
 use super::ops::{Leg, Operation, Touches};
+use super::reach::Reach;
 
 /// A timer structure's places.
 #[derive(Clone, Copy, Debug)]
 pub struct Timer {
-    /// Its record of flags (Done, Reset, Zero, Timing) and state.
-    pub record: u32,
-    /// The cell of `.Acc`.
-    pub acc: u32,
+    /// Its record of flags (Done, Reset, Zero, Timing) and state, and the cell of `.Acc`.
+    pub at: u32,
     /// The word of the preset.
     pub preset: u32,
 }
@@ -31,57 +30,49 @@ pub enum TimerRule {
 
 impl Timer {
     #[inline(always)]
-    fn preset(&self, view: &View) -> i32 {
+    fn preset<R: Reach>(&self, view: &View<R>) -> i32 {
         view.word(self.preset).max(0)
     }
 
     #[inline(always)]
-    fn record<'a>(&self, view: &'a mut View) -> &'a mut [u8; RECORD] {
-        view.record(self.record)
-    }
-
-    #[inline(always)]
-    fn acc(&self, view: &View) -> i32 {
-        view.word(self.acc)
+    fn acc<R: Reach>(&self, view: &View<R>) -> i32 {
+        view.word(self.at)
     }
 
     /// Writes `.Acc`; gives what it then holds.
     #[inline(always)]
-    fn put_acc<const F: bool>(&self, view: &mut View, acc: i32) -> i32 {
-        view.put_word::<F>(self.acc, acc)
+    fn put_acc<R: Reach>(&self, view: &mut View<R>, acc: i32) -> i32 {
+        view.put_word(self.at, acc)
     }
 
     #[inline(always)]
-    fn put_flags<const F: bool>(&self, view: &mut View, acc: i32, flags: Flags) {
+    fn put_flags<R: Reach>(&self, view: &mut View<R>, acc: i32, flags: Flags) {
         let zero = u8::from(acc == 0);
-        view.put_flags::<F>(self.record, [flags.done, flags.reset, zero, flags.timing]);
+        view.put_flags(self.at, [flags.done, flags.reset, zero, flags.timing]);
     }
 
     /// The reset state: the reset value, `.Reset` ON, `.Done` and `.Timing` OFF.
     #[inline(always)]
-    pub(super) fn reset<const F: bool>(&self, view: &mut View, rule: TimerRule) {
+    pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: TimerRule) {
         let value = if rule == TimerRule::Preset { self.preset(view) } else { 0 };
-        let acc = self.put_acc::<F>(view, value);
-        self.put_flags::<F>(view, acc, Flags { done: 0, reset: 1, timing: 0 });
+        let acc = self.put_acc(view, value);
+        self.put_flags(view, acc, Flags { done: 0, reset: 1, timing: 0 });
     }
 
     /// The pass: the reset state, nothing running, a pending reset gone.
-    pub(super) fn terminate<const F: bool>(&self, view: &mut View, rule: TimerRule) {
-        let record = self.record(view);
-        for state in [RUNNING, LEG, PENDING] {
-            record[state] = 0;
-        }
-        record[LOADED] = 1;
-        self.reset::<F>(view, rule);
+    pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: TimerRule) {
+        view.put_state(self.at, State::of([(LOADED, 1)]));
+        self.reset(view, rule);
     }
 
     /// The pass over TMRAG: the time until its next execution does not count.
-    pub(super) fn hold(&self, view: &mut View) {
-        self.record(view)[RUNNING] = 0;
+    pub(super) fn hold<R: Reach>(&self, view: &mut View<R>) {
+        let state = view.state(self.at);
+        view.put_state(self.at, state.without(RUNNING));
     }
 
     fn touches(&self, t: &mut Touches) {
-        t.reads(&[self.acc, self.preset]).writes_words(&[self.acc]).writes_flags(self.record);
+        t.reads(&[self.at, self.preset]).writes_words(&[self.at]).writes_flags(self.at);
     }
 }
 
@@ -97,17 +88,16 @@ struct Flags {
 /// Branch-free: which of reset, first and further executions it is, is mixed up between
 /// neighbours and scans, and a mispredicted branch costs more than all of this.
 #[inline(always)]
-fn run_up<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
+fn run_up<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
-    let record = timer.record(view);
-    let on = leg & (record[PENDING] ^ 1);
-    let adds = on & record[RUNNING];
-    record[PENDING] = 0;
-    record[RUNNING] = on;
+    let state = view.state(timer.at);
+    let on = leg & (state.bit(PENDING) ^ 1);
+    let adds = on & state.bit(RUNNING);
+    view.put_state(timer.at, State::of([(RUNNING, on)]));
     let acc = up(timer.acc(view), view.elapsed_ms).only_if(adds);
-    let acc = timer.put_acc::<F>(view, acc);
+    let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc >= preset);
-    timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing: on });
+    timer.put_flags(view, acc, Flags { done, reset: on ^ 1, timing: on });
     done
 }
 
@@ -138,10 +128,10 @@ macro_rules! one_leg {
 
         impl Operation for $op {
             #[inline(always)]
-            fn run<const F: bool>(&self, $view: &mut View) {
+            fn run<R: Reach>(&self, $view: &mut View<R>) {
                 let ($timer, $leg) = (&self.timer, $view.leg(&self.leg));
                 let done = $run;
-                $($view.put_bit::<F>(self.$output, done);)?
+                $($view.put_bit(self.$output, done);)?
                 let _ = done;
             }
 
@@ -155,13 +145,13 @@ macro_rules! one_leg {
 
 one_leg! {
     /// ONDTMR.
-    Ondtmr { output } |timer, view, leg| run_up::<F>(timer, view, leg);
+    Ondtmr { output } |timer, view, leg| run_up(timer, view, leg);
     /// TMR.
-    Tmr { } |timer, view, leg| run_up::<F>(timer, view, leg);
+    Tmr { } |timer, view, leg| run_up(timer, view, leg);
     /// OFFDTMR.
-    Offdtmr { output } |timer, view, leg| run_off_delay::<F>(timer, view, leg);
+    Offdtmr { output } |timer, view, leg| run_off_delay(timer, view, leg);
     /// TMRDOWN.
-    Tmrdown { } |timer, view, leg| run_down::<F>(timer, view, leg);
+    Tmrdown { } |timer, view, leg| run_down(timer, view, leg);
 }
 
 /// One execution of OFFDTMR: the rows of its table; gives the output.
@@ -169,39 +159,37 @@ one_leg! {
 /// Branch-free, for the reason given at `run_up`. The leg ON, and the first execution with the leg
 /// OFF after it, load the preset; while timing down time is taken away; else `.Acc` is 0.
 #[inline(always)]
-fn run_off_delay<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
+fn run_off_delay<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
-    let record = timer.record(view);
-    let off = leg ^ 1;
-    let reset_pending = off & record[PENDING];
-    let falls = off & record[LEG] & (reset_pending ^ 1);
-    let times = off & (record[LEG] ^ 1) & record[RUNNING] & (reset_pending ^ 1);
-    record[PENDING] = 0;
-    record[LEG] = leg;
+    let state = view.state(timer.at);
+    let (was_on, was_timing, pending) = (state.bit(LEG), state.bit(RUNNING), state.bit(PENDING));
+    let live = (leg | pending) ^ 1;
+    let counts = live & (was_on | was_timing);
+    let loads = leg | was_on;
     let remaining = down(timer.acc(view), view.elapsed_ms);
-    let acc = preset.only_if(leg | falls) | remaining.only_if(times);
-    let acc = timer.put_acc::<F>(view, acc);
-    let timing = (falls | times) & u8::from(acc > 0);
-    timer.record(view)[RUNNING] = timing;
-    let done = off & (reset_pending ^ 1) & u8::from(acc <= 0);
-    timer.put_flags::<F>(view, acc, Flags { done, reset: leg | reset_pending, timing });
+    let acc = preset.only_if(loads) | remaining.unless(loads);
+    let acc = timer.put_acc(view, acc.only_if(leg | counts));
+    let positive = u8::from(acc > 0);
+    let timing = counts & positive;
+    view.put_state(timer.at, State::of([(RUNNING, timing), (LEG, leg)]));
+    let done = live & (positive ^ 1);
+    timer.put_flags(view, acc, Flags { done, reset: leg | pending, timing });
     leg | timing
 }
 
 /// One execution of TMRDOWN; gives `.Done`.
 #[inline(always)]
-fn run_down<const F: bool>(timer: &Timer, view: &mut View, leg: u8) -> u8 {
-    let record = timer.record(view);
-    let on = leg & (record[PENDING] ^ 1);
-    let advances = on & record[RUNNING] != 0;
-    record[PENDING] = 0;
-    record[RUNNING] = on;
+fn run_down<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
+    let state = view.state(timer.at);
+    let on = leg & (state.bit(PENDING) ^ 1);
+    let advances = on & state.bit(RUNNING);
+    view.put_state(timer.at, State::of([(RUNNING, on)]));
     let remaining = down(timer.acc(view), view.elapsed_ms);
-    let acc = if advances { remaining } else { timer.preset(view) };
-    let acc = timer.put_acc::<F>(view, acc);
+    let acc = remaining.only_if(advances) | timer.preset(view).unless(advances);
+    let acc = timer.put_acc(view, acc);
     let done = on & u8::from(acc <= 0);
     let timing = on & u8::from(acc != 0);
-    timer.put_flags::<F>(view, acc, Flags { done, reset: on ^ 1, timing });
+    timer.put_flags(view, acc, Flags { done, reset: on ^ 1, timing });
     done
 }
 
@@ -216,23 +204,19 @@ pub struct Tmra {
 
 impl Operation for Tmra {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
-        let record = timer.record(view);
-        let reset = rst | record[PENDING];
-        let advances = en & record[RUNNING] & (reset ^ 1) != 0;
-        record[PENDING] = 0;
-        record[RUNNING] = en & (reset ^ 1);
-        if reset != 0 {
-            return timer.reset::<F>(view, TimerRule::Zero);
-        }
+        let state = view.state(timer.at);
+        let reset = rst | state.bit(PENDING);
+        let times = en & (reset ^ 1);
+        let adds = times & state.bit(RUNNING);
+        view.put_state(timer.at, State::of([(RUNNING, times)]));
         let preset = timer.preset(view);
-        let acc = timer.acc(view);
-        let acc = if advances { up(acc, view.elapsed_ms) } else { acc };
-        let acc = timer.put_acc::<F>(view, acc);
-        let done = u8::from(acc >= preset);
-        timer.put_flags::<F>(view, acc, Flags { done, reset: 0, timing: en });
+        let acc = up(timer.acc(view), view.elapsed_ms.only_if(adds));
+        let acc = timer.put_acc(view, acc.unless(reset));
+        let done = u8::from(acc >= preset) & (reset ^ 1);
+        timer.put_flags(view, acc, Flags { done, reset, timing: times });
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -251,25 +235,22 @@ pub struct Tmradown {
 
 impl Operation for Tmradown {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         let (en, rst) = (view.leg(&self.en), view.leg(&self.rst));
         let timer = &self.timer;
-        let record = timer.record(view);
-        let reset = rst | record[PENDING];
-        let advances = en & record[RUNNING] & (reset ^ 1) != 0;
-        let loads = record[LOADED] == 0;
-        record[PENDING] = 0;
-        record[RUNNING] = en & (reset ^ 1);
-        record[LOADED] = 1;
-        if reset != 0 {
-            return timer.reset::<F>(view, TimerRule::Preset);
-        }
-        let from = if loads { timer.preset(view) } else { timer.acc(view) };
-        let acc = if advances { down(from, view.elapsed_ms) } else { from };
-        let acc = timer.put_acc::<F>(view, acc);
-        let done = u8::from(acc <= 0);
-        let timing = en & u8::from(acc != 0);
-        timer.put_flags::<F>(view, acc, Flags { done, reset: 0, timing });
+        let state = view.state(timer.at);
+        let reset = rst | state.bit(PENDING);
+        let times = en & (reset ^ 1);
+        let takes = times & state.bit(RUNNING);
+        let loads = reset | (state.bit(LOADED) ^ 1);
+        view.put_state(timer.at, State::of([(RUNNING, times), (LOADED, 1)]));
+        let preset = timer.preset(view);
+        let from = preset.only_if(loads) | timer.acc(view).unless(loads);
+        let acc = down(from, view.elapsed_ms).only_if(takes) | from.unless(takes);
+        let acc = timer.put_acc(view, acc);
+        let done = u8::from(acc <= 0) & (reset ^ 1);
+        let timing = times & u8::from(acc != 0);
+        timer.put_flags(view, acc, Flags { done, reset, timing });
     }
 
     fn touches(&self, t: &mut Touches) {
@@ -288,10 +269,11 @@ pub struct Rstt {
 
 impl Operation for Rstt {
     #[inline(always)]
-    fn run<const F: bool>(&self, view: &mut View) {
+    fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) != 0 {
-            self.timer.record(view)[PENDING] = 1;
-            self.timer.reset::<F>(view, self.rule);
+            let state = view.state(self.timer.at);
+            view.put_state(self.timer.at, state.with(PENDING));
+            self.timer.reset(view, self.rule);
         }
     }
 

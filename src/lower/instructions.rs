@@ -116,10 +116,7 @@ impl Assembler<'_> {
     }
 
     fn counter_of(&self, structure: Structure) -> Counter {
-        Counter {
-            record: self.layout.record(structure),
-            acc: self.layout.word(Word::Acc(structure)).0,
-        }
+        Counter { at: self.layout.record(structure) }
     }
 
     /// What the owner of a counter makes of its `.Acc`.
@@ -186,8 +183,7 @@ impl Assembler<'_> {
             Some(ArgValue::Value(value)) => self.value(value),
             other => unreachable!("the resolver gives a timer's preset, not {other:?}"),
         };
-        let acc = self.layout.word(Word::Acc(structure)).0;
-        let timer = Timer { record: self.layout.record(structure), acc, preset };
+        let timer = Timer { at: self.layout.record(structure), preset };
         let rule = if loads_preset(owner.mnemonic) { TimerRule::Preset } else { TimerRule::Zero };
         match mnemonic {
             Mnemonic::Rstt => {}
@@ -228,8 +224,7 @@ impl Assembler<'_> {
             _ => None,
         };
         let counter = Sensaphone {
-            record: self.layout.record(structure),
-            acc: self.layout.word(Word::Acc(structure)).0,
+            at: self.layout.record(structure),
             pre: self.layout.word(Word::Pre(structure.number())).0,
             preset,
         };

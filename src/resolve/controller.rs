@@ -13,6 +13,7 @@ use crate::isa::{Address, Bit, BitSpace, WordSpace};
 use crate::source::controller::{self as written, DeviceRule, Mapping};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
+use crate::source::realtime::Realtime;
 use crate::source::span::{Located, Span};
 
 /// What a controller file asks for, beside its ladders.
@@ -23,7 +24,7 @@ pub struct Controller {
     /// One scan longer than this is a fault, ms; at least 1.
     pub watchdog_ms: u32,
     /// What is asked of the operating system.
-    pub realtime: written::Realtime,
+    pub realtime: Realtime,
     /// Outputs that are ON in the safe state: ranges of Y.
     pub outputs_on: Vec<Range>,
     /// Outputs that keep their state: ranges of Y.
@@ -142,7 +143,7 @@ pub fn resolve_controller(
     let controller = Controller {
         period_ms: resolver.at_least_one("period", &scan.period_ms),
         watchdog_ms: resolver.at_least_one("watchdog", &scan.watchdog_ms),
-        realtime: scan.realtime.clone(),
+        realtime: written.realtime.clone(),
         outputs_on,
         outputs_hold,
         retain,

@@ -51,6 +51,10 @@ pub enum StopReason {
     Signal,
     /// The number of scans that was asked for is complete.
     ScanLimit,
+    /// An operator asked for it.
+    Operator,
+    /// It was restarted too often in too short a time, and so started in STOP.
+    RestartGuard,
 }
 
 /// Why the controller is in FAULT.
@@ -71,6 +75,13 @@ pub enum FaultReason {
     ScanThreadGone,
 }
 
+impl StopReason {
+    /// Whether the process stays, for an operator to run it again.
+    pub fn waits_for_operator(self) -> bool {
+        matches!(self, StopReason::Instruction | StopReason::Operator | StopReason::RestartGuard)
+    }
+}
+
 impl Mode {
     /// `RUN`, `STOP` or `FAULT`.
     pub fn name(self) -> &'static str {
@@ -89,6 +100,8 @@ impl fmt::Display for StopReason {
             StopReason::Instruction => "the ladder executed STOP",
             StopReason::Signal => "a signal asked for it",
             StopReason::ScanLimit => "the number of scans asked for is complete",
+            StopReason::Operator => "an operator asked for it",
+            StopReason::RestartGuard => "it was restarted too often in too short a time",
         })
     }
 }

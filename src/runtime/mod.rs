@@ -32,7 +32,7 @@ use std::time::Duration;
 pub use link::{Publication, Returned, Safe, ScanSide, Shape, WorldSide, link};
 pub use machine::Machine;
 pub use monitor::{Monitor, Observer};
-pub use posture::{Grant, Held, Posture};
+pub use posture::{Grant, Held, Policy, Posture, Refusal};
 pub use record::{Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Spread, Statistics};

@@ -1,8 +1,9 @@
 //! The real-time posture: what the controller file asks of the machine, and what it grants.
 //!
-//! Part of it belongs to the process (locked memory, the C-state latency held down by an open
-//! file), part to the scan thread alone (scheduler, CPU, timer slack): a policy set elsewhere
-//! would be inherited by every thread. Whether a refusal matters is the caller's to decide.
+//! Part of it belongs to the process (locked memory, the wake-up latency of idle CPUs held down by
+//! an open file), part to the scan thread alone (scheduler, CPUs, timer slack): a policy set
+//! elsewhere would be inherited by every thread. Whether a refusal matters is the caller's to
+//! decide.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
@@ -12,16 +13,28 @@ use super::sys;
 /// What is asked for. By default nothing that needs a privilege.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Posture {
-    /// SCHED_FIFO at this priority, for the scan thread alone.
-    pub priority: Option<u8>,
+    /// How the scan thread, and no other, is scheduled.
+    pub policy: Policy,
     /// `mlockall`.
     pub lock_memory: bool,
-    /// Hold `/dev/cpu_dma_latency` at 0: no deep sleep of idle CPUs.
-    pub cpu_dma_latency: bool,
-    /// Keep the scan thread on this CPU.
-    pub cpu: Option<u32>,
+    /// Hold `/dev/cpu_dma_latency` at so many microseconds: no deeper sleep of idle CPUs.
+    pub cpu_latency_us: Option<i32>,
+    /// Keep the scan thread on these CPUs; none: wherever the process may run.
+    pub cpus: Vec<u32>,
     /// Whether a refusal refuses the start.
     pub strict: bool,
+}
+
+/// How a thread is scheduled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Policy {
+    /// As it comes.
+    #[default]
+    Other,
+    /// SCHED_FIFO at a priority of 1 to 99.
+    Fifo(u8),
+    /// SCHED_RR at a priority of 1 to 99.
+    RoundRobin(u8),
 }
 
 /// One thing that was asked for, and the answer.
@@ -30,13 +43,22 @@ pub struct Grant {
     /// What, in a few words.
     pub what: String,
     /// Why not, if it was refused.
-    pub refused: Option<String>,
+    pub refused: Option<Refusal>,
+}
+
+/// Why something was not granted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// What the machine said.
+    pub why: String,
+    /// How it can be granted.
+    pub remedy: String,
 }
 
 /// What the process holds for as long as it runs.
 #[derive(Debug, Default)]
 pub struct Held {
-    _cpu_dma_latency: Option<File>,
+    _cpu_latency: Option<File>,
 }
 
 const DMA_LATENCY: &str = "/dev/cpu_dma_latency";
@@ -49,14 +71,17 @@ impl Posture {
         let mut grants = Vec::new();
         let mut held = Held::default();
         if self.lock_memory {
-            grants.push(grant("memory locked".into(), lock_memory()));
+            let remedy = || "LimitMEMLOCK=infinity in the unit, `ulimit -l unlimited` in a shell";
+            grants.push(grant("memory locked".into(), lock_memory(), remedy));
         }
-        if self.cpu_dma_latency {
-            let file = hold_dma_latency();
-            let answer =
-                file.as_ref().map(|_| ()).map_err(|e| io::Error::new(e.kind(), e.to_string()));
-            grants.push(grant(format!("{DMA_LATENCY} held at 0"), answer));
-            held._cpu_dma_latency = file.ok();
+        if let Some(latency_us) = self.cpu_latency_us {
+            let what = format!("CPU latency of {latency_us} us");
+            let (file, answer) = match hold_latency(latency_us) {
+                Ok(file) => (Some(file), Ok(())),
+                Err(error) => (None, Err(error)),
+            };
+            grants.push(grant(what, answer, latency_remedy));
+            held._cpu_latency = file;
         }
         (held, grants)
     }
@@ -64,34 +89,58 @@ impl Posture {
     /// What concerns the scan thread; called on it. The policy comes last.
     pub fn apply_to_scan_thread(&self) -> Vec<Grant> {
         prefault_stack();
-        let mut grants = vec![grant("timer slack 1 ns".into(), sys::set_timer_slack_ns(1))];
-        if let Some(cpu) = self.cpu {
-            grants.push(grant(format!("CPU {cpu}"), sys::pin_to_cpu(cpu as usize)));
+        let slack = sys::set_timer_slack_ns(1);
+        let mut grants = vec![grant("timer slack 1 ns".into(), slack, || "nothing known")];
+        if !self.cpus.is_empty() {
+            let remedy = || {
+                "CPUs that are there (`nproc --all`), and that the unit's CPUAffinity= \
+                             and AllowedCPUs= leave to it"
+            };
+            grants.push(grant(cpus(&self.cpus), sys::pin_to_cpus(&self.cpus), remedy));
         }
-        if let Some(priority) = self.priority {
-            let what = format!("SCHED_FIFO priority {priority}");
-            grants.push(grant(what, sys::set_fifo(priority)));
-        }
+        let (name, priority, set) = match self.policy {
+            Policy::Other => return grants,
+            Policy::Fifo(priority) => ("SCHED_FIFO", priority, sys::set_fifo(priority)),
+            Policy::RoundRobin(priority) => ("SCHED_RR", priority, sys::set_round_robin(priority)),
+        };
+        let remedy =
+            || format!("LimitRTPRIO={priority} in the unit, `ulimit -r {priority}` in a shell");
+        grants.push(grant(format!("{name} priority {priority}"), set, remedy));
         grants
     }
 }
 
-fn grant(what: String, answer: io::Result<()>) -> Grant {
-    Grant { what, refused: answer.err().map(|e| e.to_string()) }
+fn grant<R: Into<String>>(
+    what: String,
+    answer: io::Result<()>,
+    remedy: impl FnOnce() -> R,
+) -> Grant {
+    let refusal = |error: io::Error| Refusal { why: error.to_string(), remedy: remedy().into() };
+    Grant { what, refused: answer.err().map(refusal) }
+}
+
+fn cpus(numbers: &[u32]) -> String {
+    let list: Vec<String> = numbers.iter().map(u32::to_string).collect();
+    format!("CPU {}", list.join(" "))
 }
 
 fn lock_memory() -> io::Result<()> {
     if !sys::memory_lock_is_unlimited() {
         // With a limit the call would succeed and a later thread's stack would not.
-        return Err(io::Error::other("the limit on locked memory is not infinite (LimitMEMLOCK=)"));
+        return Err(io::Error::other("the limit on locked memory is not infinite"));
     }
+    sys::limit_arenas();
     sys::lock_memory()
 }
 
-fn hold_dma_latency() -> io::Result<File> {
+fn hold_latency(latency_us: i32) -> io::Result<File> {
     let mut file = OpenOptions::new().write(true).open(DMA_LATENCY)?;
-    file.write_all(&0_i32.to_ne_bytes())?;
+    file.write_all(&latency_us.to_ne_bytes())?;
     Ok(file)
+}
+
+fn latency_remedy() -> String {
+    format!("write access to {DMA_LATENCY} for the service's user (the package's tmpfiles entry)")
 }
 
 #[inline(never)]
@@ -114,9 +163,11 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_says_why() {
-        let asked = Posture { cpu: Some(100_000), ..Posture::default() };
+    fn a_refusal_says_why_and_what_would_grant_it() {
+        let asked = Posture { cpus: vec![0, 1000], ..Posture::default() };
         let thread = std::thread::spawn(move || asked.apply_to_scan_thread()).join().unwrap();
-        assert!(thread[1].refused.is_some() && thread[1].what == "CPU 100000");
+        assert_eq!(thread[1].what, "CPU 0 1000");
+        let refusal = thread[1].refused.as_ref().expect("there is no CPU 1000");
+        assert!(refusal.why.contains("1000") && refusal.remedy.contains("nproc"), "{refusal:?}");
     }
 }

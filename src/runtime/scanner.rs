@@ -35,6 +35,9 @@ pub struct Pace {
     pub scans: Option<u64>,
     /// From report to report of statistics; `None`: there are none.
     pub statistics_every_ns: Option<u64>,
+    /// Do not scan at first, for this reason: memory is as after a cold start until an operator
+    /// runs it.
+    pub start_in_stop: Option<StopReason>,
 }
 
 /// What remains of a scan thread that has ended.
@@ -108,8 +111,21 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// RUN begins: the grid, the statistics and the engine's time start now.
+    /// The thread begins: in RUN, or in STOP where the start is meant to be there.
     pub fn start(&mut self) {
+        match self.pace.start_in_stop {
+            None => self.run(),
+            Some(reason) => {
+                let now_ns = self.clock.now_ns();
+                self.enter(Mode::Stop(reason), now_ns);
+                self.unpublished = true;
+                self.publish_stop(now_ns);
+            }
+        }
+    }
+
+    /// RUN begins: the grid, the statistics and the engine's time start now.
+    fn run(&mut self) {
         let now_ns = self.clock.now_ns();
         self.grid = Grid::new(now_ns, self.pace.period_ns);
         self.books.restart(now_ns);
@@ -309,6 +325,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let asked = match self.mode {
             Mode::Run => false,
             Mode::Stop(StopReason::Signal | StopReason::ScanLimit) => true,
+            Mode::Stop(StopReason::Operator | StopReason::RestartGuard) => {
+                self.beat.stop_requested()
+            }
             Mode::Stop(_) | Mode::Fault(_) => {
                 self.pace.scans.is_some() || self.beat.stop_requested()
             }

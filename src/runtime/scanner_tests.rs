@@ -164,6 +164,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
             watchdog_ns: 35 * MS,
             scans: None,
             statistics_every_ns: Some(60_000 * MS),
+            start_in_stop: None,
         },
         memory: Memory { inputs: 1, bits: 3, words: 1, first_output: 1, safe: vec![Safe::Hold] },
         watched: Watched::default(),
@@ -266,6 +267,21 @@ fn the_stop_instruction_leaves_a_thread_that_ticks_until_a_signal() {
     assert!(rig.step() && rig.step());
     assert_eq!(rig.port.latest().mode, Mode::Stop(StopReason::Instruction));
     assert_eq!((rig.port.latest().scans, rig.monitor.beat.pulses() - before), (3, 2));
+    rig.monitor.beat.request_stop();
+    assert!(!rig.step());
+}
+
+#[test]
+fn a_start_in_stop_ticks_with_cold_memory_until_a_signal() {
+    let reason = StopReason::RestartGuard;
+    let mut rig = rig(|_, settings| settings.pace.start_in_stop = Some(reason));
+    assert!(rig.step() && rig.step());
+    let latest = rig.port.latest();
+    assert_eq!((latest.scans, latest.mode), (0, Mode::Stop(reason)));
+    assert_eq!((&*latest.bits, &*latest.words), (&[0, 0, 0][..], &[0][..]));
+    assert_eq!(rig.monitor.beat.pulses(), 2);
+    assert!(rig.port.submit(vec![]).is_err());
+    assert_eq!(rig.heard.take(), ["0: Mode(Stop(RestartGuard))"]);
     rig.monitor.beat.request_stop();
     assert!(!rig.step());
 }

@@ -43,23 +43,47 @@ pub fn set_timer_slack_ns(slack_ns: u64) -> io::Result<()> {
 
 /// Gives this thread SCHED_FIFO at a priority of 1..=99.
 pub fn set_fifo(priority: u8) -> io::Result<()> {
-    let param = libc::sched_param { sched_priority: i32::from(priority) };
-    // SAFETY: 0 is this thread; `param` lives through the call.
-    checked(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &param) })
+    set_scheduler(libc::SCHED_FIFO, priority)
 }
 
-/// Keeps this thread on one CPU.
-pub fn pin_to_cpu(cpu: usize) -> io::Result<()> {
-    if cpu >= libc::CPU_SETSIZE as usize {
-        return Err(io::Error::from(io::ErrorKind::InvalidInput));
+/// Gives this thread SCHED_RR at a priority of 1..=99.
+pub fn set_round_robin(priority: u8) -> io::Result<()> {
+    set_scheduler(libc::SCHED_RR, priority)
+}
+
+fn set_scheduler(policy: libc::c_int, priority: u8) -> io::Result<()> {
+    let param = libc::sched_param { sched_priority: i32::from(priority) };
+    // SAFETY: 0 is this thread; `param` lives through the call.
+    checked(unsafe { libc::sched_setscheduler(0, policy, &param) })
+}
+
+/// Keeps this thread on some CPUs, all of them: the kernel itself passes silently over those that
+/// are not there.
+pub fn pin_to_cpus(cpus: &[u32]) -> io::Result<()> {
+    let size = size_of::<libc::cpu_set_t>();
+    if let Some(cpu) = cpus.iter().find(|cpu| **cpu >= libc::CPU_SETSIZE as u32) {
+        return Err(no_cpu(*cpu));
     }
-    // SAFETY: a cpu_set_t is plain bits, of which all zero is the empty set; `cpu` lies within it,
-    // and 0 is this thread.
-    checked(unsafe {
+    let nowhere = |error: io::Error| {
+        if error.kind() == io::ErrorKind::InvalidInput { no_cpu(cpus[0]) } else { error }
+    };
+    // SAFETY: a cpu_set_t is plain bits, of which all zero is the empty set; every number lies
+    // within it, and 0 is this thread.
+    let granted = unsafe {
         let mut set: libc::cpu_set_t = std::mem::zeroed();
-        libc::CPU_SET(cpu, &mut set);
-        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &set)
-    })
+        cpus.iter().for_each(|cpu| libc::CPU_SET(*cpu as usize, &mut set));
+        checked(libc::sched_setaffinity(0, size, &set)).map_err(nowhere)?;
+        let mut granted: libc::cpu_set_t = std::mem::zeroed();
+        checked(libc::sched_getaffinity(0, size, &mut granted))?;
+        granted
+    };
+    // SAFETY: as above.
+    let missing = cpus.iter().find(|cpu| unsafe { !libc::CPU_ISSET(**cpu as usize, &granted) });
+    missing.map_or(Ok(()), |cpu| Err(no_cpu(*cpu)))
+}
+
+fn no_cpu(cpu: u32) -> io::Error {
+    io::Error::other(format!("CPU {cpu} is not to be had here"))
 }
 
 /// Whether any amount of memory may be locked.
@@ -74,6 +98,16 @@ pub fn memory_lock_is_unlimited() -> bool {
 pub fn lock_memory() -> io::Result<()> {
     // SAFETY: takes flags alone.
     checked(unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) })
+}
+
+/// Keeps the allocator to two arenas: more of them would be locked for nothing. (A hint, to glibc
+/// alone.)
+pub fn limit_arenas() {
+    #[cfg(target_env = "gnu")]
+    // SAFETY: takes numbers alone.
+    unsafe {
+        libc::mallopt(libc::M_ARENA_MAX, 2);
+    }
 }
 
 fn checked(result: libc::c_int) -> io::Result<()> {
@@ -95,6 +129,8 @@ mod tests {
     #[test]
     fn slack_needs_no_privilege_and_a_cpu_must_exist() {
         set_timer_slack_ns(1).unwrap();
-        assert!(pin_to_cpu(100_000).is_err());
+        assert!(pin_to_cpus(&[100_000]).is_err());
+        let partly = std::thread::spawn(|| pin_to_cpus(&[0, 1023])).join().unwrap();
+        assert_eq!(partly.unwrap_err().to_string(), "CPU 1023 is not to be had here");
     }
 }

@@ -5,6 +5,7 @@
 
 use super::finding::{Code, Finding};
 use super::reader::{self, Table, Text};
+use super::realtime::{self, Realtime};
 use super::shape::{self, Shape};
 use super::span::{FileId, Located, Span};
 use crate::isa::MemorySizes;
@@ -20,6 +21,8 @@ pub struct Controller {
     pub memory: MemorySizes,
     /// `[scan]`.
     pub scan: Scan,
+    /// `[realtime]`.
+    pub realtime: Realtime,
     /// `[outputs] on`: ON in the safe state.
     pub outputs_on: Vec<Text>,
     /// `[outputs] hold`: as they were, in the safe state.
@@ -41,23 +44,6 @@ pub struct Scan {
     pub period_ms: Located<i32>,
     /// `watchdog`, ms.
     pub watchdog_ms: Located<i32>,
-    /// `realtime`.
-    pub realtime: Realtime,
-}
-
-/// `[scan] realtime`: what is asked of the operating system.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Realtime {
-    /// SCHED_FIFO priority of the scan thread; 0: none.
-    pub priority: u8,
-    /// Lock all memory.
-    pub lock_memory: bool,
-    /// Hold `/dev/cpu_dma_latency` at 0.
-    pub cpu_dma_latency: bool,
-    /// The core that the scan thread is bound to.
-    pub cpu: Option<u32>,
-    /// Refuse to start when something of this is not granted.
-    pub strict: bool,
 }
 
 /// `[modbus-server]`.
@@ -153,7 +139,7 @@ pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
 /// Whether `ladder` is not a table in a file, or it has a controller's tables and no ladder's.
 pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
     let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
-    let controller = ["scan", "outputs", "retain", "modbus-server", "simulated-device"];
+    let controller = ["scan", "realtime", "outputs", "retain", "modbus-server", "simulated-device"];
     let tables = controller.iter().any(|key| root.has(key));
     if root.has("ladder") {
         return !root.has_table("ladder");
@@ -167,6 +153,8 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
     let order = root.strings("order");
     let memory = read_memory(&mut root);
     let scan = read_scan(&mut root, file);
+    let realtime =
+        root.table("realtime", "`[realtime]`").map_or_else(Realtime::default, realtime::read);
     let (mut outputs_on, mut outputs_hold, mut retain) = (Vec::new(), Vec::new(), Vec::new());
     if let Some(mut outputs) = root.table("outputs", "`[outputs]`") {
         outputs_on = strings(&mut outputs, "on");
@@ -191,6 +179,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
         order,
         memory,
         scan,
+        realtime,
         outputs_on,
         outputs_hold,
         retain,
@@ -252,23 +241,10 @@ fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
     let mut scan = Scan {
         period_ms: Located { value: 10, span: nowhere },
         watchdog_ms: Located { value: 200, span: nowhere },
-        realtime: Realtime::default(),
     };
     let Some(mut table) = root.table("scan", "`[scan]`") else { return scan };
     scan.period_ms = table.duration("period").unwrap_or(scan.period_ms);
     scan.watchdog_ms = table.duration("watchdog").unwrap_or(scan.watchdog_ms);
-    if let Some(mut realtime) = table.table("realtime", "`realtime`") {
-        let priority = realtime.integer("priority", (0, 99));
-        let cpu = realtime.integer("cpu", (0, 4095));
-        scan.realtime = Realtime {
-            priority: priority.and_then(|p| u8::try_from(p.value).ok()).unwrap_or(0),
-            lock_memory: flag(&mut realtime, "lock-memory"),
-            cpu_dma_latency: flag(&mut realtime, "cpu-dma-latency"),
-            cpu: cpu.and_then(|cpu| u32::try_from(cpu.value).ok()),
-            strict: flag(&mut realtime, "strict"),
-        };
-        realtime.finish();
-    }
     table.finish();
     scan
 }

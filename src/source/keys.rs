@@ -86,7 +86,7 @@ pub const LADDER: &[Key] = &[
 ];
 
 const SCAN: &str = "`[scan]`";
-const REALTIME: &str = "`realtime`";
+const REALTIME: &str = "`[realtime]`";
 const MODBUS: &str = "`[modbus-server]`";
 const DEVICE: &str = "a simulated device";
 const MEMORY: &str = "`[memory]`";
@@ -100,6 +100,7 @@ pub const CONTROLLER: &[Key] = &[
     key(FILE, "order", "The scan order of all Programs and Tasks of all ladder files."),
     key(FILE, "memory", "How many elements each space of memory has."),
     key(FILE, "scan", "How often, and how long at most."),
+    key(FILE, "realtime", "What is asked of the operating system."),
     key(FILE, "outputs", "The safe values of outputs, in STOP and FAULT; OFF where not said."),
     key(FILE, "retain", "What a restart keeps."),
     key(FILE, "modbus-server", "A Modbus TCP server; none where this is absent."),
@@ -121,11 +122,17 @@ pub const CONTROLLER: &[Key] = &[
         key(SCAN, "watchdog", "A scan longer than this is a fault; 200ms if not given."),
         LEAST_1MS,
     ),
-    key(SCAN, "realtime", "What is asked of the operating system."),
-    key(REALTIME, "priority", "SCHED_FIFO priority of the scan thread; 0: none."),
+    limited(
+        key(REALTIME, "policy", "How the scan thread is scheduled; other if not given."),
+        r#"{"enum":["fifo","rr","other"]}"#,
+    ),
+    key(REALTIME, "priority", "The priority of fifo and rr."),
+    limited(key(REALTIME, "cpus", "The CPUs that the scan thread may run on."), NOT_EMPTY),
     key(REALTIME, "lock-memory", "All memory stays in RAM."),
-    key(REALTIME, "cpu-dma-latency", "Keep the processor out of deep sleep."),
-    key(REALTIME, "cpu", "The core that the scan thread is bound to."),
+    limited(
+        key(REALTIME, "cpu-latency", "How long an idle CPU may take to wake up: 0us to 1s."),
+        r#"{"pattern":"^[0-9]+(us|ms)$"}"#,
+    ),
     key(REALTIME, "strict", "Do not start if any of these is not granted."),
     key("`[outputs]`", "on", "Outputs that are ON in the safe state."),
     key("`[outputs]`", "hold", "Outputs that keep their value."),
@@ -163,6 +170,13 @@ pub const TOGETHER: &[(&str, &str)] = &[
             "anyOf":[{"required":["do"]},{"required":["branch"]}]}"#,
     ),
     ("a branch", r#"{"required":["when","do"]}"#),
+    (
+        REALTIME,
+        r#"{"oneOf":[
+            {"required":["policy","priority"],
+             "properties":{"policy":{"enum":["fifo","rr"]}}},
+            {"properties":{"policy":{"const":"other"},"priority":false}}]}"#,
+    ),
     (
         DEVICE,
         r#"{"oneOf":[

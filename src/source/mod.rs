@@ -19,6 +19,7 @@ pub mod keys;
 pub mod ladder;
 pub mod nearest;
 pub mod reader;
+pub mod realtime;
 pub mod render;
 pub mod shape;
 pub mod span;

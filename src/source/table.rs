@@ -161,6 +161,10 @@ impl<'a> Table<'a> {
     pub fn integer(&mut self, key: &'static str, range: (i64, i64)) -> Option<Located<i64>> {
         let value = self.get(key, Form::Integer(range.0, range.1))?;
         let span = self.doc.span(value.span());
+        self.number(value, key, range).map(|value| Located { value, span })
+    }
+
+    fn number(&self, value: Value<'a>, key: &str, range: (i64, i64)) -> Option<i64> {
         let DeValue::Integer(integer) = value.get_ref() else {
             self.doc.wrong_type(value, &self.what(key), "an integer");
             return None;
@@ -169,9 +173,21 @@ impl<'a> Table<'a> {
         let number = number.filter(|n| (range.0..=range.1).contains(n));
         if number.is_none() {
             let message = format!("{} lies outside {}..{}", self.what(key), range.0, range.1);
+            let span = self.doc.span(value.span());
             self.find(Finding::new(Code::OutOfRange, span, message));
         }
-        number.map(|value| Located { value, span })
+        number
+    }
+
+    /// An array of integers, each within a range.
+    pub fn integers(&mut self, key: &'static str, range: (i64, i64)) -> Option<Located<Vec<i64>>> {
+        let value = self.get(key, Form::Integers(range.0, range.1))?;
+        let DeValue::Array(array) = value.get_ref() else {
+            self.doc.wrong_type(value, &self.what(key), "an array of integers");
+            return None;
+        };
+        let numbers = array.iter().filter_map(|item| self.number(item, key, range)).collect();
+        Some(Located { value: numbers, span: self.doc.span(value.span()) })
     }
 
     /// A duration, in ms: a string as `10ms`.

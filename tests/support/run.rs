@@ -108,7 +108,10 @@ fn refused(case: &Case, code: &str) -> Vec<Outcome> {
     vec![Outcome { test: case.name.clone(), wrong }]
 }
 
-/// Both lowerings must give the same rows.
+/// More bits than 16-bit numbers reach: the engine then addresses cells in its other way.
+const FAR: u32 = 70_000;
+
+/// Both lowerings, and both ways to address cells, must give the same rows.
 fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
     let program = load(&case.ladder)?;
     let (engine_program, symbols) = lower(&program);
@@ -121,9 +124,11 @@ fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
     let mut rows = Rows::new(cells.clone());
     run(engine_program, &plan, &mut rows).map_err(|e| e.to_string())?;
     let mut unordered = Rows::new(cells);
-    run(lower_with(&program, 1).0, &plan, &mut unordered).map_err(|e| e.to_string())?;
+    let (mut far, _) = lower_with(&program, 1);
+    far.bit_count = FAR;
+    run(far, &plan, &mut unordered).map_err(|e| e.to_string())?;
     if rows.rows != unordered.rows {
-        return Err("operations in file order give another trace".to_owned());
+        return Err("operations in file order, of a long program, give another trace".to_owned());
     }
     Ok(rows)
 }

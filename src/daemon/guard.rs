@@ -1,0 +1,332 @@
+//! The restart guard: who is restarted again and again starts in STOP at last.
+//!
+//! A small file counts starts that followed an unclean end: the process before this one was
+//! killed, by the watchdog or otherwise, or crashed. Ten of them without ten healthy minutes
+//! between them, and the controller starts in STOP: a machine that is started and dropped every few
+//! seconds does more harm than one that stands still.
+//!
+//! The file lies in `$RUNTIME_DIRECTORY`, which systemd keeps over restarts of the service and not
+//! over a stop or a reboot: a power cut is no sign of a bad program. Whatever is wrong with the
+//! file is said in the log, and keeps no controller from its start.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use tracing::{info, warn};
+
+use super::narration::span;
+use crate::runtime::exchange::Mode;
+
+/// So many restarts lead to STOP.
+const RESTARTS_MAX: u32 = 10;
+/// The file's name in the directory that systemd gives.
+const FILE_NAME: &str = "restarts";
+const FILE_BYTES_MAX: u64 = 200;
+/// How long the end waits for a write that is under way.
+const WRITE_PATIENCE: Duration = Duration::from_millis(200);
+
+/// The guard of one process.
+pub struct Guard {
+    /// `None`: restarts are not counted.
+    file: Option<PathBuf>,
+    restarts: u32,
+    healthy: Healthy,
+    writing: Option<JoinHandle<()>>,
+}
+
+/// How a process ended, as far as it can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// As it was told to: the count begins anew.
+    Orderly,
+    /// It gave up by itself, and said why; not counted.
+    Refused,
+    /// By a bug: counted, as a crash is.
+    Crashed,
+}
+
+/// What the file says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Count {
+    restarts: u32,
+    /// A process runs, or has ended without a word.
+    running: bool,
+}
+
+/// How long RUN has lasted, by evidence.
+#[derive(Debug)]
+struct Healthy {
+    enough: Duration,
+    /// When scans were first seen in this RUN; and how many so far, and that it was enough.
+    since: Option<Duration>,
+    pulses: u64,
+    reached: bool,
+}
+
+/// Where restarts are counted if the command line does not say: where systemd says so.
+pub fn file_of_environment() -> Option<PathBuf> {
+    let directory = |name| {
+        let list = std::env::var_os(name)?.into_string().ok()?;
+        let first = list.split(':').next().filter(|first| first.starts_with('/'))?;
+        Some(Path::new(first).join(FILE_NAME))
+    };
+    directory("RUNTIME_DIRECTORY").or_else(|| directory("STATE_DIRECTORY"))
+}
+
+impl Guard {
+    /// Counts this start; `healthy` is how long RUN must last for the count to begin anew.
+    pub fn begin(file: Option<PathBuf>, healthy: Duration) -> Guard {
+        let healthy = Healthy { enough: healthy, since: None, pulses: 0, reached: false };
+        let mut guard = Guard { file, restarts: 0, healthy, writing: None };
+        let Some(file) = &guard.file else { return guard };
+        let before = read(file).unwrap_or_else(|why| {
+            let file = file.display();
+            warn!(
+                event = "restart-guard-file",
+                "the count of restarts in {file} is lost: {why}; it begins anew"
+            );
+            Count::default()
+        });
+        let restarts = before.restarts.saturating_add(u32::from(before.running));
+        if let Err(why) = write(file, Count { restarts, running: true }) {
+            let file = file.display();
+            warn!(
+                event = "restart-guard-file",
+                "restarts are not counted: {file} cannot be written: {why}"
+            );
+            guard.file = None;
+            return guard;
+        }
+        guard.restarts = restarts;
+        guard.tell(before.running);
+        guard
+    }
+
+    /// Whether this start is to be in STOP.
+    pub fn trips(&self) -> bool {
+        self.restarts >= RESTARTS_MAX
+    }
+
+    fn tell(&self, unclean: bool) {
+        let (restarts, healthy) = (self.restarts, span(self.healthy.enough.as_nanos() as u64));
+        if self.trips() {
+            warn!(
+                event = "restart-guard",
+                restarts,
+                "{restarts} restarts after unclean ends, without {healthy} in RUN between them: \
+                 starting in STOP. The log before each of them says why it ended; `rungd mode run` \
+                 runs it again"
+            );
+        } else if unclean {
+            warn!(
+                event = "restart-counted",
+                restarts,
+                "the process before this one was killed or crashed: restart {restarts} of \
+                 {RESTARTS_MAX} without {healthy} in RUN between them, upon which it would start \
+                 in STOP"
+            );
+        }
+    }
+
+    /// Looks at the controller; `now` counts from any moment. Never waits.
+    pub(super) fn look(&mut self, now: Duration, mode: Mode, pulses: u64) {
+        let Some(file) = &self.file else { return };
+        if !self.healthy.look(now, mode, pulses) || self.restarts == 0 {
+            return;
+        }
+        self.restarts = 0;
+        let healthy = span(self.healthy.enough.as_nanos() as u64);
+        info!(event = "restart-guard-reset", "{healthy} in RUN: restarts are counted anew");
+        let file = file.clone();
+        // On a thread of its own: who looks also feeds systemd's watchdog.
+        let named = thread::Builder::new().name("rungd-guard".into());
+        self.writing = named
+            .spawn(move || {
+                if let Err(why) = write(&file, Count { restarts: 0, running: true }) {
+                    let file = file.display();
+                    warn!(event = "restart-guard-file", "{file} cannot be written: {why}");
+                }
+            })
+            .ok();
+    }
+
+    /// The process ends.
+    pub fn end(self, how: Ended) {
+        let Some(file) = self.file else { return };
+        if let Some(writing) = self.writing {
+            let until = Instant::now() + WRITE_PATIENCE;
+            while !writing.is_finished() && Instant::now() < until {
+                thread::sleep(Duration::from_millis(1));
+            }
+        }
+        let done = match how {
+            Ended::Orderly => match fs::remove_file(&file) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+                done => done,
+            },
+            Ended::Refused => write(&file, Count { restarts: self.restarts, running: false }),
+            Ended::Crashed => Ok(()),
+        };
+        if let Err(why) = done {
+            let file = file.display();
+            warn!(
+                event = "restart-guard-file",
+                "this end is counted as unclean: {file} cannot be written: {why}"
+            );
+        }
+    }
+}
+
+impl Healthy {
+    /// True once, when RUN has lasted long enough.
+    fn look(&mut self, now: Duration, mode: Mode, pulses: u64) -> bool {
+        let grown = pulses > self.pulses;
+        self.pulses = pulses;
+        if mode != Mode::Run {
+            (self.since, self.reached) = (None, false);
+        } else if grown {
+            let since = *self.since.get_or_insert(now);
+            let was = std::mem::replace(&mut self.reached, now >= since + self.enough);
+            return self.reached && !was;
+        }
+        false
+    }
+}
+
+/// Nothing where there is no file. (Nor does a pipe or a device in its place make anybody wait.)
+fn read(file: &Path) -> io::Result<Count> {
+    let mut options = File::options();
+    let file = match options.read(true).custom_flags(libc::O_NONBLOCK).open(file) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Count::default()),
+        file => file?,
+    };
+    if !file.metadata()?.is_file() {
+        return Err(io::Error::other("it is no file"));
+    }
+    let mut text = String::new();
+    file.take(FILE_BYTES_MAX).read_to_string(&mut text)?;
+    parse(&text).ok_or_else(|| io::Error::other("it is not what rungd wrote"))
+}
+
+/// Beside it, then in its place: a process that is killed meanwhile leaves one of the two.
+fn write(file: &Path, count: Count) -> io::Result<()> {
+    let beside = file.with_extension("new");
+    // Whatever is there, and were it a link or a pipe, goes.
+    let _ = fs::remove_file(&beside);
+    let mut new = File::options().write(true).create_new(true).mode(0o644).open(&beside)?;
+    new.write_all(text(count).as_bytes())?;
+    drop(new);
+    fs::rename(&beside, file)
+}
+
+fn text(count: Count) -> String {
+    let state = if count.running { "running" } else { "ended" };
+    format!("restarts={} process={state}\n", count.restarts)
+}
+
+fn parse(text: &str) -> Option<Count> {
+    let (restarts, state) = text.strip_prefix("restarts=")?.split_once(" process=")?;
+    let running = match state {
+        "running\n" => true,
+        "ended\n" => false,
+        _ => return None,
+    };
+    Some(Count { restarts: restarts.parse().ok()?, running })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::exchange::StopReason;
+
+    const HEALTHY: Duration = Duration::from_secs(600);
+
+    fn place(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("rungd-guard-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join(name);
+        let _ = fs::remove_file(&file);
+        file
+    }
+
+    fn start(file: &Path) -> Guard {
+        Guard::begin(Some(file.to_owned()), HEALTHY)
+    }
+
+    fn s(seconds: u64) -> Duration {
+        Duration::from_secs(seconds)
+    }
+
+    #[test]
+    fn the_tenth_restart_after_unclean_ends_is_in_stop_and_so_are_those_behind_it() {
+        let file = place("tenth");
+        let trips: Vec<bool> = (0..13).map(|_| start(&file).trips()).collect();
+        assert_eq!(trips.iter().position(|trips| *trips), Some(10));
+        assert_eq!(trips.iter().filter(|trips| **trips).count(), 3);
+    }
+
+    #[test]
+    fn an_orderly_end_begins_anew_and_a_refusal_neither_counts_nor_forgets() {
+        let file = place("ends");
+        (0..6).for_each(|_| drop(start(&file)));
+        start(&file).end(Ended::Refused);
+        let next = start(&file);
+        assert_eq!(next.restarts, 6);
+        next.end(Ended::Crashed);
+        let next = start(&file);
+        assert_eq!(next.restarts, 7);
+        next.end(Ended::Orderly);
+        assert!(!file.exists());
+        assert_eq!(start(&file).restarts, 0);
+    }
+
+    #[test]
+    fn healthy_minutes_begin_anew_and_are_seen_by_scans_in_run() {
+        let file = place("healthy");
+        (0..6).for_each(|_| drop(start(&file)));
+        let mut guard = start(&file);
+        guard.look(s(1), Mode::Run, 1);
+        guard.look(s(500), Mode::Stop(StopReason::Operator), 2);
+        guard.look(s(501), Mode::Run, 3);
+        guard.look(s(1000), Mode::Run, 4);
+        assert_eq!(guard.restarts, 6, "RUN was left in between");
+        guard.look(s(1101), Mode::Run, 4);
+        assert_eq!(guard.restarts, 6, "no scan was seen");
+        guard.look(s(1101), Mode::Run, 5);
+        assert_eq!(guard.restarts, 0);
+        guard.writing.take().unwrap().join().unwrap();
+        assert_eq!(read(&file).unwrap(), Count { restarts: 0, running: true });
+    }
+
+    #[test]
+    fn no_file_however_bad_keeps_a_controller_from_its_start() {
+        let file = place("bad");
+        for text in ["", "restarts=", "restarts=7", "restarts=-1 process=ended\n", "\u{0}\u{0}"] {
+            fs::write(&file, text).unwrap();
+            assert_eq!(start(&file).restarts, 0, "{text:?}");
+        }
+        fs::write(&file, [0xFF; 4096]).unwrap();
+        assert!(!start(&file).trips());
+        fs::write(&file, "restarts=4294967295 process=running\n").unwrap();
+        assert!(start(&file).trips());
+        fs::remove_file(&file).unwrap();
+        fs::create_dir_all(&file).unwrap();
+        let guard = start(&file);
+        assert_eq!((guard.file.is_none(), guard.trips()), (true, false), "it is a folder");
+        fs::remove_dir(&file).unwrap();
+        let nowhere = start(Path::new("/nonexistent/restarts"));
+        assert!(nowhere.file.is_none() && !nowhere.trips());
+        assert!(!Guard::begin(None, HEALTHY).trips());
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        for count in [Count::default(), Count { restarts: 7, running: true }] {
+            assert_eq!(parse(&text(count)), Some(count));
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! What was asked of the machine and what it granted, in the log, and what `strict` makes of it.
+
+use tracing::{info, warn};
+
+use crate::runtime::Grant;
+
+/// Tells it; `Err` is why the controller does not start.
+pub(super) fn tell(grants: &[Grant], strict: bool) -> Result<(), String> {
+    let list = |all: &mut dyn Iterator<Item = &Grant>| {
+        all.map(|grant| grant.what.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    let asked = list(&mut grants.iter());
+    let granted = list(&mut grants.iter().filter(|grant| grant.refused.is_none()));
+    info!(event = "posture", asked, granted, "real-time posture");
+    let mut refused = Vec::new();
+    for Grant { what, refused: refusal } in grants {
+        let Some(refusal) = refusal else { continue };
+        let (why, remedy) = (&refusal.why, &refusal.remedy);
+        warn!(
+            event = "posture-refused",
+            what = %what,
+            why = %why,
+            "real-time posture: {what} was refused: {why}; it wants {remedy}"
+        );
+        refused.push(format!("{what} ({why}; it wants {remedy})"));
+    }
+    if strict && !refused.is_empty() {
+        return Err(format!(
+            "`[realtime]` is strict, and not all of it was granted: {}. Grant it (docs/running.md, \
+             real-time posture), or take `strict` out",
+            refused.join(", ")
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,207 @@
+//! A rungd process under conditions: its folder, its log read line by line, its end, its sums.
+//!
+//! Included by path, without the rest of `support`, and each test uses a part of it.
+#![allow(dead_code)]
+
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader};
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// How long a test waits for what should come within milliseconds.
+pub const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Y0 changes every 100 ms, and the log says so.
+pub const BLINKS: &str = "[tags]\nlamp = { at = \"Y0\", log = \"change\" }\n\
+     [[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"$100ms\"]\ndo = [\"OUT lamp\"]\n";
+
+/// A folder with `controller.toml` and `ladder.toml`.
+pub struct Plant(pub PathBuf);
+
+impl Plant {
+    pub fn new(ladder: &str, controller: &str) -> Plant {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("process-{}-{number}", std::process::id());
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("ladder.toml"), ladder).unwrap();
+        let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
+        std::fs::write(folder.join("controller.toml"), controller).unwrap();
+        Plant(folder)
+    }
+
+    /// `PREFIX rungd run controller.toml --log-format json`, heard by nobody yet.
+    pub fn command<S: AsRef<OsStr>>(&self, prefix: &[S]) -> Command {
+        let words = prefix.iter().map(AsRef::as_ref);
+        let mut words = words.chain([OsStr::new(env!("CARGO_BIN_EXE_rungd"))]);
+        let mut command = Command::new(words.next().unwrap());
+        command.args(words).arg("run").arg(self.0.join("controller.toml"));
+        command.args(["--log-format", "json"]);
+        let variables = ["RUNGD_LOG", "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"];
+        let systemd = ["JOURNAL_STREAM", "RUNTIME_DIRECTORY", "STATE_DIRECTORY"];
+        variables.iter().chain(&systemd).for_each(|name| {
+            command.env_remove(name);
+        });
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    }
+
+    /// A socket as systemd's, and its path for `NOTIFY_SOCKET`.
+    pub fn notify(&self) -> (UnixDatagram, PathBuf) {
+        let path = self.0.join("notify");
+        let socket = UnixDatagram::bind(&path).unwrap();
+        socket.set_read_timeout(Some(PATIENCE)).unwrap();
+        (socket, path)
+    }
+}
+
+impl Drop for Plant {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A rungd whose log is read line by line.
+pub struct Running {
+    pub child: Child,
+    lines: Receiver<Value>,
+}
+
+impl Running {
+    pub fn new(command: &mut Command) -> Running {
+        let mut child = command.spawn().unwrap();
+        let (sender, lines) = channel();
+        if let Some(stderr) = child.stderr.take() {
+            std::thread::spawn(move || {
+                for line in BufReader::new(stderr).lines() {
+                    let line = line.unwrap();
+                    let value = serde_json::from_str(&line).expect(&line);
+                    let Ok(()) = sender.send(value) else { return };
+                }
+            });
+        }
+        Running { child, lines }
+    }
+
+    /// The next line whose message contains the words.
+    pub fn line(&self, words: &str) -> Value {
+        let deadline = Instant::now() + PATIENCE;
+        let mut seen = Vec::new();
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let Ok(line) = self.lines.recv_timeout(left) else { panic!("no `{words}`: {seen:#?}") };
+            if message(&line).contains(words) {
+                return line;
+            }
+            seen.push(line);
+        }
+    }
+
+    /// All lines up to the end.
+    pub fn rest(&self) -> Vec<Value> {
+        std::iter::from_fn(|| self.lines.recv_timeout(PATIENCE).ok()).collect()
+    }
+
+    pub fn pid(&self) -> String {
+        self.child.id().to_string()
+    }
+
+    pub fn signal(&self, name: &str) {
+        assert!(Command::new("kill").args(["-s", name, &self.pid()]).status().unwrap().success());
+    }
+
+    pub fn end(&mut self) -> ExitStatus {
+        let deadline = Instant::now() + PATIENCE;
+        while Instant::now() < deadline {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        panic!("rungd did not end");
+    }
+
+    /// Stops it in an orderly way; the lines that are left.
+    pub fn stop(&mut self) -> Vec<Value> {
+        self.signal("TERM");
+        let lines = self.rest();
+        assert_eq!(self.end().code(), Some(0), "{lines:#?}");
+        lines
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+pub fn message(line: &Value) -> &str {
+    line["message"].as_str().unwrap_or_default()
+}
+
+/// The first line whose message contains the words.
+pub fn find<'a>(lines: &'a [Value], words: &str) -> &'a Value {
+    let found = lines.iter().find(|line| message(line).contains(words));
+    found.unwrap_or_else(|| panic!("no `{words}` in {lines:#?}"))
+}
+
+/// Every grid point from the start of RUN to the last scan was scanned, or counted as skipped, and
+/// none was a fault. `least` is how long it ran at least.
+pub fn no_scan_missed(lines: &[Value], period: Duration, least: Duration) {
+    for line in lines {
+        assert!(!message(line).contains("FAULT"), "{line}");
+    }
+    let whole = find(lines, "scan statistics of the whole run");
+    let number = |field: &str| whole[field].as_u64().unwrap();
+    let us = |field: &str| whole[field].as_f64().unwrap();
+    let period_us = period.as_micros() as f64;
+    let points = ((us("over_us") - us("late_us_last")) / period_us).round() as u64 + 1;
+    assert_eq!(number("scans") + number("skipped"), points, "{whole}");
+    assert!(us("over_us") >= least.as_micros() as f64, "{whole}");
+    // The conditions shown here cost nothing; what a busy machine skips is not theirs.
+    assert!(number("scans") > points / 2, "{whole}");
+}
+
+/// A prefix that gives the command a mount namespace of its own, and runs a line of shell in it
+/// first; `None` where the machine has none for us.
+pub fn mounted(shell: &str) -> Option<Vec<String>> {
+    let own = ["unshare", "--mount", "--propagation", "private"];
+    let user = ["unshare", "--user", "--map-root-user", "--mount", "--propagation", "private"];
+    let works = |words: &[&str]| {
+        let mut command = Command::new(words[0]);
+        let done = command.args(&words[1..]).arg("true").stderr(Stdio::null()).status();
+        done.is_ok_and(|status| status.success())
+    };
+    let prefix = [&own[..], &user[..]].into_iter().find(|words| works(words))?;
+    let words = prefix.iter().copied().chain(["sh", "-c", shell, "sh"]);
+    Some(words.map(str::to_owned).collect())
+}
+
+/// Says why a test does nothing here: what it wants of the kernel is not to be had.
+pub fn skip(why: &str) {
+    eprintln!("skipped: {why}");
+}
+
+/// The same where a program is not installed; in CI, where all are, that is a failure.
+pub fn not_installed(program: &str) {
+    let required = std::env::var("RUNGD_REQUIRE_CLIENTS").is_ok_and(|value| value == "1");
+    assert!(!required, "{program} is not installed, and RUNGD_REQUIRE_CLIENTS=1 wants it");
+    skip(&format!("{program} is not installed"));
+}
+
+/// Seconds of processor time that a process has had so far.
+pub fn processor_time(pid: u32) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
+    let fields: Vec<&str> = stat.rsplit_once(") ").unwrap().1.split(' ').collect();
+    // utime and stime, in ticks of 10 ms on every Linux that Rust runs on.
+    fields[11..13].iter().map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
+}

@@ -1,0 +1,357 @@
+#!/usr/bin/env bash
+# rungd under a real systemd, booted in a container: what README and docs/running.md say of the
+# service, shown as a table. Exit code 1 where anything is not as expected.
+#
+# usage: tests/systemd.sh            as root; apt: systemd-container mmdebstrap
+#
+#   RUNGD=PATH           the binary (default: target/release/rungd, built if it is not there)
+#   RUNGD_SUITE=SUITE    Debian's release in the container (default: trixie)
+#   RUNGD_KEEP=1         leave the work folder, with the journal in it
+#
+# Exit code 77: it cannot be done here (no root, no tool, no container), which says nothing of rungd.
+#
+# The container's root is made once (20 s) and kept as a tar file below the build's folder. The
+# container has its own /run, cgroups, journal and process numbers, and no network of its own.
+set -euo pipefail
+
+here=$(cd "$(dirname "$0")/.." && pwd)
+suite=${RUNGD_SUITE:-trixie}
+target=${CARGO_TARGET_DIR:-$here/target}
+rungd=${RUNGD:-$target/release/rungd}
+
+# --- outside: a root, and a mount namespace -------------------------------------------------------
+
+cannot() {
+    echo "tests/systemd.sh cannot be run here: $1" >&2
+    exit 77
+}
+
+outside() {
+    [ "$(id -u)" = 0 ] || cannot "it wants root"
+    for tool in systemd-nspawn mmdebstrap unshare nsenter; do
+        command -v "$tool" >/dev/null || cannot "no $tool: apt install systemd-container mmdebstrap"
+    done
+    unshare --mount --propagation private mount -t cgroup2 cgroup2 /sys/fs/cgroup 2>/dev/null ||
+        cannot "no mount namespace with cgroups to be had"
+    [ -x "$rungd" ] || (cd "$here" && cargo build --release --locked --quiet)
+    mkdir -p "$target/systemd"
+    tar=$target/systemd/$suite.tar
+    if [ ! -s "$tar" ]; then
+        echo "making a root of $suite"
+        mmdebstrap --quiet --variant=minbase --include=systemd,systemd-sysv,dbus,procps \
+            "$suite" "$tar.new" && mv "$tar.new" "$tar"
+    fi
+    work=$(mktemp -d "$target/systemd/run.XXXXXX")
+    if [ -z "${RUNGD_KEEP:-}" ]; then trap 'rm -rf "$work"' EXIT; else echo "work: $work"; fi
+    mkdir "$work/root"
+    tar -C "$work/root" -xf "$tar"
+    install_into "$work/root"
+    unshare --mount --propagation private bash "$here/tests/systemd.sh" --inside "$work"
+}
+
+# What the package does, by hand.
+install_into() {
+    local root=$1 config=$here/config/systemd
+    install -D -m 755 "$rungd" "$root/usr/bin/rungd"
+    install -D -m 644 "$config/rungd.service" "$root/usr/lib/systemd/system/rungd.service"
+    install -D -m 644 "$config/rungd.sysusers" "$root/usr/lib/sysusers.d/rungd.conf"
+    install -D -m 644 "$config/rungd.tmpfiles" "$root/usr/lib/tmpfiles.d/rungd.conf"
+    install -d "$root/etc/rungd/programs"
+    install -m 644 "$here/config/rungd.toml" "$root/etc/rungd/controller.toml"
+    install -m 644 "$here"/config/programs/*.toml "$root/etc/rungd/programs/"
+}
+
+# --- inside: boot, look, compare ------------------------------------------------------------------
+
+leader=
+boot() {
+    mount -t tmpfs tmpfs /run
+    mount -t cgroup2 cgroup2 /sys/fs/cgroup
+    UNIFIED_CGROUP_HIERARCHY=1 systemd-nspawn --quiet -D "$work/root" --register=no --keep-unit \
+        --boot --console=pipe --capability=CAP_IPC_LOCK </dev/null >"$work/console" 2>&1 &
+    nspawn=$!
+    for _ in $(seq 150); do
+        leader=$(cat /proc/$nspawn/task/*/children 2>/dev/null | tr -d ' ') || true
+        if [ -n "$leader" ] && in_it systemctl is-system-running 2>/dev/null |
+            grep -qE 'running|degraded'; then return; fi
+        sleep 0.1
+    done
+    tail "$work/console"
+    cannot "the container does not boot"
+}
+
+power_off() {
+    in_it journalctl --no-pager -o short-precise -u rungd >"$work/journal" 2>&1 || true
+    kill -s RTMIN+4 "$leader" 2>/dev/null || true
+    wait "$nspawn" || true
+}
+
+in_it() { nsenter -t "$leader" -a "$@"; }
+property() { in_it systemctl show -P "$1" rungd; }
+log() { in_it journalctl --no-pager -o cat -u rungd "$@"; }
+now() { date +%s%N; }
+since() { echo $((($(now) - $1) / 1000000)); }
+milliseconds() { awk -v n="$1" 'BEGIN { printf "%.2f s", n / 1000 }'; }
+
+# Waits up to so many seconds for a command to succeed.
+until_true() {
+    local seconds=$1 end
+    end=$(($(now) + seconds * 1000000000))
+    shift
+    until "$@" >/dev/null 2>&1; do
+        [ "$(now)" -lt "$end" ] || return 1
+        sleep 0.05
+    done
+}
+
+is() { [ "$(property "$1")" = "$2" ]; }
+# Its main process, if it is active: both in one look.
+up_as() {
+    in_it systemctl show -p MainPID -p ActiveState rungd | sort | tr '\n' ' ' |
+        sed -n 's/^ActiveState=active MainPID=\([1-9][0-9]*\) $/\1/p'
+}
+is_up() { [ -n "$(up_as)" ]; }
+is_other() {
+    local pid
+    pid=$(up_as)
+    [ -n "$pid" ] && [ "$pid" != "$1" ]
+}
+status_is() { property StatusText | grep -qE "$1"; }
+logged() { log --since "$mark" | grep -qE "$1"; }
+mark() { sleep 0.01; mark=$(in_it date '+%F %T.%6N'); }
+
+wrong=0
+row() { printf '%-44s %-5s %s\n' "$1" "$2" "$3"; }
+# check WHAT SEEN COMMAND…: a line of the table.
+check() {
+    local what=$1 seen=$2
+    shift 2
+    if "$@" >/dev/null 2>&1; then row "$what" ok "$seen"; else
+        wrong=$((wrong + 1))
+        row "$what" WRONG "$seen"
+        log -n 12 | sed 's/^/    | /'
+    fi
+}
+
+container() { in_it sh -ec "$1"; }
+
+prepare() {
+    in_it systemd-sysusers
+    in_it systemd-tmpfiles --create 2>/dev/null || true
+    in_it systemctl daemon-reload
+    in_it systemctl enable --quiet rungd
+}
+
+# READY comes behind the first scan: while the ladder is still being read (it is a pipe that nobody
+# fills) the unit is starting; and the order of the log is scan, then "Started".
+test_start() {
+    local ladder=/etc/rungd/programs/parts-bin.toml begin line ready
+    mark
+    container "mv $ladder /root/ladder && mkfifo $ladder"
+    in_it systemctl start --no-block rungd
+    until_true 5 is ActiveState activating || true
+    sleep 0.5
+    check "start: no READY while the ladder is read" "$(property ActiveState)" is ActiveState activating
+    container "cat /root/ladder > $ladder & sleep 0.2; rm $ladder; mv /root/ladder $ladder"
+    check "start: READY" "$(until_true 5 is ActiveState active; property ActiveState)" is_up
+    in_it systemctl stop rungd
+    mark
+    begin=$(now)
+    in_it systemctl start rungd
+    begin=$(since "$begin")
+    line=$(in_it journalctl -u rungd --since "$mark" -o short-monotonic --output-fields=MESSAGE |
+        sed -n 's/^\[ *\([0-9.]*\)\].*RUN: scanning.*/\1/p' | tr -d .)
+    ready=$(property ActiveEnterTimestampMonotonic)
+    check "start: systemctl start, the first scan, READY" \
+        "$(milliseconds "$begin"), READY $(((ready - line) / 1000)) ms behind RUN" \
+        test "$ready" -ge "$line"
+}
+
+test_status() {
+    local texts
+    until_true 3 status_is '^RUN, [0-9]+ scans' || true
+    check "status: mode and scans" "$(property StatusText)" status_is '^RUN, [0-9]+ scans'
+    texts=$(for _ in $(seq 80); do property StatusText; sleep 0.03; done | uniq | wc -l)
+    check "status: once a second at most" "$texts texts in about 3 s" test "$texts" -le 5
+}
+
+# The hardening lets the scan thread, and nobody else, become real-time. (Whether the limits may be
+# raised is the container's matter: a capability stands for them.)
+test_realtime() {
+    local policies
+    container 'cp /etc/rungd/controller.toml /root/controller.toml
+        printf "\n[realtime]\npolicy = \"fifo\"\npriority = 80\ncpus = [0]\n" \
+            >> /etc/rungd/controller.toml
+        mkdir -p /run/systemd/system/rungd.service.d
+        printf "[Service]\nAmbientCapabilities=CAP_SYS_NICE\nCapabilityBoundingSet=CAP_SYS_NICE\n" \
+            > /run/systemd/system/rungd.service.d/nice.conf
+        systemctl daemon-reload'
+    mark
+    in_it systemctl restart rungd
+    policies=$(in_it sh -c "ps -L -o cls=,comm= -p $(property MainPID)" | sort | uniq -c |
+        awk '{ printf "%s%s %s", (NR > 1 ? ", " : ""), $3, $2 }')
+    check "real-time: the scan thread alone is FIFO" "$policies" \
+        sh -c "echo '$policies' | grep -q 'rungd-scan FF' && [ \$(echo '$policies' | tr ',' '\n' | grep -c FF) = 1 ]"
+    check "real-time: what was granted is logged" \
+        "$(log --since "$mark" | sed -n 's/.*granted="\([^"]*\)".*/\1/p' | head -1)" \
+        logged 'granted=.*SCHED_FIFO priority 80'
+    container 'rm /run/systemd/system/rungd.service.d/nice.conf
+        printf "strict = true\n" >> /etc/rungd/controller.toml
+        printf "[Service]\nLimitRTPRIO=0\n" > /run/systemd/system/rungd.service.d/none.conf
+        systemctl daemon-reload; systemctl stop rungd'
+    mark
+    in_it systemctl start rungd 2>/dev/null || true
+    check "real-time: strict refuses, names the remedy" \
+        "code $(property ExecMainStatus), $(log --since "$mark" | grep -o 'LimitRTPRIO=80' | head -1)" \
+        eval 'is ExecMainStatus 78 && logged "strict.*LimitRTPRIO=80"'
+    container 'rm -r /run/systemd/system/rungd.service.d
+        mv /root/controller.toml /etc/rungd/controller.toml; systemctl daemon-reload
+        systemctl reset-failed rungd'
+    in_it systemctl start rungd
+}
+
+# Kills its main process with a signal; nothing where there is none (0 would be this script's group).
+kill_it() {
+    local pid
+    pid=$(up_as)
+    [ -n "$pid" ] && in_it kill -s "$1" "$pid"
+}
+
+# What is killed is started again.
+test_kill() {
+    local pid begin
+    pid=$(up_as)
+    mark
+    begin=$(now)
+    kill_it KILL
+    until_true 10 is_other "$pid" || true
+    check "kill -9: restarted" "after $(milliseconds "$(since "$begin")"), NRestarts=$(property NRestarts)" \
+        is_other "$pid"
+    check "kill -9: the log says so" "$(log --since "$mark" | grep -o 'restart [0-9]* of 10' | head -1)" \
+        logged 'restart 1 of 10'
+}
+
+# A process that stands still gives systemd no evidence.
+test_hang() {
+    local pid begin limit
+    pid=$(up_as)
+    limit=$(property WatchdogUSec)
+    mark
+    begin=$(now)
+    kill_it STOP
+    until_true 30 is_other "$pid" || true
+    check "SIGSTOP: the watchdog ($limit) ends it" \
+        "running again after $(milliseconds "$(since "$begin")")" is_other "$pid"
+    check "SIGSTOP: systemd says why" \
+        "$(log --since "$mark" | grep -o "Failed with result '[a-z]*'" | head -1)" \
+        logged "Failed with result 'watchdog'"
+}
+
+# Ten restarts without ten healthy minutes, of which two have come: the process starts in STOP.
+test_crash_loop() {
+    local kills=2 pid begin
+    begin=$(now)
+    mark
+    while [ "$kills" -lt 12 ] && ! status_is '^STOP .*too often'; do
+        pid=$(up_as)
+        kill_it KILL || break
+        kills=$((kills + 1))
+        until_true 10 is_other "$pid" || break
+        until_true 1 status_is '^(RUN, |STOP .*too often)' || true
+    done
+    check "crash loop: ends in STOP" "after $kills unclean ends, $(milliseconds "$(since "$begin")")" \
+        test "$kills" = 10
+    check "crash loop: up, and says why" "$(property ActiveState): $(property StatusText)" \
+        status_is '^STOP after 0 scans: .*restarted too often'
+    check "crash loop: the log says so" \
+        "$(log --since "$mark" | grep -o '10 restarts after unclean ends' | head -1)" \
+        logged '10 restarts after unclean ends.*rungd mode run'
+    in_it systemctl restart rungd
+    until_true 3 status_is '^RUN' || true
+    check "crash loop: left by a restart" "$(property StatusText)" status_is '^RUN'
+}
+
+# journald stands still for five seconds, and then goes on: every grid point is accounted for.
+test_frozen_journal() {
+    local journald numbers
+    mark
+    in_it systemctl restart rungd
+    journald=$(in_it systemctl show -P MainPID systemd-journald)
+    container "kill -STOP $journald; sleep 5; kill -CONT $journald"
+    in_it systemctl stop rungd
+    until_true 3 logged 'statistics of the whole run' || true
+    numbers=$(log --since "$mark" | grep 'statistics of the whole run' | tail -1 |
+        tr ' ' '\n' | awk -F= '{ v[$1] = $2 } END {
+            points = int((v["over_us"] - v["late_us_last"]) / 10000 + 1.5)
+            print v["scans"], v["skipped"], points }')
+    check "journald stands still for 5 s: no scan missed" \
+        "$(echo "$numbers" | awk '{ print $1 " scans + " $2 " skipped of " $3 " grid points" }')" \
+        sh -c "echo '$numbers' | awk '{ exit !(\$3 >= 500 && \$1 + \$2 == \$3) }'"
+    check "journald stands still for 5 s: no fault" \
+        "$(log --since "$mark" | grep -c FAULT || true) faults" eval '! logged FAULT'
+    in_it systemctl start rungd
+}
+
+# Stops it; how long that took.
+test_stop() {
+    local begin
+    mark
+    begin=$(now)
+    in_it systemctl stop rungd
+    begin=$(since "$begin")
+    check "stop: within a second" "$(milliseconds "$begin")" test "$begin" -le 1000
+    check "stop: orderly" "$(property Result), code $(property ExecMainStatus)" \
+        eval 'is Result success && logged "STOP: a signal asked for it"'
+    check "stop: /run/rungd is gone" "$(container 'ls -d /run/rungd 2>&1 || true')" \
+        container '! test -e /run/rungd'
+}
+
+# A bad ladder is refused, and not tried again.
+test_bad_ladder() {
+    container 'cp /etc/rungd/programs/parts-bin.toml /root/ladder
+        sed -i "0,/\"CNT /s//\"CNTT /" /etc/rungd/programs/parts-bin.toml'
+    mark
+    in_it systemctl start rungd 2>/dev/null || true
+    sleep 3
+    check "bad ladder: exits 78" "code $(property ExecMainStatus)" is ExecMainStatus 78
+    check "bad ladder: stays down" "$(property ActiveState), NRestarts=$(property NRestarts)" \
+        eval 'is ActiveState failed && is NRestarts 0'
+    check "bad ladder: the log says where" "$(log --since "$mark" | grep -o 'programs/parts-bin.toml:[0-9:]*' | head -1)" \
+        logged 'programs/parts-bin.toml:[0-9]+'
+    container 'mv /root/ladder /etc/rungd/programs/parts-bin.toml; systemctl reset-failed rungd'
+}
+
+test_security() {
+    local score
+    score=$(in_it systemd-analyze security --no-pager rungd | sed -n 's/.*rungd.service: \([0-9.]*\).*/\1/p')
+    check "systemd-analyze security: at most 2.0" "$score" \
+        awk "BEGIN { exit !($score > 0 && $score <= 2.0) }"
+    check "systemd-analyze verify" "$(in_it systemd-analyze verify --man=no rungd.service 2>&1 | head -3)" \
+        eval '[ -z "$(in_it systemd-analyze verify --man=no rungd.service 2>&1)" ]'
+}
+
+inside() {
+    work=$1
+    boot
+    trap power_off EXIT
+    in_it systemctl --version | head -1
+    prepare
+    test_security
+    test_start
+    test_status
+    test_realtime
+    test_stop
+    in_it systemctl start rungd
+    test_frozen_journal
+    test_kill
+    test_hang
+    test_crash_loop
+    test_stop
+    test_bad_ladder
+    echo
+    if [ "$wrong" = 0 ]; then echo "all as expected, $SECONDS s"; else
+        echo "$wrong not as expected" && exit 1
+    fi
+}
+
+if [ "${1:-}" = --inside ]; then inside "$2"; else outside; fi
