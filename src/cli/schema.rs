@@ -116,6 +116,10 @@ impl Writer {
             Form::Integer(from, to) => {
                 json!({ "type": "integer", "minimum": from, "maximum": to })
             }
+            Form::Integers(from, to) => {
+                let item = json!({ "type": "integer", "minimum": from, "maximum": to });
+                json!({ "type": "array", "items": item })
+            }
             Form::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
             Form::Constant => json!({ "type": ["integer", "string", "boolean"] }),
             Form::Integers(from, to) => {
