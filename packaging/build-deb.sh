@@ -7,7 +7,7 @@
 #   packaging/build-deb.sh --output DIR        # elsewhere; target/debian holds the last one only
 #   RUNGD_PROFILE=mutants packaging/build-deb.sh --fast    # quickly made, for a test: not for use
 #
-# Wants: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils, python3.
+# Wants: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -39,7 +39,7 @@ rungd="$built/rungd"
 for kind in ladder controller; do
     "$rungd" schema "$kind" >"$made/schema/$kind.schema.json"
 done
-python3 packaging/third-party.py >"$made/third-party-licences.txt"
+packaging/third-party.sh >"$made/third-party-licences.txt"
 
 [ -n "$version" ] || version="$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)-1"
 # The changes are CHANGELOG.md's; Debian wants a file of its form that names the version.

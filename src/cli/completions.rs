@@ -1,14 +1,17 @@
 //! `rungd completions`: what a shell reads to complete rungd's command lines.
+//!
+//! The scripts ask rungd itself, by the environment variable `COMPLETE`, while a line is typed: so
+//! that a running controller's tags can be completed too. `cli::run` answers.
 
 use std::io::Write;
 
-use anyhow::Result;
-use clap::Args;
-use clap_complete::Shell;
+use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use clap_complete::env::Shells;
 
 use super::exit::Exit;
 
-/// Prints the completions for a shell; the page docs/install.md says where each wants them
+/// Prints what a shell reads to complete rungd's command lines
 #[derive(Args, Debug)]
 pub struct CompletionsArgs {
     /// The shell
@@ -16,13 +19,38 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Shell {
+    Bash,
+    Elvish,
+    Fish,
+    Powershell,
+    Zsh,
+}
+
+/// What the scripts set when they ask.
+const VARIABLE: &str = "COMPLETE";
+
+/// zsh loads the file when it first completes a line, and that line is to be completed as well.
+const ZSH_FIRST_TIME: &str = "
+if [[ $funcstack[1] == _rungd ]]; then
+    _clap_dynamic_completer_rungd \"$@\"
+fi
+";
+
 /// Prints the completions.
 ///
 /// # Errors
 /// Standard output cannot be written.
 pub fn completions(args: &CompletionsArgs) -> Result<Exit> {
+    let value = args.shell.to_possible_value().context("a shell has a name")?;
+    let shells = Shells::builtins();
+    let shell = shells.completer(value.get_name()).context("a shell that is known")?;
     let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut super::command(), "rungd", &mut text);
+    shell.write_registration(VARIABLE, "rungd", "rungd", "rungd", &mut text)?;
+    if matches!(args.shell, Shell::Zsh) {
+        text.extend(ZSH_FIRST_TIME.bytes());
+    }
     std::io::stdout().lock().write_all(&text)?;
     Ok(Exit::Ok)
 }

@@ -18,6 +18,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::CompleteEnv;
 
 use crate::load;
 use crate::source::render::{refuses, render};
@@ -51,6 +52,7 @@ pub fn command() -> clap::Command {
 
 /// Runs the command line; gives the exit code.
 pub fn run() -> i32 {
+    CompleteEnv::with_factory(Cli::command).complete();
     let command = Cli::parse().command;
     // Whoever started us is told a bug from a bad file, whatever went wrong.
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&command)));
