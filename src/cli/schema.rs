@@ -116,12 +116,12 @@ impl Writer {
             Form::Integer(from, to) => {
                 json!({ "type": "integer", "minimum": from, "maximum": to })
             }
-            Form::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
-            Form::Constant => json!({ "type": ["integer", "string", "boolean"] }),
             Form::Integers(from, to) => {
                 let item = json!({ "type": "integer", "minimum": from, "maximum": to });
                 json!({ "type": "array", "items": item })
             }
+            Form::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
+            Form::Constant => json!({ "type": ["integer", "string", "boolean"] }),
             Form::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             Form::Table(shape) => return self.table(shape),
             Form::Tables(shape) => json!({ "type": "array", "items": self.place(shape) }),

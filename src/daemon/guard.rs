@@ -5,8 +5,8 @@
 //! between them, and the controller starts in STOP: a machine that is started and dropped every few
 //! seconds does more harm than one that stands still.
 //!
-//! The file lies in `$RUNTIME_DIRECTORY`, which systemd keeps over restarts of the service and not
-//! over a stop or a reboot: a power cut is no sign of a bad program. Whatever is wrong with the
+//! The file lies in `$RUNTIME_DIRECTORY`, which systemd keeps over restarts of the service and
+//! not over a stop or a reboot: a power cut is no sign of a bad program. Whatever is wrong with the
 //! file is said in the log, and keeps no controller from its start.
 
 use std::fs::{self, File};

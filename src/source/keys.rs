@@ -123,14 +123,14 @@ pub const CONTROLLER: &[Key] = &[
         LEAST_1MS,
     ),
     limited(
-        key(REALTIME, "policy", "How the scan thread is scheduled; other if not given."),
+        key(REALTIME, "policy", "How the scan thread is scheduled; `other` if not given."),
         r#"{"enum":["fifo","rr","other"]}"#,
     ),
-    key(REALTIME, "priority", "The priority of fifo and rr."),
-    limited(key(REALTIME, "cpus", "The CPUs that the scan thread may run on."), NOT_EMPTY),
+    key(REALTIME, "priority", "Of policy `fifo` or `rr`."),
+    limited(key(REALTIME, "cpus", "Where the scan thread may run."), NOT_EMPTY),
     key(REALTIME, "lock-memory", "All memory stays in RAM."),
     limited(
-        key(REALTIME, "cpu-latency", "How long an idle CPU may take to wake up: 0us to 1s."),
+        key(REALTIME, "cpu-latency", "How long an idle CPU may take to wake up: `0us`, `1ms`."),
         r#"{"pattern":"^[0-9]+(us|ms)$"}"#,
     ),
     key(REALTIME, "strict", "Do not start if any of these is not granted."),

@@ -40,7 +40,7 @@ pub enum Form {
     Flag,
     /// An integer, from and to.
     Integer(i64, i64),
-    /// An array of integers, each from and to.
+    /// An array of integers, from and to.
     Integers(i64, i64),
     /// A duration: `"10ms"`.
     Duration,
