@@ -65,6 +65,7 @@ pub(super) struct Machine {
 }
 
 impl Machine {
+    #[inline(always)]
     pub fn bit_of(&self, bit: Bit) -> bool {
         self.memory.image.bit(self.program.layout.bit(bit))
     }

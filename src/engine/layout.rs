@@ -115,6 +115,7 @@ impl Layout {
     }
 
     /// The cell of a bit.
+    #[inline(always)]
     pub fn bit(&self, bit: Bit) -> BitCell {
         BitCell(match bit {
             Bit::Space(space, n) => self.space(space) + (n - space.first()),
