@@ -8,6 +8,7 @@ pub mod check;
 pub mod cli;
 pub mod daemon;
 pub mod engine;
+pub mod events;
 pub mod io;
 pub mod isa;
 pub mod load;

@@ -5,6 +5,7 @@
 
 pub mod check;
 pub mod completions;
+pub mod events;
 pub mod exit;
 pub mod explain;
 pub mod init;
@@ -36,6 +37,7 @@ struct Cli {
 enum Command {
     Check(check::CheckArgs),
     Completions(completions::CompletionsArgs),
+    Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
     Init(init::InitArgs),
     #[command(hide = true)]
@@ -75,6 +77,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
     match command {
         Command::Check(args) => check::check(args),
         Command::Completions(args) => completions::completions(args),
+        Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
         Command::Init(args) => init::init(args),
         Command::Man(args) => man::man(args),

@@ -7,7 +7,10 @@
 mod allowance;
 pub mod config;
 pub mod guard;
+mod journal;
 pub mod log;
+mod log_form;
+mod log_limits;
 mod log_queue;
 mod log_writer;
 mod narration;
