@@ -75,6 +75,13 @@ fn shells_read_their_completions() {
             assert!(status.expect("it runs").success(), "{shell} does not read it");
         }
     }
+    // The script asks rungd itself.
+    let mut asked = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let asked = asked.env("COMPLETE", "fish").args(["--", "rungd", ""]).output().expect("it runs");
+    let offered = text(asked.stdout);
+    for name in subcommands() {
+        assert!(offered.lines().any(|line| line.split('\t').next() == Some(&name)), "{name}");
+    }
     assert_eq!(rungd(&["completions", "cobol"]).status.code(), Some(2));
 }
 

@@ -1,34 +1,18 @@
 //! `rungd completions`: what a shell reads to complete rungd's command lines.
 //!
-//! The scripts ask rungd itself, by the environment variable `COMPLETE`, while a line is typed: so
-//! that a running controller's tags can be completed too. `cli::run` answers.
+//! The script asks `rungd` itself at each completion, so that tags and addresses of the running
+//! ladder are completed too.
 
 use std::io::Write;
 
 use anyhow::{Context, Result};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap_complete::Shell;
 use clap_complete::env::Shells;
 
 use super::exit::Exit;
 
-/// Prints what a shell reads to complete rungd's command lines
-#[derive(Args, Debug)]
-pub struct CompletionsArgs {
-    /// The shell
-    #[arg(value_name = "SHELL")]
-    shell: Shell,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Shell {
-    Bash,
-    Elvish,
-    Fish,
-    Powershell,
-    Zsh,
-}
-
-/// What the scripts set when they ask.
+/// The environment variable by which a script asks; as `CompleteEnv` has it.
 const VARIABLE: &str = "COMPLETE";
 
 /// zsh loads the file when it first completes a line, and that line is to be completed as well.
@@ -38,17 +22,25 @@ if [[ $funcstack[1] == _rungd ]]; then
 fi
 ";
 
+/// Prints the completions for a shell; the page docs/install.md says where each wants them
+#[derive(Args, Debug)]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    shell: Shell,
+}
+
 /// Prints the completions.
 ///
 /// # Errors
 /// Standard output cannot be written.
 pub fn completions(args: &CompletionsArgs) -> Result<Exit> {
-    let value = args.shell.to_possible_value().context("a shell has a name")?;
+    let name = args.shell.to_string();
     let shells = Shells::builtins();
-    let shell = shells.completer(value.get_name()).context("a shell that is known")?;
+    let shell = shells.completer(&name).context("this shell completes nothing")?;
     let mut text = Vec::new();
     shell.write_registration(VARIABLE, "rungd", "rungd", "rungd", &mut text)?;
-    if matches!(args.shell, Shell::Zsh) {
+    if args.shell == Shell::Zsh {
         text.extend(ZSH_FIRST_TIME.bytes());
     }
     std::io::stdout().lock().write_all(&text)?;
