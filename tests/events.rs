@@ -17,14 +17,7 @@ use rungd::events::{self, Event, GROUPS, Limit};
 mod journal;
 
 /// Rows whose lines are still to come.
-const WITHOUT_LINE: &[&str] = &[
-    "operator-write",
-    "operator-force",
-    "operator-unforce",
-    "operator-mode",
-    "operator-log-level",
-    "operator-refused",
-];
+const WITHOUT_LINE: &[&str] = &[];
 
 /// A call of a macro of tracing.
 struct Call {

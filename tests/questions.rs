@@ -84,15 +84,26 @@ fn flood(folder: &Path, journal: &FakeJournal) {
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
 
-/// A bouncing sensor, and then STOP.
-fn chatter(folder: &Path, log: &Log) {
+/// A bouncing sensor, and then STOP; an operator has it run again, and it stops again.
+fn chatter(folder: &Path, journal: &FakeJournal) {
     let ladder = "[tags]\nbounce = { at = \"C0\", log = \"change\" }\n\
          [[program]]\nname = \"Main\"\nrung = [\n\
          { when = [\"$ScanToggle\"], do = [\"OUT bounce\"] },\n\
          { when = [\"$ScanCounter >= 600\"], do = [\"STOP\"] } ]\n";
-    write(folder, "chatter", ladder, "scan.period = \"1ms\"\n");
-    let mut command = rungd(folder, "chatter-controller.toml", log, &["--scans", "9999"]);
-    assert_eq!(command.status().unwrap().code(), Some(0));
+    write(folder, "chatter", ladder, &with_operator(folder, "scan.period = \"1ms\"\n"));
+    let socket = journal.socket();
+    let mut command = rungd(folder, "chatter-controller.toml", &Log::Journal(&socket), &[]);
+    let plant = Mixing { child: command.spawn().unwrap() };
+    let stopped = |times: usize| {
+        let is = |entry: &&Fields| {
+            entry["RUNGD_EVENT"] == "mode-stop" && entry["MESSAGE"].contains("executed STOP")
+        };
+        journal.wait_until(|entries| entries.iter().filter(is).count() >= times);
+    };
+    stopped(1);
+    operator(folder, &["mode", "run"]);
+    stopped(2);
+    plant.end();
 }
 
 /// A ladder too long for its watchdog.
@@ -114,7 +125,7 @@ fn fault(folder: &Path, log: &Log) {
     assert_eq!(status.code(), Some(75));
 }
 
-/// The mixing plant, with its clients and operators, for as long as it is held.
+/// A plant, with its clients, for as long as it is held.
 struct Mixing {
     child: Child,
 }
@@ -133,6 +144,7 @@ impl Mixing {
             "log.statistics = \"300ms\"\n\
              [modbus-server]\nlisten = \"127.0.0.1:{port}\"\nconnections = 1\n"
         );
+        let controller = with_operator(folder, &controller);
         write(folder, "mixing", include_str!("questions/mixing.toml"), &controller);
         let child = rungd(folder, "mixing-controller.toml", log, &[]).spawn().unwrap();
         let mixing = Mixing { child };
@@ -160,6 +172,12 @@ impl Mixing {
         assert_eq!(other.read(&mut [0; 1]).unwrap_or(0), 0, "closed");
     }
 
+    /// In an orderly way.
+    fn end(mut self) {
+        self.signal("TERM");
+        assert_eq!(self.child.wait().unwrap().code(), Some(0));
+    }
+
     fn signal(&self, name: &str) {
         let pid = self.child.id().to_string();
         assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
@@ -173,40 +191,17 @@ impl Mixing {
     }
 }
 
-/// What the operators did, as the daemon tells it.
-fn operators(socket: &Path) {
-    use rungd::daemon::log::{self, LogFormat, LogLevel};
-    let log = log::init(Some(LogFormat::Journal), Some(LogLevel::Info), Some(socket)).unwrap();
-    let (who, pid) = ("anna (1000)", 812);
-    tracing::warn!(
-        event = "operator-force",
-        who,
-        pid,
-        what = "mixer (Y1)",
-        before = "OFF",
-        after = "ON",
-        "forced"
-    );
-    tracing::info!(
-        event = "operator-unforce",
-        who,
-        pid,
-        what = "mixer (Y1)",
-        before = "ON",
-        after = "OFF",
-        "released"
-    );
-    tracing::info!(
-        event = "operator-write",
-        who,
-        pid,
-        what = "recipe (D100)",
-        before = 3,
-        after = 5,
-        "written"
-    );
-    tracing::info!(event = "operator-mode", who, pid, before = "STOP", after = "RUN", "asked");
-    log.flush();
+/// An operator's command, in an operator's shell.
+fn operator(folder: &Path, arguments: &[&str]) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(arguments).env("RUNGD_SOCKET", folder.join("rungd.sock")).output();
+    let output = output.unwrap();
+    assert!(output.status.success(), "{arguments:?}: {output:?}");
+}
+
+/// The controller's part of it.
+fn with_operator(folder: &Path, controller: &str) -> String {
+    format!("operator.socket = \"{}\"\n{controller}", folder.join("rungd.sock").display())
 }
 
 /// The troubles, told to the journal.
@@ -214,13 +209,16 @@ fn told_to_journal(journal: &FakeJournal, folder: &Path) -> Mixing {
     let socket = journal.socket();
     flood(folder, journal);
     let log = Log::Journal(&socket);
-    chatter(folder, &log);
+    chatter(folder, journal);
     fault(folder, &log);
     wrong(folder, &log);
-    operators(&socket);
     let mixing = Mixing::start(folder, &log);
-    let reached = |fields: &Fields| fields.get("RUNGD_SCAN").is_some_and(|scan| scan == "71");
+    let full = "bin_full is ON tag=bin_full scan=71";
+    let reached = |fields: &Fields| fields["MESSAGE"].contains(full);
     journal.wait_until(|entries| entries.iter().any(reached));
+    operator(folder, &["force", "mixer", "off"]);
+    operator(folder, &["unforce", "mixer"]);
+    operator(folder, &["write", "recipe", "5"]);
     mixing.pause();
     let since = journal.entries().len();
     journal.wait_until(|entries| {

@@ -217,7 +217,7 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
     assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &7.into()));
     for _ in 0..2 {
         let still = running.line("still in STOP after");
-        assert!(message(&still).contains("the ladder executed STOP; `rungd mode run`"), "{still}");
+        assert!(message(&still).contains("the ladder executed STOP; restart rungd"), "{still}");
     }
     assert_eq!(running.child.try_wait().unwrap(), None, "it stays");
     running.signal("TERM");

@@ -8,11 +8,19 @@ pub mod completions;
 pub mod events;
 pub mod exit;
 pub mod explain;
+pub mod force;
 pub mod init;
+pub mod log_level;
 pub mod man;
+pub mod mode;
+pub mod operator;
+pub mod read;
 pub mod run;
 pub mod schema;
 pub mod sim;
+pub mod status;
+pub mod watch;
+pub mod write;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -45,6 +53,14 @@ enum Command {
     Run(run::RunArgs),
     Schema(schema::SchemaArgs),
     Sim(sim::SimArgs),
+    Status(status::StatusArgs),
+    Read(read::ReadArgs),
+    Write(write::WriteArgs),
+    Force(force::ForceArgs),
+    Unforce(force::UnforceArgs),
+    Watch(watch::WatchArgs),
+    Mode(mode::ModeArgs),
+    LogLevel(log_level::LogLevelArgs),
 }
 
 /// The command line as it is defined, for what is made of it.
@@ -84,6 +100,14 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Run(args) => run::run(args),
         Command::Schema(args) => schema::schema(args),
         Command::Sim(args) => simulate(args),
+        Command::Status(args) => status::status(args),
+        Command::Read(args) => read::read(args),
+        Command::Write(args) => write::write(args),
+        Command::Force(args) => force::force(args),
+        Command::Unforce(args) => force::unforce(args),
+        Command::Watch(args) => watch::watch(args),
+        Command::Mode(args) => mode::mode(args),
+        Command::LogLevel(args) => log_level::log_level(args),
     }
 }
 

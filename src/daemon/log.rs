@@ -20,7 +20,7 @@ use tracing_subscriber::{Layer, Registry, reload};
 
 use super::journal::{self, Socket};
 use super::log_form::Line;
-pub use super::log_queue::lost;
+pub use super::log_queue::lines_dropped;
 use super::log_queue::{Formed, LogQueue};
 
 /// The form of the log.

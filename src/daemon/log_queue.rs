@@ -31,11 +31,11 @@ const REST: Duration = Duration::from_millis(5);
 const LINGER: Duration = Duration::from_millis(50);
 
 /// Lines lost since the process started.
-static LOST: AtomicU64 = AtomicU64::new(0);
+static LINES_DROPPED: AtomicU64 = AtomicU64::new(0);
 
 /// How many lines the log has lost since the process started.
-pub fn lost() -> u64 {
-    LOST.load(Ordering::Relaxed)
+pub fn lines_dropped() -> u64 {
+    LINES_DROPPED.load(Ordering::Relaxed)
 }
 
 /// A line as it goes out.
@@ -101,7 +101,7 @@ impl LogQueue {
             && self.sender.try_send(Item::Line(formed)).is_err()
         {
             self.dropped.fetch_add(1, Ordering::Relaxed);
-            LOST.fetch_add(1, Ordering::Relaxed);
+            LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
         }
     }
 
@@ -203,7 +203,7 @@ impl Tally {
 
     fn count(&self) {
         self.dropped.fetch_add(1, Ordering::Relaxed);
-        LOST.fetch_add(1, Ordering::Relaxed);
+        LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Tells what was dropped and withheld, in the form of the log: what is due, or at the end
@@ -228,7 +228,7 @@ impl Tally {
             tracing::warn!(
                 event = "log-dropped",
                 lines,
-                lost = lost(),
+                lost = lines_dropped(),
                 "log lines were dropped: the log was read too slowly, or could not be written"
             );
         }

@@ -9,7 +9,7 @@ use tracing::{debug, error, info, warn};
 
 use super::allowance::Alarms;
 use super::log_limits::Told;
-use super::log_queue::lost;
+use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Narration, reason, remedy, span, us};
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{Observer, Record, Statistics, What};
@@ -57,6 +57,27 @@ pub(super) struct Facts {
     pub rungs: usize,
     /// From heartbeat to heartbeat; `None`: there are none.
     pub heartbeat_ns: Option<u64>,
+    /// Whether an operator can run it again.
+    pub has_operator: bool,
+}
+
+impl Facts {
+    /// What to do about a STOP, or a FAULT that is not the engine's.
+    pub fn again(&self) -> &'static str {
+        if self.has_operator {
+            "`rungd mode run`, or a restart of rungd, runs it again"
+        } else {
+            "restart rungd to run it again"
+        }
+    }
+
+    /// What to do about a FAULT.
+    fn remedy(&self, fault: FaultReason) -> &'static str {
+        match fault {
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+            _ => self.again(),
+        }
+    }
 }
 
 /// Tells what it hears to the log.
@@ -65,6 +86,8 @@ pub(super) struct LogWriter {
     facts: Facts,
     /// As seen last.
     mode: Mode,
+    /// How many bits and words are forced, likewise.
+    forces: usize,
     /// When the last heartbeat was seen.
     beat_ns: Option<u64>,
     standing: Option<Standing>,
@@ -72,9 +95,6 @@ pub(super) struct LogWriter {
     tripped: bool,
     alarms: Alarms,
 }
-
-/// What to do about a STOP.
-const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
 
 /// A STOP or FAULT that lasts.
 struct Standing {
@@ -87,11 +107,23 @@ struct Standing {
 impl LogWriter {
     pub fn new(narration: Narration, facts: Facts) -> Self {
         let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
-        LogWriter { narration, facts, mode, beat_ns: None, standing, tripped: false, alarms }
+        LogWriter {
+            narration,
+            facts,
+            mode,
+            forces: 0,
+            beat_ns: None,
+            standing,
+            tripped: false,
+            alarms,
+        }
     }
 
     fn mode(&mut self, mode: Mode, scan: u64) {
         let why = reason(mode);
+        if mode == Mode::Run {
+            self.tripped = false;
+        }
         match mode {
             Mode::Run => info!(
                 event = "mode-run",
@@ -100,9 +132,10 @@ impl LogWriter {
                 span(self.facts.period_ns)
             ),
             Mode::Stop(reason) if reason.waits_for_operator() => {
+                let again = self.facts.again();
                 warn!(
                     event = "mode-stop",
-                    scan, "STOP: {why}; outputs are at their safe values; {AGAIN}"
+                    scan, "STOP: {why}; outputs are at their safe values; {again}"
                 );
             }
             Mode::Stop(_) => {
@@ -133,7 +166,7 @@ impl LogWriter {
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
-            remedy(fault, self.facts.rungs, self.facts.period_ns, self.facts.watchdog_ns)
+            remedy(fault, &self.facts)
         );
     }
 
@@ -191,8 +224,12 @@ impl LogWriter {
         let due = self.facts.heartbeat_ns.is_some_and(|every_ns| now_ns >= since_ns + every_ns);
         if due && latest.mode != Mode::Run {
             self.beat_ns = Some(now_ns);
-            let (mode, scans, log_lost) = (latest.mode.name(), latest.scans, lost());
-            info!(event = "heartbeat", mode, log_lost, scans, "nothing is scanned in {mode}");
+            let (mode, scans, forces) = (latest.mode.name(), latest.scans, self.forces);
+            let log_lost = lines_dropped();
+            info!(
+                event = "heartbeat",
+                mode, forces, log_lost, scans, "nothing is scanned in {mode}"
+            );
         }
     }
 
@@ -221,10 +258,14 @@ impl LogWriter {
         standing.told_ns = now_ns;
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
-            Mode::Fault(_) => {
-                error!(event = "mode-still", "still in FAULT after {lasts}: {why}; restart rungd")
+            Mode::Fault(reason) => {
+                let again = self.facts.remedy(reason);
+                error!(event = "mode-still", "still in FAULT after {lasts}: {why}; {again}");
             }
-            _ => warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {AGAIN}"),
+            _ => {
+                let again = self.facts.again();
+                warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {again}");
+            }
         }
     }
 }
@@ -267,7 +308,8 @@ impl Observer for LogWriter {
             statistics,
             "scan statistics of the last {}",
             mode = mode,
-            log_lost = lost()
+            forces = self.forces,
+            log_lost = lines_dropped()
         );
     }
 
@@ -285,7 +327,7 @@ impl Observer for LogWriter {
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
         self.stand(latest.mode, now_ns);
-        self.mode = latest.mode;
+        (self.mode, self.forces) = (latest.mode, latest.forces.list().len());
         self.beat(latest, now_ns);
         let belated = self.alarms.belated(now_ns);
         self.stands(&belated);
@@ -336,6 +378,7 @@ mod tests {
             repeat_ns: 60 * SECOND_NS,
             rungs: 3,
             heartbeat_ns: None,
+            has_operator: true,
         };
         LogWriter::new(narration, facts)
     }

@@ -2,6 +2,7 @@
 //!
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
+use super::log_writer::Facts;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::isa::{BlockId, StageId};
 use crate::lower::Symbols;
@@ -124,19 +125,16 @@ pub(super) fn reason(mode: Mode) -> String {
 }
 
 /// What a person can do about a fault.
-pub(super) fn remedy(
-    reason: FaultReason,
-    rungs: usize,
-    period_ns: u64,
-    watchdog_ns: u64,
-) -> String {
-    let (period, watchdog) = (span(period_ns), span(watchdog_ns));
+pub(super) fn remedy(reason: FaultReason, facts: &Facts) -> String {
+    let (period, watchdog) = (span(facts.period_ns), span(facts.watchdog_ns));
     match reason {
         FaultReason::ScanTooLong { .. }
         | FaultReason::ScanNeverEnds
         | FaultReason::ScanNeverBegins => format!(
-            "restart rungd; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for \
-             {rungs} rungs every {period}), or see what else the machine was doing"
+            "{}; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for {} rungs every \
+             {period}), or see what else the machine was doing",
+            facts.again(),
+            facts.rungs
         ),
         FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
             "restart rungd, and report this with the lines above: it is a bug in rungd".to_owned()
@@ -145,7 +143,7 @@ pub(super) fn remedy(
 }
 
 /// A span of time for people: `250ms`, `3.2s`, `4m10s`, `2h05m`.
-pub(super) fn span(ns: u64) -> String {
+pub fn span(ns: u64) -> String {
     let ms = ns / 1_000_000;
     let s = ms / 1000;
     match s {

@@ -16,13 +16,14 @@ use super::config::Setup;
 use super::guard::Guard;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
+use super::operator;
 use super::posture;
 use super::signals::{Host, Signals};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
-use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use crate::runtime::exchange::{FaultReason, Mode, StopReason};
 use crate::runtime::{self, Prepared, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
@@ -101,6 +102,7 @@ pub fn run(
         repeat_ns: options.repeat.as_nanos() as u64,
         rungs: setup.ladder.rungs,
         heartbeat_ns: pace.statistics_every_ns,
+        has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
     let writer = LogWriter::new(setup.narration.clone(), facts);
     let inputs = initial_inputs(&program, &setup);
@@ -135,7 +137,7 @@ async fn shell(
     mut attendance: Attendance<'_>,
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
-    let mut drivers = start_drivers(setup, &prepared.port(), &stopped).await?;
+    let mut drivers = start_drivers(setup, &prepared, &stopped).await?;
     if let Some(name) = attendance.signals.waiting().await {
         info!(
             event = "signal",
@@ -246,17 +248,18 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
 
 async fn start_drivers(
     setup: &Setup,
-    port: &Port,
+    prepared: &Prepared,
     stopped: &watch::Receiver<bool>,
 ) -> Result<JoinSet<()>, Failure> {
     let mut drivers = JoinSet::new();
-    let layout = &setup.symbols.layout;
+    let (layout, port) = (&setup.symbols.layout, &prepared.port());
+    let mut clients = None;
+    let pace = &setup.pace;
+    let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
+    let patience = Duration::from_nanos(patience_ns);
     if let Some(settings) = &setup.modbus {
         let listen = settings.listen;
         let map = modbus::Map::new(settings, layout, |word| setup.symbols.limits(word));
-        let pace = &setup.pace;
-        let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
-        let patience = Duration::from_nanos(patience_ns);
         let bound = modbus::Server::bind(settings.clone(), map, port.clone(), patience);
         let server = bound.await.map_err(|error| {
             let context = format!(
@@ -265,6 +268,8 @@ async fn start_drivers(
             );
             Failure::Environment(anyhow::anyhow!(context))
         })?;
+        let address = server.address().unwrap_or(listen);
+        clients = Some((address.to_string(), server.clients()));
         drivers.spawn(server.run(told(stopped)));
     }
     if !setup.rules.is_empty() {
@@ -276,6 +281,12 @@ async fn start_drivers(
         let device = simulated::Device::new(&setup.rules);
         let drive = simulated::Drive::new(device, layout.clone(), port.clone());
         drivers.spawn(drive.run(told(stopped)));
+    }
+    if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
+        let about = operator::About::new(setup, prepared.grants(), prepared.gauge(), clients);
+        let desk = operator::Desk::new(setup.names.clone(), port.clone(), about, patience);
+        let server = operator::Server::bind(&place, desk)?;
+        drivers.spawn(server.run(told(stopped)));
     }
     Ok(drivers)
 }

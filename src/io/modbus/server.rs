@@ -9,6 +9,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::pin::pin;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use tokio::net::{TcpListener, TcpStream};
@@ -34,6 +35,7 @@ const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 pub struct Server {
     listener: TcpListener,
     shared: Arc<Shared>,
+    clients: Arc<AtomicUsize>,
 }
 
 /// What the connections share.
@@ -63,7 +65,7 @@ impl Server {
         }
         let write_wait = patience.max(WRITE_WAIT_LEAST);
         let shared = Shared { settings, map, port, write_wait };
-        let server = Server { listener, shared: Arc::new(shared) };
+        let server = Server { listener, shared: Arc::new(shared), clients: Arc::default() };
         server.log_start();
         Ok(server)
     }
@@ -74,6 +76,11 @@ impl Server {
     /// When the system does not say.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
+    }
+
+    /// How many clients are connected, for who looks from outside.
+    pub fn clients(&self) -> Arc<AtomicUsize> {
+        Arc::clone(&self.clients)
     }
 
     /// Serves until `stop`; then all connections are closed.
@@ -89,6 +96,7 @@ impl Server {
                     Err(error) => self.rest(&error).await,
                 }
             }
+            self.clients.store(clients.len(), Ordering::Relaxed);
         }
         info!(event = "modbus-stops", clients = clients.len(), "Modbus server stops");
     }
