@@ -119,14 +119,14 @@ fn guard_events(lines: &[Value]) -> Vec<&Value> {
 fn whatever_lies_in_the_files_place_it_starts_and_says_so() {
     let plant = plant();
     let file = plant.0.join("run/restarts");
-    type Spoil<'a> = (&'a str, &'a dyn Fn(&Path));
-    let spoil: [Spoil; 4] = [
-        ("is lost: it is not what rungd wrote", &|file| fs::write(file, "ten").unwrap()),
-        ("is lost: it is no file", &|file| fs::create_dir(file).unwrap()),
-        ("is lost: it is no file", &|file| {
+    type Spoiling = fn(&Path);
+    let spoil: [(&str, Spoiling); 4] = [
+        ("is lost: it is not what rungd wrote", |file| fs::write(file, "ten").unwrap()),
+        ("is lost: it is no file", |file| fs::create_dir(file).unwrap()),
+        ("is lost: it is no file", |file| {
             assert!(Command::new("mkfifo").arg(file).status().unwrap().success());
         }),
-        ("are not counted", &|file| fs::remove_dir_all(file.parent().unwrap()).unwrap()),
+        ("are not counted", |file| fs::remove_dir_all(file.parent().unwrap()).unwrap()),
     ];
     for (words, spoil) in spoil {
         let _ = fs::remove_dir_all(&file);
