@@ -119,8 +119,8 @@ fn guard_events(lines: &[Value]) -> Vec<&Value> {
 fn whatever_lies_in_the_files_place_it_starts_and_says_so() {
     let plant = plant();
     let file = plant.0.join("run/restarts");
-    type Spoil<'a> = (&'a str, &'a dyn Fn(&Path));
-    let spoil: [Spoil; 4] = [
+    type Spoils<'a> = &'a dyn Fn(&Path);
+    let spoil: [(&str, Spoils<'_>); 4] = [
         ("is lost: it is not what rungd wrote", &|file| fs::write(file, "ten").unwrap()),
         ("is lost: it is no file", &|file| fs::create_dir(file).unwrap()),
         ("is lost: it is no file", &|file| {
