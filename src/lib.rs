@@ -1,17 +1,20 @@
 //! rungd: a soft-PLC for Linux. The map, from the ground up; a module uses only those above it
 //! in this list.
 
-// But for the system calls of the scan thread, in `runtime/sys.rs`.
+// But for the system calls of the scan thread, in `runtime/sys.rs`, and those of the operator's
+// socket, in `daemon/operator/peer.rs`.
 #![deny(unsafe_code)]
 
 pub mod check;
 pub mod cli;
 pub mod daemon;
 pub mod engine;
+pub mod events;
 pub mod io;
 pub mod isa;
 pub mod load;
 pub mod lower;
+pub mod operator;
 pub mod resolve;
 pub mod runtime;
 pub mod sim;

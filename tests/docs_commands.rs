@@ -9,6 +9,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+#[path = "support/shown.rs"]
+mod shown;
+
+use shown::lines_match;
+
 /// A part of the page.
 enum Part<'a> {
     /// To be left as it is.
@@ -81,30 +86,8 @@ fn output(command: &str, folder: &Path) -> String {
         .output()
         .expect("sh runs");
     let text = String::from_utf8(output.stdout).expect("text");
-    let lines = text.lines().filter(|line| !line.contains(" WARN overrun"));
+    let lines = text.lines().filter(|line| !line.contains(" overrun: "));
     lines.map(|line| format!("{line}\n")).collect()
-}
-
-/// Whether a line is as shown: `…` stands for any text.
-fn line_matches(shown: &str, line: &str) -> bool {
-    match shown.split_once('…') {
-        None => shown == line,
-        Some((head, tail)) => line.strip_prefix(head).is_some_and(|rest| {
-            let starts = rest.char_indices().map(|(at, _)| at).chain([rest.len()]);
-            starts.into_iter().any(|at| line_matches(tail, &rest[at..]))
-        }),
-    }
-}
-
-/// Whether the lines are as shown: a line `…` stands for any number of them.
-fn lines_match(shown: &[&str], lines: &[&str]) -> bool {
-    match shown.split_first() {
-        None => lines.is_empty(),
-        Some((&"…", rest)) => (0..=lines.len()).any(|at| lines_match(rest, &lines[at..])),
-        Some((first, rest)) => lines
-            .split_first()
-            .is_some_and(|(line, lines)| line_matches(first, line) && lines_match(rest, lines)),
-    }
 }
 
 /// Runs the commands of a block; gives the block with outputs as they are, and the differences.

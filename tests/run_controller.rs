@@ -217,7 +217,7 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
     assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &7.into()));
     for _ in 0..2 {
         let still = running.line("still in STOP after");
-        assert!(message(&still).contains("the ladder executed STOP; `rungd mode run`"), "{still}");
+        assert!(message(&still).contains("the ladder executed STOP; restart rungd"), "{still}");
     }
     assert_eq!(running.child.try_wait().unwrap(), None, "it stays");
     running.signal("TERM");
@@ -411,8 +411,11 @@ fn people_read_lines_with_a_level_and_no_escape_codes() {
     let plant = Plant::new(ALIVE, "");
     let output = plant.command(&["--scans", "3", "--log-level", "debug"]).output().unwrap();
     let text = String::from_utf8(output.stderr).unwrap();
-    assert!(text.contains("  INFO RUN: scanning every 10ms scan=0\n"), "{text}");
-    assert!(text.contains("  INFO Program Main had its termination pass scan=3\n"), "{text}");
+    assert!(
+        text.contains("  INFO RUNGD-0201 mode-run: RUN: scanning every 10ms scan=0\n"),
+        "{text}"
+    );
+    assert!(text.contains("Program Main had its termination pass block=Main scan=3\n"), "{text}");
     assert!(!text.contains('\u{1b}'), "{text}");
 }
 
@@ -571,10 +574,20 @@ fn the_page_shows_what_is_logged() {
     let binary = command.get_program().to_owned();
     command = Command::new(binary);
     command.current_dir(&plant.0).args(["run", "gate-controller.toml", "--scans", "32"]);
-    let output = command.env_remove("RUNGD_LOG").output().unwrap();
+    command.env_remove("RUNGD_LOG").env_remove("JOURNAL_STREAM");
+    let output = command.output().unwrap();
     let logged = String::from_utf8(output.stderr).unwrap();
     let logged: Vec<_> = logged.lines().map(masked).collect();
     for line in fenced(page, "2026-").lines() {
         assert!(logged.contains(&masked(line)), "{line}\nnot in\n{}", logged.join("\n"));
     }
+    let output = command.args(["--log-format", "json"]).output().unwrap();
+    let without_time = |line: &str| {
+        let mut value: Value = serde_json::from_str(line).expect(line);
+        (value["timestamp"], value["scan"]) = (Value::Null, Value::Null);
+        value
+    };
+    let logged = String::from_utf8(output.stderr).unwrap();
+    let shown = without_time(fenced(page, "{\"timestamp\""));
+    assert!(logged.lines().map(without_time).any(|line| line == shown), "{shown} not in\n{logged}");
 }

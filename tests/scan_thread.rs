@@ -1,5 +1,5 @@
-//! The scan thread allocates nothing: counted, with writes, inputs and events pending, with the
-//! log's reader and the image's readers stalled, over a stop, on generated ladders and on every
+//! The scan thread allocates nothing: counted, with writes, inputs, events, forces and mode commands
+//! pending, with the log's reader and the image's readers stalled, over a stop, on generated ladders and on every
 //! shipped one. And its sources name nothing that could make it wait.
 //!
 //! The scanner runs on the test's own thread with a simulated clock; the allocator counts calls
@@ -11,11 +11,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::rc::Rc;
 
-use rungd::engine::Engine;
+use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::runtime::command::Command;
 use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Write};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::{
@@ -190,6 +191,7 @@ fn settings(symbols: &Symbols, scans: u64) -> Settings {
             bits: layout.bit_count() as usize,
             words: layout.word_count() as usize,
             first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+            forces_active: layout.bit(Bit::Space(BitSpace::St, 9)).0 as usize,
             safe,
         },
         watched,
@@ -213,6 +215,24 @@ fn stir(port: &Port, symbols: &Symbols, numbers: &mut Numbers) {
             writes.push(Write::Input(n, numbers.below(2) == 0));
         }
         let _ = port.submit(writes);
+    }
+    for _ in 0..numbers.below(3) {
+        let _ = port.command(command(symbols, numbers));
+    }
+}
+
+/// Forces come and go; now and then it is stopped, and run again.
+fn command(symbols: &Symbols, numbers: &mut Numbers) -> Command {
+    let n = numbers.below(400) as u32;
+    let bit = MemoryCell::Bit(symbols.layout.bit(Bit::Space(BitSpace::C, n)));
+    let word = MemoryCell::Word(symbols.layout.word(Word::Space(WordSpace::D, n)));
+    match numbers.below(40) {
+        0 => Command::Stop,
+        1..8 => Command::Run,
+        8 => Command::ReleaseAll,
+        9..15 => Command::Release(bit),
+        15..25 => Command::Force { cell: bit, value: numbers.below(2) as i32 },
+        _ => Command::Force { cell: word, value: numbers.below(9) as i32 },
     }
 }
 
@@ -281,7 +301,7 @@ fn the_scan_threads_sources_name_nothing_that_waits() {
         "Mutex", "RwLock", "Condvar", "println!", "tracing", "std::fs", "std::net", "std::io",
         "format!", ".recv(", "vec!", "Box::new", "String",
     ];
-    for file in ["scanner.rs", "beat.rs", "pacing.rs", "machine.rs"] {
+    for file in ["scanner.rs", "obey.rs", "beat.rs", "pacing.rs", "machine.rs"] {
         let text = std::fs::read_to_string(folder.join(file)).unwrap();
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
         let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));

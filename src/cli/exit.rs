@@ -8,8 +8,12 @@ use std::io;
 pub enum Exit {
     /// What was asked for is done.
     Ok = 0,
+    /// A running controller refuses, as it is now; or its mode is not the one asked about.
+    Refused = 1,
     /// The command line is wrong.
     Usage = 2,
+    /// No running controller answers.
+    Unavailable = 69,
     /// A bug in rungd.
     Software = 70,
     /// A file, port or device could not be read, written or opened.
@@ -17,18 +21,23 @@ pub enum Exit {
     /// A controller ended otherwise than in an orderly way: a fault came before the last of
     /// `--scans`, or a second signal before the passes.
     Fault = 75,
+    /// Whoever asks a running controller may not do so.
+    NoPerm = 77,
     /// A ladder, controller or stimulus file is wrong. A restart does not help.
     Config = 78,
 }
 
 impl Exit {
     /// All of them, with their names.
-    pub const ALL: [(Exit, &'static str); 6] = [
+    pub const ALL: [(Exit, &'static str); 9] = [
         (Exit::Ok, "OK"),
+        (Exit::Refused, "REFUSED"),
         (Exit::Usage, "USAGE"),
+        (Exit::Unavailable, "UNAVAILABLE"),
         (Exit::Software, "SOFTWARE"),
         (Exit::Io, "IO"),
         (Exit::Fault, "FAULT"),
+        (Exit::NoPerm, "NOPERM"),
         (Exit::Config, "CONFIG"),
     ];
 

@@ -1,4 +1,5 @@
-//! `rungd explain`: an instruction from the instruction table, or a finding from its page.
+//! `rungd explain`: an instruction from the instruction table, a finding from its page, or an
+//! event of the log from the catalogue.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -8,15 +9,17 @@ use clap::Args;
 
 use super::exit::Exit;
 use crate::check::page;
+use crate::events::{self, Event, Limit};
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Kind, LegName, Spec, pages};
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
-/// Explains an instruction (`CNT`) or a finding (`missing-leg`); without a name, lists them all.
+/// Explains an instruction (`CNT`), a finding (`missing-leg`) or an event of the log (`alarm-on`,
+/// `RUNGD-0301`); without a name, lists them all.
 #[derive(Args, Debug)]
 pub struct ExplainArgs {
-    /// A mnemonic or the name of a finding
+    /// A mnemonic, the name of a finding, or the name or code of an event
     #[arg(value_name = "NAME")]
     name: Option<String>,
 }
@@ -33,9 +36,12 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
             None => {
                 let known = instruction::TABLE.iter().map(|spec| spec.name);
                 let known = known.chain(finding::TABLE.iter().map(|row| row.name));
+                let known = known.chain(events::all().map(|event| event.name));
                 let near = nearest(name, known);
                 let near = near.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
-                super::say(&format!("rungd: no instruction or finding is called `{name}`{near}\n"));
+                super::say(&format!(
+                    "rungd: no instruction, finding or event is called `{name}`{near}\n"
+                ));
                 return Ok(Exit::Usage);
             }
         },
@@ -44,12 +50,14 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// The text for a mnemonic in any case, or a finding's name.
+/// The text for a mnemonic in any case, a finding's name, or an event's name or code.
 pub fn explanation(name: &str) -> Option<String> {
     if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
         return Some(of_instruction(mnemonic.spec()));
     }
-    Code::from_name(&name.to_ascii_lowercase()).map(of_finding)
+    let lower = name.to_ascii_lowercase();
+    let event = || events::named(&lower).or_else(|| events::coded(name)).map(of_event);
+    Code::from_name(&lower).map(of_finding).or_else(event)
 }
 
 fn list() -> String {
@@ -63,6 +71,32 @@ fn list() -> String {
             let _ = writeln!(text, "  {:<24} {}", row.name, row.summary);
         }
     }
+    text.push_str("\nEvents of the log:\n");
+    for event in events::all() {
+        let _ = writeln!(text, "  {:<24} {} {}", event.name, event.code(), event.level.name());
+    }
+    text
+}
+
+fn of_event(event: &Event) -> String {
+    let (code, name, level) = (event.code(), event.name, event.level.name());
+    let mut text = format!("{name} ({code}), an event of the log, level {level}\n\n");
+    for line in wrapped(event.meaning, 78) {
+        let _ = writeln!(text, "{line}");
+    }
+    text.push('\n');
+    for line in wrapped(&format!("What to do: {}", event.remedy), 78) {
+        let _ = writeln!(text, "{line}");
+    }
+    if event.limit != Limit::NONE {
+        let Limit { burst, per_second } = event.limit;
+        let _ = writeln!(
+            text,
+            "\nAt most {burst} lines at once, then {per_second} a second; what is left out is \
+             counted (lines-withheld)."
+        );
+    }
+    let _ = writeln!(text, "\nIn the journal: journalctl -u rungd RUNGD_EVENT={name}");
     text
 }
 
@@ -226,6 +260,29 @@ mod tests {
             let (program, findings) = load_ladders(&[file], &LoadOptions::default());
             assert!(program.is_some(), "{example}{findings:#?}");
         }
+    }
+
+    #[test]
+    fn an_event_is_explained_by_name_and_by_code() {
+        let text = explanation("modbus-gone").unwrap_or_default();
+        assert_eq!(explanation("rungd-0704").as_ref(), Some(&text));
+        expect_test::expect![[r#"
+            modbus-gone (RUNGD-0704), an event of the log, level info
+
+            A Modbus client closed its connection, was silent for too long, or was lost.
+
+            What to do: Nothing. If a client comes and goes all the time, see its side.
+
+            At most 20 lines at once, then 1 a second; what is left out is counted (lines-withheld).
+
+            In the journal: journalctl -u rungd RUNGD_EVENT=modbus-gone
+        "#]]
+        .assert_eq(&text);
+    }
+
+    #[test]
+    fn no_event_is_called_like_a_finding() {
+        assert!(events::all().all(|event| Code::from_name(event.name).is_none()));
     }
 
     #[test]

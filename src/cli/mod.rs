@@ -5,19 +5,29 @@
 
 pub mod check;
 pub mod completions;
+pub mod events;
 pub mod exit;
 pub mod explain;
+pub mod force;
 pub mod init;
+pub mod log_level;
 pub mod man;
+pub mod mode;
+pub mod operator;
+pub mod read;
 pub mod run;
 pub mod schema;
 pub mod sim;
+pub mod status;
+pub mod watch;
+pub mod write;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::CompleteEnv;
 
 use crate::load;
 use crate::source::render::{refuses, render};
@@ -35,6 +45,7 @@ struct Cli {
 enum Command {
     Check(check::CheckArgs),
     Completions(completions::CompletionsArgs),
+    Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
     Init(init::InitArgs),
     #[command(hide = true)]
@@ -42,6 +53,14 @@ enum Command {
     Run(run::RunArgs),
     Schema(schema::SchemaArgs),
     Sim(sim::SimArgs),
+    Status(status::StatusArgs),
+    Read(read::ReadArgs),
+    Write(write::WriteArgs),
+    Force(force::ForceArgs),
+    Unforce(force::UnforceArgs),
+    Watch(watch::WatchArgs),
+    Mode(mode::ModeArgs),
+    LogLevel(log_level::LogLevelArgs),
 }
 
 /// The command line as it is defined, for what is made of it.
@@ -51,6 +70,7 @@ pub fn command() -> clap::Command {
 
 /// Runs the command line; gives the exit code.
 pub fn run() -> i32 {
+    CompleteEnv::with_factory(Cli::command).complete();
     let command = Cli::parse().command;
     // Whoever started us is told a bug from a bad file, whatever went wrong.
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&command)));
@@ -73,12 +93,21 @@ fn dispatch(command: &Command) -> Result<Exit> {
     match command {
         Command::Check(args) => check::check(args),
         Command::Completions(args) => completions::completions(args),
+        Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
         Command::Init(args) => init::init(args),
         Command::Man(args) => man::man(args),
         Command::Run(args) => run::run(args),
         Command::Schema(args) => schema::schema(args),
         Command::Sim(args) => simulate(args),
+        Command::Status(args) => status::status(args),
+        Command::Read(args) => read::read(args),
+        Command::Write(args) => write::write(args),
+        Command::Force(args) => force::force(args),
+        Command::Unforce(args) => force::unforce(args),
+        Command::Watch(args) => watch::watch(args),
+        Command::Mode(args) => mode::mode(args),
+        Command::LogLevel(args) => log_level::log_level(args),
     }
 }
 

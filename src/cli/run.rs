@@ -41,6 +41,9 @@ pub struct RunArgs {
     /// Log from this level on (default: the environment's RUNGD_LOG, or info)
     #[arg(long, value_name = "LEVEL")]
     log_level: Option<LogLevel>,
+    /// Where the journal listens
+    #[arg(long, value_name = "PATH", hide = true)]
+    journal_socket: Option<PathBuf>,
     /// Count restarts after unclean ends in FILE (default: in systemd's RUNTIME_DIRECTORY)
     #[arg(long, value_name = "FILE")]
     restart_guard: Option<PathBuf>,
@@ -66,11 +69,11 @@ fn span(text: &str) -> Result<Duration, String> {
 pub fn run(args: &RunArgs) -> Result<Exit> {
     probe_descriptors()?;
     let mut host = Host::new().context("cannot listen for signals")?;
-    let log = log::init(args.log_format, args.log_level)?;
+    let log = log::init(args.log_format, args.log_level, args.journal_socket.as_deref())?;
     let file = args.restart_guard.clone().or_else(guard::file_of_environment);
     let mut guard = Guard::begin(file, args.healthy_after);
     let exit = run_logged(args, &mut host, &mut guard).unwrap_or_else(|why| {
-        error!("rungd does not start: {why:#}");
+        error!(event = "start-refused", "rungd does not start: {why:#}");
         Exit::of(&why)
     });
     guard.end(match exit {
@@ -114,11 +117,11 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::Bug) => Ok(Exit::Software),
         Err(Failure::Configuration(why)) => {
-            error!("rungd does not start: {why}");
+            error!(event = "start-refused", "rungd does not start: {why}");
             Ok(Exit::Config)
         }
         Err(Failure::Environment(why)) => {
-            error!("rungd does not start: {why:#}");
+            error!(event = "start-refused", "rungd does not start: {why:#}");
             Ok(Exit::Io)
         }
     }
@@ -140,9 +143,13 @@ fn refuse(args: &RunArgs, text: &str) -> Exit {
         super::say(&format!("{}\n", text.trim_end()));
     } else {
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
-            error!("{line}");
+            error!(event = "finding", "{line}");
         }
     }
-    error!("rungd does not start: {} cannot be run as it is", args.controller.display());
+    error!(
+        event = "start-refused",
+        "rungd does not start: {} cannot be run as it is",
+        args.controller.display()
+    );
     Exit::Config
 }

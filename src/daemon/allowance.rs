@@ -1,117 +1,22 @@
-//! How much may be told of what changes all the time, and the count of what was left out.
+//! How much may be told of alarms that change all the time, and the count of what was left out.
 //!
-//! The log writer asks before each line. Alarms have an allowance each besides one in common: one
-//! that chatters does not hide the others. An alarm's ON and OFF are told both or neither, and an
-//! alarm that stands untold is told as soon as there is room: the log never shows an alarm that
-//! is over as one that lasts, nor hides one that does.
+//! The log writer asks before each line (other events have their limits in `log_limits`). Alarms
+//! have an allowance each besides one in common: one that chatters does not hide the others. An
+//! alarm's ON and OFF are told both or neither, and an alarm that stands untold is told as soon as
+//! there is room, or at the end: the log never shows an alarm that is over as one that lasts, nor
+//! hides one that does.
 
-use super::narration::span;
+use super::log_limits::{Budget, Told, Withheld};
+use crate::events::Limit;
 
-pub(super) const SECOND_NS: u64 = 1_000_000_000;
-/// So many lines of one kind at once, and so many a second in the long run.
-const BURST: u32 = 200;
-const LINES_PER_SECOND: u64 = 20;
-/// The same of one alarm.
-const ALARM_BURST: u32 = 20;
-const ALARM_LINES_PER_SECOND: u64 = 2;
-/// What was left out is told this long after the first such line.
-const TELL_AFTER_NS: u64 = 10 * SECOND_NS;
-
-/// Lines that may go out: so many at once, so many a second in the long run.
-#[derive(Clone, Copy)]
-struct Budget {
-    burst: u32,
-    per_second: u64,
-    left: u32,
-    filled_ns: u64,
-}
-
-impl Budget {
-    fn new(burst: u32, per_second: u64) -> Budget {
-        Budget { burst, per_second, left: burst, filled_ns: 0 }
-    }
-
-    /// Whether there are so many by now.
-    fn has(&mut self, now_ns: u64, lines: u32) -> bool {
-        let since_ns = now_ns.saturating_sub(self.filled_ns);
-        let earned = since_ns.saturating_mul(self.per_second) / SECOND_NS;
-        if earned > 0 {
-            let earned = u32::try_from(earned).unwrap_or(self.burst);
-            self.left = self.burst.min(self.left.saturating_add(earned));
-            self.filled_ns = now_ns;
-        }
-        self.left >= lines
-    }
-}
-
-/// What keeps a chatter of lines within bounds.
-pub(super) struct Allowance {
-    what: &'static str,
-    budget: Budget,
-    withheld: u64,
-    withheld_since_ns: u64,
-}
-
-impl Allowance {
-    pub fn new(what: &'static str) -> Allowance {
-        let budget = Budget::new(BURST, LINES_PER_SECOND);
-        Allowance { what, budget, withheld: 0, withheld_since_ns: 0 }
-    }
-
-    /// Whether one more line may go out; one that may not is counted.
-    pub fn take(&mut self, now_ns: u64) -> bool {
-        let taken = self.draw(now_ns, 1);
-        if !taken {
-            self.withhold(1, now_ns);
-        }
-        taken
-    }
-
-    /// Whether so many more lines may go out.
-    fn draw(&mut self, now_ns: u64, lines: u32) -> bool {
-        let enough = self.budget.has(now_ns, lines);
-        if enough {
-            self.budget.left -= lines;
-        }
-        enough
-    }
-
-    /// Likewise, and of another budget as many: of both or of neither.
-    fn draw_with(&mut self, other: &mut Budget, now_ns: u64, lines: u32) -> bool {
-        let enough = other.has(now_ns, lines) && self.draw(now_ns, lines);
-        if enough {
-            other.left -= lines;
-        }
-        enough
-    }
-
-    fn withhold(&mut self, lines: u64, now_ns: u64) {
-        if self.withheld == 0 {
-            self.withheld_since_ns = now_ns;
-        }
-        self.withheld += lines;
-    }
-
-    /// The sentence on what was left out, with its count, where it is time for it.
-    pub fn due(&mut self, now_ns: u64) -> Option<(u64, String)> {
-        let waited_ns = now_ns.saturating_sub(self.withheld_since_ns);
-        if waited_ns >= TELL_AFTER_NS { self.rest(now_ns) } else { None }
-    }
-
-    /// The same, whatever the time: the end has come.
-    pub fn rest(&mut self, now_ns: u64) -> Option<(u64, String)> {
-        let lasted = span(now_ns.saturating_sub(self.withheld_since_ns));
-        let lines = std::mem::take(&mut self.withheld);
-        let what = self.what;
-        let text =
-            format!("{what} come too often: so many lines of the last {lasted} were left out");
-        (lines > 0).then_some((lines, text))
-    }
-}
+/// Of all alarms in common, and of each one.
+const ALL: Limit = Limit { burst: 200, per_second: 20 };
+const EACH: Limit = Limit { burst: 20, per_second: 2 };
 
 /// The alarms: which stand, and whether the log knows.
 pub(super) struct Alarms {
-    allowance: Allowance,
+    common: Budget,
+    withheld: Withheld,
     /// By the number of the watch.
     states: Vec<State>,
     /// Likewise: what each may still tell.
@@ -137,7 +42,8 @@ const PAIR: u32 = 2;
 impl Alarms {
     pub fn new() -> Alarms {
         let (states, budgets) = (Vec::new(), Vec::new());
-        Alarms { allowance: Allowance::new("alarms"), states, budgets, untold: 0 }
+        let (common, withheld) = (Budget::new(ALL), Withheld::default());
+        Alarms { common, withheld, states, budgets, untold: 0 }
     }
 
     /// Whether the change of an alarm is to be told.
@@ -145,21 +51,25 @@ impl Alarms {
         let at = watch as usize;
         if at >= self.states.len() {
             self.states.resize(at + 1, State::Off);
-            self.budgets.resize(at + 1, Budget::new(ALARM_BURST, ALARM_LINES_PER_SECOND));
+            self.budgets.resize(at + 1, Budget::new(EACH));
         }
-        let (common, own) = (&mut self.allowance, &mut self.budgets[at]);
+        let (common, own) = (&mut self.common, &mut self.budgets[at]);
         let was = self.states[at];
         self.untold -= usize::from(matches!(was, State::Untold { .. }));
         let (is, told) = match (was, on) {
-            (_, true) if common.draw_with(own, now_ns, PAIR) => (State::Told, true),
+            (_, true) if draw_pair(common, own, now_ns) => (State::Told, true),
             (_, true) => (State::Untold { scan }, false),
             (State::Told, false) => (State::Off, true),
             (State::Untold { .. }, false) => {
-                self.allowance.withhold(PAIR.into(), now_ns);
+                self.withheld.add(PAIR.into(), now_ns);
                 (State::Off, false)
             }
             // Its ON was lost on the way.
-            (State::Off, false) => (State::Off, self.allowance.take(now_ns)),
+            (State::Off, false) => {
+                let told = self.common.draw(now_ns, 1);
+                self.withheld.add(u64::from(!told), now_ns);
+                (State::Off, told)
+            }
         };
         self.untold += usize::from(matches!(is, State::Untold { .. }));
         self.states[at] = is;
@@ -175,7 +85,7 @@ impl Alarms {
         }
         for (watch, state) in self.states.iter_mut().enumerate() {
             let State::Untold { scan } = *state else { continue };
-            if !self.allowance.draw_with(&mut self.budgets[watch], now_ns, PAIR) {
+            if !draw_pair(&mut self.common, &mut self.budgets[watch], now_ns) {
                 continue;
             }
             *state = State::Told;
@@ -185,48 +95,42 @@ impl Alarms {
         belated
     }
 
-    /// As [`Allowance::due`].
-    pub fn due(&mut self, now_ns: u64) -> Option<(u64, String)> {
-        self.allowance.due(now_ns)
+    /// What is to be told of what was left out, where it is time for it.
+    pub fn due(&mut self, now_ns: u64) -> Option<Told> {
+        self.withheld.due(now_ns)
     }
 
-    /// As [`Allowance::rest`]; what stands untold counts too.
-    pub fn rest(&mut self, now_ns: u64) -> Option<(u64, String)> {
-        if self.untold > 0 {
-            self.allowance.withhold(self.untold as u64, now_ns);
-        }
-        self.allowance.rest(now_ns)
+    /// The same at the end, whatever the time; before it, each alarm that stands untold is to be
+    /// told by [`Alarms::standing`].
+    pub fn rest(&mut self, now_ns: u64) -> Option<Told> {
+        self.withheld.rest(now_ns)
     }
+
+    /// Alarms that stand untold at the end, each with the scan in which it went ON: now or never.
+    pub fn standing(&mut self) -> Vec<(u32, u64)> {
+        let mut standing = Vec::new();
+        for (watch, state) in self.states.iter_mut().enumerate() {
+            if let State::Untold { scan } = *state {
+                *state = State::Told;
+                standing.push((watch as u32, scan));
+            }
+        }
+        self.untold = 0;
+        standing
+    }
+}
+
+/// Two lines of both budgets, or of neither.
+fn draw_pair(common: &mut Budget, own: &mut Budget, now_ns: u64) -> bool {
+    own.has(now_ns, PAIR) && common.draw(now_ns, PAIR) && own.draw(now_ns, PAIR)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::daemon::log_limits::SECOND_NS;
 
     const MS_NS: u64 = 1_000_000;
-
-    #[test]
-    fn a_chatter_is_thinned_out_and_what_was_left_out_is_counted() {
-        let mut allowance = Allowance::new("changes");
-        let start = 1000 * SECOND_NS;
-        let taken = (0..6000).filter(|n| allowance.take(start + n * 10 * MS_NS)).count();
-        assert!((1350..1450).contains(&taken), "200 at once, 20 a second for a minute: {taken}");
-        let left_out = allowance.due(start + 60 * SECOND_NS).map(|told| told.0);
-        assert_eq!(left_out, Some(6000 - taken as u64));
-        assert_eq!(allowance.rest(start + 60 * SECOND_NS), None, "told once");
-        let later = start + 600 * SECOND_NS;
-        assert_eq!((0..300).filter(|_| allowance.take(later)).count(), 200);
-    }
-
-    #[test]
-    fn what_was_left_out_is_told_at_the_end_however_early_that_is() {
-        let mut allowance = Allowance::new("changes");
-        (0..BURST + 7).for_each(|_| _ = allowance.take(SECOND_NS));
-        assert_eq!(allowance.due(2 * SECOND_NS), None);
-        let (lines, text) = allowance.rest(2 * SECOND_NS).unwrap();
-        assert_eq!(lines, 7);
-        assert_eq!(text, "changes come too often: so many lines of the last 1s were left out");
-    }
 
     #[test]
     fn an_alarm_is_told_with_both_its_lines_or_with_neither() {
@@ -241,7 +145,7 @@ mod tests {
             }
         }
         assert!(!on && (30..40).contains(&told), "20 at once, 2 a second for 8 s: {told}");
-        assert_eq!(alarms.rest(8 * SECOND_NS).map(|rest| rest.0), Some(4000 - told));
+        assert_eq!(alarms.rest(8 * SECOND_NS).map(|rest| rest.lines), Some(4000 - told));
     }
 
     #[test]
@@ -266,12 +170,15 @@ mod tests {
     fn an_alarm_that_stands_is_told_when_there_is_room() {
         let mut alarms = Alarms::new();
         let told = (0..150).filter(|watch| alarms.change(*watch, true, 9, SECOND_NS)).count();
-        assert_eq!(told as u32, BURST / PAIR);
+        assert_eq!(told as u32, ALL.burst / PAIR);
         assert_eq!(alarms.belated(SECOND_NS), []);
         assert_eq!(alarms.belated(SECOND_NS + 100 * MS_NS), [(100, 9)]);
         assert!(alarms.change(100, false, 20, SECOND_NS + 100 * MS_NS), "its OFF too");
         assert!(!alarms.change(149, false, 20, SECOND_NS + 100 * MS_NS));
-        let rest = alarms.rest(2 * SECOND_NS).map(|rest| rest.0);
-        assert_eq!(rest, Some(48 + 2), "48 stand untold, one came and went");
+        let standing: Vec<_> = (101..149).map(|watch| (watch, 9)).collect();
+        assert_eq!(alarms.standing(), standing);
+        assert_eq!(alarms.standing(), [], "told once");
+        let rest = alarms.rest(2 * SECOND_NS).map(|rest| rest.lines);
+        assert_eq!(rest, Some(2), "one came and went");
     }
 }

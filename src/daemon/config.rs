@@ -3,12 +3,17 @@
 //! `load` reads files and finds what is wrong in them; here the engine's program is made of the
 //! ladder, and what the controller file asks for becomes what the runtime and the drivers take.
 
+use std::sync::Arc;
+
 use crate::engine;
+use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace};
 use crate::load::Loaded;
 use crate::lower::{Symbols, lower};
+use crate::operator::names::Names;
 use crate::resolve::controller::{self as resolved, Controller};
-use crate::resolve::program::Program;
+use crate::resolve::operator::Operator;
+use crate::resolve::program::{BlockKind, Program};
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::realtime::{self, Realtime};
 use crate::source::span::SourceFile;
@@ -26,6 +31,10 @@ pub struct Setup {
     /// How many warnings the check has.
     pub warnings: usize,
     pub(super) symbols: Symbols,
+    pub(super) names: Arc<Names>,
+    /// Names of the blocks, by `BlockId`; and whether each is a Task.
+    pub(super) blocks: Vec<(String, bool)>,
+    pub(super) operator: Operator,
     pub(super) narration: Narration,
     pub(super) watched: Watched,
     pub(super) pace: Pace,
@@ -78,6 +87,9 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         warnings: loaded.findings.len(),
         narration,
         watched,
+        names: Arc::new(Names::new(program, &symbols)),
+        blocks: blocks(program),
+        operator: controller.operator.clone(),
         pace: pace(controller),
         memory: memory(controller, program, &symbols),
         posture: posture(&controller.realtime),
@@ -88,6 +100,11 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
     Ok((code, setup))
 }
 
+fn blocks(program: &Program) -> Vec<(String, bool)> {
+    let is_task = |kind| kind != BlockKind::Program;
+    program.blocks.iter().map(|block| (block.name.clone(), is_task(block.kind))).collect()
+}
+
 fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memory {
     let layout = &symbols.layout;
     Memory {
@@ -95,6 +112,7 @@ fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memo
         bits: layout.bit_count() as usize,
         words: layout.word_count() as usize,
         first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+        forces_active: layout.bit(Bit::Space(BitSpace::St, st::FORCES_ACTIVE)).0 as usize,
         safe: safe_values(controller, program.sizes.y),
     }
 }

@@ -1,32 +1,37 @@
-//! The log's form: text for people, JSON for machines, priorities for the journal.
+//! The log: text for people, JSON for machines, entries with fields for the journal.
 //!
-//! Decided once at start from the arguments, the environment and what standard error is. All of it
-//! goes through `log_queue`, so that logging never waits.
+//! Its form is decided once at start from the arguments, the environment and what standard error
+//! is. A line is formed by `log_form`, counted against its event's limit by `log_limits`, and goes
+//! through `log_queue`, so that logging never waits.
 
-use std::fmt;
 use std::fs::File;
 use std::io::{self, IsTerminal};
 use std::os::fd::AsFd;
 use std::os::unix::fs::MetadataExt;
-use std::sync::Arc;
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::SystemTime;
 
 use clap::ValueEnum;
-use tracing::{Event, Level, Subscriber};
-use tracing_subscriber::filter::LevelFilter;
-use tracing_subscriber::fmt::format::{Format, Full, Writer};
-use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
-use tracing_subscriber::registry::LookupSpan;
+use tracing::Subscriber;
+use tracing::level_filters::LevelFilter;
+use tracing_subscriber::layer::{Context, SubscriberExt};
+use tracing_subscriber::{Layer, Registry, reload};
 
-use super::log_queue::LogQueue;
+use super::journal::{self, Socket};
+use super::log_form::Line;
+pub use super::log_queue::lines_dropped;
+use super::log_queue::{Formed, LogQueue};
 
 /// The form of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
-    /// Sentences with time, level and key=value fields.
+    /// Time, level, code, event, a sentence and key=value fields.
     Text,
     /// One JSON object a line.
     Json,
-    /// A priority (`<6>`) before each line, no time of its own; chosen by itself under systemd.
+    /// Entries with fields for the systemd journal, or where it does not listen lines with a
+    /// priority (`<6>`); chosen by itself under systemd.
     Journal,
 }
 
@@ -54,19 +59,50 @@ impl Log {
     }
 }
 
-/// Starts the log of the process.
+type Filtered = reload::Layer<LevelFilter, Registry>;
+
+/// The level of the process's log, to be changed while it runs.
+static LEVEL: OnceLock<reload::Handle<LevelFilter, Registry>> = OnceLock::new();
+
+/// From now on the log tells from this level on.
+pub fn set_level(level: LogLevel) {
+    if let Some(handle) = LEVEL.get() {
+        let _ = handle.modify(|filter| *filter = level.filter());
+    }
+}
+
+/// From which level on the log tells.
+pub fn level() -> LogLevel {
+    let filter = LEVEL.get().and_then(|handle| handle.clone_current());
+    LogLevel::of(filter.unwrap_or(LevelFilter::INFO))
+}
+
+/// Starts the log of the process. `socket` is where the journal listens, if elsewhere than usual.
 ///
 /// # Errors
 /// [`LEVEL_VARIABLE`] is no level, or the machine gives no thread.
-pub fn init(format: Option<LogFormat>, level: Option<LogLevel>) -> anyhow::Result<Log> {
+pub fn init(
+    format: Option<LogFormat>,
+    level: Option<LogLevel>,
+    socket: Option<&Path>,
+) -> anyhow::Result<Log> {
     let level = match level {
         Some(level) => level,
         None => level_of_environment(std::env::var(LEVEL_VARIABLE).ok().as_deref())?,
     };
-    let queue = LogQueue::new(io::stderr())?;
-    let subscriber = subscriber(format.unwrap_or_else(choose), level, queue.clone());
+    let format = format.unwrap_or_else(choose);
+    let socket = socket.unwrap_or(Path::new(journal::SOCKET));
+    let socket = if format == LogFormat::Journal { Socket::new(socket) } else { None };
+    let form = match format {
+        LogFormat::Text => Form::Text { color: io::stderr().is_terminal() },
+        LogFormat::Json => Form::Json,
+        LogFormat::Journal => Form::Journal { entries: socket.is_some() },
+    };
+    let queue = LogQueue::new(io::stderr(), socket)?;
+    let (filter, handle) = reload::Layer::new(level.filter());
+    let _ = LEVEL.set(handle);
     // Only a second call in one process fails, and then a log is there already.
-    let _ = tracing::subscriber::set_global_default(subscriber);
+    let _ = tracing::subscriber::set_global_default(subscriber(form, filter, queue.clone()));
     Ok(Log(queue))
 }
 
@@ -99,73 +135,76 @@ fn is_stream(variable: &str, device: u64, inode: u64) -> bool {
     variable.split_once(':').is_some_and(|(d, i)| d.parse() == Ok(device) && i.parse() == Ok(inode))
 }
 
-fn subscriber(
-    format: LogFormat,
-    level: LogLevel,
+impl LogLevel {
+    fn filter(self) -> LevelFilter {
+        match self {
+            LogLevel::Error => LevelFilter::ERROR,
+            LogLevel::Warn => LevelFilter::WARN,
+            LogLevel::Info => LevelFilter::INFO,
+            LogLevel::Debug => LevelFilter::DEBUG,
+            LogLevel::Trace => LevelFilter::TRACE,
+        }
+    }
+
+    fn of(filter: LevelFilter) -> LogLevel {
+        match filter {
+            LevelFilter::TRACE => LogLevel::Trace,
+            LevelFilter::DEBUG => LogLevel::Debug,
+            LevelFilter::INFO => LogLevel::Info,
+            LevelFilter::WARN => LogLevel::Warn,
+            _ => LogLevel::Error,
+        }
+    }
+}
+
+/// How a line is formed.
+#[derive(Clone, Copy)]
+enum Form {
+    Text {
+        color: bool,
+    },
+    Json,
+    /// With an entry for the journal's socket beside the line, where there is one.
+    Journal {
+        entries: bool,
+    },
+}
+
+fn subscriber(form: Form, filter: Filtered, queue: LogQueue) -> impl Subscriber + Send + Sync {
+    tracing_subscriber::registry().with(filter).with(Voice { form, queue })
+}
+
+/// The layer that turns events into lines.
+struct Voice {
+    form: Form,
     queue: LogQueue,
-) -> Box<dyn Subscriber + Send + Sync> {
-    let builder = tracing_subscriber::fmt()
-        .with_max_level(filter(level))
-        .with_writer(queue)
-        .with_ansi(format == LogFormat::Text && io::stderr().is_terminal())
-        .with_target(false);
-    match format {
-        LogFormat::Text => Box::new(builder.finish()),
-        LogFormat::Json => Box::new(builder.json().flatten_event(true).finish()),
-        LogFormat::Journal => Box::new(builder.event_format(Journal::default()).finish()),
-    }
 }
 
-fn filter(level: LogLevel) -> LevelFilter {
-    match level {
-        LogLevel::Error => LevelFilter::ERROR,
-        LogLevel::Warn => LevelFilter::WARN,
-        LogLevel::Info => LevelFilter::INFO,
-        LogLevel::Debug => LevelFilter::DEBUG,
-        LogLevel::Trace => LevelFilter::TRACE,
-    }
-}
-
-/// `<6>message key=value`: the journal has the time, the unit and the level from elsewhere.
-struct Journal(Arc<Format<Full, ()>>);
-
-impl Default for Journal {
-    fn default() -> Self {
-        let plain = Format::default().without_time().with_level(false).with_target(false);
-        Journal(Arc::new(plain.with_ansi(false)))
-    }
-}
-
-impl<S, N> FormatEvent<S, N> for Journal
-where
-    S: Subscriber + for<'a> LookupSpan<'a>,
-    N: for<'a> FormatFields<'a> + 'static,
-{
-    fn format_event(
-        &self,
-        context: &FmtContext<'_, S, N>,
-        mut writer: Writer<'_>,
-        event: &Event<'_>,
-    ) -> fmt::Result {
-        write!(writer, "<{}>", priority(*event.metadata().level()))?;
-        self.0.format_event(context, writer, event)
-    }
-}
-
-/// syslog's priorities.
-fn priority(level: Level) -> u8 {
-    match level {
-        Level::ERROR => 3,
-        Level::WARN => 4,
-        Level::INFO => 6,
-        _ => 7,
+impl<S: Subscriber> Layer<S> for Voice {
+    fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
+        let line = Line::of(event);
+        // Who asks for details gets them all.
+        let limited = LevelFilter::current() < LevelFilter::DEBUG;
+        if let Some(event) = line.event.filter(|_| limited)
+            && !self.queue.limits().take(event, self.queue.now_ns())
+        {
+            return;
+        }
+        let now = SystemTime::now();
+        let (line, entry) = match self.form {
+            Form::Text { color } => (line.text(now, color), Vec::new()),
+            Form::Json => (line.json(now), Vec::new()),
+            Form::Journal { entries: false } => (line.with_priority(), Vec::new()),
+            Form::Journal { entries: true } => (line.with_priority(), line.entry()),
+        };
+        self.queue.push(Formed { line, entry });
     }
 }
 
 #[cfg(test)]
 mod tests {
     use std::io::Write;
-    use std::sync::Mutex;
+    use std::sync::{Arc, Mutex};
 
     use super::*;
 
@@ -183,41 +222,50 @@ mod tests {
         }
     }
 
-    fn logged(format: LogFormat, level: LogLevel) -> String {
+    fn logged(form: Form, level: LogLevel) -> String {
         let sink = Sink::default();
-        let queue = LogQueue::new(sink.clone()).unwrap();
-        tracing::subscriber::with_default(subscriber(format, level, queue.clone()), || {
-            tracing::warn!(tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
-            tracing::debug!("a detail");
+        let queue = LogQueue::new(sink.clone(), None).unwrap();
+        let (filter, _handle) = reload::Layer::new(level.filter());
+        tracing::subscriber::with_default(subscriber(form, filter, queue.clone()), || {
+            tracing::warn!(event = "alarm-on", tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
+            tracing::debug!(event = "stage-on", ms = 1.0, on = true, "a\ndetail");
         });
-        LogQueue::flush(&queue);
+        queue.flush();
         let bytes = sink.0.lock().unwrap().clone();
         String::from_utf8(bytes).unwrap()
     }
 
+    const SENTENCE: &str = "RUNGD-0301 alarm-on: alarm ON: Bottles jammed tag=jam scan=7\n";
+
     #[test]
-    fn the_journal_gets_priorities_and_the_fields_in_the_message() {
-        let line = "<4>alarm ON: Bottles jammed tag=jam scan=7\n";
-        assert_eq!(logged(LogFormat::Journal, LogLevel::Info), line);
-        let both = format!("{line}<7>a detail\n");
-        assert_eq!(logged(LogFormat::Journal, LogLevel::Debug), both);
+    fn a_journal_that_reads_lines_gets_priorities_and_the_fields_in_the_message() {
+        let form = Form::Journal { entries: false };
+        assert_eq!(logged(form, LogLevel::Info), format!("<4>{SENTENCE}"));
+        let both = format!("<4>{SENTENCE}<7>RUNGD-0404 stage-on: a detail ms=1.0 on=true\n");
+        assert_eq!(logged(form, LogLevel::Debug), both);
     }
 
     #[test]
     fn people_get_time_and_level_and_no_escape_codes() {
-        let text = logged(LogFormat::Text, LogLevel::Info);
+        let text = logged(Form::Text { color: false }, LogLevel::Info);
         let (time, rest) = text.split_at(27);
         assert!(time.ends_with('Z'), "{time}");
-        assert_eq!(rest, "  WARN alarm ON: Bottles jammed tag=jam scan=7\n");
+        assert_eq!(rest, format!("  WARN {SENTENCE}"));
+        let colored = logged(Form::Text { color: true }, LogLevel::Info);
+        assert!(colored.contains(&format!(" \x1b[33m WARN\x1b[0m {SENTENCE}")), "{colored:?}");
     }
 
     #[test]
     fn machines_get_an_object_a_line() {
-        let text = logged(LogFormat::Json, LogLevel::Info);
-        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
-        assert_eq!(value["level"], "WARN");
+        let text = logged(Form::Json, LogLevel::Debug);
+        let mut values = text.lines().map(|line| serde_json::from_str(line).expect(line));
+        let value: serde_json::Value = values.next().unwrap();
+        assert_eq!((&value["level"], &value["code"]), (&"WARN".into(), &"RUNGD-0301".into()));
+        assert_eq!(value["event"], "alarm-on");
         assert_eq!(value["message"], "alarm ON: Bottles jammed");
         assert_eq!((&value["tag"], &value["scan"]), (&"jam".into(), &7.into()));
+        let value: serde_json::Value = values.next().unwrap();
+        assert_eq!((&value["ms"], &value["on"]), (&1.0.into(), &true.into()));
     }
 
     #[test]

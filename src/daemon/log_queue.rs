@@ -1,55 +1,108 @@
-//! Log lines on their way to standard error, which may be slow, or stuck.
+//! Log lines on their way to standard error or to the journal, which may be slow, or stuck.
 //!
 //! Who logs hands a line to a bounded queue and goes on; one thread writes. When the reader of the
 //! log stalls, lines are dropped and counted, and a line says so once it reads again; lines that
 //! cannot be written, as on a full disk, are counted too. So neither the Modbus server nor the
-//! monitor ever waits for a terminal or for the journal.
+//! monitor ever waits for a terminal or for the journal. The same thread tells what was withheld
+//! of events that come too often.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use tracing_subscriber::fmt::MakeWriter;
+use super::journal::Socket;
+use super::log_limits::Limits;
+use super::narration::span;
 
 /// How many lines wait before further ones are dropped.
 const LINES_MAX: usize = 4096;
 /// For how long the end of the process waits for a log that does not move.
 const FLUSH_MAX: Duration = Duration::from_secs(1);
-/// Dropped lines are told of this often at most.
-const TELL_DROPPED_EVERY: Duration = Duration::from_secs(1);
-
+/// Dropped and withheld lines are told of this often at most.
+const TELL_EVERY: Duration = Duration::from_secs(1);
 /// How long the writing thread rests where standard error does not block and has no room.
 const REST: Duration = Duration::from_millis(5);
+/// journald looks up whose an entry is when it reads it. A process that ends within its first
+/// second stays for as long, so that its lines are the unit's.
+const LINGER: Duration = Duration::from_millis(50);
+
+/// Lines lost since the process started.
+static LINES_DROPPED: AtomicU64 = AtomicU64::new(0);
+
+/// How many lines the log has lost since the process started.
+pub fn lines_dropped() -> u64 {
+    LINES_DROPPED.load(Ordering::Relaxed)
+}
+
+/// A line as it goes out.
+pub(super) struct Formed {
+    /// For standard error, its end of line with it.
+    pub line: Vec<u8>,
+    /// For the journal's socket; empty if there is none.
+    pub entry: Vec<u8>,
+}
 
 enum Item {
-    Line(Vec<u8>),
+    Line(Formed),
     /// All before it is written: answer.
     Flush(SyncSender<()>),
 }
 
 /// The end that logs. Cheap to clone.
 #[derive(Clone)]
-pub struct LogQueue {
+pub(super) struct LogQueue {
     sender: SyncSender<Item>,
     dropped: Arc<AtomicU64>,
+    limits: Arc<Limits>,
+    started: Instant,
 }
 
 impl LogQueue {
-    /// A queue, and the thread that writes what is in it.
+    /// A queue, and the thread that writes what is in it: to the journal where there is a socket,
+    /// else to `out`.
     ///
     /// # Errors
     /// The machine gives no thread.
-    pub fn new(out: impl Write + Send + 'static) -> io::Result<LogQueue> {
+    pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
         let (sender, receiver) = sync_channel(LINES_MAX);
-        let dropped = Arc::new(AtomicU64::new(0));
-        let queue = LogQueue { sender, dropped: Arc::clone(&dropped) };
+        let (dropped, limits) = (Arc::new(AtomicU64::new(0)), Arc::new(Limits::new()));
+        let queue = LogQueue { sender, dropped, limits, started: Instant::now() };
+        let tally = Tally::of(&queue);
+        let sink = Sink { out, torn: false, journal };
         let writer = thread::Builder::new().name("rungd-log".into());
-        writer.spawn(move || write_lines(&receiver, &dropped, out))?;
+        writer.spawn(move || write_lines(&receiver, tally, sink))?;
         Ok(queue)
+    }
+
+    /// The limits of events.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Time since the log began.
+    pub fn now_ns(&self) -> u64 {
+        self.started.elapsed().as_nanos() as u64
+    }
+
+    /// Hands a line over, or counts it. Never waits.
+    pub fn push(&self, formed: Formed) {
+        let not_own = OWN.with_borrow_mut(|own| match own {
+            Some(own) => {
+                own.push(formed);
+                None
+            }
+            None => Some(formed),
+        });
+        if let Some(formed) = not_own
+            && self.sender.try_send(Item::Line(formed)).is_err()
+        {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+            LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
+        }
     }
 
     /// Waits until what was logged so far is written; not for ever.
@@ -59,7 +112,7 @@ impl LogQueue {
         let mut item = Item::Flush(done);
         while let Err(error) = self.sender.try_send(item) {
             item = match error {
-                std::sync::mpsc::TrySendError::Full(item) if Instant::now() < deadline => item,
+                TrySendError::Full(item) if Instant::now() < deadline => item,
                 _ => return,
             };
             thread::sleep(Duration::from_millis(5));
@@ -68,32 +121,9 @@ impl LogQueue {
     }
 }
 
-impl Write for LogQueue {
-    /// A whole line, as `tracing_subscriber` writes them.
-    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        let own = OWN.with_borrow_mut(|own| own.as_mut().map(|own| own.extend(line)));
-        if own.is_none() && self.sender.try_send(Item::Line(line.to_vec())).is_err() {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
-        }
-        Ok(line.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl<'a> MakeWriter<'a> for LogQueue {
-    type Writer = LogQueue;
-
-    fn make_writer(&'a self) -> LogQueue {
-        self.clone()
-    }
-}
-
 thread_local! {
     /// On the writing thread: what it logs itself. It cannot queue behind itself in a full queue.
-    static OWN: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+    static OWN: RefCell<Option<Vec<Formed>>> = const { RefCell::new(None) };
 }
 
 /// Where the lines go.
@@ -101,10 +131,19 @@ struct Sink<W> {
     out: W,
     /// The last line stopped in its midst.
     torn: bool,
+    journal: Option<Socket>,
 }
 
 impl<W: Write> Sink<W> {
     /// Writes a line, however long that takes; false if it cannot be written.
+    fn put(&mut self, formed: &Formed) -> bool {
+        let sent = match &self.journal {
+            Some(journal) if !formed.entry.is_empty() => sent(journal, &formed.entry),
+            _ => false,
+        };
+        sent || self.line(&formed.line)
+    }
+
     fn line(&mut self, line: &[u8]) -> bool {
         if self.torn && self.write(b"\n") == 0 {
             return false;
@@ -130,45 +169,104 @@ impl<W: Write> Sink<W> {
     }
 }
 
-fn write_lines(receiver: &Receiver<Item>, dropped: &AtomicU64, out: impl Write) {
-    OWN.set(Some(Vec::new()));
-    let mut out = Sink { out, torn: false };
-    let mut told: Option<Instant> = None;
-    for item in receiver {
-        match item {
-            Item::Line(line) => {
-                // A log that is gone is no reason to end; one that comes back hears of it.
-                if !out.line(&line) {
-                    dropped.fetch_add(1, Ordering::Relaxed);
-                }
-                if told.is_none_or(|told| told.elapsed() >= TELL_DROPPED_EVERY) {
-                    told = tell_dropped(dropped, &mut out).or(told);
-                }
+/// Sends an entry, however long the journal does not read; false if it cannot be sent.
+fn sent(journal: &Socket, entry: &[u8]) -> bool {
+    // Few datagrams fit in at once: a journal that reads is not to be waited for.
+    let mut rest = REST / 64;
+    loop {
+        match journal.send(entry) {
+            Ok(()) => return true,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                thread::sleep(rest);
+                rest = REST.min(2 * rest);
             }
-            Item::Flush(done) => {
-                tell_dropped(dropped, &mut out);
-                let _ = out.out.flush();
-                let _ = done.try_send(());
-            }
+            Err(_) => return false,
         }
     }
 }
 
-/// Tells how many lines were dropped since it was told last, in the form of the log; when it tried.
-fn tell_dropped<W: Write>(dropped: &AtomicU64, out: &mut Sink<W>) -> Option<Instant> {
-    let lines = dropped.swap(0, Ordering::Relaxed);
-    if lines == 0 {
-        return None;
+/// What the writing thread counts and tells.
+struct Tally {
+    dropped: Arc<AtomicU64>,
+    limits: Arc<Limits>,
+    started: Instant,
+    told: Option<Instant>,
+}
+
+impl Tally {
+    fn of(queue: &LogQueue) -> Tally {
+        let LogQueue { dropped, limits, started, .. } = queue;
+        let (dropped, limits) = (Arc::clone(dropped), Arc::clone(limits));
+        Tally { dropped, limits, started: *started, told: None }
     }
-    tracing::warn!(
-        lines,
-        "log lines were dropped: the log was read too slowly, or could not be written"
-    );
-    let own = OWN.with_borrow_mut(|own| own.as_mut().map(std::mem::take));
-    if !out.line(&own.unwrap_or_default()) {
-        dropped.fetch_add(lines, Ordering::Relaxed);
+
+    fn count(&self) {
+        self.dropped.fetch_add(1, Ordering::Relaxed);
+        LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
     }
-    Some(Instant::now())
+
+    /// Tells what was dropped and withheld, in the form of the log: what is due, or at the end
+    /// all.
+    fn tell<W: Write>(&mut self, out: &mut Sink<W>, all: bool) {
+        if !all && self.told.is_some_and(|told| told.elapsed() < TELL_EVERY) {
+            return;
+        }
+        self.told = Some(Instant::now());
+        for (event, told) in self.limits.told(self.started.elapsed().as_nanos() as u64, all) {
+            let (lines, over) = (told.lines, span(told.lasted_ns));
+            let withheld = event.name;
+            tracing::warn!(
+                event = "lines-withheld",
+                withheld,
+                lines,
+                "{withheld} comes too often: so many lines of the last {over} were left out"
+            );
+        }
+        let lines = self.dropped.swap(0, Ordering::Relaxed);
+        if lines > 0 {
+            tracing::warn!(
+                event = "log-dropped",
+                lines,
+                lost = lines_dropped(),
+                "log lines were dropped: the log was read too slowly, or could not be written"
+            );
+        }
+        let own = OWN.with_borrow_mut(|own| own.as_mut().map(std::mem::take));
+        let mut written = true;
+        for formed in own.unwrap_or_default() {
+            written &= out.put(&formed);
+        }
+        if !written {
+            // Still to be told.
+            self.dropped.fetch_add(lines, Ordering::Relaxed);
+        }
+    }
+}
+
+fn write_lines(receiver: &Receiver<Item>, mut tally: Tally, mut out: Sink<impl Write>) {
+    OWN.set(Some(Vec::new()));
+    loop {
+        match receiver.recv_timeout(TELL_EVERY) {
+            Ok(Item::Line(formed)) => {
+                // A log that is gone is no reason to end; one that comes back hears of it.
+                if !out.put(&formed) {
+                    tally.count();
+                }
+                tally.tell(&mut out, false);
+            }
+            Ok(Item::Flush(done)) => {
+                tally.tell(&mut out, true);
+                let _ = out.out.flush();
+                if out.journal.is_some() && tally.started.elapsed() < TELL_EVERY {
+                    thread::sleep(LINGER);
+                }
+                let _ = done.try_send(());
+            }
+            Err(RecvTimeoutError::Timeout) => tally.tell(&mut out, false),
+            Err(RecvTimeoutError::Disconnected) => return,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -176,6 +274,10 @@ mod tests {
     use std::sync::Mutex;
 
     use super::*;
+
+    fn formed(line: &[u8]) -> Formed {
+        Formed { line: line.to_vec(), entry: Vec::new() }
+    }
 
     /// Writes nothing until it is let.
     #[derive(Clone, Default)]
@@ -221,38 +323,41 @@ mod tests {
     #[test]
     fn a_log_without_room_is_waited_for_and_failures_are_counted() {
         let narrow = Narrow::default();
-        let mut queue = LogQueue::new(narrow.clone()).unwrap();
-        queue.write_all(b"one\n").unwrap();
-        LogQueue::flush(&queue);
+        let queue = LogQueue::new(narrow.clone(), None).unwrap();
+        queue.push(formed(b"one\n"));
+        queue.flush();
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n");
-        let dropped = AtomicU64::new(5);
-        let mut sink = Sink { out: narrow.clone(), torn: true };
+        let mut tally = Tally::of(&queue);
+        tally.dropped.store(5, Ordering::Relaxed);
+        let mut sink = Sink { out: narrow.clone(), torn: true, journal: None };
         *narrow.fails.lock().unwrap() = true;
-        OWN.set(Some(b"dropped\n".to_vec()));
-        assert!(!sink.line(b"two\n") && tell_dropped(&dropped, &mut sink).is_some());
-        assert_eq!(dropped.load(Ordering::Relaxed), 5, "still to be told");
+        OWN.set(Some(vec![formed(b"dropped\n")]));
+        assert!(!sink.line(b"two\n"));
+        tally.tell(&mut sink, true);
+        assert_eq!(tally.dropped.load(Ordering::Relaxed), 5, "still to be told");
         *narrow.fails.lock().unwrap() = false;
-        OWN.set(Some(b"dropped\n".to_vec()));
-        assert!(tell_dropped(&dropped, &mut sink).is_some() && sink.line(b"three\n"));
+        OWN.set(Some(vec![formed(b"dropped\n")]));
+        tally.tell(&mut sink, true);
+        assert!(sink.line(b"three\n"));
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n\ndropped\nthree\n");
-        assert_eq!(dropped.load(Ordering::Relaxed), 0);
+        assert_eq!(tally.dropped.load(Ordering::Relaxed), 0);
         OWN.set(None);
     }
 
     #[test]
     fn a_stuck_log_costs_lines_and_no_time() {
         let stuck = Stuck::default();
-        let mut queue = LogQueue::new(stuck.clone()).unwrap();
+        let queue = LogQueue::new(stuck.clone(), None).unwrap();
         let held = stuck.0.lock().unwrap();
         let before = Instant::now();
         for _ in 0..2 * LINES_MAX {
-            queue.write_all(b"x\n").unwrap();
+            queue.push(formed(b"x\n"));
         }
         assert!(before.elapsed() < Duration::from_secs(1));
         let dropped = queue.dropped.load(Ordering::Relaxed) as usize;
         assert!(dropped >= LINES_MAX - 1, "{dropped}");
         drop(held);
-        LogQueue::flush(&queue);
+        queue.flush();
         // Without a subscriber the line that tells of them goes nowhere.
         assert_eq!(stuck.0.lock().unwrap().len() / 2, 2 * LINES_MAX - dropped);
         assert_eq!(queue.dropped.load(Ordering::Relaxed), 0, "told");

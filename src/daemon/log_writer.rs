@@ -7,10 +7,44 @@
 
 use tracing::{debug, error, info, warn};
 
-use super::allowance::{Alarms, Allowance};
-use super::narration::{Narration, reason, remedy, span, us};
-use crate::runtime::exchange::{FaultReason, Mode, Snapshot};
+use super::allowance::Alarms;
+use super::log_limits::Told;
+use super::log_queue::lines_dropped;
+use super::narration::{BlockNews, Narration, reason, remedy, span, us};
+use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{Observer, Record, Statistics, What};
+
+/// The statistics since the last heartbeat, or of the whole run.
+macro_rules! tell {
+    ($event:literal, $statistics:expr, $text:literal $(, $field:ident = $value:expr)*) => {{
+        let Statistics { scans, execution: scan, lateness: late, overruns, skipped, .. } =
+            *$statistics;
+        info!(
+            event = $event,
+            $($field = $value,)*
+            scans,
+            overruns,
+            skipped,
+            over_us = us($statistics.over_ns),
+            scan_us_last = us(scan.last_ns),
+            scan_us_min = us(scan.min_ns),
+            scan_us_mean = us(scan.mean_ns),
+            scan_us_p50 = us(scan.p50_ns),
+            scan_us_p99 = us(scan.p99_ns),
+            scan_us_p999 = us(scan.p999_ns),
+            scan_us_max = us(scan.max_ns),
+            late_us_last = us(late.last_ns),
+            late_us_min = us(late.min_ns),
+            late_us_mean = us(late.mean_ns),
+            late_us_p50 = us(late.p50_ns),
+            late_us_p99 = us(late.p99_ns),
+            late_us_p999 = us(late.p999_ns),
+            late_us_max = us(late.max_ns),
+            $text,
+            span($statistics.over_ns),
+        );
+    }};
+}
 
 /// What the log's lines say of the controller, and how often.
 #[derive(Clone, Debug)]
@@ -21,21 +55,46 @@ pub(super) struct Facts {
     pub repeat_ns: u64,
     /// How long the ladder is.
     pub rungs: usize,
+    /// From heartbeat to heartbeat; `None`: there are none.
+    pub heartbeat_ns: Option<u64>,
+    /// Whether an operator can run it again.
+    pub has_operator: bool,
+}
+
+impl Facts {
+    /// What to do about a STOP, or a FAULT that is not the engine's.
+    pub fn again(&self) -> &'static str {
+        if self.has_operator {
+            "`rungd mode run`, or a restart of rungd, runs it again"
+        } else {
+            "restart rungd to run it again"
+        }
+    }
+
+    /// What to do about a FAULT.
+    fn remedy(&self, fault: FaultReason) -> &'static str {
+        match fault {
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+            _ => self.again(),
+        }
+    }
 }
 
 /// Tells what it hears to the log.
 pub(super) struct LogWriter {
     narration: Narration,
     facts: Facts,
+    /// As seen last.
+    mode: Mode,
+    /// How many bits and words are forced, likewise.
+    forces: usize,
+    /// When the last heartbeat was seen.
+    beat_ns: Option<u64>,
     standing: Option<Standing>,
     /// The monitor has called the scan under way a fault, and that was told.
     tripped: bool,
-    changes: Allowance,
     alarms: Alarms,
 }
-
-/// What to do about a STOP.
-const AGAIN: &str = "`rungd mode run`, or a restart of rungd, runs it again";
 
 /// A STOP or FAULT that lasts.
 struct Standing {
@@ -47,26 +106,54 @@ struct Standing {
 
 impl LogWriter {
     pub fn new(narration: Narration, facts: Facts) -> Self {
-        let changes = Allowance::new("changes of blocks and tags");
-        let (standing, alarms) = (None, Alarms::new());
-        LogWriter { narration, facts, standing, tripped: false, changes, alarms }
+        let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
+        LogWriter {
+            narration,
+            facts,
+            mode,
+            forces: 0,
+            beat_ns: None,
+            standing,
+            tripped: false,
+            alarms,
+        }
     }
 
     fn mode(&mut self, mode: Mode, scan: u64) {
         let why = reason(mode);
+        if mode == Mode::Run {
+            self.tripped = false;
+        }
         match mode {
-            Mode::Run => info!(scan, "RUN: scanning every {}", span(self.facts.period_ns)),
+            Mode::Run => info!(
+                event = "mode-run",
+                scan,
+                "RUN: scanning every {}",
+                span(self.facts.period_ns)
+            ),
             Mode::Stop(reason) if reason.waits_for_operator() => {
-                warn!(scan, "STOP: {why}; outputs are at their safe values; {AGAIN}");
+                let again = self.facts.again();
+                warn!(
+                    event = "mode-stop",
+                    scan, "STOP: {why}; outputs are at their safe values; {again}"
+                );
             }
-            Mode::Stop(_) => info!(scan, "STOP: {why}; outputs are at their safe values"),
+            Mode::Stop(_) => {
+                info!(event = "mode-stop", scan, "STOP: {why}; outputs are at their safe values")
+            }
             // The scan that did not end did in the end: nothing new is wrong.
             Mode::Fault(FaultReason::ScanTooLong { scan_us }) if self.tripped => {
-                info!(scan, scan_us, "the scan of this fault has ended; it is not complete");
+                info!(
+                    event = "fault-scan-ended",
+                    scan, scan_us, "the scan of this fault has ended; it is not complete"
+                );
             }
             // Likewise the scan that did not come.
             Mode::Fault(FaultReason::ScanNeverBegins) if self.tripped => {
-                info!(scan, "the scan thread of this fault has come back; it does not scan");
+                info!(
+                    event = "fault-thread-back",
+                    scan, "the scan thread of this fault has come back; it does not scan"
+                );
             }
             Mode::Fault(fault) => self.fault(fault, Some(scan)),
         }
@@ -75,26 +162,26 @@ impl LogWriter {
     fn fault(&self, fault: FaultReason, scan: Option<u64>) {
         let watchdog = span(self.facts.watchdog_ns);
         error!(
+            event = "mode-fault",
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
-            remedy(fault, self.facts.rungs, self.facts.period_ns, self.facts.watchdog_ns)
+            remedy(fault, &self.facts)
         );
     }
 
     fn bit(&mut self, watch: u32, on: bool, after_ns: u64, record: &Record) {
         let Some(news) = self.narration.bit(watch) else { return };
         let (tag, scan, was) = (&news.tag, record.scan, span(after_ns));
+        let lasted_ms = after_ns / 1_000_000;
         match (&news.alarm, on) {
             (Some(_), _) if !self.alarms.change(watch, on, scan, record.at_ns) => {}
-            (Some(text), true) => warn!(%tag, scan, "alarm ON: {text}"),
+            (Some(text), true) => warn!(event = "alarm-on", %tag, scan, "alarm ON: {text}"),
             (Some(text), false) => {
-                let lasted_ms = after_ns / 1_000_000;
-                info!(%tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
+                info!(event = "alarm-off", %tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
             }
-            (None, _) if !self.changes.take(record.at_ns) => {}
-            (None, true) => info!(%tag, scan, "{tag} is ON"),
-            (None, false) => info!(%tag, scan, "{tag} is OFF"),
+            (None, true) => info!(event = "tag-on", %tag, scan, "{tag} is ON"),
+            (None, false) => info!(event = "tag-off", %tag, scan, lasted_ms, "{tag} is OFF"),
         }
     }
 
@@ -112,6 +199,7 @@ impl LogWriter {
             _ => format!("overruns: {count} more scans were"),
         };
         warn!(
+            event = "overrun",
             scan,
             skipped,
             scan_us_max,
@@ -119,6 +207,30 @@ impl LogWriter {
             %period,
             "{what} not over at the next grid point: {cause}"
         );
+    }
+
+    /// Tells of alarms that went ON in these scans, and stand.
+    fn stands(&self, alarms: &[(u32, u64)]) {
+        for (watch, scan) in alarms {
+            let Some(news) = self.narration.bit(*watch) else { continue };
+            let (tag, text) = (&news.tag, news.alarm.as_deref().unwrap_or_default());
+            warn!(event = "alarm-on", %tag, scan, "alarm ON: {text}");
+        }
+    }
+
+    /// The heartbeat while nothing is scanned: scans bring theirs with their statistics.
+    fn beat(&mut self, latest: &Snapshot, now_ns: u64) {
+        let since_ns = *self.beat_ns.get_or_insert(now_ns);
+        let due = self.facts.heartbeat_ns.is_some_and(|every_ns| now_ns >= since_ns + every_ns);
+        if due && latest.mode != Mode::Run {
+            self.beat_ns = Some(now_ns);
+            let (mode, scans, forces) = (latest.mode.name(), latest.scans, self.forces);
+            let log_lost = lines_dropped();
+            info!(
+                event = "heartbeat",
+                mode, forces, log_lost, scans, "nothing is scanned in {mode}"
+            );
+        }
     }
 
     /// Repeats, every minute, why the controller does not run.
@@ -146,8 +258,14 @@ impl LogWriter {
         standing.told_ns = now_ns;
         let (lasts, why) = (span(now_ns - standing.since_ns), reason(mode));
         match mode {
-            Mode::Fault(_) => error!("still in FAULT after {lasts}: {why}; restart rungd"),
-            _ => warn!("still in STOP after {lasts}: {why}; {AGAIN}"),
+            Mode::Fault(reason) => {
+                let again = self.facts.remedy(reason);
+                error!(event = "mode-still", "still in FAULT after {lasts}: {why}; {again}");
+            }
+            _ => {
+                let again = self.facts.again();
+                warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {again}");
+            }
         }
     }
 }
@@ -158,23 +276,23 @@ impl Observer for LogWriter {
         match record.what {
             What::Mode(mode) => self.mode(mode, scan),
             What::Block(event) => {
-                let (text, news) = self.narration.block_event(event);
-                // What there is too much of to be news is there for who asks for details.
-                if news && self.changes.take(record.at_ns) {
-                    info!(scan, "{text}");
+                let BlockNews { event, kind, name, what, news } = self.narration.block_event(event);
+                if news {
+                    info!(event, block = name, scan, "{kind} {name} {what}");
                 } else {
-                    debug!(scan, "{text}");
+                    debug!(event, block = name, scan, "{kind} {name} {what}");
                 }
             }
             What::EventsLost(events) => {
-                warn!(scan, events, "more happened to blocks in this scan than can be told");
+                warn!(
+                    event = "events-lost",
+                    scan, events, "more happened to blocks in this scan than can be told"
+                );
             }
             What::Bit { watch, on, after_ns } => self.bit(watch, on, after_ns, record),
             What::Word { watch, from, to } => {
                 let tag = self.narration.word(watch);
-                if self.changes.take(record.at_ns) {
-                    info!(%tag, scan, from, to, "{tag} is {to}, was {from}");
-                }
+                info!(event = "tag-value", %tag, scan, from, to, "{tag} is {to}, was {from}");
             }
             What::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
                 self.overruns(count, skipped, (scan_ns_max, late_ns_max), scan);
@@ -183,11 +301,23 @@ impl Observer for LogWriter {
     }
 
     fn statistics(&mut self, statistics: &Statistics) {
-        tell_statistics(statistics);
+        self.beat_ns = None;
+        let mode = self.mode.name();
+        tell!(
+            "heartbeat",
+            statistics,
+            "scan statistics of the last {}",
+            mode = mode,
+            forces = self.forces,
+            log_lost = lines_dropped()
+        );
     }
 
     fn dropped(&mut self, records: u64) {
-        warn!(records, "records of the scan thread were dropped: more happened than can be told");
+        warn!(
+            event = "records-dropped",
+            records, "records of the scan thread were dropped: more happened than can be told"
+        );
     }
 
     fn tripped(&mut self, fault: FaultReason, _now_ns: u64) {
@@ -197,59 +327,43 @@ impl Observer for LogWriter {
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
         self.stand(latest.mode, now_ns);
-        for (watch, scan) in self.alarms.belated(now_ns) {
-            let Some(news) = self.narration.bit(watch) else { continue };
-            let (tag, text) = (&news.tag, news.alarm.as_deref().unwrap_or_default());
-            warn!(%tag, scan, "alarm ON: {text}");
-        }
-        tell_withheld([self.changes.due(now_ns), self.alarms.due(now_ns)]);
+        (self.mode, self.forces) = (latest.mode, latest.forces.list().len());
+        self.beat(latest, now_ns);
+        let belated = self.alarms.belated(now_ns);
+        self.stands(&belated);
+        tell_withheld(self.alarms.due(now_ns));
     }
 
     fn ended(&mut self, now_ns: u64) {
-        tell_withheld([self.changes.rest(now_ns), self.alarms.rest(now_ns)]);
+        let standing = self.alarms.standing();
+        self.stands(&standing);
+        tell_withheld(self.alarms.rest(now_ns));
     }
 }
 
-fn tell_withheld(withheld: [Option<(u64, String)>; 2]) {
-    for (lines, text) in withheld.into_iter().flatten() {
-        warn!(lines, "{text}");
+/// What the alarms' own allowance left out.
+fn tell_withheld(told: Option<Told>) {
+    if let Some(Told { lines, lasted_ns }) = told {
+        let (withheld, over) = ("alarm-on", span(lasted_ns));
+        warn!(
+            event = "lines-withheld",
+            withheld,
+            lines,
+            "alarms come too often: so many lines of the last {over} were left out"
+        );
     }
 }
 
-/// The line of scan statistics, of the whole run or of what passed since the last one.
+/// At the end.
 pub(super) fn tell_statistics(statistics: &Statistics) {
-    let Statistics { scans, execution: scan, lateness: late, overruns, skipped, .. } = *statistics;
-    let over = span(statistics.over_ns);
-    let of = if statistics.whole { "of the whole run," } else { "of the last" };
-    info!(
-        scans,
-        overruns,
-        skipped,
-        over_us = us(statistics.over_ns),
-        scan_us_last = us(scan.last_ns),
-        scan_us_min = us(scan.min_ns),
-        scan_us_mean = us(scan.mean_ns),
-        scan_us_p50 = us(scan.p50_ns),
-        scan_us_p99 = us(scan.p99_ns),
-        scan_us_p999 = us(scan.p999_ns),
-        scan_us_max = us(scan.max_ns),
-        late_us_last = us(late.last_ns),
-        late_us_min = us(late.min_ns),
-        late_us_mean = us(late.mean_ns),
-        late_us_p50 = us(late.p50_ns),
-        late_us_p99 = us(late.p99_ns),
-        late_us_p999 = us(late.p999_ns),
-        late_us_max = us(late.max_ns),
-        "scan statistics {of} {over}"
-    );
+    tell!("statistics", statistics, "scan statistics of the whole run, {}");
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    use crate::daemon::allowance::SECOND_NS;
-    use crate::runtime::exchange::StopReason;
+    use crate::daemon::log_limits::SECOND_NS;
 
     const MS_NS: u64 = 1_000_000;
 
@@ -258,7 +372,14 @@ mod tests {
         let (_, symbols) = crate::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
         let (period_ns, watchdog_ns) = (10 * MS_NS, 200 * MS_NS);
-        let facts = Facts { period_ns, watchdog_ns, repeat_ns: 60 * SECOND_NS, rungs: 3 };
+        let facts = Facts {
+            period_ns,
+            watchdog_ns,
+            repeat_ns: 60 * SECOND_NS,
+            rungs: 3,
+            heartbeat_ns: None,
+            has_operator: true,
+        };
         LogWriter::new(narration, facts)
     }
 

@@ -7,10 +7,14 @@
 mod allowance;
 pub mod config;
 pub mod guard;
+mod journal;
 pub mod log;
+mod log_form;
+mod log_limits;
 mod log_queue;
 mod log_writer;
 mod narration;
+mod operator;
 mod posture;
 mod shell;
 mod signals;
@@ -18,5 +22,6 @@ mod systemd;
 
 pub use config::Setup;
 pub use guard::Guard;
+pub use narration::span;
 pub use shell::{Ending, Failure, Options, run};
 pub use signals::Host;

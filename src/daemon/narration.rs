@@ -2,6 +2,7 @@
 //!
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
+use super::log_writer::Facts;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::isa::{BlockId, StageId};
 use crate::lower::Symbols;
@@ -12,11 +13,24 @@ use crate::runtime::exchange::{FaultReason, Mode};
 /// The names of everything that the log speaks of.
 #[derive(Clone, Debug)]
 pub(super) struct Narration {
-    /// `Program Drain`, by `BlockId`; and whether nothing starts or stops it.
-    blocks: Vec<(String, bool)>,
+    /// By `BlockId`.
+    blocks: Vec<(BlockKind, String)>,
     stages: Vec<String>,
     bits: Vec<BitNews>,
     words: Vec<String>,
+}
+
+/// What happened to a block or Stage.
+pub(super) struct BlockNews<'a> {
+    /// In the catalogue.
+    pub event: &'static str,
+    /// Program, Task or Stage.
+    pub kind: &'static str,
+    pub name: &'a str,
+    /// In words.
+    pub what: &'static str,
+    /// Whether it is more than a detail.
+    pub news: bool,
 }
 
 /// A bit whose changes are logged.
@@ -49,30 +63,27 @@ impl Narration {
                 }
             }
         }
-        let blocks = program.blocks.iter().map(|b| (block_name(b.kind, &b.name), built_in(b.kind)));
-        let stages = symbols.stages.iter().map(|name| format!("Stage {name}"));
-        let (blocks, stages) = (blocks.collect(), stages.collect());
+        let blocks = program.blocks.iter().map(|block| (block.kind, block.name.clone()));
+        let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
         (Narration { blocks, stages, bits, words }, watched)
     }
 
     /// What happened to a block, and whether it is news: what built-in Tasks do at every start and
     /// stop are details.
-    pub fn block_event(&self, event: BlockEvent) -> (String, bool) {
-        match event {
-            BlockEvent::Started(id) => (format!("{} started", self.block(id)), !self.built_in(id)),
-            BlockEvent::Stopped(id) => (format!("{} stopped", self.block(id)), !self.built_in(id)),
-            BlockEvent::Completed(id) => {
-                (format!("{} completed", self.block(id)), !self.built_in(id))
-            }
-            BlockEvent::StageOn(id) => (format!("{} is ON", self.stage(id)), true),
-            BlockEvent::StageOff(id) => (format!("{} is OFF", self.stage(id)), true),
-            BlockEvent::Terminated(Element::Block(id)) => {
-                (format!("{} had its termination pass", self.block(id)), !self.built_in(id))
-            }
-            BlockEvent::Terminated(Element::Stage(id)) => {
-                (format!("{} had its termination pass", self.stage(id)), true)
-            }
-        }
+    pub fn block_event(&self, event: BlockEvent) -> BlockNews<'_> {
+        let (event, of, what) = match event {
+            BlockEvent::Started(id) => ("block-started", Element::Block(id), "started"),
+            BlockEvent::Stopped(id) => ("block-stopped", Element::Block(id), "stopped"),
+            BlockEvent::Completed(id) => ("block-completed", Element::Block(id), "completed"),
+            BlockEvent::StageOn(id) => ("stage-on", Element::Stage(id), "is ON"),
+            BlockEvent::StageOff(id) => ("stage-off", Element::Stage(id), "is OFF"),
+            BlockEvent::Terminated(of) => ("termination-pass", of, "had its termination pass"),
+        };
+        let (kind, name, news) = match of {
+            Element::Block(id) => self.block(id),
+            Element::Stage(id) => ("Stage", self.stage(id), true),
+        };
+        BlockNews { event, kind, name, what, news }
     }
 
     pub fn bit(&self, watch: u32) -> Option<&BitNews> {
@@ -83,26 +94,19 @@ impl Narration {
         self.words.get(watch as usize).map_or("?", String::as_str)
     }
 
-    fn block(&self, id: BlockId) -> &str {
-        self.blocks.get(id.0 as usize).map_or("?", |block| &block.0)
-    }
-
-    fn built_in(&self, id: BlockId) -> bool {
-        self.blocks.get(id.0 as usize).is_some_and(|block| block.1)
+    /// Kind and name of a block, and whether what happens to it is news.
+    fn block(&self, id: BlockId) -> (&'static str, &str, bool) {
+        match self.blocks.get(id.0 as usize) {
+            Some((BlockKind::Program, name)) => ("Program", name, true),
+            Some((BlockKind::Task, name)) => ("Task", name, true),
+            Some((_, name)) => ("Task", name, false),
+            None => ("?", "?", true),
+        }
     }
 
     fn stage(&self, id: StageId) -> &str {
         self.stages.get(id.0 as usize).map_or("?", String::as_str)
     }
-}
-
-fn built_in(kind: BlockKind) -> bool {
-    !matches!(kind, BlockKind::Program | BlockKind::Task)
-}
-
-fn block_name(kind: BlockKind, name: &str) -> String {
-    let what = if kind == BlockKind::Program { "Program" } else { "Task" };
-    format!("{what} {name}")
 }
 
 /// A text of the ladder's author in one line of the log.
@@ -121,19 +125,16 @@ pub(super) fn reason(mode: Mode) -> String {
 }
 
 /// What a person can do about a fault.
-pub(super) fn remedy(
-    reason: FaultReason,
-    rungs: usize,
-    period_ns: u64,
-    watchdog_ns: u64,
-) -> String {
-    let (period, watchdog) = (span(period_ns), span(watchdog_ns));
+pub(super) fn remedy(reason: FaultReason, facts: &Facts) -> String {
+    let (period, watchdog) = (span(facts.period_ns), span(facts.watchdog_ns));
     match reason {
         FaultReason::ScanTooLong { .. }
         | FaultReason::ScanNeverEnds
         | FaultReason::ScanNeverBegins => format!(
-            "restart rungd; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for \
-             {rungs} rungs every {period}), or see what else the machine was doing"
+            "{}; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for {} rungs every \
+             {period}), or see what else the machine was doing",
+            facts.again(),
+            facts.rungs
         ),
         FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
             "restart rungd, and report this with the lines above: it is a bug in rungd".to_owned()
@@ -142,7 +143,7 @@ pub(super) fn remedy(
 }
 
 /// A span of time for people: `250ms`, `3.2s`, `4m10s`, `2h05m`.
-pub(super) fn span(ns: u64) -> String {
+pub fn span(ns: u64) -> String {
     let ms = ns / 1_000_000;
     let s = ms / 1000;
     match s {

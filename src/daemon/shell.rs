@@ -16,13 +16,14 @@ use super::config::Setup;
 use super::guard::Guard;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
+use super::operator;
 use super::posture;
 use super::signals::{Host, Signals};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
-use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use crate::runtime::exchange::{FaultReason, Mode, StopReason};
 use crate::runtime::{self, Prepared, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
@@ -100,6 +101,8 @@ pub fn run(
         watchdog_ns: pace.watchdog_ns,
         repeat_ns: options.repeat.as_nanos() as u64,
         rungs: setup.ladder.rungs,
+        heartbeat_ns: pace.statistics_every_ns,
+        has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
     let writer = LogWriter::new(setup.narration.clone(), facts);
     let inputs = initial_inputs(&program, &setup);
@@ -134,9 +137,13 @@ async fn shell(
     mut attendance: Attendance<'_>,
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
-    let mut drivers = start_drivers(setup, &prepared.port(), &stopped).await?;
+    let mut drivers = start_drivers(setup, &prepared, &stopped).await?;
     if let Some(name) = attendance.signals.waiting().await {
-        info!("{name}: ending before the first scan; nothing was scanned");
+        info!(
+            event = "signal",
+            signal = name,
+            "{name}: ending before the first scan; nothing was scanned"
+        );
         return Ok(Ending::Orderly);
     }
     let runtime = prepared.start()?;
@@ -144,7 +151,11 @@ async fn shell(
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
-        warn!("drivers did not end in {}", span(DRIVERS_END_MAX.as_nanos() as u64));
+        warn!(
+            event = "drivers-late",
+            "drivers did not end in {}",
+            span(DRIVERS_END_MAX.as_nanos() as u64)
+        );
     }
     let Over { asked, waiting: Waiting::Ended } = over else {
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
@@ -181,14 +192,29 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
                 if let Some((_, first)) = asked {
                     let again = name == first;
                     let also = if again { "again".into() } else { format!("after {first}") };
-                    warn!("{name} {also}: ending at once, without waiting");
+                    warn!(
+                        event = "signal-again",
+                        signal = name,
+                        "{name} {also}: ending at once, without waiting"
+                    );
                     return Over { asked: true, waiting: Waiting::Hurried };
                 }
                 match port.latest().mode {
                     Mode::Run | Mode::Stop(StopReason::NotStarted) => {
-                        info!("{name}: stopping; the next scan is the last");
+                        info!(
+                            event = "signal",
+                            signal = name,
+                            "{name}: stopping; the next scan is the last"
+                        );
                     }
-                    mode => info!("{name}: ending from {}; no further scan comes", mode.name()),
+                    mode => {
+                        info!(
+                            event = "signal",
+                            signal = name,
+                            "{name}: ending from {}; no further scan comes",
+                            mode.name()
+                        );
+                    }
                 }
                 asked = Some((Instant::now(), name));
                 notices.stop();
@@ -208,7 +234,11 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
                     return Over { asked: asked.is_some(), waiting };
                 }
                 if asked.is_some_and(|(since, _)| since.elapsed() > *patience) {
-                    error!("the last scan has not ended in {}", span(patience.as_nanos() as u64));
+                    error!(
+                        event = "end-stuck",
+                        "the last scan has not ended in {}",
+                        span(patience.as_nanos() as u64)
+                    );
                     return Over { asked: true, waiting: Waiting::Stuck };
                 }
             }
@@ -218,17 +248,18 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
 
 async fn start_drivers(
     setup: &Setup,
-    port: &Port,
+    prepared: &Prepared,
     stopped: &watch::Receiver<bool>,
 ) -> Result<JoinSet<()>, Failure> {
     let mut drivers = JoinSet::new();
-    let layout = &setup.symbols.layout;
+    let (layout, port) = (&setup.symbols.layout, &prepared.port());
+    let mut clients = None;
+    let pace = &setup.pace;
+    let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
+    let patience = Duration::from_nanos(patience_ns);
     if let Some(settings) = &setup.modbus {
         let listen = settings.listen;
         let map = modbus::Map::new(settings, layout, |word| setup.symbols.limits(word));
-        let pace = &setup.pace;
-        let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
-        let patience = Duration::from_nanos(patience_ns);
         let bound = modbus::Server::bind(settings.clone(), map, port.clone(), patience);
         let server = bound.await.map_err(|error| {
             let context = format!(
@@ -237,13 +268,25 @@ async fn start_drivers(
             );
             Failure::Environment(anyhow::anyhow!(context))
         })?;
+        let address = server.address().unwrap_or(listen);
+        clients = Some((address.to_string(), server.clients()));
         drivers.spawn(server.run(told(stopped)));
     }
     if !setup.rules.is_empty() {
-        info!(rules = setup.rules.len(), "a simulated device moves inputs: this is no real plant");
+        info!(
+            event = "simulated-device",
+            rules = setup.rules.len(),
+            "a simulated device moves inputs: this is no real plant"
+        );
         let device = simulated::Device::new(&setup.rules);
         let drive = simulated::Drive::new(device, layout.clone(), port.clone());
         drivers.spawn(drive.run(told(stopped)));
+    }
+    if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
+        let about = operator::About::new(setup, prepared.grants(), prepared.gauge(), clients);
+        let desk = operator::Desk::new(setup.names.clone(), port.clone(), about, patience);
+        let server = operator::Server::bind(&place, desk)?;
+        drivers.spawn(server.run(told(stopped)));
     }
     Ok(drivers)
 }
@@ -259,11 +302,11 @@ fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
 /// The last lines, and what they come to.
 fn conclude(report: Option<Report>, asked: bool) -> Ending {
     let Some(report) = report else {
-        error!("rungd ends: its scan thread had ended in a panic");
+        error!(event = "process-end", "rungd ends: its scan thread had ended in a panic");
         return Ending::Bug;
     };
     tell_statistics(&report.statistics);
-    info!(scans = report.scans, mode = %report.mode.name(), "rungd ends");
+    info!(event = "process-end", scans = report.scans, mode = %report.mode.name(), "rungd ends");
     match report.mode {
         Mode::Run | Mode::Stop(_) => Ending::Orderly,
         Mode::Fault(_) if asked => Ending::Orderly,
@@ -275,12 +318,14 @@ fn conclude(report: Option<Report>, asked: bool) -> Ending {
 fn tell_start(setup: &Setup) {
     let ladder = &setup.ladder;
     info!(
+        event = "process-start",
         version = %env!("CARGO_PKG_VERSION"),
         controller = %setup.controller,
         pid = std::process::id(),
         "rungd starts"
     );
     info!(
+        event = "ladder-loaded",
         ladder = %ladder.name,
         ladders = ladder.ladders,
         files = %ladder.files,
@@ -293,7 +338,10 @@ fn tell_start(setup: &Setup) {
     );
     if setup.warnings > 0 {
         let (warnings, controller) = (setup.warnings, &setup.controller);
-        warn!(warnings, "the ladder has warnings: `rungd check {controller}` shows them");
+        warn!(
+            event = "ladder-warnings",
+            warnings, "the ladder has warnings: `rungd check {controller}` shows them"
+        );
     }
 }
 
@@ -302,6 +350,11 @@ fn tell_panics() {
     std::panic::set_hook(Box::new(|panic| {
         let thread = std::thread::current();
         let thread = thread.name().unwrap_or("unnamed").to_owned();
-        error!(thread, "a bug in rungd: {}", super::narration::one_line(&panic.to_string()));
+        error!(
+            event = "bug",
+            thread,
+            "a bug in rungd: {}",
+            super::narration::one_line(&panic.to_string())
+        );
     }));
 }

@@ -53,7 +53,11 @@ impl Host {
         tokio.block_on(async {
             tokio::select! {
                 name = signals.next() => {
-                    info!("{name}: ending; the ladder was still being loaded, nothing was scanned");
+                    info!(
+                        event = "signal",
+                        signal = name,
+                        "{name}: ending; the ladder was still being loaded, nothing was scanned"
+                    );
                     None
                 }
                 done = spawn_blocking(work) => match done {

@@ -136,7 +136,9 @@ mod tests {
 
     fn snapshot(scans: u64, mode: Mode) -> Snapshot {
         let (bits, words, outputs) = (Box::default(), Box::default(), Box::default());
-        Snapshot { scans, now_ns: 0, mode, bits, words, outputs, tickets_done: 0 }
+        let forces = Default::default();
+        let (now_ns, since_ns, tickets_done) = (0, 0, 0);
+        Snapshot { scans, now_ns, mode, since_ns, bits, words, outputs, tickets_done, forces }
     }
 
     fn ms(ms: u64) -> Duration {

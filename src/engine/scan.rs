@@ -203,21 +203,33 @@ impl Engine {
     /// Forces a public bit: it keeps this value until it is released.
     pub fn force_bit(&mut self, cell: BitCell, on: bool) {
         self.machine.memory.image.force_bit(cell, on);
+        self.show_forces();
     }
 
     /// Forces a public word.
     pub fn force_word(&mut self, cell: WordCell, value: i32) {
         self.machine.memory.image.force_word(cell, value);
+        self.show_forces();
     }
 
     /// Ends a bit's force; it keeps its value until something writes it.
     pub fn release_bit(&mut self, cell: BitCell) {
         self.machine.memory.image.release_bit(cell);
+        self.show_forces();
     }
 
     /// Ends a word's force.
     pub fn release_word(&mut self, cell: WordCell) {
         self.machine.memory.image.release_word(cell);
+        self.show_forces();
+    }
+
+    /// `$ForcesActive` outside RUN too, where no scan begins.
+    fn show_forces(&mut self) {
+        let active = Bit::Space(BitSpace::St, st::FORCES_ACTIVE);
+        let BitCell(cell) = self.machine.program.layout.bit(active);
+        let on = self.machine.memory.image.forces() > 0;
+        self.machine.memory.image.put_bits(cell, &[u8::from(on)]);
     }
 
     /// All memory, as it is now.

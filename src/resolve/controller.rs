@@ -6,6 +6,7 @@
 use std::net::SocketAddr;
 
 use super::claims;
+use super::operator::{self, Operator};
 use super::program::Program;
 use super::range::{Range, Space, resolve_range};
 use super::scope::Scope;
@@ -35,6 +36,8 @@ pub struct Controller {
     pub modbus: Option<Modbus>,
     /// Rules by which inputs move; at most one an input.
     pub devices: Vec<Device>,
+    /// The operator's socket.
+    pub operator: Operator,
     /// How often statistics are logged, ms; 0: never.
     pub statistics_ms: u32,
 }
@@ -139,6 +142,8 @@ pub fn resolve_controller(
             resolver.findings.push(finding.related(on.span, "ON here"));
         }
     }
+    let operator = written.operator.as_ref();
+    let operator = operator.map(|table| operator::resolve(table, &mut resolver.findings));
     let scan = &written.scan;
     let controller = Controller {
         period_ms: resolver.at_least_one("period", &scan.period_ms),
@@ -149,6 +154,7 @@ pub fn resolve_controller(
         retain,
         modbus: written.modbus_server.as_ref().map(|server| resolver.modbus(server)),
         devices: resolver.devices(&written.devices),
+        operator: operator.unwrap_or_default(),
         statistics_ms: written.log.statistics_ms.unsigned_abs(),
     };
     resolver.findings.extend(claims::moved_twice(&controller));

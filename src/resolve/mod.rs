@@ -8,6 +8,7 @@ mod contact;
 pub mod controller;
 mod declare;
 mod operand;
+pub mod operator;
 mod order;
 pub mod program;
 pub mod range;

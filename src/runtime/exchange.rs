@@ -13,7 +13,8 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::engine::{BitCell, WordCell};
+use super::command::{Answer, Command, CommandId, Denial, Desk, Forces};
+use crate::engine::{BitCell, Cell, WordCell};
 
 /// The most writes that one batch may hold. (A Modbus request writes at most 1968 coils, and each
 /// may stand for an input too.)
@@ -133,6 +134,8 @@ pub struct Snapshot {
     pub now_ns: u64,
     /// The mode.
     pub mode: Mode,
+    /// Since when it has been so (CLOCK_MONOTONIC, ns).
+    pub since_ns: u64,
     /// Every bit, by [`BitCell`]; 0 or 1.
     pub bits: Box<[u8]>,
     /// Every word, by [`WordCell`].
@@ -141,6 +144,8 @@ pub struct Snapshot {
     pub outputs: Box<[u8]>,
     /// Every batch with a ticket up to this one has been seen by a complete scan or refused.
     pub tickets_done: u64,
+    /// What is forced.
+    pub forces: Forces,
 }
 
 impl Snapshot {
@@ -152,6 +157,14 @@ impl Snapshot {
     /// A word.
     pub fn word(&self, cell: WordCell) -> i32 {
         self.words[cell.0 as usize]
+    }
+
+    /// A bit (0 or 1) or word.
+    pub fn value(&self, cell: Cell) -> i32 {
+        match cell {
+            Cell::Bit(bit) => i32::from(self.bit(bit)),
+            Cell::Word(word) => self.word(word),
+        }
     }
 }
 
@@ -219,6 +232,9 @@ pub(super) struct Shared {
     latest: Mutex<Arc<Snapshot>>,
     door: Mutex<Door>,
     refusals: Mutex<Refusals>,
+    /// The monitor has called the scan thread stuck, and has heard nothing of it since.
+    stuck: AtomicBool,
+    desk: Mutex<Desk>,
 }
 
 /// Where batches go in.
@@ -236,7 +252,12 @@ struct Refusals {
 }
 
 impl Port {
-    pub(super) fn new(inputs: u32, first: Snapshot, queue: rtrb::Producer<Batch>) -> Port {
+    pub(super) fn new(
+        inputs: u32,
+        first: Snapshot,
+        queue: rtrb::Producer<Batch>,
+        desk: Desk,
+    ) -> Port {
         let words = inputs.div_ceil(64) as usize;
         let shared = Shared {
             inputs: (0..words).map(|_| AtomicU64::new(0)).collect(),
@@ -246,6 +267,8 @@ impl Port {
             latest: Mutex::new(Arc::new(first)),
             door: Mutex::new(Door { queue, last: 0 }),
             refusals: Mutex::default(),
+            stuck: AtomicBool::new(false),
+            desk: Mutex::new(desk),
         };
         Port { shared: Arc::new(shared) }
     }
@@ -310,6 +333,36 @@ impl Port {
         }
     }
 
+    /// Hands in a command: done between two scans, or at a tick, in the order of numbers.
+    ///
+    /// # Errors
+    /// At once: too many wait, or nobody would hear it.
+    pub fn command(&self, command: Command) -> Result<CommandId, Denial> {
+        if self.shared.stuck.load(Ordering::Acquire) {
+            return Err(Denial::ScanThreadStuck);
+        }
+        locked(&self.shared.desk).hand_in(command)
+    }
+
+    /// What became of a command, once that is in [`Port::latest`]; told once. A scan thread that
+    /// is stuck meanwhile answers when it comes back.
+    pub fn answer(&self, id: CommandId) -> Option<Answer> {
+        locked(&self.shared.desk).answer(id)
+    }
+
+    pub(super) fn at_desk(&self, show: impl FnOnce(&mut Desk)) {
+        show(&mut locked(&self.shared.desk));
+    }
+
+    /// The scan thread was heard of: it is not stuck (any more). True if it was.
+    pub(super) fn hear(&self) -> bool {
+        let was_stuck = self.shared.stuck.swap(false, Ordering::AcqRel);
+        if was_stuck {
+            locked(&self.shared.refusals).all_pending = false;
+        }
+        was_stuck
+    }
+
     pub(super) fn publish(&self, snapshot: Arc<Snapshot>) -> Arc<Snapshot> {
         std::mem::replace(&mut *locked(&self.shared.latest), snapshot)
     }
@@ -322,9 +375,10 @@ impl Port {
         refusals.tickets.push_back(ticket.0);
     }
 
-    /// From now on nothing will come back from the scan: what is pending is refused.
+    /// Until the scan thread is heard of again: what is pending is refused, and it is told nothing.
     pub(super) fn refuse_pending(&self) {
         self.shared.running.store(false, Ordering::Release);
+        self.shared.stuck.store(true, Ordering::Release);
         locked(&self.shared.refusals).all_pending = true;
     }
 }

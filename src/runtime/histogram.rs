@@ -1,7 +1,13 @@
 //! A histogram of durations with a fixed number of buckets, so that counting never allocates.
 //!
+//! One thread counts; any may read meanwhile, and then sees each count as it was at some moment.
+//! To count is a plain load and store: nobody waits for anybody.
+//!
 //! Buckets grow with the value: 32 of them for every doubling, so a percentile is at most about
 //! three per cent above the true one, from nanoseconds to a minute.
+
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// Buckets of a doubling.
 const STEPS: u64 = 32;
@@ -11,43 +17,64 @@ const TOP_LOG2: u32 = 36;
 const BUCKETS: usize = ((TOP_LOG2 - STEPS_LOG2 + 1) as usize) * STEPS as usize;
 
 /// Counts of durations in ns.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Histogram {
-    counts: Box<[u32]>,
-    total: u64,
+    counts: Box<[AtomicU32]>,
+}
+
+/// So many values in a range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bar {
+    /// The greatest value that counts here; the least is one more than the bar's before it.
+    pub up_to_ns: u64,
+    /// How many.
+    pub count: u64,
 }
 
 impl Default for Histogram {
     fn default() -> Self {
-        Histogram { counts: vec![0; BUCKETS].into_boxed_slice(), total: 0 }
+        Histogram { counts: (0..BUCKETS).map(|_| AtomicU32::new(0)).collect() }
     }
 }
 
 impl Histogram {
     /// Counts one.
-    pub fn add(&mut self, value_ns: u64) {
-        let count = &mut self.counts[bucket(value_ns)];
-        *count = count.saturating_add(1);
-        self.total += 1;
+    pub fn add(&self, value_ns: u64) {
+        let count = &self.counts[bucket(value_ns)];
+        count.store(count.load(Relaxed).saturating_add(1), Relaxed);
     }
 
     /// Forgets all.
-    pub fn clear(&mut self) {
-        self.counts.fill(0);
-        self.total = 0;
+    pub fn clear(&self) {
+        self.counts.iter().for_each(|count| count.store(0, Relaxed));
     }
 
     /// The value that `per_mille` of 1000 counted ones do not exceed; 0 if none was counted.
     pub fn percentile(&self, per_mille: u64) -> u64 {
-        let wanted = (self.total * per_mille).div_ceil(1000);
+        let counts = || self.counts.iter().map(|count| u64::from(count.load(Relaxed)));
+        let wanted = (counts().sum::<u64>() * per_mille).div_ceil(1000);
         let mut seen = 0;
-        for (at, count) in self.counts.iter().enumerate() {
-            seen += u64::from(*count);
+        for (at, count) in counts().enumerate() {
+            seen += count;
             if seen >= wanted && seen > 0 {
                 return upper_edge(at);
             }
         }
         0
+    }
+
+    /// A bar a doubling, from the first that counted any to the last.
+    pub fn bars(&self) -> Vec<Bar> {
+        let octaves = self.counts.chunks(STEPS as usize).enumerate();
+        let bar = |(octave, counts): (usize, &[AtomicU32])| Bar {
+            up_to_ns: upper_edge((octave + 1) * STEPS as usize - 1),
+            count: counts.iter().map(|count| u64::from(count.load(Relaxed))).sum(),
+        };
+        let bars: Vec<Bar> = octaves.map(bar).collect();
+        let counted = |bar: &Bar| bar.count > 0;
+        let Some(first) = bars.iter().position(counted) else { return Vec::new() };
+        let last = bars.iter().rposition(counted).unwrap_or(first);
+        bars[first..=last].to_vec()
     }
 }
 
@@ -89,7 +116,7 @@ mod tests {
 
     #[test]
     fn percentiles_of_a_thousand() {
-        let mut histogram = Histogram::default();
+        let histogram = Histogram::default();
         assert_eq!(histogram.percentile(500), 0);
         (1..=1000).for_each(|n| histogram.add(n * 1000));
         let near = |found: u64, true_value: u64| {
@@ -98,7 +125,12 @@ mod tests {
         near(histogram.percentile(500), 500_000);
         near(histogram.percentile(990), 990_000);
         near(histogram.percentile(999), 999_000);
+        let bars = histogram.bars();
+        assert_eq!(bars.iter().map(|bar| bar.count).sum::<u64>(), 1000);
+        assert!(bars.is_sorted_by_key(|bar| bar.up_to_ns) && bars.len() == 11, "{bars:?}");
+        assert!(bars[0].up_to_ns == 1023 && bars[0].count == 1, "{bars:?}");
         histogram.clear();
+        assert_eq!(histogram.bars(), []);
         assert_eq!(histogram.percentile(999), 0);
     }
 }

@@ -13,9 +13,11 @@ use std::sync::atomic::Ordering;
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
+use super::command::{Answers, Forces, Orders, desk};
 use super::exchange::{
     Batch, FaultReason, Mode, Port, QUEUED_BATCHES_MAX, Snapshot, StopReason, Ticket, Write,
 };
+use crate::engine::{BitCell, Cell, WordCell};
 
 /// Spare snapshots at first, and the least that the world tries to keep.
 const SPARES: usize = 8;
@@ -34,6 +36,8 @@ pub struct Shape {
     pub words: Vec<i32>,
     /// The cell of Y0; Y1 and so on follow it.
     pub first_output: usize,
+    /// The cell of `$ForcesActive`.
+    pub forces_active: usize,
     /// What each Y does outside RUN.
     pub safe: Vec<Safe>,
 }
@@ -55,8 +59,20 @@ pub enum Safe {
 pub enum Publication {
     /// A complete scan, or the memory after the passes of a stop.
     Image(Arc<Snapshot>),
-    /// A fault: there is no new image.
-    Fault(FaultReason),
+    /// A fault, and since when: there is no new image.
+    Fault(FaultReason, u64),
+}
+
+/// What the scan thread publishes beside its image.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Facts<'a> {
+    pub scans: u64,
+    pub now_ns: u64,
+    pub mode: Mode,
+    /// Since when it is in this mode.
+    pub since_ns: u64,
+    pub forces: &'a Forces,
 }
 
 /// A batch on its way back, to be dropped outside the scan thread.
@@ -79,6 +95,8 @@ pub struct ScanSide {
     taken: Vec<Batch>,
     /// The last ticket that was applied.
     applied: u64,
+    /// Commands and their answers.
+    pub(super) orders: Orders,
 }
 
 /// The world's end.
@@ -88,7 +106,9 @@ pub struct WorldSide {
     spares: Producer<Arc<Snapshot>>,
     published: Consumer<Publication>,
     retired: Vec<Arc<Snapshot>>,
+    answers: Answers,
     first_output: usize,
+    forces_active: usize,
     safe: Vec<Safe>,
 }
 
@@ -104,25 +124,38 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         scans: 0,
         now_ns: 0,
         mode: Mode::Stop(StopReason::NotStarted),
+        since_ns: 0,
         bits: shape.bits.into(),
         words: shape.words.into(),
         outputs,
         tickets_done: 0,
+        forces: Forces::default(),
     };
     for _ in 0..SPARES {
         let _ = spare_in.push(Arc::new(first.clone()));
     }
     let taken = Vec::with_capacity(QUEUED_BATCHES_MAX);
-    let port = Port::new(shape.inputs, first, batch_in);
-    let scan =
-        ScanSide { port: port.clone(), batches, returns, spares, published, taken, applied: 0 };
+    let (desk, orders, answers) = desk();
+    let port = Port::new(shape.inputs, first, batch_in, desk);
+    let scan = ScanSide {
+        port: port.clone(),
+        batches,
+        returns,
+        spares,
+        published,
+        taken,
+        applied: 0,
+        orders,
+    };
     let world = WorldSide {
         port: port.clone(),
         returns: return_out,
         spares: spare_in,
         published: publish_out,
         retired: Vec::with_capacity(RETIRED_MAX),
+        answers,
         first_output: shape.first_output,
+        forces_active: shape.forces_active,
         safe: shape.safe,
     };
     (port, scan, world)
@@ -191,13 +224,15 @@ impl ScanSide {
     }
 
     /// Publishes an image; false where no snapshot is spare at present.
-    pub fn publish(&mut self, scans: u64, now_ns: u64, mode: Mode, image: (&[u8], &[i32])) -> bool {
+    pub fn publish(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) -> bool {
         let Ok(mut spare) = self.spares.pop() else { return false };
         // A spare has no other reader: the world saw to that before it put it into the ring.
         if let Some(snapshot) = Arc::get_mut(&mut spare) {
-            snapshot.scans = scans;
-            snapshot.now_ns = now_ns;
-            snapshot.mode = mode;
+            snapshot.scans = facts.scans;
+            snapshot.now_ns = facts.now_ns;
+            snapshot.mode = facts.mode;
+            snapshot.since_ns = facts.since_ns;
+            snapshot.forces.copy_from(facts.forces);
             snapshot.bits.copy_from_slice(&image.0[..snapshot.bits.len()]);
             snapshot.words.copy_from_slice(&image.1[..snapshot.words.len()]);
             snapshot.tickets_done = self.applied;
@@ -207,8 +242,8 @@ impl ScanSide {
     }
 
     /// Tells of a fault.
-    pub fn publish_fault(&mut self, reason: FaultReason) {
-        self.hand_over(Publication::Fault(reason));
+    pub fn publish_fault(&mut self, reason: FaultReason, now_ns: u64) {
+        self.hand_over(Publication::Fault(reason, now_ns));
     }
 
     fn hand_over(&mut self, publication: Publication) {
@@ -222,25 +257,34 @@ impl WorldSide {
     /// Makes visible what came from the scan thread. True if anything did.
     pub fn pump(&mut self) -> bool {
         let mut any = false;
+        // An answer comes behind what it is about: those that are there now, behind all of it.
+        let answers = self.answers.waiting();
         while let Ok(publication) = self.published.pop() {
             any = true;
+            let was_stuck = self.port.hear();
             // Batches first: a ticket that was refused must be known as such before a snapshot
             // that counts it as done is seen.
             self.drain_returns();
             match publication {
                 Publication::Image(snapshot) => self.show(snapshot),
-                Publication::Fault(reason) => self.show_fault(reason),
+                // What the monitor called a fault is one since then.
+                Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
+                Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
             }
         }
         self.drain_returns();
+        if answers > 0 {
+            let WorldSide { port, answers: ring, .. } = self;
+            port.at_desk(|desk| ring.show(answers, desk));
+        }
         self.refill();
         any
     }
 
     /// Shows a fault that the scan thread cannot tell of itself, and refuses what is pending.
-    pub fn trip(&mut self, reason: FaultReason) {
+    pub fn trip(&mut self, reason: FaultReason, now_ns: u64) {
         self.port.refuse_pending();
-        self.show_fault(reason);
+        self.show_fault(reason, Some(now_ns));
     }
 
     fn drain_returns(&mut self) {
@@ -253,17 +297,42 @@ impl WorldSide {
 
     fn show(&mut self, mut snapshot: Arc<Snapshot>) {
         let Some(fresh) = Arc::get_mut(&mut snapshot) else { return };
-        let count = self.safe.len();
-        let driven = self.first_output..self.first_output + count;
-        fresh.outputs.copy_from_slice(&fresh.bits[driven]);
-        if fresh.mode != Mode::Run {
-            make_safe(&mut fresh.outputs, &self.safe);
+        let latest = self.port.latest();
+        if matches!(fresh.mode, Mode::Fault(_)) {
+            self.keep_image(fresh, &latest);
         }
+        if fresh.mode != Mode::Run && latest.mode != Mode::Run {
+            // Nothing that is done outside RUN moves an output.
+            fresh.outputs.copy_from_slice(&latest.outputs);
+        } else {
+            let driven = self.first_output..self.first_output + self.safe.len();
+            fresh.outputs.copy_from_slice(&fresh.bits[driven]);
+            if fresh.mode != Mode::Run {
+                make_safe(&mut fresh.outputs, &self.safe);
+            }
+        }
+        drop(latest);
         self.swap(snapshot);
     }
 
-    fn show_fault(&mut self, reason: FaultReason) {
+    /// In FAULT the image stays the last complete scan's, but for what was forced since.
+    fn keep_image(&self, fresh: &mut Snapshot, latest: &Snapshot) {
+        let forced = fresh.forces.list().iter().map(|cell| (*cell, fresh.value(*cell)));
+        let active = Cell::Bit(BitCell(self.forces_active as u32));
+        let kept: Vec<_> = forced.chain([(active, fresh.value(active))]).collect();
+        fresh.bits.copy_from_slice(&latest.bits);
+        fresh.words.copy_from_slice(&latest.words);
+        for (cell, value) in kept {
+            match cell {
+                Cell::Bit(BitCell(at)) => fresh.bits[at as usize] = value as u8,
+                Cell::Word(WordCell(at)) => fresh.words[at as usize] = value,
+            }
+        }
+    }
+
+    fn show_fault(&mut self, reason: FaultReason, since_ns: Option<u64>) {
         let mut snapshot = Snapshot::clone(&self.port.latest());
+        snapshot.since_ns = since_ns.unwrap_or(snapshot.since_ns);
         snapshot.mode = Mode::Fault(reason);
         make_safe(&mut snapshot.outputs, &self.safe);
         self.swap(Arc::new(snapshot));
@@ -304,142 +373,5 @@ fn make_safe(outputs: &mut [u8], safe: &[Safe]) {
             Safe::On => *output = 1,
             Safe::Hold => {}
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::exchange::{BATCH_WRITES_MAX, Outcome, Refused, SCAN_WRITES_MAX};
-    use super::*;
-    use crate::engine::{BitCell, WordCell};
-
-    /// Three inputs; bits 0..4, of which 1..=3 are Y0..Y2 (off, on, hold); two words.
-    fn small() -> (Port, ScanSide, WorldSide) {
-        link(Shape {
-            inputs: 3,
-            bits: vec![0; 4],
-            words: vec![0; 2],
-            first_output: 1,
-            safe: vec![Safe::Off, Safe::On, Safe::Hold],
-        })
-    }
-
-    fn scan(side: &mut ScanSide, number: u64, bits: [u8; 4]) {
-        while side.next_batch(usize::MAX).is_some() {}
-        side.answer(true);
-        side.publish(number, number * 10, Mode::Run, (&bits, &[number as i32, 0]));
-    }
-
-    #[test]
-    fn before_the_first_scan_outputs_are_safe_and_nothing_is_taken() {
-        let (port, _scan, _world) = small();
-        let latest = port.latest();
-        assert_eq!((latest.scans, latest.mode), (0, Mode::Stop(StopReason::NotStarted)));
-        assert_eq!(*latest.outputs, [0, 1, 0]);
-        assert_eq!(port.submit(vec![]), Err(Refused::NotRunning));
-    }
-
-    #[test]
-    fn inputs_are_read_as_set_last() {
-        let (port, scan, _world) = small();
-        port.set_input(0, true);
-        port.set_input(2, true);
-        port.set_input(0, false);
-        port.set_input(3, true);
-        let inputs: Vec<_> = scan.inputs().collect();
-        assert_eq!(inputs, [(0, false), (1, false), (2, true)]);
-    }
-
-    #[test]
-    fn a_ticket_is_applied_once_its_scan_is_visible() {
-        let (port, mut side, mut world) = small();
-        side.set_running(true);
-        let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
-        assert_eq!(port.outcome(ticket), Outcome::Pending);
-        scan(&mut side, 1, [1, 1, 0, 1]);
-        assert_eq!(port.outcome(ticket), Outcome::Pending);
-        world.pump();
-        assert_eq!(port.outcome(ticket), Outcome::Applied);
-        let latest = port.latest();
-        assert_eq!((latest.scans, *latest.outputs == [1, 0, 1]), (1, true));
-        assert!(latest.bit(BitCell(0)) && latest.word(WordCell(0)) == 1);
-    }
-
-    #[test]
-    fn leaving_run_refuses_what_waits_and_holds_what_holds() {
-        let (port, mut side, mut world) = small();
-        side.set_running(true);
-        let seen = port.submit(vec![]).unwrap();
-        scan(&mut side, 1, [0, 1, 0, 1]);
-        let late = port.submit(vec![]).unwrap();
-        side.set_running(false);
-        side.publish_fault(FaultReason::EnginePanic);
-        side.refuse_waiting();
-        world.pump();
-        assert_eq!(port.outcome(seen), Outcome::Applied);
-        assert_eq!(port.outcome(late), Outcome::Refused);
-        assert_eq!(port.submit(vec![]), Err(Refused::NotRunning));
-        let latest = port.latest();
-        assert_eq!(latest.mode, Mode::Fault(FaultReason::EnginePanic));
-        assert_eq!(*latest.outputs, [0, 1, 1], "off, on, and the last complete scan's");
-        assert_eq!(*latest.bits, [0, 1, 0, 1], "the image stays as it was");
-    }
-
-    #[test]
-    fn a_trip_refuses_what_will_never_be_answered() {
-        let (port, mut side, mut world) = small();
-        side.set_running(true);
-        let ticket = port.submit(vec![]).unwrap();
-        assert!(side.next_batch(0).is_some());
-        world.trip(FaultReason::ScanNeverEnds);
-        assert_eq!(port.outcome(ticket), Outcome::Refused);
-        assert_eq!(port.latest().mode, Mode::Fault(FaultReason::ScanNeverEnds));
-    }
-
-    #[test]
-    fn limits_are_limits() {
-        let (port, mut side, _world) = small();
-        side.set_running(true);
-        let big = vec![Write::Bit(BitCell(0), true); BATCH_WRITES_MAX + 1];
-        assert_eq!(port.submit(big), Err(Refused::TooLarge));
-        let taken = (0..1000).take_while(|_| port.submit(vec![]).is_ok()).count();
-        assert_eq!(taken, QUEUED_BATCHES_MAX);
-        assert_eq!(port.submit(vec![]), Err(Refused::QueueFull));
-    }
-
-    #[test]
-    fn no_more_writes_wait_than_the_next_scan_applies() {
-        let (port, mut side, _world) = small();
-        side.set_running(true);
-        let most = || vec![Write::Bit(BitCell(0), true); BATCH_WRITES_MAX];
-        for round in 0..3 {
-            assert!(port.submit(most()).is_ok() && port.submit(most()).is_ok(), "{round}");
-            assert_eq!(port.submit(most()), Err(Refused::QueueFull));
-            assert_eq!(port.submit(vec![Write::Input(0, true)]), Err(Refused::QueueFull));
-            assert!(side.next_batch(SCAN_WRITES_MAX).is_some());
-            assert!(side.next_batch(SCAN_WRITES_MAX - BATCH_WRITES_MAX).is_some());
-            side.answer(true);
-        }
-    }
-
-    #[test]
-    fn a_batch_that_does_not_fit_waits_whole() {
-        let (port, mut side, _world) = small();
-        side.set_running(true);
-        port.submit(vec![Write::Word(WordCell(0), 1); 3]).unwrap();
-        assert!(side.next_batch(2).is_none());
-        assert_eq!(side.next_batch(3).unwrap().len(), 3);
-    }
-
-    #[test]
-    fn readers_that_hold_on_do_not_starve_the_scan() {
-        let (port, mut side, mut world) = small();
-        let mut held = Vec::new();
-        for number in 1..200 {
-            assert!(side.publish(number, 0, Mode::Run, (&[0; 4], &[0; 2])));
-            world.pump();
-            held.push(port.latest());
-        }
-        assert!(held.iter().zip(1..).all(|(snapshot, number)| snapshot.scans == number));
     }
 }

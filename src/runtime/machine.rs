@@ -3,7 +3,7 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
-use crate::engine::{BitCell, BlockEvent, Engine, ScanTimes, WordCell};
+use crate::engine::{BitCell, BlockEvent, Cell, Engine, ScanTimes, WordCell};
 
 /// What is scanned: the engine, or a stand-in in tests.
 pub trait Machine {
@@ -23,6 +23,10 @@ pub trait Machine {
     fn request_stop(&mut self);
     /// The termination passes behind the last scan.
     fn terminate(&mut self);
+    /// Forces a bit or word: it keeps this value until it is released.
+    fn force(&mut self, cell: Cell, value: i32);
+    /// Ends a force.
+    fn release(&mut self, cell: Cell);
     /// All bits and words.
     fn image(&self) -> (&[u8], &[i32]);
     /// What happened to blocks in the last scan or in `terminate`, and how much more did.
@@ -60,6 +64,20 @@ impl Machine for Engine {
 
     fn terminate(&mut self) {
         Engine::terminate(self);
+    }
+
+    fn force(&mut self, cell: Cell, value: i32) {
+        match cell {
+            Cell::Bit(bit) => self.force_bit(bit, value != 0),
+            Cell::Word(word) => self.force_word(word, value),
+        }
+    }
+
+    fn release(&mut self, cell: Cell) {
+        match cell {
+            Cell::Bit(bit) => self.release_bit(bit),
+            Cell::Word(word) => self.release_word(word),
+        }
     }
 
     fn image(&self) -> (&[u8], &[i32]) {

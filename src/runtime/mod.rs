@@ -9,11 +9,15 @@
 //! all it hears comes by rings and atomics, so that nobody can make it wait.
 
 mod beat;
+pub mod command;
 pub mod exchange;
 mod histogram;
 mod link;
+#[cfg(test)]
+mod link_tests;
 mod machine;
 mod monitor;
+mod obey;
 pub mod pacing;
 mod posture;
 mod record;
@@ -25,17 +29,19 @@ mod sys;
 
 use std::io;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-pub use link::{Publication, Returned, Safe, ScanSide, Shape, WorldSide, link};
+pub use histogram::Bar;
+pub use link::{Facts, Publication, Returned, Safe, ScanSide, Shape, WorldSide, link};
 pub use machine::Machine;
 pub use monitor::{Monitor, Observer};
 pub use posture::{Grant, Held, Policy, Posture, Refusal};
 pub use record::{Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
-pub use statistics::{Spread, Statistics};
+pub use statistics::{Meter, Reading, Spread, Statistics};
 pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};
@@ -66,6 +72,8 @@ pub struct Memory {
     pub words: usize,
     /// The cell of Y0; Y1 and so on follow it.
     pub first_output: usize,
+    /// The cell of `$ForcesActive`.
+    pub forces_active: usize,
     /// What each Y does outside RUN.
     pub safe: Vec<Safe>,
 }
@@ -78,7 +86,23 @@ pub struct Prepared {
     monitor: Box<dyn FnOnce() -> io::Result<JoinHandle<()>>>,
     port: Port,
     beat: Arc<Beat>,
+    gauge: Gauge,
     held: Held,
+}
+
+/// What can be read of the two threads from outside, beside the images. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Gauge {
+    /// The statistics since the start of RUN.
+    pub meter: Meter,
+    records_dropped: Arc<AtomicU64>,
+}
+
+impl Gauge {
+    /// Records that the scan thread could not tell, since the process started.
+    pub fn records_dropped(&self) -> u64 {
+        self.records_dropped.load(Ordering::Relaxed)
+    }
 }
 
 /// How the two threads are.
@@ -115,6 +139,7 @@ pub fn assemble<M: Machine, C: Clock, O: Observer>(
         bits: bits[..memory.bits].to_vec(),
         words: words[..memory.words].to_vec(),
         first_output: memory.first_output,
+        forces_active: memory.forces_active,
         safe: memory.safe.clone(),
     });
     let (journal, reader) = record::journal();
@@ -148,6 +173,8 @@ where
     let (held, mut grants) = settings.posture.apply_to_process();
     let (scanner, monitor, port) = assemble(machine, MonotonicClock, settings, observer);
     let beat = Arc::clone(&monitor.beat);
+    let records_dropped = Arc::clone(&monitor.journal.dropped);
+    let gauge = Gauge { meter: scanner.meter(), records_dropped };
     let (go, gone) = channel();
     let (tell, told) = channel();
     let posture = settings.posture.clone();
@@ -162,13 +189,18 @@ where
         let named = thread::Builder::new().name("rungd-monitor".into());
         named.spawn(move || run_monitor(monitor, turn))
     });
-    Ok(Prepared { grants, go, scan, monitor, port, beat, held })
+    Ok(Prepared { grants, go, scan, monitor, port, beat, gauge, held })
 }
 
 impl Prepared {
     /// What was asked of the machine, and its answers.
     pub fn grants(&self) -> &[Grant] {
         &self.grants
+    }
+
+    /// What can be read from outside.
+    pub fn gauge(&self) -> Gauge {
+        self.gauge.clone()
     }
 
     /// The port, for drivers; nothing is scanned yet.

@@ -101,7 +101,7 @@ impl<O: Observer> Monitor<O> {
             return;
         };
         self.looked_ns = now_ns;
-        self.world.trip(reason);
+        self.world.trip(reason, now_ns);
         self.observer.tripped(reason, now_ns);
     }
 

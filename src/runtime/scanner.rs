@@ -12,15 +12,18 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use super::beat::Beat;
+use super::command::Forces;
 use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Write};
-use super::link::ScanSide;
+use super::link::{Facts, ScanSide};
 use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
-use super::statistics::{Books, Statistics};
+use super::statistics::{Books, Meter, Statistics};
 
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
+/// From tick to tick in STOP and FAULT, at most.
+const TICK_NS_MAX: u64 = 100_000_000;
 /// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
 const LAST_TICKS_MAX: u32 = 1000;
 
@@ -53,23 +56,26 @@ pub struct Report {
 
 /// The scan thread's loop and all it owns.
 pub struct Scanner<M, C> {
-    machine: M,
+    pub(super) machine: M,
     clock: C,
-    side: ScanSide,
+    pub(super) side: ScanSide,
     journal: Journal,
-    beat: Arc<Beat>,
+    pub(super) beat: Arc<Beat>,
     pace: Pace,
     grid: Grid,
     books: Books,
     watches: Watches,
     overruns: OverrunSummary,
-    mode: Mode,
+    pub(super) mode: Mode,
+    /// When it was entered.
+    since_ns: u64,
+    pub(super) forces: Forces,
     /// Complete scans.
     scans: u64,
     /// Why the engine was asked to stop, if it was.
-    stopping: Option<StopReason>,
+    pub(super) stopping: Option<StopReason>,
     /// STOP is to be shown, and no snapshot was spare for it.
-    unpublished: bool,
+    pub(super) unpublished: bool,
     last_ticks: u32,
     next_report_ns: u64,
     ended_ns: u64,
@@ -96,6 +102,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             books: Books::new(now_ns),
             overruns: OverrunSummary::default(),
             mode: Mode::Stop(StopReason::NotStarted),
+            since_ns: now_ns,
+            forces: Forces::default(),
             scans: 0,
             stopping: None,
             unpublished: false,
@@ -124,9 +132,11 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// RUN begins: the grid, the statistics and the engine's time start now.
-    fn run(&mut self) {
+    /// RUN begins, with memory as it is: the grid, the statistics and the engine's time start now.
+    pub(super) fn run(&mut self) {
         let now_ns = self.clock.now_ns();
+        (self.stopping, self.unpublished, self.last_ticks) = (None, false, 0);
+        self.overruns = OverrunSummary::default();
         self.grid = Grid::new(now_ns, self.pace.period_ns);
         self.books.restart(now_ns);
         let first_ns = self.pace.statistics_every_ns.unwrap_or(0).min(FIRST_REPORT_NS);
@@ -139,15 +149,21 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Waits for the next grid point and does what is due; false once the thread is to end.
     pub fn step(&mut self) -> bool {
         let deadline_ns = self.grid.deadline_ns();
-        if self.mode == Mode::Run {
+        let scans = self.mode == Mode::Run;
+        if scans {
             self.beat.expect(deadline_ns);
         }
         self.clock.sleep_until(deadline_ns);
         let woke_ns = self.clock.now_ns();
-        if self.mode == Mode::Run {
+        if scans {
             self.scan(woke_ns, woke_ns.saturating_sub(deadline_ns));
         } else {
             self.tick(woke_ns);
+        }
+        self.side.orders.give();
+        if !scans && self.mode == Mode::Run {
+            // An operator's run: its first scan is due at once.
+            return true;
         }
         let end_ns = self.clock.now_ns();
         let skipped = self.grid.advance(end_ns);
@@ -155,6 +171,11 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.account(skipped, woke_ns.saturating_sub(deadline_ns), end_ns);
         }
         !self.is_over()
+    }
+
+    /// The statistics since the start of RUN, for who looks from outside.
+    pub fn meter(&self) -> Meter {
+        self.books.meter()
     }
 
     /// What remains at the end.
@@ -187,8 +208,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// Steps 1 to 7.
+    /// An operator's commands, then steps 1 to 7.
     fn execute(&mut self, now_ns: u64) -> bool {
+        self.obey(now_ns);
         self.machine.begin_scan(now_ns, &self.books.scan_times());
         for (x, on) in self.side.inputs() {
             self.machine.set_input(x, on);
@@ -210,8 +232,10 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Steps 8 and 9.
     fn complete(&mut self, now_ns: u64) {
         self.scans += 1;
+        // Where the monitor closed the door by mistake, it is open again.
+        self.side.set_running(true);
         self.side.answer(true);
-        self.side.publish(self.scans, now_ns, Mode::Run, self.machine.image());
+        self.publish(now_ns);
         self.tell_events(now_ns);
         self.beat.pulse();
     }
@@ -219,16 +243,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Behind the last scan: the passes, then STOP.
     fn stop(&mut self, now_ns: u64) {
         self.side.set_running(false);
-        let begin_ns = self.clock.now_ns();
-        self.beat.begin(begin_ns);
-        let done = self.guarded(|scanner| scanner.machine.terminate());
-        let pass_ns = self.clock.now_ns().saturating_sub(begin_ns);
-        let in_time = self.beat.end() && pass_ns <= self.pace.watchdog_ns;
-        match done {
-            None => self.fail(FaultReason::EnginePanic, now_ns),
-            Some(()) if !in_time => self.fail(too_long(pass_ns), now_ns),
-            Some(()) => {
-                self.tell_events(now_ns);
+        match self.terminate(now_ns) {
+            Err(fault) => self.fail(fault, now_ns),
+            Ok(()) => {
                 self.leave_run(now_ns);
                 self.enter(Mode::Stop(self.stopping.unwrap_or(StopReason::Instruction)), now_ns);
                 self.unpublished = true;
@@ -237,26 +254,55 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    fn fail(&mut self, reason: FaultReason, now_ns: u64) {
+    /// The passes of all that executed.
+    pub(super) fn terminate(&mut self, now_ns: u64) -> Result<(), FaultReason> {
+        let begin_ns = self.clock.now_ns();
+        self.beat.begin(begin_ns);
+        let done = self.guarded(|scanner| scanner.machine.terminate());
+        let pass_ns = self.clock.now_ns().saturating_sub(begin_ns);
+        let in_time = self.beat.end() && pass_ns <= self.pace.watchdog_ns;
+        match done {
+            None => Err(FaultReason::EnginePanic),
+            Some(()) if !in_time => Err(too_long(pass_ns)),
+            Some(()) => {
+                self.tell_events(now_ns);
+                Ok(())
+            }
+        }
+    }
+
+    pub(super) fn fail(&mut self, reason: FaultReason, now_ns: u64) {
         self.side.set_running(false);
         self.side.answer(false);
-        self.side.publish_fault(reason);
-        self.leave_run(now_ns);
+        self.side.publish_fault(reason, now_ns);
+        if self.mode == Mode::Run {
+            self.leave_run(now_ns);
+        }
         self.enter(Mode::Fault(reason), now_ns);
     }
 
     /// STOP and FAULT: nothing is scanned, the thread shows that it lives.
     fn tick(&mut self, now_ns: u64) {
         self.side.refuse_waiting();
-        self.publish_stop(now_ns);
+        if self.guarded(|scanner| scanner.obey(now_ns)).is_none() {
+            self.fail(FaultReason::EnginePanic, now_ns);
+        }
+        if self.mode != Mode::Run {
+            self.publish_stop(now_ns);
+        }
         self.beat.pulse();
     }
 
     fn publish_stop(&mut self, now_ns: u64) {
         if self.unpublished {
-            let image = self.machine.image();
-            self.unpublished = !self.side.publish(self.scans, now_ns, self.mode, image);
+            self.unpublished = !self.publish(now_ns);
         }
+    }
+
+    fn publish(&mut self, now_ns: u64) -> bool {
+        let Scanner { scans, mode, since_ns, ref forces, .. } = *self;
+        let facts = Facts { scans, now_ns, mode, since_ns, forces };
+        self.side.publish(facts, self.machine.image())
     }
 
     fn ask_for_stop(&mut self) {
@@ -274,12 +320,17 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     fn enter(&mut self, mode: Mode, now_ns: u64) {
-        self.mode = mode;
+        (self.mode, self.since_ns) = (mode, now_ns);
+        if mode != Mode::Run {
+            // An operator is not to wait for a long period.
+            self.grid = Grid::new(now_ns, self.pace.period_ns.min(TICK_NS_MAX));
+        }
         self.journal.tell(self.scans, now_ns, What::Mode(mode));
     }
 
     fn leave_run(&mut self, now_ns: u64) {
         self.ended_ns = now_ns;
+        self.books.end(now_ns);
         if let Some(what) = self.overruns.take(now_ns) {
             self.journal.tell(self.scans, now_ns, what);
         }
@@ -294,6 +345,12 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         if lost > 0 {
             journal.tell(*scans, now_ns, What::EventsLost(lost));
         }
+        watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
+    }
+
+    /// What changed in memory outside RUN.
+    pub(super) fn tell_changes(&mut self, now_ns: u64) {
+        let Scanner { machine, journal, watches, scans, .. } = self;
         watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
     }
 

@@ -1,5 +1,7 @@
 //! The scanner on a simulated clock, with a machine whose scans take as long as a test says.
 
+mod commands;
+
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
@@ -7,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use super::exchange::{FaultReason, Mode, Outcome, Port, Snapshot, StopReason, Write};
 use super::pacing::Clock;
 use super::*;
-use crate::engine::{BitCell, BlockEvent, ScanTimes, WordCell};
+use crate::engine::{self, BitCell, BlockEvent, ScanTimes, WordCell};
 
 const MS: u64 = 1_000_000;
 
@@ -47,7 +49,9 @@ struct Fake {
 }
 
 impl Machine for Fake {
-    fn start(&mut self, _now_ns: u64) {}
+    fn start(&mut self, _now_ns: u64) {
+        self.stop = false;
+    }
 
     fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
         assert_eq!(now_ns, self.clock.now_ns(), "the timestamp is taken at the scan's start");
@@ -87,6 +91,15 @@ impl Machine for Fake {
         self.bits[0] = 1;
         self.bits[1] = 0;
     }
+
+    fn force(&mut self, cell: engine::Cell, value: i32) {
+        match cell {
+            engine::Cell::Bit(bit) => self.bits[bit.0 as usize] = value as u8,
+            engine::Cell::Word(word) => self.words[word.0 as usize] = value,
+        }
+    }
+
+    fn release(&mut self, _cell: engine::Cell) {}
 
     fn image(&self) -> (&[u8], &[i32]) {
         (&self.bits, &self.words)
@@ -166,7 +179,14 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
             statistics_every_ns: Some(60_000 * MS),
             start_in_stop: None,
         },
-        memory: Memory { inputs: 1, bits: 3, words: 1, first_output: 1, safe: vec![Safe::Hold] },
+        memory: Memory {
+            inputs: 1,
+            bits: 3,
+            words: 1,
+            first_output: 1,
+            forces_active: 0,
+            safe: vec![Safe::Hold],
+        },
         watched: Watched::default(),
         posture: Posture::default(),
     };

@@ -1,9 +1,14 @@
 //! What the scan thread measures of itself: execution time, wake-up lateness, overruns.
 //!
 //! Kept twice, since the last report and since the start of RUN, in memory that was allocated at
-//! start. A [`Statistics`] is a copy of one of the two with its percentiles worked out.
+//! start. A [`Statistics`] is a copy of one of the two with its percentiles worked out. The figures
+//! are atomics that one thread writes, so that a [`Meter`] reads them without the scan's doing.
 
-use super::histogram::Histogram;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+
+use super::histogram::{Bar, Histogram};
 use crate::engine::ScanTimes;
 
 /// One measured quantity, in nanoseconds.
@@ -38,31 +43,61 @@ pub struct Statistics {
     pub skipped: u64,
 }
 
-/// One quantity being measured.
-#[derive(Default)]
+/// One quantity being measured. The scan thread alone writes.
+#[derive(Debug, Default)]
 struct Measure {
     histogram: Histogram,
-    last_ns: u64,
-    min_ns: u64,
-    max_ns: u64,
-    sum_ns: u64,
-    count: u64,
+    last_ns: AtomicU64,
+    min_ns: AtomicU64,
+    max_ns: AtomicU64,
+    sum_ns: AtomicU64,
+    count: AtomicU64,
 }
 
 /// Both quantities and the overruns, since some moment.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Since {
-    from_ns: u64,
+    from_ns: AtomicU64,
+    /// When it ended; 0 while it goes on.
+    until_ns: AtomicU64,
     execution: Measure,
     lateness: Measure,
-    overruns: u64,
-    skipped: u64,
+    overruns: AtomicU64,
+    skipped: AtomicU64,
+}
+
+/// The statistics since the start of RUN, for who looks from outside. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Meter(Arc<Since>);
+
+/// What a [`Meter`] shows. The scan thread counts on meanwhile: figures of one reading may be a
+/// scan apart.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// The figures.
+    pub statistics: Statistics,
+    /// How the scans' execution times are spread.
+    pub execution: Vec<Bar>,
+    /// How their lateness is.
+    pub lateness: Vec<Bar>,
+}
+
+impl Meter {
+    /// Reads it. Walks a few thousand counts: not for the scan thread.
+    pub fn read(&self, now_ns: u64) -> Reading {
+        let since = &self.0;
+        Reading {
+            statistics: Statistics { whole: true, ..since.statistics(now_ns) },
+            execution: since.execution.histogram.bars(),
+            lateness: since.lateness.histogram.bars(),
+        }
+    }
 }
 
 /// The scan thread's own books.
 pub struct Books {
     report: Since,
-    whole: Since,
+    whole: Arc<Since>,
     mean: FilteredMean,
 }
 
@@ -73,8 +108,18 @@ struct FilteredMean(Option<i64>);
 impl Books {
     /// Empty, from a moment on.
     pub fn new(now_ns: u64) -> Books {
-        let since = || Since { from_ns: now_ns, ..Since::default() };
-        Books { report: since(), whole: since(), mean: FilteredMean(None) }
+        let since = || Since { from_ns: now_ns.into(), ..Since::default() };
+        Books { report: since(), whole: Arc::new(since()), mean: FilteredMean(None) }
+    }
+
+    /// The whole, for who looks from outside.
+    pub fn meter(&self) -> Meter {
+        Meter(Arc::clone(&self.whole))
+    }
+
+    /// RUN ends: the time of the whole stands still.
+    pub fn end(&self, now_ns: u64) {
+        self.whole.until_ns.store(now_ns, Relaxed);
     }
 
     /// Forgets all: RUN begins.
@@ -86,7 +131,7 @@ impl Books {
 
     /// Enters a complete scan.
     pub fn scan(&mut self, execution_ns: u64, lateness_ns: u64) {
-        for since in [&mut self.report, &mut self.whole] {
+        for since in [&self.report, &*self.whole] {
             since.execution.add(execution_ns);
             since.lateness.add(lateness_ns);
         }
@@ -95,26 +140,26 @@ impl Books {
 
     /// Enters an overrun.
     pub fn overrun(&mut self, skipped: u64) {
-        for since in [&mut self.report, &mut self.whole] {
-            since.overruns += 1;
-            since.skipped += skipped;
+        for since in [&self.report, &*self.whole] {
+            add(&since.overruns, 1);
+            add(&since.skipped, skipped);
         }
     }
 
     /// How long the last scan took.
     pub fn last_scan_ns(&self) -> u64 {
-        self.whole.execution.last_ns
+        self.whole.execution.last_ns.load(Relaxed)
     }
 
     /// What DST1..DST4 show.
     pub fn scan_times(&self) -> ScanTimes {
-        let us = |ns: u64| i32::try_from(ns / 1000).unwrap_or(i32::MAX);
+        let us = |ns: &AtomicU64| i32::try_from(ns.load(Relaxed) / 1000).unwrap_or(i32::MAX);
         let execution = &self.whole.execution;
         ScanTimes {
-            mean_us: us(self.mean.ns()),
-            min_us: us(execution.min_ns),
-            max_us: us(execution.max_ns),
-            last_us: us(execution.last_ns),
+            mean_us: i32::try_from(self.mean.ns() / 1000).unwrap_or(i32::MAX),
+            min_us: us(&execution.min_ns),
+            max_us: us(&execution.max_ns),
+            last_us: us(&execution.last_ns),
         }
     }
 
@@ -133,54 +178,72 @@ impl Books {
 
 impl Since {
     fn statistics(&self, now_ns: u64) -> Statistics {
+        let until_ns = match self.until_ns.load(Relaxed) {
+            0 => now_ns,
+            ended_ns => ended_ns,
+        };
         Statistics {
             whole: false,
-            over_ns: now_ns.saturating_sub(self.from_ns),
-            scans: self.execution.count,
+            over_ns: until_ns.saturating_sub(self.from_ns.load(Relaxed)),
+            scans: self.execution.count.load(Relaxed),
             execution: self.execution.spread(),
             lateness: self.lateness.spread(),
-            overruns: self.overruns,
-            skipped: self.skipped,
+            overruns: self.overruns.load(Relaxed),
+            skipped: self.skipped.load(Relaxed),
         }
     }
 
-    fn clear(&mut self, now_ns: u64) {
-        self.from_ns = now_ns;
+    fn clear(&self, now_ns: u64) {
+        self.from_ns.store(now_ns, Relaxed);
         self.execution.clear();
         self.lateness.clear();
-        self.overruns = 0;
-        self.skipped = 0;
+        for zero in [&self.until_ns, &self.overruns, &self.skipped] {
+            zero.store(0, Relaxed);
+        }
     }
 }
 
 impl Measure {
-    fn add(&mut self, value_ns: u64) {
+    fn add(&self, value_ns: u64) {
         self.histogram.add(value_ns);
-        self.last_ns = value_ns;
-        self.min_ns = if self.count == 0 { value_ns } else { self.min_ns.min(value_ns) };
-        self.max_ns = self.max_ns.max(value_ns);
-        self.sum_ns = self.sum_ns.saturating_add(value_ns);
-        self.count += 1;
+        self.last_ns.store(value_ns, Relaxed);
+        let (min_ns, max_ns) = (self.min_ns.load(Relaxed), self.max_ns.load(Relaxed));
+        if self.count.load(Relaxed) == 0 || value_ns < min_ns {
+            self.min_ns.store(value_ns, Relaxed);
+        }
+        self.max_ns.store(max_ns.max(value_ns), Relaxed);
+        add(&self.sum_ns, value_ns);
+        add(&self.count, 1);
     }
 
     fn spread(&self) -> Spread {
+        let [last_ns, min_ns, max_ns, sum_ns, count] =
+            [&self.last_ns, &self.min_ns, &self.max_ns, &self.sum_ns, &self.count]
+                .map(|figure| figure.load(Relaxed));
         // A bucket's upper edge may lie above the largest value that was seen.
-        let percentile = |per_mille| self.histogram.percentile(per_mille).min(self.max_ns);
+        let percentile = |per_mille| self.histogram.percentile(per_mille).min(max_ns);
         Spread {
-            last_ns: self.last_ns,
-            min_ns: self.min_ns,
-            mean_ns: self.sum_ns.checked_div(self.count).unwrap_or(0),
-            max_ns: self.max_ns,
+            last_ns,
+            min_ns,
+            mean_ns: sum_ns.checked_div(count).unwrap_or(0),
+            max_ns,
             p50_ns: percentile(500),
             p99_ns: percentile(990),
             p999_ns: percentile(999),
         }
     }
 
-    fn clear(&mut self) {
+    fn clear(&self) {
         self.histogram.clear();
-        (self.last_ns, self.min_ns, self.max_ns, self.sum_ns, self.count) = (0, 0, 0, 0, 0);
+        for zero in [&self.last_ns, &self.min_ns, &self.max_ns, &self.sum_ns, &self.count] {
+            zero.store(0, Relaxed);
+        }
     }
+}
+
+/// One thread writes: a load and a store are enough.
+fn add(figure: &AtomicU64, more: u64) {
+    figure.store(figure.load(Relaxed).saturating_add(more), Relaxed);
 }
 
 impl FilteredMean {

@@ -1,7 +1,8 @@
 //! The system calls of the scan thread: the clock, the absolute sleep, the scheduler.
 //!
-//! The only file with `unsafe` in this crate. Every call passes pointers to local values that
-//! outlive it, or none; what is returned is checked. Nothing here decides anything.
+//! One of the two files with `unsafe` in this crate; the other is `daemon/operator/peer.rs`. Every
+//! call passes pointers to local values that outlive it, or none; what is returned is checked.
+//! Nothing here decides anything.
 #![allow(unsafe_code)]
 
 use std::io;

@@ -4,6 +4,7 @@
 //! them: the resolver makes addresses of them once the ladders are loaded.
 
 use super::finding::{Code, Finding};
+use super::operator::{self, Operator};
 use super::reader::{self, Table, Text};
 use super::realtime::{self, Realtime};
 use super::shape::{self, Shape};
@@ -33,6 +34,8 @@ pub struct Controller {
     pub modbus_server: Option<ModbusServer>,
     /// `[[simulated-device]]`, in file order.
     pub devices: Vec<DeviceRule>,
+    /// `[operator]`.
+    pub operator: Option<Operator>,
     /// `[log]`.
     pub log: Log,
 }
@@ -139,7 +142,8 @@ pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
 /// Whether `ladder` is not a table in a file, or it has a controller's tables and no ladder's.
 pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
     let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
-    let controller = ["scan", "realtime", "outputs", "retain", "modbus-server", "simulated-device"];
+    let controller =
+        ["scan", "realtime", "outputs", "retain", "modbus-server", "simulated-device", "operator"];
     let tables = controller.iter().any(|key| root.has(key));
     if root.has("ladder") {
         return !root.has_table("ladder");
@@ -173,6 +177,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
         log.statistics_ms = duration(&mut table, "statistics", log.statistics_ms);
         table.finish();
     }
+    let operator = root.table("operator", "`[operator]`").map(operator::read);
     root.finish();
     Controller {
         ladder,
@@ -185,6 +190,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
         retain,
         modbus_server,
         devices,
+        operator,
         log,
     }
 }

@@ -18,6 +18,7 @@ pub mod instruction;
 pub mod keys;
 pub mod ladder;
 pub mod nearest;
+pub mod operator;
 pub mod reader;
 pub mod realtime;
 pub mod render;

@@ -1,4 +1,5 @@
-//! A page of `docs/`, for the tests that execute what it shows.
+//! A page of `docs/`, for the tests that execute what it shows; each uses a part of this.
+#![allow(dead_code)]
 
 use std::path::Path;
 

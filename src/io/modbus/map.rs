@@ -281,6 +281,8 @@ mod tests {
 
     fn snapshot(layout: &Layout) -> Snapshot {
         Snapshot {
+            since_ns: 0,
+            forces: Default::default(),
             scans: 1,
             now_ns: 0,
             mode: Mode::Stop(StopReason::NotStarted),

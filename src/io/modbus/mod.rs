@@ -3,8 +3,9 @@
 //! `frame` finds frames in bytes, `pdu` gives them a meaning, `map` says which cells they are and
 //! who may write them, `refusal` why not; all four are pure. `connection` is one client and
 //! `server` the listening socket. The daemon binds and runs a [`Server`]; off unless the
-//! controller file has `[modbus-server]`. Deliberately absent: tags' names, and any way to the
-//! scan but the port. What a client sees is `docs/modbus.md`.
+//! controller file has `[modbus-server]`. Deliberately absent: tags' names, any way to the scan
+//! but the port, and limits for what is logged, which are the log's. What a client sees is
+//! `docs/modbus.md`.
 
 mod connection;
 pub mod frame;
@@ -14,7 +15,6 @@ pub mod refusal;
 mod server;
 #[cfg(test)]
 mod tests;
-mod throttle;
 
 pub use map::Map;
 pub use server::Server;

@@ -9,18 +9,18 @@ use std::io;
 use std::net::SocketAddr;
 use std::pin::pin;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::{JoinError, JoinSet};
-use tokio::time::{Instant, sleep};
+use tokio::time::sleep;
 use tracing::{debug, error, info, warn};
 
 use super::connection::{Closed, Connection};
 use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
-use super::throttle::Throttle;
 use crate::resolve::controller::Modbus;
 use crate::runtime::exchange::Port;
 
@@ -35,6 +35,7 @@ const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 pub struct Server {
     listener: TcpListener,
     shared: Arc<Shared>,
+    clients: Arc<AtomicUsize>,
 }
 
 /// What the connections share.
@@ -44,18 +45,6 @@ pub(super) struct Shared {
     pub port: Port,
     /// How long a write waits for the scan that sees it.
     pub write_wait: Duration,
-    started: Instant,
-    lines: Lines,
-}
-
-/// A throttle for each kind of line.
-struct Lines {
-    opened: Throttle,
-    closed: Throttle,
-    broken: Throttle,
-    full: Throttle,
-    failed: Throttle,
-    refused: Throttle,
 }
 
 impl Server {
@@ -74,9 +63,9 @@ impl Server {
         for (x, on) in map.first_inputs(&port.latest()) {
             port.set_input(x, on);
         }
-        let (write_wait, started) = (patience.max(WRITE_WAIT_LEAST), Instant::now());
-        let shared = Shared { settings, map, port, write_wait, started, lines: Lines::new() };
-        let server = Server { listener, shared: Arc::new(shared) };
+        let write_wait = patience.max(WRITE_WAIT_LEAST);
+        let shared = Shared { settings, map, port, write_wait };
+        let server = Server { listener, shared: Arc::new(shared), clients: Arc::default() };
         server.log_start();
         Ok(server)
     }
@@ -87,6 +76,11 @@ impl Server {
     /// When the system does not say.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
+    }
+
+    /// How many clients are connected, for who looks from outside.
+    pub fn clients(&self) -> Arc<AtomicUsize> {
+        Arc::clone(&self.clients)
     }
 
     /// Serves until `stop`; then all connections are closed.
@@ -102,8 +96,9 @@ impl Server {
                     Err(error) => self.rest(&error).await,
                 }
             }
+            self.clients.store(clients.len(), Ordering::Relaxed);
         }
-        info!(clients = clients.len(), "Modbus server stops");
+        info!(event = "modbus-stops", clients = clients.len(), "Modbus server stops");
     }
 
     fn admit(&self, stream: TcpStream, client: SocketAddr, clients: &mut JoinSet<Ended>) {
@@ -113,31 +108,34 @@ impl Server {
         let connections = self.shared.settings.connections;
         if clients.len() >= connections as usize {
             // Dropping the stream closes it.
-            if let Some(unlogged) = self.shared.may_log(&self.shared.lines.full) {
-                warn!(%client, connections, unlogged, "Modbus client refused: no connection left");
-            }
+            warn!(
+                event = "modbus-full",
+                %client,
+                connections,
+                "Modbus client refused: no connection left"
+            );
             return;
         }
-        if let Some(unlogged) = self.shared.may_log(&self.shared.lines.opened) {
-            info!(%client, unlogged, "Modbus client connected");
-        }
+        info!(event = "modbus-connected", %client, "Modbus client connected");
         let connection = Connection::new(stream, client, Arc::clone(&self.shared));
         clients.spawn(async move { (client, connection.serve().await) });
     }
 
     async fn rest(&self, error: &io::Error) {
-        if let Some(unlogged) = self.shared.may_log(&self.shared.lines.failed) {
-            warn!(%error, unlogged, "Modbus server cannot accept a client");
-        }
+        warn!(event = "modbus-accept-failed", %error, "Modbus server cannot accept a client");
         sleep(REST_AFTER_FAILURE).await;
     }
 
     fn log_start(&self) {
         let Modbus { listen, connections, .. } = self.shared.settings;
         let address = self.address().unwrap_or(listen);
-        info!(%address, connections, "Modbus server listens");
+        info!(event = "modbus-listens", %address, connections, "Modbus server listens");
         if !address.ip().is_loopback() {
-            warn!(%address, "Modbus has no passwords: whoever reaches this address can write");
+            warn!(
+                event = "modbus-exposed",
+                %address,
+                "Modbus has no passwords: whoever reaches this address can write"
+            );
         }
     }
 }
@@ -150,9 +148,21 @@ impl Shared {
     pub fn log_refusal(&self, client: SocketAddr, request: &Request<'_>, why: Refusal) {
         let exception = why.exception() as u8;
         if let Request::Read { .. } = request {
-            debug!(%client, place = %request, exception, "Modbus read refused: {why}");
-        } else if let Some(unlogged) = self.may_log(&self.lines.refused) {
-            warn!(%client, place = %request, exception, unlogged, "Modbus write refused: {why}");
+            debug!(
+                event = "modbus-read-refused",
+                %client,
+                place = %request,
+                exception,
+                "Modbus read refused: {why}"
+            );
+        } else {
+            warn!(
+                event = "modbus-write-refused",
+                %client,
+                place = %request,
+                exception,
+                "Modbus write refused: {why}"
+            );
         }
     }
 
@@ -160,16 +170,14 @@ impl Shared {
         let (client, why) = match ended {
             Ok(ended) => ended,
             Err(error) => {
-                error!(%error, "Modbus client lost to a bug in rungd");
+                error!(event = "modbus-bug", %error, "Modbus client lost to a bug in rungd");
                 return;
             }
         };
         if why.is_usual() {
-            if let Some(unlogged) = self.may_log(&self.lines.closed) {
-                info!(%client, unlogged, "Modbus client gone: {why}");
-            }
-        } else if let Some(unlogged) = self.may_log(&self.lines.broken) {
-            warn!(%client, unlogged, "Modbus client closed: {why}");
+            info!(event = "modbus-gone", %client, "Modbus client gone: {why}");
+        } else {
+            warn!(event = "modbus-closed", %client, "Modbus client closed: {why}");
         }
     }
 
@@ -181,19 +189,5 @@ impl Shared {
     /// How long a client may be silent between two requests.
     pub fn idle_timeout(&self) -> Duration {
         Duration::from_millis(self.settings.idle_timeout_ms.into())
-    }
-
-    /// Whether a line may be logged now; and then, if any were held back before it, how many.
-    fn may_log(&self, line: &Throttle) -> Option<Option<u64>> {
-        let held_back = line.pass(self.started.elapsed().as_millis() as u64)?;
-        Some((held_back > 0).then_some(held_back))
-    }
-}
-
-impl Lines {
-    fn new() -> Lines {
-        let [opened, closed, broken, full, failed, refused] =
-            std::array::from_fn(|_| Throttle::new());
-        Lines { opened, closed, broken, full, failed, refused }
     }
 }

@@ -15,8 +15,9 @@ use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use crate::resolve::controller::Modbus;
 use crate::resolve::range::Space;
+use crate::runtime::command::Forces;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason, Write};
-use crate::runtime::{Safe, ScanSide, Shape, WorldSide, link};
+use crate::runtime::{Facts, Safe, ScanSide, Shape, WorldSide, link};
 
 /// What a test asks of the scan thread.
 #[derive(Clone, Copy)]
@@ -65,6 +66,7 @@ impl Controller {
             bits: vec![0; layout.bit_count() as usize],
             words: vec![0; layout.word_count() as usize],
             first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+            forces_active: layout.bit(Bit::Space(BitSpace::St, 9)).0 as usize,
             safe,
         });
         let stop = Arc::new(AtomicBool::new(false));
@@ -213,7 +215,7 @@ impl Scanner {
                 self.scan.set_running(mode == Mode::Run);
                 if mode != Mode::Run {
                     self.scan.refuse_waiting();
-                    self.scan.publish(number, 0, mode, (&bits, &words));
+                    self.publish(number, mode, (&bits, &words));
                 }
             }
             if mode == Mode::Run && !frozen {
@@ -240,7 +242,12 @@ impl Scanner {
         }
         self.program(number, bits, words);
         self.scan.answer(true);
-        self.scan.publish(number, number, Mode::Run, (bits, words));
+        self.publish(number, Mode::Run, (bits, words));
+    }
+
+    fn publish(&mut self, scans: u64, mode: Mode, image: (&[u8], &[i32])) {
+        let forces = &Forces::default();
+        self.scan.publish(Facts { scans, now_ns: scans, mode, since_ns: 0, forces }, image);
     }
 
     fn program(&self, number: u64, bits: &mut [u8], words: &mut [i32]) {

@@ -1,0 +1,127 @@
+//! What the commands that ask a running controller share: where it is, how it is asked, what its
+//! refusals come to, and the completion of its names.
+
+use std::ffi::OsStr;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use clap_complete::engine::CompletionCandidate;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::exit::Exit;
+use super::say;
+use crate::operator::client::{self, Failure};
+use crate::operator::protocol::{Change, Names, RefusalKind, Request};
+use crate::operator::{SOCKET_DEFAULT, SOCKET_VARIABLE};
+
+/// Where the controller is asked, and how its answer is printed.
+#[derive(Args, Clone, Debug)]
+pub struct At {
+    /// The running controller's socket
+    #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE, default_value = SOCKET_DEFAULT)]
+    pub socket: PathBuf,
+    /// Print the answer as JSON, one line
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl At {
+    /// Asks; `Err` is the exit code of a refusal or failure that was told already.
+    pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
+        client::ask(&self.socket, request).map_err(|failure| {
+            let exit = exit_of(&failure);
+            if self.json {
+                let kind = kind_of(&failure);
+                let message = failure.to_string();
+                let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
+                let _ = writeln!(io::stdout(), "{error}");
+            } else {
+                say(&format!("rungd: {failure}\n"));
+            }
+            exit
+        })
+    }
+
+    /// Prints an answer: as JSON, or as people read it.
+    ///
+    /// # Errors
+    /// Standard output cannot be written.
+    pub fn print<T: Serialize>(&self, answer: &T, text: impl FnOnce() -> String) -> Result<()> {
+        let text = if self.json { serde_json::to_string(answer)? + "\n" } else { text() };
+        io::stdout().lock().write_all(text.as_bytes())?;
+        Ok(())
+    }
+
+    /// Asks for a change of one operand, and prints it.
+    ///
+    /// # Errors
+    /// Standard output cannot be written.
+    pub fn change(&self, request: &Request, did: &str) -> Result<Exit> {
+        let change: Change = match self.ask(request) {
+            Ok(change) => change,
+            Err(exit) => return Ok(exit),
+        };
+        self.print(&change, || {
+            let forced = |is: bool| if is { ", forced" } else { "" };
+            format!(
+                "{}: {did}{}{}, was {}{}\n",
+                change.now,
+                change.now.value,
+                forced(change.now.forced),
+                change.before,
+                forced(change.was_forced)
+            )
+        })?;
+        if let Some(note) = change.note.filter(|_| !self.json) {
+            say(&format!("note: {note}\n"));
+        }
+        Ok(Exit::Ok)
+    }
+}
+
+fn exit_of(failure: &Failure) -> Exit {
+    match failure {
+        Failure::NotRunning(..) => Exit::Unavailable,
+        Failure::NotAllowed(..) => Exit::NoPerm,
+        Failure::Broken(..) => Exit::Io,
+        Failure::Refused(refusal) => match refusal.kind {
+            RefusalKind::BadRequest | RefusalKind::BadOperand | RefusalKind::BadValue => {
+                Exit::Usage
+            }
+            RefusalKind::NotPermitted => Exit::NoPerm,
+            RefusalKind::Refused | RefusalKind::NoAnswer => Exit::Refused,
+        },
+    }
+}
+
+fn kind_of(failure: &Failure) -> serde_json::Value {
+    match failure {
+        Failure::NotRunning(..) => "not-running".into(),
+        Failure::NotAllowed(..) => "not-permitted".into(),
+        Failure::Broken(..) => "broken".into(),
+        Failure::Refused(refusal) => serde_json::to_value(refusal.kind).unwrap_or_default(),
+    }
+}
+
+/// The running controller's names, for the shell. Nothing where nobody answers.
+pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
+    let words: Vec<_> = std::env::args_os().collect();
+    let after = |(at, word): (usize, &std::ffi::OsString)| match word.to_str() {
+        Some("--socket") => words.get(at + 1).map(PathBuf::from),
+        Some(word) => word.strip_prefix("--socket=").map(PathBuf::from),
+        None => None,
+    };
+    let given = words.iter().enumerate().find_map(after);
+    let variable = || std::env::var_os(SOCKET_VARIABLE).map(PathBuf::from);
+    let socket = given.or_else(variable).unwrap_or_else(|| SOCKET_DEFAULT.into());
+    let prefix = current.to_string_lossy().into_owned();
+    let names: Names = match client::ask(&socket, &Request::Names { prefix }) {
+        Ok(names) => names,
+        Err(_) => return Vec::new(),
+    };
+    let names = names.names.into_iter();
+    names.map(|name| CompletionCandidate::new(name.name).help(Some(name.about.into()))).collect()
+}

@@ -1,0 +1,46 @@
+//! `rungd read`: what operands of a running controller hold, all of one scan.
+
+use anyhow::Result;
+use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
+
+use super::exit::Exit;
+use super::operator::{At, complete};
+use crate::operator::protocol::{Request, Value, Values};
+
+/// Prints what operands of a running controller hold
+#[derive(Args, Debug)]
+pub struct ReadArgs {
+    /// Tags, addresses, members; a structure stands for all its members
+    #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
+    operands: Vec<String>,
+    #[command(flatten)]
+    at: At,
+}
+
+/// Reads.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn read(args: &ReadArgs) -> Result<Exit> {
+    let values: Values = match args.at.ask(&Request::Read { operands: args.operands.clone() }) {
+        Ok(values) => values,
+        Err(exit) => return Ok(exit),
+    };
+    args.at.print(&values, || table(&values.values))?;
+    Ok(Exit::Ok)
+}
+
+/// A line an operand: name, address, value, whether it is forced.
+pub fn table(values: &[Value]) -> String {
+    let name = |value: &Value| value.tag.clone().unwrap_or_else(|| value.operand.clone());
+    let wide = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
+    let first = wide(&mut values.iter().map(|value| name(value).chars().count()));
+    let second = wide(&mut values.iter().map(|value| value.address.chars().count()));
+    let row = |value: &Value| {
+        let forced = if value.forced { "  forced" } else { "" };
+        let (name, address) = (name(value), &value.address);
+        format!("{name:first$}  {address:second$}  {}{forced}\n", value.value)
+    };
+    values.iter().map(row).collect()
+}

@@ -1,0 +1,127 @@
+//! `rungd watch`: operands of a running controller, over and over.
+//!
+//! On a terminal a table that is drawn anew; elsewhere a line a look. Each look is one request, and
+//! all values of a look are of one scan.
+
+use std::io::{self, IsTerminal, Write};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
+
+use super::exit::Exit;
+use super::operator::{At, complete};
+use super::read::table;
+use crate::isa::duration;
+use crate::operator::protocol::{Request, Value, Values};
+
+const INTERVAL_LEAST: Duration = Duration::from_millis(50);
+
+/// Shows what operands of a running controller hold, twice a second
+#[derive(Args, Debug)]
+pub struct WatchArgs {
+    /// Tags, addresses, members; a structure stands for all its members
+    #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
+    operands: Vec<String>,
+    /// From look to look
+    #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = interval)]
+    interval: Duration,
+    /// End after N looks
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    count: Option<u64>,
+    #[command(flatten)]
+    at: At,
+}
+
+fn interval(text: &str) -> Result<Duration, String> {
+    let time = duration::parse(text).map(|ms| Duration::from_millis(ms.unsigned_abs().into()));
+    match time {
+        Ok(time) if time >= INTERVAL_LEAST => Ok(time),
+        Ok(_) => Err("an interval is at least 50ms".to_owned()),
+        Err(_) => Err(format!("`{text}` is not a duration: write it as 500ms or 2s")),
+    }
+}
+
+/// Watches until it is interrupted, the count is reached, or nobody answers.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn watch(args: &WatchArgs) -> Result<Exit> {
+    let request = Request::Read { operands: args.operands.clone() };
+    let drawn = io::stdout().is_terminal() && !args.at.json;
+    let mut next = Instant::now();
+    for look in 0.. {
+        if args.count.is_some_and(|count| look >= count) {
+            break;
+        }
+        sleep(next.saturating_duration_since(Instant::now()));
+        next = Instant::now() + args.interval;
+        let values: Values = match args.at.ask(&request) {
+            Ok(values) => values,
+            Err(exit) => return Ok(exit),
+        };
+        args.at
+            .print(&values, || if drawn { drawing(&values, look == 0) } else { line(&values) })?;
+        io::stdout().flush()?;
+    }
+    Ok(Exit::Ok)
+}
+
+/// `RUN scan=120 jam=OFF bin_size=12,forced`.
+fn line(values: &Values) -> String {
+    let name = |value: &Value| value.tag.clone().unwrap_or_else(|| value.operand.clone());
+    let forced = |value: &Value| if value.forced { ",forced" } else { "" };
+    let shown = values.values.iter();
+    let shown = shown.map(|value| format!(" {}={}{}", name(value), value.value, forced(value)));
+    format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
+}
+
+/// The table, from the screen's top; what was behind it is cleared.
+fn drawing(values: &Values, first: bool) -> String {
+    let mut text = String::from(if first { "\x1b[2J\x1b[H" } else { "\x1b[H" });
+    let head = format!("{}  scan {}\n", values.mode, values.scans);
+    for line in head.lines().chain(table(&values.values).lines()) {
+        text += line;
+        text += "\x1b[K\n";
+    }
+    text + "\x1b[J"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::protocol::Held;
+
+    fn values() -> Values {
+        let value = |operand: &str, tag: Option<&str>, address: &str, value, forced| Value {
+            operand: operand.into(),
+            tag: tag.map(str::to_owned),
+            address: address.into(),
+            value,
+            forced,
+        };
+        let values = vec![
+            value("jam", Some("jam"), "C0", Held::Bit(false), false),
+            value("D12", None, "D12", Held::Word(-7), true),
+        ];
+        Values { mode: "RUN".into(), scans: 120, values }
+    }
+
+    #[test]
+    fn a_look_is_a_line_or_a_table() {
+        assert_eq!(line(&values()), "RUN scan=120 jam=OFF D12=-7,forced\n");
+        assert_eq!(table(&values().values), "jam  C0   OFF\nD12  D12  -7  forced\n");
+        let drawing = drawing(&values(), true);
+        assert!(
+            drawing.contains("RUN  scan 120\x1b[K\n") && drawing.ends_with("forced\x1b[K\n\x1b[J")
+        );
+    }
+
+    #[test]
+    fn intervals() {
+        assert_eq!(interval("2s"), Ok(Duration::from_secs(2)));
+        assert!(interval("10ms").is_err() && interval("often").is_err());
+    }
+}

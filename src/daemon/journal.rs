@@ -1,0 +1,101 @@
+//! The journal's own protocol: an entry is one datagram of fields.
+//!
+//! `log_form` fills an [`Entry`]; `log_queue` sends it through a [`Socket`] from its own thread.
+//! The socket never blocks: where the journal does not read, the queue's thread waits, and no
+//! other. An entry that the socket cannot take goes to standard error as a line.
+
+use std::io;
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+
+/// Where journald listens.
+pub(super) const SOCKET: &str = "/run/systemd/journal/socket";
+
+/// Longest name of a field, as journald has it.
+const NAME_MAX: usize = 64;
+
+/// An entry being made.
+#[derive(Default)]
+pub(super) struct Entry(Vec<u8>);
+
+impl Entry {
+    /// Adds a field. What is no letter, digit or `_` in its name becomes `_`.
+    pub fn field(&mut self, name: &str, value: &str) {
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' };
+        let name: String = name.chars().take(NAME_MAX).map(plain).collect();
+        self.0.extend(name.as_bytes());
+        if value.contains('\n') {
+            self.0.push(b'\n');
+            self.0.extend((value.len() as u64).to_le_bytes());
+        } else {
+            self.0.push(b'=');
+        }
+        self.0.extend(value.as_bytes());
+        self.0.push(b'\n');
+    }
+
+    pub fn bytes(self) -> Vec<u8> {
+        self.0
+    }
+}
+
+/// The way to journald.
+pub(super) struct Socket {
+    socket: UnixDatagram,
+    path: PathBuf,
+}
+
+impl Socket {
+    /// `None` where nobody listens.
+    pub fn new(path: &Path) -> Option<Socket> {
+        if !path.exists() {
+            return None;
+        }
+        let socket = UnixDatagram::unbound().ok()?;
+        socket.set_nonblocking(true).ok()?;
+        Some(Socket { socket, path: path.to_owned() })
+    }
+
+    /// Sends an entry. The path is looked up each time: journald may have begun anew.
+    ///
+    /// # Errors
+    /// `WouldBlock` where it does not read; else it cannot be sent this way.
+    pub fn send(&self, entry: &[u8]) -> io::Result<()> {
+        self.socket.send_to(entry, &self.path).map(|_| ())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoded(fields: &[(&str, &str)]) -> Vec<u8> {
+        let mut entry = Entry::default();
+        fields.iter().for_each(|(name, value)| entry.field(name, value));
+        entry.bytes()
+    }
+
+    #[test]
+    fn a_plain_value_stands_behind_an_equals_sign() {
+        let bytes = encoded(&[("MESSAGE", "a=b"), ("RUNGD_TAG", "")]);
+        assert_eq!(bytes, b"MESSAGE=a=b\nRUNGD_TAG=\n");
+    }
+
+    #[test]
+    fn a_value_of_several_lines_has_its_length_before_it() {
+        let bytes = encoded(&[("RUNGD_WHY", "a\nMESSAGE=b"), ("PRIORITY", "6")]);
+        assert_eq!(bytes, b"RUNGD_WHY\n\x0b\0\0\0\0\0\0\0a\nMESSAGE=b\nPRIORITY=6\n");
+    }
+
+    #[test]
+    fn a_name_is_made_one_that_journald_takes() {
+        assert_eq!(encoded(&[("RUNGD_a.b-c", "1")]), b"RUNGD_A_B_C=1\n");
+        let long = encoded(&[(&"X".repeat(100), "1")]);
+        assert_eq!(long.len(), NAME_MAX + 3);
+    }
+
+    #[test]
+    fn where_nobody_listens_there_is_no_socket() {
+        assert!(Socket::new(Path::new("/nonexistent/socket")).is_none());
+    }
+}

@@ -1,0 +1,244 @@
+//! One log line in each of its forms: text, JSON, a line with a priority, a journal's entry.
+//!
+//! [`Line`] is what the log's layer collects of an event. Pure: bytes out.
+
+use std::fmt::{self, Write as _};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use tracing::Level;
+use tracing::field::{Field, Visit};
+
+use super::journal::Entry;
+use crate::events::{self, Event};
+
+/// A value of a field.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    Text(String),
+    Whole(i128),
+    Real(f64),
+    Truth(bool),
+}
+
+/// What an event says.
+#[derive(Debug)]
+pub(super) struct Line {
+    pub level: Level,
+    pub event: Option<&'static Event>,
+    message: String,
+    fields: Vec<(&'static str, Value)>,
+}
+
+impl Line {
+    pub fn of(event: &tracing::Event<'_>) -> Line {
+        let level = *event.metadata().level();
+        let mut line = Line { level, event: None, message: String::new(), fields: Vec::new() };
+        event.record(&mut line);
+        line
+    }
+
+    fn add(&mut self, field: &Field, value: Value) {
+        match (field.name(), value) {
+            ("message", Value::Text(text)) => self.message = text.replace(char::is_control, " "),
+            ("event", Value::Text(name)) => self.event = events::named(&name),
+            (name, value) => self.fields.push((name, value)),
+        }
+    }
+
+    /// `RUNGD-0301 alarm-on: sentence key=value…`, without an end of line.
+    fn sentence(&self) -> String {
+        let mut text = String::new();
+        if let Some(event) = self.event {
+            let _ = write!(text, "{} {}: ", event.code(), event.name);
+        }
+        text.push_str(&self.message);
+        for (name, value) in &self.fields {
+            let _ = write!(text, " {name}={value}");
+        }
+        text
+    }
+
+    /// For people.
+    pub fn text(&self, now: SystemTime, color: bool) -> Vec<u8> {
+        let (dim, paint, plain) = match (color, self.level) {
+            (false, _) => ("", "", ""),
+            (true, Level::ERROR) => ("\x1b[2m", "\x1b[31m", "\x1b[0m"),
+            (true, Level::WARN) => ("\x1b[2m", "\x1b[33m", "\x1b[0m"),
+            (true, _) => ("\x1b[2m", "\x1b[32m", "\x1b[0m"),
+        };
+        let (time, level, said) = (utc(now), self.level.as_str(), self.sentence());
+        format!("{dim}{time}{plain} {paint}{level:>5}{plain} {said}\n").into_bytes()
+    }
+
+    /// For machines.
+    pub fn json(&self, now: SystemTime) -> Vec<u8> {
+        let mut text = format!("{{\"timestamp\":\"{}\",\"level\":\"{}\"", utc(now), self.level);
+        if let Some(event) = self.event {
+            let _ = write!(text, ",\"code\":\"{}\",\"event\":\"{}\"", event.code(), event.name);
+        }
+        let _ = write!(text, ",\"message\":{}", quoted(&self.message));
+        for (name, value) in &self.fields {
+            let _ = match value {
+                Value::Text(value) => write!(text, ",\"{name}\":{}", quoted(value)),
+                Value::Real(value) if !value.is_finite() => write!(text, ",\"{name}\":null"),
+                value => write!(text, ",\"{name}\":{value}"),
+            };
+        }
+        text.push_str("}\n");
+        text.into_bytes()
+    }
+
+    /// With a priority, for a journal that reads lines.
+    pub fn with_priority(&self) -> Vec<u8> {
+        format!("<{}>{}\n", self.priority(), self.sentence()).into_bytes()
+    }
+
+    /// For the journal's socket: the whole line as MESSAGE, and each field by itself.
+    pub fn entry(&self) -> Vec<u8> {
+        let mut entry = Entry::default();
+        entry.field("MESSAGE", &self.sentence());
+        entry.field("PRIORITY", &self.priority().to_string());
+        entry.field("SYSLOG_IDENTIFIER", "rungd");
+        if let Some(event) = self.event {
+            entry.field("MESSAGE_ID", event.id);
+            entry.field("RUNGD_CODE", &event.code());
+            entry.field("RUNGD_EVENT", event.name);
+        }
+        for (name, value) in &self.fields {
+            let text = match value {
+                Value::Text(text) => text,
+                value => &value.to_string(),
+            };
+            entry.field(&format!("RUNGD_{}", name.to_ascii_uppercase()), text);
+        }
+        entry.bytes()
+    }
+
+    /// syslog's.
+    fn priority(&self) -> u8 {
+        match self.level {
+            Level::ERROR => 3,
+            Level::WARN => 4,
+            Level::INFO => 6,
+            _ => 7,
+        }
+    }
+}
+
+impl Visit for Line {
+    fn record_f64(&mut self, field: &Field, value: f64) {
+        self.add(field, Value::Real(value));
+    }
+
+    fn record_i64(&mut self, field: &Field, value: i64) {
+        self.add(field, Value::Whole(value.into()));
+    }
+
+    fn record_u64(&mut self, field: &Field, value: u64) {
+        self.add(field, Value::Whole(value.into()));
+    }
+
+    fn record_bool(&mut self, field: &Field, value: bool) {
+        self.add(field, Value::Truth(value));
+    }
+
+    fn record_str(&mut self, field: &Field, value: &str) {
+        self.add(field, Value::Text(value.to_owned()));
+    }
+
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        self.add(field, Value::Text(format!("{value:?}")));
+    }
+}
+
+/// As it stands behind `key=`: quoted where it is not one plain word.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Whole(value) => value.fmt(f),
+            Value::Real(value) => write!(f, "{value:?}"),
+            Value::Truth(value) => value.fmt(f),
+            Value::Text(text) => {
+                let odd = |c: char| c.is_whitespace() || c.is_control() || c == '"' || c == '=';
+                if text.is_empty() || text.contains(odd) {
+                    write!(f, "{text:?}")
+                } else {
+                    f.write_str(text)
+                }
+            }
+        }
+    }
+}
+
+/// A string of JSON.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::with_capacity(text.len() + 2);
+    quoted.push('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c < ' ' => _ = write!(quoted, "\\u{:04x}", c as u32),
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+/// `2026-11-21T12:26:21.113635Z`.
+fn utc(time: SystemTime) -> String {
+    let since = time.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
+    let (seconds, us) = (since.as_secs(), since.subsec_micros());
+    let (year, month, day) = date(seconds / 86_400);
+    let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{us:06}Z")
+}
+
+/// Year, month and day of so many days after 1970-01-01.
+fn date(days: u64) -> (u64, u64, u64) {
+    // Counted in years that begin in March: the leap day is their last.
+    let days = days + 719_468;
+    let (era, in_era) = (days / 146_097, days % 146_097);
+    let year = (in_era - in_era / 1460 + in_era / 36_524 - in_era / 146_096) / 365;
+    let in_year = in_era - (365 * year + year / 4 - year / 100);
+    let march = (5 * in_year + 2) / 153;
+    let day = in_year - (153 * march + 2) / 5 + 1;
+    let month = if march < 10 { march + 3 } else { march - 9 };
+    (era * 400 + year + u64::from(month <= 2), month, day)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_utc_with_microseconds() {
+        let at = |seconds: u64| utc(UNIX_EPOCH + Duration::from_secs(seconds));
+        assert_eq!(at(0), "1970-01-01T00:00:00.000000Z");
+        assert_eq!(at(951_782_400), "2000-02-29T00:00:00.000000Z");
+        assert_eq!(at(1_735_689_599), "2024-12-31T23:59:59.000000Z");
+        assert_eq!(at(4_107_542_400), "2100-03-01T00:00:00.000000Z");
+        let micros = UNIX_EPOCH + Duration::from_micros(1_795_263_981_113_635);
+        assert_eq!(utc(micros), "2026-11-21T12:26:21.113635Z");
+    }
+
+    #[test]
+    fn a_value_that_is_no_plain_word_is_quoted() {
+        let shown = |text: &str| Value::Text(text.to_owned()).to_string();
+        assert_eq!(shown("jam"), "jam");
+        assert_eq!(shown("a/b.toml"), "a/b.toml");
+        assert_eq!(shown("timer slack"), "\"timer slack\"");
+        assert_eq!((shown(""), shown("a\nb=\"c\"")), ("\"\"".into(), r#""a\nb=\"c\"""#.into()));
+        assert_eq!(
+            (Value::Real(7.0).to_string(), Value::Whole(-3).to_string()),
+            ("7.0".into(), "-3".into())
+        );
+    }
+
+    #[test]
+    fn json_strings_are_escaped() {
+        let text = "a\"b\\c\nd\u{1b}ü";
+        let back: String = serde_json::from_str(&quoted(text)).unwrap();
+        assert_eq!(back, text);
+    }
+}

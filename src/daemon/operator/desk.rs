@@ -1,0 +1,374 @@
+//! What an operator's requests mean: read, write, force, run, stop, and who is told of it.
+//!
+//! Changes go through the port, as a driver's do, and are answered once a complete scan (or a tick)
+//! has seen them. Each is a line in the log: who, what, before, after.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde::Serialize;
+use tokio::time::{sleep, timeout};
+use tracing::{debug, info};
+
+use super::peer::Peer;
+use super::status::About;
+use crate::daemon::log;
+use crate::engine::Cell;
+use crate::operator::names::{Names, Operand};
+use crate::operator::protocol::{
+    self, Change, Given, Level, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
+    RefusalKind, Request, Value, Values,
+};
+use crate::runtime::command::{Answer, Before, Command, CommandId, Denial};
+use crate::runtime::exchange::{Mode, Outcome, Port, Refused, Snapshot, Write};
+
+/// How soon it is looked again whether a scan has seen a change.
+const ASK_AGAIN: Duration = Duration::from_millis(1);
+/// How long a change waits for that at least.
+const WAIT_LEAST: Duration = Duration::from_secs(10);
+
+/// Where requests are answered.
+pub(in super::super) struct Desk {
+    names: Arc<Names>,
+    port: Port,
+    about: About,
+    /// How long a change waits for the scan that sees it.
+    wait: Duration,
+    /// What was forced, and what it is called.
+    forced: Mutex<HashMap<Cell, Operand>>,
+}
+
+type Done<T> = Result<T, Refusal>;
+
+impl Desk {
+    /// A change waits for `patience`, and for 10 s where that is longer.
+    pub fn new(names: Arc<Names>, port: Port, about: About, patience: Duration) -> Desk {
+        let (wait, forced) = (patience.max(WAIT_LEAST), Mutex::default());
+        Desk { names, port, about, wait, forced }
+    }
+
+    pub(super) async fn answer(&self, peer: &Peer, request: &Request) -> Done<serde_json::Value> {
+        match request {
+            Request::Status => as_json(&self.status()),
+            Request::Read { operands } => as_json(&self.read(operands)?),
+            Request::Write { operand, value } => as_json(&self.write(peer, operand, value).await?),
+            Request::Force { operand, value } => as_json(&self.force(peer, operand, value).await?),
+            Request::Unforce { operand } => as_json(&self.unforce(peer, operand).await?),
+            Request::UnforceAll => as_json(&self.unforce_all(peer).await?),
+            Request::Mode { to } => as_json(&self.mode(peer, *to).await?),
+            Request::LogLevel { level } => as_json(&log_level(peer, *level)),
+            Request::Names { prefix } => {
+                let names = self.names.beginning(prefix);
+                as_json(&protocol::Names { names })
+            }
+        }
+    }
+
+    fn status(&self) -> protocol::Status {
+        let latest = self.port.latest();
+        self.about.status(&latest, self.forces(&latest))
+    }
+
+    fn forces(&self, latest: &Snapshot) -> Vec<Value> {
+        let known = self.forced();
+        let cells = latest.forces.list().iter();
+        cells.filter_map(|cell| known.get(cell)).map(|operand| operand.seen(latest)).collect()
+    }
+
+    fn forced(&self) -> MutexGuard<'_, HashMap<Cell, Operand>> {
+        self.forced.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn read(&self, operands: &[String]) -> Done<Values> {
+        let mut found = Vec::new();
+        for text in operands.iter().take(OPERANDS_MAX + 1) {
+            found.extend(self.names.find(text)?);
+            if found.len() > OPERANDS_MAX {
+                let message = format!("one request reads at most {OPERANDS_MAX} operands");
+                return Err(Refusal::new(RefusalKind::BadRequest, message));
+            }
+        }
+        Ok(values(&self.port.latest(), &found))
+    }
+
+    async fn write(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
+        let operand = self.names.find_one(text)?;
+        self.names.may_write(&operand)?;
+        let value = self.names.value(&operand, given)?;
+        let before = self.port.latest();
+        if before.forces.has(operand.cell) {
+            let message = format!(
+                "`{text}` is forced to {}, and a write to it is discarded: unforce it first",
+                operand.held(before.value(operand.cell))
+            );
+            return Err(Refusal::new(RefusalKind::Refused, message));
+        }
+        let write = match (operand.input(), operand.cell) {
+            (Some(x), _) => Write::Input(x, value != 0),
+            (None, Cell::Bit(cell)) => Write::Bit(cell, value != 0),
+            (None, Cell::Word(cell)) => Write::Word(cell, value),
+        };
+        let ticket = self.port.submit(vec![write]).map_err(|why| self.not_taken(why))?;
+        let seen = async {
+            while self.port.outcome(ticket) == Outcome::Pending {
+                sleep(ASK_AGAIN).await;
+            }
+        };
+        timeout(self.wait, seen).await.map_err(|_| no_answer())?;
+        if self.port.outcome(ticket) == Outcome::Refused {
+            return Err(self.not_taken(Refused::NotRunning));
+        }
+        let latest = self.port.latest();
+        let mut change = change(&operand, &before, &latest);
+        change.note = self.note(&operand, value, &change);
+        let did = format!("wrote {} to {}", operand.held(value), change.now);
+        tell(peer, "operator-write", &operand, &change, &did);
+        Ok(change)
+    }
+
+    /// What somebody should know who wrote this.
+    fn note(&self, operand: &Operand, value: i32, change: &Change) -> Option<String> {
+        let driver = operand.input().and_then(|x| self.about.driver_of(x));
+        if let Some(driver) = driver {
+            let name = &operand.operand;
+            return Some(format!(
+                "{driver} moves this input and will write it again: to hold it, `rungd force \
+                 {name}`"
+            ));
+        }
+        let written = operand.held(value);
+        (change.now.value != written).then(|| {
+            format!("it took {written}, and the same scan wrote it again: to hold it, force it")
+        })
+    }
+
+    fn not_taken(&self, why: Refused) -> Refusal {
+        let message = match why {
+            Refused::NotRunning => format!(
+                "the controller is in {}: what is written would not be scanned (`rungd mode run` \
+                 runs it; a force is taken in any mode)",
+                in_words(self.port.latest().mode)
+            ),
+            Refused::QueueFull | Refused::TooLarge => {
+                "too many writes wait for the next scan".to_owned()
+            }
+        };
+        Refusal::new(RefusalKind::Refused, message)
+    }
+
+    async fn force(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
+        let operand = self.names.find_one(text)?;
+        self.names.may_force(&operand)?;
+        let value = self.names.value(&operand, given)?;
+        let id = self.hand_in(Command::Force { cell: operand.cell, value })?;
+        // Noted first: the status may show it before the answer is here.
+        self.forced().insert(operand.cell, operand.clone());
+        let before = self.carried_out(id).await?;
+        let change = self.forced_change(&operand, before);
+        let did = format!("forced {} to {}", change.now, operand.held(value));
+        tell(peer, "operator-force", &operand, &change, &did);
+        Ok(change)
+    }
+
+    async fn unforce(&self, peer: &Peer, text: &str) -> Done<Change> {
+        let operand = self.names.find_one(text)?;
+        let before = self.carried_out(self.hand_in(Command::Release(operand.cell))?).await?;
+        let mut change = self.forced_change(&operand, before);
+        if before.forced {
+            let did = format!("ended the force of {}", change.now);
+            tell(peer, "operator-unforce", &operand, &change, &did);
+        } else {
+            change.note = Some("it was not forced".to_owned());
+        }
+        Ok(change)
+    }
+
+    fn forced_change(&self, operand: &Operand, before: Before) -> Change {
+        Change {
+            before: operand.held(before.value),
+            was_forced: before.forced,
+            now: operand.seen(&self.port.latest()),
+            note: None,
+        }
+    }
+
+    async fn unforce_all(&self, peer: &Peer) -> Done<Values> {
+        let before = self.port.latest();
+        let operands: Vec<Operand> = {
+            let known = self.forced();
+            let cells = before.forces.list().iter();
+            cells.filter_map(|cell| known.get(cell)).cloned().collect()
+        };
+        self.carried_out(self.hand_in(Command::ReleaseAll)?).await?;
+        let latest = self.port.latest();
+        for operand in &operands {
+            let change = Change { was_forced: true, ..change(operand, &before, &latest) };
+            let did = format!("ended the force of {}", change.now);
+            tell(peer, "operator-unforce", operand, &change, &did);
+        }
+        Ok(values(&latest, &operands))
+    }
+
+    async fn mode(&self, peer: &Peer, to: ModeWanted) -> Done<ModeChange> {
+        let since_ns = self.port.latest().since_ns;
+        let command = if to == ModeWanted::Run { Command::Run } else { Command::Stop };
+        let before = self.carried_out(self.hand_in(command)?).await?.mode;
+        let there = match to {
+            ModeWanted::Run => before == Mode::Run,
+            ModeWanted::Stop => matches!(before, Mode::Stop(_)),
+        };
+        if !there {
+            // It is answered when the thread obeys; the mode shows with its first scan or passes.
+            let entered = async {
+                while self.port.latest().since_ns == since_ns {
+                    sleep(ASK_AGAIN).await;
+                }
+            };
+            timeout(self.wait, entered).await.map_err(|_| no_answer())?;
+        }
+        let after = self.port.latest().mode;
+        let (was, is) = (in_words(before), in_words(after));
+        if there {
+            debug!(
+                event = "operator-mode",
+                who = %peer,
+                pid = peer.pid,
+                "operator's mode command: it is in {is} already"
+            );
+        } else {
+            info!(
+                event = "operator-mode",
+                who = %peer.name,
+                uid = peer.uid,
+                pid = peer.pid,
+                before = %before.name(),
+                after = %after.name(),
+                "{peer} asked for {}: it was in {was}, and is in {is}",
+                if to == ModeWanted::Run { "RUN" } else { "STOP" }
+            );
+        }
+        let (before, after) = (before.name().to_owned(), after.name().to_owned());
+        Ok(ModeChange { before, after, reason: reason(self.port.latest().mode) })
+    }
+
+    fn hand_in(&self, command: Command) -> Done<CommandId> {
+        self.port.command(command).map_err(denied)
+    }
+
+    async fn carried_out(&self, id: CommandId) -> Done<Before> {
+        let answer = async {
+            loop {
+                match self.port.answer(id) {
+                    Some(answer) => return answer,
+                    None => sleep(ASK_AGAIN).await,
+                }
+            }
+        };
+        match timeout(self.wait, answer).await {
+            Err(_) => Err(no_answer()),
+            Ok(Answer::Denied(why)) => Err(denied(why)),
+            Ok(Answer::Done(before)) => Ok(before),
+        }
+    }
+}
+
+fn log_level(peer: &Peer, level: Level) -> LevelChange {
+    let wanted = match level {
+        Level::Error => log::LogLevel::Error,
+        Level::Warn => log::LogLevel::Warn,
+        Level::Info => log::LogLevel::Info,
+        Level::Debug => log::LogLevel::Debug,
+        Level::Trace => log::LogLevel::Trace,
+    };
+    let before = log::level();
+    if before != wanted {
+        let [was, is] = [before, wanted].map(|level| format!("{level:?}").to_lowercase());
+        // Who made the log silent is told before it is, and who lets it speak when it may.
+        log::set_level(log::LogLevel::Info);
+        info!(
+            event = "operator-log-level",
+            who = %peer.name,
+            uid = peer.uid,
+            pid = peer.pid,
+            before = %was,
+            after = %is,
+            "{peer} set the log's level to {is}, was {was}"
+        );
+        log::set_level(wanted);
+    }
+    LevelChange { before: level_of(before), after: level }
+}
+
+/// A level of the log, as the protocol has it.
+pub(super) fn level_of(level: log::LogLevel) -> Level {
+    match level {
+        log::LogLevel::Error => Level::Error,
+        log::LogLevel::Warn => Level::Warn,
+        log::LogLevel::Info => Level::Info,
+        log::LogLevel::Debug => Level::Debug,
+        log::LogLevel::Trace => Level::Trace,
+    }
+}
+
+fn as_json(answer: &impl Serialize) -> Done<serde_json::Value> {
+    serde_json::to_value(answer).map_err(|bug| {
+        Refusal::new(RefusalKind::Refused, format!("a bug in rungd: the answer has no form: {bug}"))
+    })
+}
+
+fn values(image: &Snapshot, operands: &[Operand]) -> Values {
+    Values {
+        mode: image.mode.name().to_owned(),
+        scans: image.scans,
+        values: operands.iter().map(|operand| operand.seen(image)).collect(),
+    }
+}
+
+fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
+    Change {
+        before: operand.held(before.value(operand.cell)),
+        was_forced: before.forces.has(operand.cell),
+        now: operand.seen(latest),
+        note: None,
+    }
+}
+
+/// The line in the log of a change.
+fn tell(peer: &Peer, event: &str, operand: &Operand, change: &Change, did: &str) {
+    let (before, after) = (change.before, change.now.value);
+    let forced = if change.was_forced { ", forced" } else { "" };
+    let address = &operand.address;
+    info!(
+        event,
+        who = %peer.name,
+        uid = peer.uid,
+        pid = peer.pid,
+        what = %operand.tag.as_ref().unwrap_or(address),
+        %address,
+        %before,
+        %after,
+        "{peer} {did}: it was {before}{forced}, and is {after}"
+    );
+}
+
+fn denied(why: Denial) -> Refusal {
+    Refusal::new(RefusalKind::Refused, why.to_string())
+}
+
+fn no_answer() -> Refusal {
+    let message = "no scan came in time to see it; it may yet be done";
+    Refusal::new(RefusalKind::NoAnswer, message)
+}
+
+/// Why it is so, outside RUN.
+pub(super) fn reason(mode: Mode) -> Option<String> {
+    (mode != Mode::Run).then(|| crate::daemon::narration::reason(mode))
+}
+
+fn in_words(mode: Mode) -> String {
+    match reason(mode) {
+        None => mode.name().to_owned(),
+        Some(why) => format!("{} ({why})", mode.name()),
+    }
+}

@@ -1,0 +1,129 @@
+//! Who sits at the operator's socket: so many at a time, and the idle make room.
+//!
+//! A thousand connections of one user may not keep the next one out: where all seats are taken,
+//! one of the user that has most of them goes, the one that has been idle longest.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::Notify;
+use tokio::time::Instant;
+
+/// All seats.
+#[derive(Clone)]
+pub(super) struct Seats {
+    taken: Arc<Mutex<Taken>>,
+    count_max: usize,
+}
+
+#[derive(Default)]
+struct Taken {
+    last: u64,
+    sitters: HashMap<u64, Sitter>,
+}
+
+struct Sitter {
+    uid: u32,
+    /// Since when it is idle; nothing while a request of it is under way.
+    idle: Option<Instant>,
+    leave: Arc<Notify>,
+}
+
+/// One seat, taken; free again when it is dropped.
+pub(super) struct Seat {
+    seats: Seats,
+    number: u64,
+    leave: Arc<Notify>,
+}
+
+impl Seats {
+    pub fn new(count_max: usize) -> Seats {
+        Seats { taken: Arc::default(), count_max }
+    }
+
+    /// A seat for a user; `None` where all are taken and all are at work.
+    pub fn take(&self, uid: u32) -> Option<Seat> {
+        let mut taken = self.lock();
+        if taken.sitters.len() >= self.count_max {
+            let leaver = taken.leaver()?;
+            // Told once: it is on its way, and its seat counts as free.
+            if let Some(sitter) = taken.sitters.remove(&leaver) {
+                sitter.leave.notify_one();
+            }
+        }
+        taken.last += 1;
+        let (number, leave) = (taken.last, Arc::new(Notify::new()));
+        let sitter = Sitter { uid, idle: Some(Instant::now()), leave: Arc::clone(&leave) };
+        taken.sitters.insert(number, sitter);
+        Some(Seat { seats: self.clone(), number, leave })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Taken> {
+        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Taken {
+    /// Of the user with most seats, the one that has been idle longest.
+    fn leaver(&self) -> Option<u64> {
+        let mut counts: HashMap<u32, usize> = HashMap::new();
+        for sitter in self.sitters.values() {
+            *counts.entry(sitter.uid).or_default() += 1;
+        }
+        let idle = self.sitters.iter().filter_map(|(number, sitter)| {
+            let since = sitter.idle?;
+            Some((std::cmp::Reverse(counts[&sitter.uid]), since, *number))
+        });
+        idle.min().map(|(_, _, number)| number)
+    }
+}
+
+impl Seat {
+    /// A request of it is under way, or over.
+    pub fn set_busy(&self, busy: bool) {
+        if let Some(sitter) = self.seats.lock().sitters.get_mut(&self.number) {
+            sitter.idle = (!busy).then(Instant::now);
+        }
+    }
+
+    /// Ends when it is to make room.
+    pub async fn asked_to_leave(&self) {
+        self.leave.notified().await;
+    }
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.seats.lock().sitters.remove(&self.number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_idle_of_the_greediest_make_room_and_the_busy_stay() {
+        let seats = Seats::new(3);
+        let honest = seats.take(1).unwrap();
+        let first = seats.take(2).unwrap();
+        let second = seats.take(2).unwrap();
+        first.set_busy(true);
+        let third = seats.take(2).unwrap();
+        let numbers = |seats: &Seats| {
+            let mut numbers: Vec<u64> = seats.lock().sitters.keys().copied().collect();
+            numbers.sort_unstable();
+            numbers
+        };
+        assert_eq!(numbers(&seats), [honest.number, first.number, third.number]);
+        drop(second);
+        third.set_busy(true);
+        honest.set_busy(true);
+        assert!(seats.take(3).is_none(), "all at work");
+        first.set_busy(false);
+        let newcomer = seats.take(3).unwrap();
+        assert_eq!(numbers(&seats), [honest.number, third.number, newcomer.number]);
+        drop((honest, third, newcomer, first));
+        assert!(numbers(&seats).is_empty());
+    }
+}

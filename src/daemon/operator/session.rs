@@ -1,0 +1,205 @@
+//! One client: a line in, a line out, with a limit on everything.
+//!
+//! A line may be so long and take so long; an answer must be taken in time; who says nothing is
+//! closed after a while. An answer is made when the one before it is gone, so a client that never
+//! reads holds one of them, and not for long.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde::Serialize;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::UnixStream;
+use tokio::time::{Instant, sleep_until, timeout, timeout_at};
+use tracing::{debug, warn};
+
+use super::Shared;
+use super::peer::Peer;
+use super::seats::Seat;
+use crate::operator::protocol::{REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request};
+
+/// A client without requests is closed after this time.
+const IDLE_MAX: Duration = Duration::from_secs(60);
+/// A line that began must be whole by then.
+const LINE_MAX: Duration = Duration::from_secs(5);
+/// An answer must be taken by then.
+const TAKE_MAX: Duration = Duration::from_secs(5);
+/// From request to request of one client, at least.
+const REQUEST_EVERY: Duration = Duration::from_millis(2);
+/// So many lines that are no request, one after the other, end a connection.
+const GARBAGE_MAX: u32 = 8;
+
+/// A client being served.
+pub(super) struct Session {
+    stream: UnixStream,
+    peer: Peer,
+    seat: Seat,
+    shared: Arc<Shared>,
+    received: Vec<u8>,
+    garbage: u32,
+}
+
+/// Why a connection ended.
+#[derive(Debug)]
+enum Closed {
+    ByClient,
+    Idle,
+    Unfinished,
+    NotTaken,
+    TooLong,
+    Garbage,
+    MadeRoom,
+}
+
+impl Session {
+    pub fn new(stream: UnixStream, peer: Peer, seat: Seat, shared: Arc<Shared>) -> Session {
+        Session { stream, peer, seat, shared, received: Vec::new(), garbage: 0 }
+    }
+
+    pub async fn serve(mut self) {
+        let why = loop {
+            if let Err(why) = self.one().await {
+                break why;
+            }
+        };
+        let (peer, pid) = (&self.peer, self.peer.pid);
+        debug!(event = "operator-gone", who = %peer, pid, ?why, "operator's client gone");
+    }
+
+    /// One request and its answer.
+    async fn one(&mut self) -> Result<(), Closed> {
+        let line = match self.line().await {
+            Err(Closed::TooLong) => {
+                let message = format!("a line has at most {REQUEST_BYTES_MAX} bytes");
+                let refusal = Refusal::new(RefusalKind::BadRequest, message);
+                self.send(&Reply::<()>::Error(refusal)).await?;
+                return Err(Closed::TooLong);
+            }
+            other => other?,
+        };
+        let next = Instant::now() + REQUEST_EVERY;
+        self.seat.set_busy(true);
+        let answered = self.answer(&line).await;
+        self.seat.set_busy(false);
+        answered?;
+        sleep_until(next).await;
+        Ok(())
+    }
+
+    /// The next line, without its end.
+    async fn line(&mut self) -> Result<Vec<u8>, Closed> {
+        let mut deadline =
+            Instant::now() + if self.received.is_empty() { IDLE_MAX } else { LINE_MAX };
+        let mut looked = 0;
+        loop {
+            if let Some(end) = self.received[looked..].iter().position(|byte| *byte == b'\n') {
+                let rest = self.received.split_off(looked + end + 1);
+                let mut line = std::mem::replace(&mut self.received, rest);
+                line.pop();
+                return Ok(line);
+            }
+            looked = self.received.len();
+            if looked >= REQUEST_BYTES_MAX {
+                return Err(Closed::TooLong);
+            }
+            let Session { stream, seat, received, .. } = self;
+            let room = REQUEST_BYTES_MAX - looked;
+            let mut part = [0; 4096];
+            let part = &mut part[..room.min(4096)];
+            let count = tokio::select! {
+                () = seat.asked_to_leave() => return Err(Closed::MadeRoom),
+                read = timeout_at(deadline, stream.read(part)) => match read {
+                    Err(_) if received.is_empty() => return Err(Closed::Idle),
+                    Err(_) => return Err(Closed::Unfinished),
+                    Ok(Err(_) | Ok(0)) => return Err(Closed::ByClient),
+                    Ok(Ok(count)) => count,
+                },
+            };
+            if received.is_empty() {
+                deadline = Instant::now() + LINE_MAX;
+            }
+            received.extend_from_slice(&part[..count]);
+        }
+    }
+
+    async fn answer(&mut self, line: &[u8]) -> Result<(), Closed> {
+        if line.iter().all(u8::is_ascii_whitespace) {
+            return Ok(());
+        }
+        let request: Request = match serde_json::from_slice(line) {
+            Ok(request) => request,
+            Err(error) => {
+                self.garbage += 1;
+                let message = format!("no request: {error} (docs/operator.md shows them)");
+                let refusal = Refusal::new(RefusalKind::BadRequest, message);
+                self.send(&Reply::<()>::Error(refusal)).await?;
+                let enough = self.garbage >= GARBAGE_MAX;
+                return if enough { Err(Closed::Garbage) } else { Ok(()) };
+            }
+        };
+        self.garbage = 0;
+        let answer = self.done(&request).await;
+        if let Err(refusal) = &answer {
+            self.tell_refusal(&request, refusal);
+        }
+        self.send(&answer.map_or_else(Reply::Error, Reply::Ok)).await
+    }
+
+    async fn done(&self, request: &Request) -> Result<serde_json::Value, Refusal> {
+        if request.changes() && !self.peer.may_change {
+            let message = format!(
+                "{} may read and change nothing: root, the user rungd runs as, and members of the \
+                 socket's group may",
+                self.peer
+            );
+            return Err(Refusal::new(RefusalKind::NotPermitted, message));
+        }
+        self.shared.desk.answer(&self.peer, request).await
+    }
+
+    /// What somebody wanted changed and did not get; what was only to be read is a detail.
+    fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
+        let (peer, why) = (&self.peer, &refusal.message);
+        let what = serde_json::to_string(request).unwrap_or_default();
+        if !request.changes() {
+            debug!(
+                event = "operator-read-refused",
+                who = %peer,
+                pid = peer.pid,
+                what,
+                "operator's request refused: {why}"
+            );
+        } else {
+            warn!(
+                event = "operator-refused",
+                who = %peer.name,
+                uid = peer.uid,
+                pid = peer.pid,
+                what,
+                "operator's command refused: {why}"
+            );
+        }
+    }
+
+    async fn send(&mut self, reply: &impl Serialize) -> Result<(), Closed> {
+        let line = line_of(reply);
+        match timeout(TAKE_MAX, self.stream.write_all(&line)).await {
+            Err(_) => Err(Closed::NotTaken),
+            Ok(Err(_)) => Err(Closed::ByClient),
+            Ok(Ok(())) => Ok(()),
+        }
+    }
+}
+
+fn line_of(reply: &impl Serialize) -> Vec<u8> {
+    let mut line = serde_json::to_vec(reply).unwrap_or_default();
+    line.push(b'\n');
+    line
+}
+
+/// Tells a client that no seat is free, if it can be told at once.
+pub(super) fn turn_away(stream: &UnixStream, seats: usize) {
+    let message = format!("{seats} clients are being served already; try again");
+    let refusal = Refusal::new(RefusalKind::Refused, message);
+    let _ = stream.try_write(&line_of(&Reply::<()>::Error(refusal)));
+}

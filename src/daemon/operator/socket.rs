@@ -1,0 +1,167 @@
+//! The socket as a file: where it belongs, whose it is, and whether somebody answers there.
+//!
+//! It is made under another name with its group and permissions, and then put in its place, so
+//! that it is never there with others. A lock beside it is held as long as the process lives: what
+//! is found without it held is left over from a process that is gone.
+
+use std::fs::{self, File, OpenOptions, Permissions};
+use std::io;
+use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt, chown};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+
+use super::super::shell::Failure;
+use super::peer::{gid_of, lock_file};
+use crate::operator::SOCKET_VARIABLE;
+use crate::resolve::operator::{Operator, SOCKET_BYTES_MAX};
+
+/// Where the socket is to be, and for whom.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Place {
+    pub path: PathBuf,
+    pub mode: u32,
+    pub group: Option<String>,
+}
+
+/// A socket that is bound; its file goes with it.
+pub(super) struct Bound {
+    path: PathBuf,
+    /// Its file's number, by which it knows its own.
+    inode: u64,
+    /// Whose it is.
+    pub uid: u32,
+    pub gid: u32,
+    _lock: File,
+}
+
+impl Place {
+    /// As the controller file says; else as [`SOCKET_VARIABLE`] or systemd's runtime folder says.
+    /// Without any of them, or where it is not wanted, there is none.
+    pub fn of(asked: &Operator, controller: &str) -> Option<Place> {
+        let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+        let systemd = || {
+            let folders = variable("RUNTIME_DIRECTORY")?;
+            let first = folders.to_string_lossy().split(':').next()?.to_owned();
+            Some(Path::new(&first).join("rungd.sock"))
+        };
+        let path = match &asked.socket {
+            Some(path) => {
+                let beside = Path::new(controller).parent().unwrap_or(Path::new(""));
+                Some(beside.join(path))
+            }
+            None => variable(SOCKET_VARIABLE).map(PathBuf::from).or_else(systemd),
+        };
+        let (mode, group) = (asked.mode, asked.group.clone());
+        path.filter(|_| asked.enabled).map(|path| Place { path, mode, group })
+    }
+
+    fn failure(&self, why: &dyn std::fmt::Display) -> Failure {
+        let path = self.path.display();
+        Failure::Environment(anyhow::anyhow!("`[operator] socket` cannot be {path}: {why}"))
+    }
+}
+
+/// Binds it.
+pub(super) fn bind(place: &Place) -> Result<(UnixListener, Bound), Failure> {
+    let path = &place.path;
+    let gid = place.group.as_deref().map(group_number).transpose()?;
+    let lock = lock(place)?;
+    clear(place)?;
+    // Behind the lock this name is nobody else's.
+    let fresh = beside(path, ".new");
+    if path.as_os_str().len() > SOCKET_BYTES_MAX {
+        return Err(place.failure(&"its path is too long for a socket"));
+    }
+    let _ = fs::remove_file(&fresh);
+    let listener = UnixListener::bind(&fresh).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => place.failure(&format!(
+            "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
+        )),
+        _ => place.failure(&error),
+    })?;
+    let put = || -> io::Result<fs::Metadata> {
+        if gid.is_some() {
+            chown(&fresh, None, gid)?;
+        }
+        fs::set_permissions(&fresh, Permissions::from_mode(place.mode))?;
+        fs::rename(&fresh, path)?;
+        listener.set_nonblocking(true)?;
+        fs::symlink_metadata(path)
+    };
+    let meta = put().map_err(|error| {
+        let _ = fs::remove_file(&fresh);
+        match (&place.group, error.kind()) {
+            (Some(group), io::ErrorKind::PermissionDenied) => place.failure(&format!(
+                "{error}; to give it to `{group}`, the user rungd runs as must be in that group"
+            )),
+            _ => place.failure(&error),
+        }
+    })?;
+    let (uid, gid, inode) = (meta.uid(), meta.gid(), meta.ino());
+    Ok((listener, Bound { path: path.clone(), inode, uid, gid, _lock: lock }))
+}
+
+/// The path with more at its end.
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
+}
+
+/// The lock beside the socket.
+fn lock(place: &Place) -> Result<File, Failure> {
+    let path = beside(&place.path, ".lock");
+    let mut options = OpenOptions::new();
+    let options = options.create(true).truncate(false).write(true).mode(0o600);
+    let file = options.open(&path).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => place.failure(&format!(
+            "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
+        )),
+        _ => place.failure(&format!("{}: {error}", path.display())),
+    })?;
+    match lock_file(&file) {
+        Ok(true) => Ok(file),
+        Ok(false) => Err(place.failure(&taken(&place.path))),
+        Err(error) => Err(place.failure(&format!("{}: {error}", path.display()))),
+    }
+}
+
+fn taken(path: &Path) -> String {
+    let path = path.display();
+    format!(
+        "another rungd answers there; stop it (`rungd --socket {path} status` shows it), or give \
+         this one another `[operator] socket`"
+    )
+}
+
+/// What lies there must be a socket that nobody answers at.
+fn clear(place: &Place) -> Result<(), Failure> {
+    let Ok(meta) = fs::symlink_metadata(&place.path) else { return Ok(()) };
+    if !meta.file_type().is_socket() {
+        return Err(place.failure(&"something else is there, which is no socket"));
+    }
+    match UnixStream::connect(&place.path) {
+        Ok(_) => Err(place.failure(&taken(&place.path))),
+        // It is replaced in one step when the new one is ready.
+        Err(_) => Ok(()),
+    }
+}
+
+fn group_number(group: &str) -> Result<u32, Failure> {
+    let known = fs::read_to_string("/etc/group").unwrap_or_default();
+    gid_of(&known, group).or_else(|| group.parse().ok()).ok_or_else(|| {
+        Failure::Configuration(format!(
+            "`[operator] group`: this machine has no group `{group}` in /etc/group; make it \
+             (`groupadd {group}`), or write another's name or number"
+        ))
+    })
+}
+
+impl Drop for Bound {
+    fn drop(&mut self) {
+        let ours = fs::symlink_metadata(&self.path).is_ok_and(|meta| meta.ino() == self.inode);
+        if ours {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}

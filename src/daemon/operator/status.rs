@@ -1,0 +1,190 @@
+//! How the controller is, in one answer.
+//!
+//! Put together from what was settled at the start, the latest image, and what can be read of the
+//! scan thread from outside: no scan is asked for anything.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use super::desk::{level_of, reason};
+use crate::daemon::config::{LadderFacts, Setup};
+use crate::daemon::log;
+use crate::engine::Layout;
+use crate::isa::{Bit, BlockId, StageId};
+use crate::operator::protocol::{
+    self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Scan, Spread, Status, Value,
+};
+use crate::runtime::exchange::Snapshot;
+use crate::runtime::{self, Gauge, Grant, monotonic_ns};
+
+/// What a status tells that does not change, and where the rest is read.
+pub(in super::super) struct About {
+    controller: String,
+    ladder: LadderFacts,
+    period_ns: u64,
+    watchdog_ns: u64,
+    grants: Vec<Grant>,
+    gauge: Gauge,
+    started: Instant,
+    blocks: Vec<NamedBlock>,
+    layout: Layout,
+    /// Where the Modbus server listens, how many it takes, and how many are there.
+    modbus: Option<(String, u32, Arc<AtomicUsize>)>,
+    rules: usize,
+    /// Inputs that a driver moves, and which.
+    driven: Vec<(u32, u32, &'static str)>,
+}
+
+struct NamedBlock {
+    id: BlockId,
+    name: String,
+    is_task: bool,
+    stages: Vec<(StageId, String)>,
+}
+
+impl About {
+    pub fn new(
+        setup: &Setup,
+        grants: &[Grant],
+        gauge: Gauge,
+        clients: Option<(String, Arc<AtomicUsize>)>,
+    ) -> About {
+        let modbus = setup.modbus.as_ref();
+        let mut driven: Vec<_> = setup
+            .rules
+            .iter()
+            .map(|rule| (rule.input, rule.input, "the simulated device"))
+            .collect();
+        if let Some((_, x)) = modbus.and_then(|modbus| modbus.inputs.as_ref()) {
+            driven.push((x.first, x.last, "a Modbus client"));
+        }
+        About {
+            controller: setup.controller.clone(),
+            ladder: setup.ladder.clone(),
+            period_ns: setup.pace.period_ns,
+            watchdog_ns: setup.pace.watchdog_ns,
+            grants: grants.to_vec(),
+            gauge,
+            started: Instant::now(),
+            blocks: named_blocks(setup),
+            layout: setup.symbols.layout.clone(),
+            modbus: modbus
+                .zip(clients)
+                .map(|(modbus, (address, clients))| (address, modbus.connections, clients)),
+            rules: setup.rules.len(),
+            driven,
+        }
+    }
+
+    /// Which driver moves an input.
+    pub(super) fn driver_of(&self, x: u32) -> Option<&'static str> {
+        let moved = self.driven.iter().find(|(first, last, _)| (*first..=*last).contains(&x));
+        moved.map(|(_, _, driver)| *driver)
+    }
+
+    pub(super) fn status(&self, latest: &Snapshot, forces: Vec<Value>) -> Status {
+        let now_ns = monotonic_ns();
+        let ladder = &self.ladder;
+        Status {
+            protocol: PROTOCOL,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            pid: std::process::id(),
+            uptime_ms: self.started.elapsed().as_millis() as u64,
+            controller: self.controller.clone(),
+            ladder: Ladder {
+                name: ladder.name.clone(),
+                files: ladder.files.clone(),
+                sha256: ladder.sha256.clone(),
+                blocks: ladder.blocks,
+                rungs: ladder.rungs,
+            },
+            mode: latest.mode.name().to_owned(),
+            reason: reason(latest.mode),
+            mode_ms: now_ns.saturating_sub(latest.since_ns) / 1_000_000,
+            scans: latest.scans,
+            period_us: self.period_ns / 1000,
+            watchdog_us: self.watchdog_ns / 1000,
+            posture: self.grants.iter().map(posture).collect(),
+            scan: scan(&self.gauge.meter.read(now_ns)),
+            blocks: self.blocks.iter().map(|block| self.block(block, latest)).collect(),
+            forces,
+            devices: Devices {
+                modbus: self.modbus.as_ref().map(|(address, connections_max, clients)| Modbus {
+                    address: address.clone(),
+                    clients: clients.load(Ordering::Relaxed),
+                    connections_max: *connections_max,
+                }),
+                simulated_rules: (self.rules > 0).then_some(self.rules),
+            },
+            log: Log {
+                level: level_of(log::level()),
+                lines_dropped: log::lines_dropped(),
+                records_dropped: self.gauge.records_dropped(),
+            },
+        }
+    }
+
+    fn block(&self, block: &NamedBlock, latest: &Snapshot) -> Block {
+        let is_on = |bit| latest.bit(self.layout.bit(bit));
+        let on = block.stages.iter().filter(|(id, _)| is_on(Bit::Stage(*id)));
+        Block {
+            name: block.name.clone(),
+            kind: if block.is_task { "task" } else { "program" }.to_owned(),
+            running: is_on(Bit::Running(block.id)),
+            done: block.is_task.then(|| is_on(Bit::Done(block.id))),
+            stages: on.map(|(_, name)| name.clone()).collect(),
+        }
+    }
+}
+
+fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {
+    let mut blocks: Vec<NamedBlock> = Vec::new();
+    for (at, (name, is_task)) in setup.blocks.iter().enumerate() {
+        let id = BlockId(at as u32);
+        blocks.push(NamedBlock { id, name: name.clone(), is_task: *is_task, stages: Vec::new() });
+    }
+    for (at, stage) in setup.symbols.stages.iter().enumerate() {
+        // `Drain.Open`: block names have no dot.
+        let Some((block, name)) = stage.split_once('.') else { continue };
+        if let Some(block) = blocks.iter_mut().find(|known| known.name == block) {
+            block.stages.push((StageId(at as u32), name.to_owned()));
+        }
+    }
+    blocks
+}
+
+fn posture(grant: &Grant) -> Posture {
+    Posture {
+        asked: grant.what.clone(),
+        granted: grant.refused.is_none(),
+        why: grant.refused.as_ref().map(|refusal| refusal.why.clone()),
+    }
+}
+
+fn scan(reading: &runtime::Reading) -> Scan {
+    let statistics = &reading.statistics;
+    Scan {
+        over_ms: statistics.over_ns / 1_000_000,
+        scans: statistics.scans,
+        overruns: statistics.overruns,
+        skipped: statistics.skipped,
+        execution: spread(&statistics.execution, &reading.execution),
+        lateness: spread(&statistics.lateness, &reading.lateness),
+    }
+}
+
+fn spread(spread: &runtime::Spread, bars: &[runtime::Bar]) -> protocol::Spread {
+    use crate::daemon::narration::us;
+    let bar = |bar: &runtime::Bar| Bar { up_to_us: us(bar.up_to_ns), count: bar.count };
+    Spread {
+        last_us: us(spread.last_ns),
+        min_us: us(spread.min_ns),
+        mean_us: us(spread.mean_ns),
+        p50_us: us(spread.p50_ns),
+        p99_us: us(spread.p99_ns),
+        p999_us: us(spread.p999_ns),
+        max_us: us(spread.max_ns),
+        histogram: bars.iter().map(bar).collect(),
+    }
+}

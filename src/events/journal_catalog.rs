@@ -1,0 +1,66 @@
+//! The catalogue in the journal's form: what `journalctl -x` shows beneath a line.
+//!
+//! `rungd events --catalog` prints it; `config/systemd/rungd.catalog` is a copy that a test keeps
+//! equal. systemd reads it from `/usr/lib/systemd/catalog/`, by `journalctl --update-catalog`.
+
+use std::fmt::Write as _;
+
+use super::{Event, all};
+
+/// How wide the text is.
+const WIDTH: usize = 78;
+
+/// All events, in systemd's catalog format.
+pub fn catalog() -> String {
+    let mut text =
+        "# The events of rungd, for journalctl -x. Made by: rungd events --catalog\n".to_owned();
+    for event in all() {
+        entry(event, &mut text);
+    }
+    text
+}
+
+fn entry(event: &Event, text: &mut String) {
+    let Event { id, name, meaning, remedy, .. } = event;
+    let code = event.code();
+    let _ = write!(text, "\n-- {id}\nSubject: {name} ({code})\nDefined-By: rungd\n\n");
+    wrap(meaning, text);
+    text.push('\n');
+    wrap(&format!("What to do: {remedy}"), text);
+}
+
+/// The words in lines; a line of the catalog that began with `--` or `#` would not be text.
+fn wrap(words: &str, text: &mut String) {
+    let mut column = 0;
+    for word in words.split(' ') {
+        if column > 0 && column + 1 + word.len() > WIDTH {
+            text.push('\n');
+            column = 0;
+        }
+        if column > 0 {
+            text.push(' ');
+            column += 1;
+        }
+        text.push_str(word);
+        column += word.len();
+    }
+    text.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_entry_says_what_it_means_and_what_to_do() {
+        let text = catalog();
+        let event = crate::events::named("alarm-off").unwrap();
+        let head =
+            format!("\n-- {}\nSubject: alarm-off (RUNGD-0302)\nDefined-By: rungd\n\n", event.id);
+        let entry = text.split(&head).nth(1).and_then(|rest| rest.split("\n-- ").next());
+        let expected = "The alarm is over; lasted_ms says how long it stood.\n\n\
+                        What to do: Nothing.\n";
+        assert_eq!(entry, Some(expected));
+        assert!(!text.lines().any(|line| line.len() > WIDTH + 2));
+    }
+}

@@ -1,0 +1,112 @@
+//! The client: one request, one answer, over a connection of its own. Blocking, with time limits.
+//!
+//! Used by every command of `cli` that asks a running controller.
+
+use std::fmt;
+use std::io::{self, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::de::DeserializeOwned;
+
+use super::protocol::{Refusal, Reply, Request};
+
+/// How long an answer may take. A command waits for the controller's next scan, and the server
+/// says so itself where none comes.
+const ANSWER_MAX: Duration = Duration::from_secs(150);
+/// How long a request may take to be taken.
+const SEND_MAX: Duration = Duration::from_secs(5);
+/// The longest answer.
+const ANSWER_BYTES_MAX: usize = 64 << 20;
+
+/// Why there is no answer.
+#[derive(Debug)]
+pub enum Failure {
+    /// Nobody listens there.
+    NotRunning(PathBuf, io::Error),
+    /// The socket may not be opened.
+    NotAllowed(PathBuf, io::Error),
+    /// The connection broke, or what came is no answer.
+    Broken(PathBuf, io::Error),
+    /// The controller refuses.
+    Refused(Refusal),
+}
+
+/// Asks the controller at a socket.
+///
+/// # Errors
+/// [`Failure`].
+pub fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, Failure> {
+    let stream = UnixStream::connect(socket).map_err(|error| match error.kind() {
+        io::ErrorKind::PermissionDenied => Failure::NotAllowed(socket.into(), error),
+        _ => Failure::NotRunning(socket.into(), error),
+    })?;
+    let line = exchange(stream, request).map_err(|error| Failure::Broken(socket.into(), error))?;
+    match serde_json::from_slice(&line) {
+        Ok(Reply::Ok(answer)) => Ok(answer),
+        Ok(Reply::Error(refusal)) => Err(Failure::Refused(refusal)),
+        Err(error) => Err(Failure::Broken(socket.into(), error.into())),
+    }
+}
+
+fn exchange(mut stream: UnixStream, request: &Request) -> io::Result<Vec<u8>> {
+    stream.set_write_timeout(Some(SEND_MAX))?;
+    let mut line = serde_json::to_vec(request)?;
+    line.push(b'\n');
+    // Who is turned away is told why, whether or not the request was taken.
+    let sent = stream.write_all(&line);
+    let answer = read_line(&mut stream);
+    if answer.as_ref().is_ok_and(|line| !line.is_empty()) { answer } else { sent.and(answer) }
+}
+
+fn read_line(stream: &mut UnixStream) -> io::Result<Vec<u8>> {
+    let deadline = Instant::now() + ANSWER_MAX;
+    let (mut line, mut part) = (Vec::new(), [0; 16 * 1024]);
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+        let count = match stream.read(&mut part) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                return Err(io::Error::new(io::ErrorKind::TimedOut, "no answer came in time"));
+            }
+            other => other?,
+        };
+        if count == 0 {
+            let ended = "the connection ended before the answer";
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, ended));
+        }
+        if let Some(end) = part[..count].iter().position(|byte| *byte == b'\n') {
+            line.extend_from_slice(&part[..end]);
+            return Ok(line);
+        }
+        line.extend_from_slice(&part[..count]);
+        if line.len() > ANSWER_BYTES_MAX {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "an answer without an end"));
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::NotRunning(path, error) => write!(
+                f,
+                "no rungd answers at {}: {error}; is it running? (`--socket` or RUNGD_SOCKET says \
+                 where its socket is; `[operator] socket` of the controller file puts it there)",
+                path.display()
+            ),
+            Failure::NotAllowed(path, error) => write!(
+                f,
+                "{}: {error}; only members of the socket's group, its owner and root may open it: \
+                 `ls -l {0}` shows whose it is",
+                path.display()
+            ),
+            Failure::Broken(path, error) => write!(f, "rungd at {}: {error}", path.display()),
+            Failure::Refused(refusal) => f.write_str(&refusal.message),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}

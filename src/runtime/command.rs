@@ -1,0 +1,292 @@
+//! An operator's commands to the scan thread: run, stop, force, release.
+//!
+//! The world hands them in at the [`super::exchange::Port`]; the scan thread takes them between
+//! two scans (in STOP and FAULT: at a tick), in order, and answers each once what it did is
+//! published. Both ways are rings; what is behind a `Mutex` here is the world's alone.
+//!
+//! Deliberately absent: who may give commands, and what they are called.
+
+use std::collections::VecDeque;
+use std::fmt;
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::exchange::Mode;
+use crate::engine::Cell;
+
+/// The most commands that wait for the scan thread; one more is denied.
+pub const COMMANDS_MAX: usize = 64;
+
+/// The most bits and words that may be forced at a time.
+pub const FORCES_MAX: usize = 256;
+
+/// How many answers are kept for who asked.
+const ANSWERS_KEPT: usize = 4 * COMMANDS_MAX;
+
+/// What the scan thread is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// STOP or FAULT → RUN, with memory as it is.
+    Run,
+    /// RUN → STOP: the next scan is the last, then the passes.
+    Stop,
+    /// Forces a bit (0 or 1) or word, its value within its range.
+    Force {
+        /// Which.
+        cell: Cell,
+        /// To what.
+        value: i32,
+    },
+    /// Ends a force.
+    Release(Cell),
+    /// Ends all forces.
+    ReleaseAll,
+}
+
+/// Why a command is not done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Denial {
+    /// [`COMMANDS_MAX`] commands wait already.
+    QueueFull,
+    /// The scan thread is held up, or gone.
+    ScanThreadStuck,
+    /// The engine met a state that cannot be: what its memory is worth is not known.
+    EngineBroken,
+    /// The process is about to end.
+    Ending,
+    /// Stop in FAULT: nothing scans.
+    Faulted,
+    /// [`FORCES_MAX`] are forced already.
+    TooManyForces,
+}
+
+/// What became of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// It is done, and published; this is how it was before.
+    Done(Before),
+    /// It is not done, and nothing changed.
+    Denied(Denial),
+}
+
+/// How things were before a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Before {
+    /// The mode.
+    pub mode: Mode,
+    /// The value of the bit or word; 0 where the command names none.
+    pub value: i32,
+    /// Whether it was forced.
+    pub forced: bool,
+}
+
+/// A command that was taken: the first of a process is 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CommandId(pub u64);
+
+/// What is forced: allocated once, copied from snapshot to snapshot.
+#[derive(Clone, Debug)]
+pub struct Forces {
+    cells: Box<[Cell]>,
+    count: usize,
+}
+
+impl Default for Forces {
+    fn default() -> Self {
+        let none = Cell::Bit(crate::engine::BitCell(0));
+        Forces { cells: vec![none; FORCES_MAX].into(), count: 0 }
+    }
+}
+
+impl Forces {
+    /// The cells, in the order in which they were forced.
+    pub fn list(&self) -> &[Cell] {
+        &self.cells[..self.count]
+    }
+
+    /// Whether a cell is forced.
+    pub fn has(&self, cell: Cell) -> bool {
+        self.list().contains(&cell)
+    }
+
+    /// Enters a cell; false if there are too many.
+    pub(super) fn add(&mut self, cell: Cell) -> bool {
+        if self.has(cell) {
+            return true;
+        }
+        let Some(free) = self.cells.get_mut(self.count) else { return false };
+        *free = cell;
+        self.count += 1;
+        true
+    }
+
+    /// Takes a cell out.
+    pub(super) fn remove(&mut self, cell: Cell) {
+        if let Some(at) = self.list().iter().position(|forced| *forced == cell) {
+            self.cells.copy_within(at + 1..self.count, at);
+            self.count -= 1;
+        }
+    }
+
+    /// Becomes as another, without allocating.
+    pub(super) fn copy_from(&mut self, other: &Forces) {
+        self.cells[..other.count].copy_from_slice(other.list());
+        self.count = other.count;
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Order {
+    id: u64,
+    command: Command,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Answered {
+    id: u64,
+    answer: Answer,
+}
+
+/// Where commands go in, and where their answers lie.
+pub(super) struct Desk {
+    orders: Producer<Order>,
+    last: u64,
+    answers: VecDeque<(u64, Answer)>,
+}
+
+/// The scan thread's end.
+pub(super) struct Orders {
+    orders: Consumer<Order>,
+    answers: Producer<Answered>,
+    /// Answers of this step, given at its end.
+    taken: Vec<Answered>,
+}
+
+/// Where answers come out of the ring: the monitor's.
+pub(super) struct Answers(Consumer<Answered>);
+
+pub(super) fn desk() -> (Desk, Orders, Answers) {
+    let (order_in, orders) = RingBuffer::new(COMMANDS_MAX);
+    let (answer_in, answers) = RingBuffer::new(2 * COMMANDS_MAX);
+    let desk = Desk { orders: order_in, last: 0, answers: VecDeque::with_capacity(ANSWERS_KEPT) };
+    let taken = Vec::with_capacity(COMMANDS_MAX);
+    (desk, Orders { orders, answers: answer_in, taken }, Answers(answers))
+}
+
+impl Desk {
+    pub fn hand_in(&mut self, command: Command) -> Result<CommandId, Denial> {
+        let order = Order { id: self.last + 1, command };
+        self.orders.push(order).map_err(|_| Denial::QueueFull)?;
+        self.last = order.id;
+        Ok(CommandId(order.id))
+    }
+
+    /// The answer, once; then it is forgotten.
+    pub fn answer(&mut self, id: CommandId) -> Option<Answer> {
+        let at = self.answers.iter().position(|(of, _)| *of == id.0)?;
+        self.answers.remove(at).map(|(_, answer)| answer)
+    }
+
+    fn put(&mut self, answered: Answered) {
+        if self.answers.len() == ANSWERS_KEPT {
+            self.answers.pop_front();
+        }
+        self.answers.push_back((answered.id, answered.answer));
+    }
+}
+
+impl Orders {
+    /// The next command, if there is room to answer it.
+    pub fn next(&mut self) -> Option<(CommandId, Command)> {
+        if self.taken.len() >= self.answers.slots().min(COMMANDS_MAX) {
+            return None;
+        }
+        self.orders.pop().ok().map(|order| (CommandId(order.id), order.command))
+    }
+
+    /// Notes an answer.
+    pub fn note(&mut self, id: CommandId, answer: Answer) {
+        self.taken.push(Answered { id: id.0, answer });
+    }
+
+    /// Gives the answers of this step, behind what it published.
+    pub fn give(&mut self) {
+        for answered in self.taken.drain(..) {
+            // `next` saw a free place, and nobody else fills it.
+            let _ = self.answers.push(answered);
+        }
+    }
+}
+
+impl Answers {
+    /// How many wait.
+    pub fn waiting(&self) -> usize {
+        self.0.slots()
+    }
+
+    /// Makes so many of them visible.
+    pub fn show(&mut self, count: usize, desk: &mut Desk) {
+        for _ in 0..count {
+            if let Ok(answered) = self.0.pop() {
+                desk.put(answered);
+            }
+        }
+    }
+}
+
+impl fmt::Display for Denial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Denial::QueueFull => f.write_str("too many commands wait for the scan thread"),
+            Denial::ScanThreadStuck => f.write_str(
+                "the scan thread is held up and hears nothing; if that lasts, restart rungd",
+            ),
+            Denial::EngineBroken => f.write_str(
+                "the engine met a state that cannot be, and what its memory is worth is not \
+                 known; restart rungd",
+            ),
+            Denial::Ending => f.write_str("rungd is about to end"),
+            Denial::Faulted => {
+                f.write_str("the controller is in FAULT and does not scan; run clears it")
+            }
+            Denial::TooManyForces => write!(f, "{FORCES_MAX} bits and words are forced already"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::{BitCell, WordCell};
+
+    #[test]
+    fn forces_are_a_list_without_doubles() {
+        let mut forces = Forces::default();
+        let (bit, word) = (Cell::Bit(BitCell(3)), Cell::Word(WordCell(3)));
+        assert!(forces.add(bit) && forces.add(word) && forces.add(bit));
+        assert_eq!(forces.list(), [bit, word]);
+        forces.remove(bit);
+        forces.remove(bit);
+        assert_eq!(forces.list(), [word]);
+        let all = (0..1000).take_while(|n| forces.add(Cell::Bit(BitCell(*n)))).count();
+        assert_eq!(all, FORCES_MAX - 1);
+        let mut copy = Forces::default();
+        copy.copy_from(&forces);
+        assert_eq!(copy.list(), forces.list());
+    }
+
+    #[test]
+    fn limits_are_limits_and_every_command_has_its_answer() {
+        let (mut desk, mut orders, mut answers) = desk();
+        let ids: Vec<_> = (0..1000).map_while(|_| desk.hand_in(Command::Run).ok()).collect();
+        assert_eq!(ids.len(), COMMANDS_MAX);
+        while let Some((id, _)) = orders.next() {
+            orders.note(id, Answer::Denied(Denial::Ending));
+        }
+        assert_eq!(desk.answer(ids[0]), None);
+        orders.give();
+        answers.show(answers.waiting(), &mut desk);
+        assert!(ids.iter().all(|id| desk.answer(*id) == Some(Answer::Denied(Denial::Ending))));
+        assert_eq!(desk.answer(ids[0]), None, "once");
+    }
+}

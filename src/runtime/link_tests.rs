@@ -1,0 +1,145 @@
+//! The two ends of the exchange, driven by hand.
+
+use super::command::Forces;
+use super::exchange::{
+    BATCH_WRITES_MAX, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
+    SCAN_WRITES_MAX, StopReason, Write,
+};
+use super::link::*;
+use crate::engine::{BitCell, WordCell};
+/// Three inputs; bits 0..4, of which 1..=3 are Y0..Y2 (off, on, hold); two words.
+fn small() -> (Port, ScanSide, WorldSide) {
+    link(Shape {
+        inputs: 3,
+        bits: vec![0; 4],
+        words: vec![0; 2],
+        first_output: 1,
+        forces_active: 0,
+        safe: vec![Safe::Off, Safe::On, Safe::Hold],
+    })
+}
+
+fn scan(side: &mut ScanSide, number: u64, bits: [u8; 4]) {
+    while side.next_batch(usize::MAX).is_some() {}
+    side.answer(true);
+    publish(side, number, Mode::Run, bits);
+}
+
+fn publish(side: &mut ScanSide, scans: u64, mode: Mode, bits: [u8; 4]) -> bool {
+    let forces = &Forces::default();
+    let facts = Facts { scans, now_ns: scans * 10, mode, since_ns: 0, forces };
+    side.publish(facts, (&bits, &[scans as i32, 0]))
+}
+
+#[test]
+fn before_the_first_scan_outputs_are_safe_and_nothing_is_taken() {
+    let (port, _scan, _world) = small();
+    let latest = port.latest();
+    assert_eq!((latest.scans, latest.mode), (0, Mode::Stop(StopReason::NotStarted)));
+    assert_eq!(*latest.outputs, [0, 1, 0]);
+    assert_eq!(port.submit(vec![]), Err(Refused::NotRunning));
+}
+
+#[test]
+fn inputs_are_read_as_set_last() {
+    let (port, scan, _world) = small();
+    port.set_input(0, true);
+    port.set_input(2, true);
+    port.set_input(0, false);
+    port.set_input(3, true);
+    let inputs: Vec<_> = scan.inputs().collect();
+    assert_eq!(inputs, [(0, false), (1, false), (2, true)]);
+}
+
+#[test]
+fn a_ticket_is_applied_once_its_scan_is_visible() {
+    let (port, mut side, mut world) = small();
+    side.set_running(true);
+    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
+    assert_eq!(port.outcome(ticket), Outcome::Pending);
+    scan(&mut side, 1, [1, 1, 0, 1]);
+    assert_eq!(port.outcome(ticket), Outcome::Pending);
+    world.pump();
+    assert_eq!(port.outcome(ticket), Outcome::Applied);
+    let latest = port.latest();
+    assert_eq!((latest.scans, *latest.outputs == [1, 0, 1]), (1, true));
+    assert!(latest.bit(BitCell(0)) && latest.word(WordCell(0)) == 1);
+}
+
+#[test]
+fn leaving_run_refuses_what_waits_and_holds_what_holds() {
+    let (port, mut side, mut world) = small();
+    side.set_running(true);
+    let seen = port.submit(vec![]).unwrap();
+    scan(&mut side, 1, [0, 1, 0, 1]);
+    let late = port.submit(vec![]).unwrap();
+    side.set_running(false);
+    side.publish_fault(FaultReason::EnginePanic, 7);
+    side.refuse_waiting();
+    world.pump();
+    assert_eq!(port.outcome(seen), Outcome::Applied);
+    assert_eq!(port.outcome(late), Outcome::Refused);
+    assert_eq!(port.submit(vec![]), Err(Refused::NotRunning));
+    let latest = port.latest();
+    assert_eq!(latest.mode, Mode::Fault(FaultReason::EnginePanic));
+    assert_eq!(*latest.outputs, [0, 1, 1], "off, on, and the last complete scan's");
+    assert_eq!(*latest.bits, [0, 1, 0, 1], "the image stays as it was");
+}
+
+#[test]
+fn a_trip_refuses_what_will_never_be_answered() {
+    let (port, mut side, mut world) = small();
+    side.set_running(true);
+    let ticket = port.submit(vec![]).unwrap();
+    assert!(side.next_batch(0).is_some());
+    world.trip(FaultReason::ScanNeverEnds, 9);
+    assert_eq!(port.outcome(ticket), Outcome::Refused);
+    assert_eq!(port.latest().mode, Mode::Fault(FaultReason::ScanNeverEnds));
+}
+
+#[test]
+fn limits_are_limits() {
+    let (port, mut side, _world) = small();
+    side.set_running(true);
+    let big = vec![Write::Bit(BitCell(0), true); BATCH_WRITES_MAX + 1];
+    assert_eq!(port.submit(big), Err(Refused::TooLarge));
+    let taken = (0..1000).take_while(|_| port.submit(vec![]).is_ok()).count();
+    assert_eq!(taken, QUEUED_BATCHES_MAX);
+    assert_eq!(port.submit(vec![]), Err(Refused::QueueFull));
+}
+
+#[test]
+fn no_more_writes_wait_than_the_next_scan_applies() {
+    let (port, mut side, _world) = small();
+    side.set_running(true);
+    let most = || vec![Write::Bit(BitCell(0), true); BATCH_WRITES_MAX];
+    for round in 0..3 {
+        assert!(port.submit(most()).is_ok() && port.submit(most()).is_ok(), "{round}");
+        assert_eq!(port.submit(most()), Err(Refused::QueueFull));
+        assert_eq!(port.submit(vec![Write::Input(0, true)]), Err(Refused::QueueFull));
+        assert!(side.next_batch(SCAN_WRITES_MAX).is_some());
+        assert!(side.next_batch(SCAN_WRITES_MAX - BATCH_WRITES_MAX).is_some());
+        side.answer(true);
+    }
+}
+
+#[test]
+fn a_batch_that_does_not_fit_waits_whole() {
+    let (port, mut side, _world) = small();
+    side.set_running(true);
+    port.submit(vec![Write::Word(WordCell(0), 1); 3]).unwrap();
+    assert!(side.next_batch(2).is_none());
+    assert_eq!(side.next_batch(3).unwrap().len(), 3);
+}
+
+#[test]
+fn readers_that_hold_on_do_not_starve_the_scan() {
+    let (port, mut side, mut world) = small();
+    let mut held = Vec::new();
+    for number in 1..200 {
+        assert!(publish(&mut side, number, Mode::Run, [0; 4]));
+        world.pump();
+        held.push(port.latest());
+    }
+    assert!(held.iter().zip(1..).all(|(snapshot, number)| snapshot.scans == number));
+}

@@ -1,0 +1,106 @@
+//! What the scan thread does with an operator's commands: between two scans, or at a tick.
+//!
+//! Called by `scanner`, which gives the answers once what was done is published. Like all of the
+//! scan thread it allocates, locks and logs nothing.
+
+use super::command::{Answer, Before, Command, Denial};
+use super::exchange::{FaultReason, Mode, StopReason};
+use super::machine::Machine;
+use super::pacing::Clock;
+use super::scanner::Scanner;
+use crate::engine::Cell;
+
+impl<M: Machine, C: Clock> Scanner<M, C> {
+    /// Takes what waits, in order. What is behind a stop waits for the mode that it leads to.
+    pub(super) fn obey(&mut self, now_ns: u64) {
+        while let Some((id, command)) = self.side.orders.next() {
+            let answer = match self.denies(command) {
+                Some(denial) => Answer::Denied(denial),
+                None => self.carry_out(command, now_ns),
+            };
+            self.side.orders.note(id, answer);
+            if command == Command::Stop {
+                return;
+            }
+        }
+    }
+
+    fn denies(&self, command: Command) -> Option<Denial> {
+        match (command, self.mode) {
+            // Behind a panic the engine is not called again.
+            (_, Mode::Fault(FaultReason::EnginePanic)) => Some(Denial::EngineBroken),
+            (Command::Stop, Mode::Fault(_)) => Some(Denial::Faulted),
+            (Command::Run, _) if self.beat.stop_requested() => Some(Denial::Ending),
+            _ => None,
+        }
+    }
+
+    fn carry_out(&mut self, command: Command, now_ns: u64) -> Answer {
+        let mut before = Before { mode: self.mode, value: 0, forced: false };
+        match command {
+            Command::Run => self.obey_run(now_ns),
+            Command::Stop => self.obey_stop(),
+            Command::Force { cell, value } => {
+                (before.value, before.forced) = self.state(cell);
+                if !self.forces.add(cell) {
+                    return Answer::Denied(Denial::TooManyForces);
+                }
+                self.machine.force(cell, value);
+                self.show(now_ns);
+            }
+            Command::Release(cell) => {
+                (before.value, before.forced) = self.state(cell);
+                self.forces.remove(cell);
+                self.machine.release(cell);
+                self.show(now_ns);
+            }
+            Command::ReleaseAll => {
+                while let Some(cell) = self.forces.list().last().copied() {
+                    self.forces.remove(cell);
+                    self.machine.release(cell);
+                }
+                self.show(now_ns);
+            }
+        }
+        Answer::Done(before)
+    }
+
+    /// A fault let no pass run: what executed is terminated first, so that no timer counts the
+    /// time in FAULT and no block runs that nothing has started.
+    fn obey_run(&mut self, now_ns: u64) {
+        if self.mode == Mode::Run {
+            return;
+        }
+        if let Mode::Fault(_) = self.mode
+            && let Err(fault) = self.terminate(now_ns)
+        {
+            return self.fail(fault, now_ns);
+        }
+        self.run();
+    }
+
+    fn obey_stop(&mut self) {
+        if self.mode == Mode::Run && self.stopping.is_none() {
+            self.stopping = Some(StopReason::Operator);
+            self.machine.request_stop();
+        }
+    }
+
+    /// A bit's or word's value, and whether it is forced.
+    fn state(&self, cell: Cell) -> (i32, bool) {
+        let (bits, words) = self.machine.image();
+        let value = match cell {
+            Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
+            Cell::Word(word) => words[word.0 as usize],
+        };
+        (value, self.forces.has(cell))
+    }
+
+    /// A scan publishes by itself, a tick when it is told to.
+    fn show(&mut self, now_ns: u64) {
+        self.unpublished = self.mode != Mode::Run;
+        if let Mode::Stop(_) = self.mode {
+            self.tell_changes(now_ns);
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! An operator's commands, and the scanner that hears them.
+
+use super::super::command::{Answer, Before, Command, CommandId, Denial};
+use super::*;
+
+const FORCED: engine::Cell = engine::Cell::Word(WordCell(0));
+
+impl Rig {
+    fn order(&self, command: Command) -> CommandId {
+        self.port.command(command).unwrap()
+    }
+
+    fn order_and_step(&mut self, command: Command) -> CommandId {
+        let id = self.order(command);
+        self.step();
+        id
+    }
+
+    /// The mode before a command that is done.
+    fn done(&self, id: CommandId) -> Before {
+        match self.port.answer(id) {
+            Some(Answer::Done(before)) => before,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn mode(&self) -> Mode {
+        self.port.latest().mode
+    }
+}
+
+#[test]
+fn an_operators_stop_is_orderly_and_ends_no_thread() {
+    let mut rig = rig(|_, _| {});
+    rig.step();
+    let stop = rig.order(Command::Stop);
+    assert_eq!(rig.port.answer(stop), None);
+    assert!(rig.step() && rig.step());
+    assert_eq!(rig.done(stop).mode, Mode::Run);
+    let latest = rig.port.latest();
+    assert_eq!((latest.scans, latest.mode), (2, Mode::Stop(StopReason::Operator)));
+    assert_eq!(latest.since_ns, 1010 * MS);
+    assert_eq!((&*latest.bits, &*latest.outputs), (&[1, 0, 0][..], &[0][..]), "terminated");
+    let again = rig.order(Command::Stop);
+    rig.step();
+    assert_eq!(rig.done(again).mode, Mode::Stop(StopReason::Operator), "nothing to do");
+    rig.monitor.beat.request_stop();
+    assert!(!rig.step());
+}
+
+#[test]
+fn an_operators_run_leaves_stop_with_memory_as_it_is_and_fresh_statistics() {
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![25 * MS, MS]);
+    rig.steps(2);
+    rig.order(Command::Stop);
+    rig.steps(5);
+    let words = rig.port.latest().words.clone();
+    let run = rig.order(Command::Run);
+    rig.step();
+    assert_eq!(rig.done(run).mode, Mode::Stop(StopReason::Operator));
+    let began = rig.clock.now_ns();
+    rig.step();
+    let latest = rig.port.latest();
+    assert_eq!((latest.scans, latest.mode, latest.now_ns), (4, Mode::Run, began), "at once");
+    assert_eq!(latest.words[0], words[0] + 1);
+    assert!(rig.port.submit(vec![]).is_ok());
+    rig.steps(3);
+    let statistics = rig.scanner.report().statistics;
+    assert_eq!((statistics.scans, statistics.overruns), (4, 0));
+    let whole = rig.scanner.meter().read(rig.clock.now_ns()).statistics;
+    assert_eq!((whole.scans, whole.execution.max_ns), (4, MS));
+    let again = rig.order_and_step(Command::Run);
+    assert_eq!(rig.done(again).mode, Mode::Run, "nothing to do");
+}
+
+#[test]
+fn a_start_in_stop_is_left_by_run() {
+    let reason = StopReason::RestartGuard;
+    let mut rig = rig(|_, settings| settings.pace.start_in_stop = Some(reason));
+    rig.step();
+    let run = rig.order_and_step(Command::Run);
+    rig.step();
+    assert_eq!(rig.done(run).mode, Mode::Stop(reason));
+    assert_eq!((rig.mode(), rig.port.latest().scans), (Mode::Run, 1));
+}
+
+#[test]
+fn a_long_period_does_not_make_an_operator_wait_outside_run() {
+    let mut rig = rig(|_, settings| settings.pace.period_ns = 60_000 * MS);
+    rig.order_and_step(Command::Stop);
+    let run = rig.order(Command::Run);
+    let asked = rig.clock.now_ns();
+    rig.step();
+    assert_eq!(rig.done(run).mode, Mode::Stop(StopReason::Operator));
+    assert!(rig.clock.now_ns() - asked <= 100 * MS);
+    rig.step();
+    assert_eq!((rig.mode(), rig.port.latest().scans), (Mode::Run, 2));
+}
+
+#[test]
+fn a_fault_is_cleared_by_run_and_what_executed_is_terminated_first() {
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, 36 * MS, MS]);
+    rig.steps(3);
+    let fault = Mode::Fault(FaultReason::ScanTooLong { scan_us: 36_000 });
+    assert_eq!(rig.mode(), fault);
+    let stop = rig.order_and_step(Command::Stop);
+    assert_eq!(rig.port.answer(stop), Some(Answer::Denied(Denial::Faulted)));
+    rig.heard.take();
+    let run = rig.order_and_step(Command::Run);
+    assert_eq!(rig.done(run).mode, fault);
+    rig.step();
+    // The pass turned bit 0 ON, and the scan toggled it.
+    assert_eq!((rig.mode(), rig.port.latest().bits[0]), (Mode::Run, 0));
+    assert_eq!(rig.port.latest().scans, 2);
+    assert_eq!(rig.heard.take(), ["1: Mode(Run)"]);
+}
+
+#[test]
+fn a_run_that_faults_in_its_first_scan_is_a_new_fault() {
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![36 * MS]);
+    rig.step();
+    let first = rig.port.latest().since_ns;
+    rig.order_and_step(Command::Run);
+    rig.step();
+    let latest = rig.port.latest();
+    assert!(matches!(latest.mode, Mode::Fault(_)) && latest.since_ns > first);
+}
+
+#[test]
+fn a_broken_engine_is_not_run_again() {
+    let mut rig = rig(|fake, _| fake.panics_in = Some(1));
+    rig.steps(3);
+    for command in [Command::Run, Command::Force { cell: FORCED, value: 1 }, Command::ReleaseAll] {
+        let id = rig.order_and_step(command);
+        assert_eq!(rig.port.answer(id), Some(Answer::Denied(Denial::EngineBroken)));
+    }
+    assert_eq!(rig.mode(), Mode::Fault(FaultReason::EnginePanic));
+}
+
+#[test]
+fn a_scan_thread_that_is_stuck_hears_nothing_until_it_comes_back() {
+    let mut rig = rig(|_, _| {});
+    rig.step();
+    let waiting = rig.port.submit(vec![]).unwrap();
+    let due = rig.clock.now_ns() + 9 * MS;
+    rig.monitor.beat.expect(due);
+    (0..=36).for_each(|ms| {
+        rig.monitor.turn(due + ms * MS);
+    });
+    assert_eq!(rig.mode(), Mode::Fault(FaultReason::ScanNeverBegins));
+    assert_eq!(rig.port.command(Command::Run), Err(Denial::ScanThreadStuck));
+    assert_eq!(rig.port.outcome(waiting), Outcome::Refused);
+    rig.step();
+    rig.step();
+    assert_eq!(rig.port.outcome(waiting), Outcome::Refused);
+    let run = rig.order_and_step(Command::Run);
+    assert_eq!(rig.done(run).mode, Mode::Fault(FaultReason::ScanNeverBegins));
+    rig.step();
+    assert_eq!(rig.mode(), Mode::Run);
+    let ticket = rig.port.submit(vec![Write::Word(WordCell(0), 50)]).unwrap();
+    assert_eq!(rig.port.outcome(ticket), Outcome::Pending);
+    rig.step();
+    assert_eq!(rig.port.outcome(ticket), Outcome::Applied);
+    // The watchdog watches again.
+    let due = rig.clock.now_ns() + 9 * MS;
+    rig.monitor.beat.expect(due);
+    (0..=36).for_each(|ms| {
+        rig.monitor.turn(due + ms * MS);
+    });
+    assert_eq!(rig.mode(), Mode::Fault(FaultReason::ScanNeverBegins));
+}
+
+#[test]
+fn forces_show_in_every_mode_and_move_no_output_outside_run() {
+    let output = engine::Cell::Bit(BitCell(1));
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 36 * MS]);
+    let force = rig.order_and_step(Command::Force { cell: FORCED, value: 40 });
+    assert_eq!(rig.done(force), Before { mode: Mode::Run, value: 0, forced: false });
+    assert_eq!(rig.port.latest().forces.list(), [FORCED]);
+    rig.order_and_step(Command::Stop);
+    let force = rig.order_and_step(Command::Force { cell: output, value: 1 });
+    assert_eq!(rig.done(force).value, 0);
+    let latest = rig.port.latest();
+    assert_eq!((latest.bits[1], latest.outputs[0]), (1, 0), "hold: as terminated");
+    let release = rig.order_and_step(Command::Release(output));
+    assert!(rig.done(release).forced);
+    assert_eq!(rig.port.latest().forces.list(), [FORCED]);
+    rig.order_and_step(Command::Run);
+    rig.step();
+    assert!(matches!(rig.mode(), Mode::Fault(_)));
+    let word = rig.port.latest().words[0];
+    rig.order_and_step(Command::Force { cell: output, value: 0 });
+    let latest = rig.port.latest();
+    assert!(matches!(latest.mode, Mode::Fault(_)));
+    assert_eq!((latest.bits[1], latest.words[0] == word, latest.outputs[0]), (0, false, 0));
+    rig.order_and_step(Command::ReleaseAll);
+    assert_eq!(rig.port.latest().forces.list(), []);
+}
+
+#[test]
+fn commands_are_done_in_order_and_a_run_behind_a_stop_runs_again() {
+    let mut rig = rig(|_, _| {});
+    rig.step();
+    let (stop, run) = (rig.order(Command::Stop), rig.order(Command::Run));
+    rig.steps(3);
+    assert_eq!(rig.done(stop).mode, Mode::Run);
+    assert_eq!(rig.done(run).mode, Mode::Stop(StopReason::Operator));
+    assert_eq!((rig.mode(), rig.port.latest().scans), (Mode::Run, 3));
+}

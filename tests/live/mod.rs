@@ -1,0 +1,192 @@
+//! A running controller with an operator's socket, and the commands that ask it: what the tests of
+//! `rungd status` and its like share.
+#![allow(dead_code)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// How long a test waits for what should come within milliseconds.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What a command printed, and its exit code.
+#[derive(Debug)]
+pub struct Said {
+    pub code: i32,
+    pub out: String,
+    pub err: String,
+}
+
+impl Said {
+    /// The one line of JSON that it printed.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("{error}: {self:?}"))
+    }
+}
+
+/// A folder with a controller file and a ladder, and the controller that runs them.
+pub struct Live {
+    pub folder: PathBuf,
+    pub socket: PathBuf,
+    pub child: Child,
+    lines: Receiver<Value>,
+}
+
+/// A ladder's tags and blocks, and what the controller file says beside the ladder.
+pub fn folder(ladder: &str, controller: &str) -> PathBuf {
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    // Short: a socket's path is.
+    let folder = std::env::temp_dir().join(format!("rungd-op-{}-{number}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("ladder.toml"), ladder).unwrap();
+    let socket = if controller.contains("[operator]") { "" } else { "operator.socket = \"s\"\n" };
+    let controller = format!("ladder = [\"ladder.toml\"]\n{socket}{controller}");
+    std::fs::write(folder.join("controller.toml"), controller).unwrap();
+    folder
+}
+
+/// `rungd run` of such a folder.
+pub fn run(folder: &std::path::Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.arg("run").arg(folder.join("controller.toml")).args(arguments);
+    for variable in ["RUNGD_LOG", "RUNGD_SOCKET", "NOTIFY_SOCKET", "RUNTIME_DIRECTORY"] {
+        command.env_remove(variable);
+    }
+    command.env_remove("JOURNAL_STREAM");
+    command.args(["--log-format", "json"]).stderr(Stdio::piped()).stdout(Stdio::null());
+    command
+}
+
+impl Live {
+    /// Started; its socket answers.
+    pub fn start(ladder: &str, controller: &str, arguments: &[&str]) -> Live {
+        let folder = folder(ladder, controller);
+        let mut child = run(&folder, arguments).spawn().unwrap();
+        let stderr = BufReader::new(child.stderr.take().unwrap());
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in stderr.lines() {
+                let line = line.unwrap();
+                let Ok(()) = sender.send(serde_json::from_str(&line).expect(&line)) else { return };
+            }
+        });
+        let live = Live { socket: folder.join("s"), folder, child, lines };
+        live.line("socket is open");
+        live
+    }
+
+    /// The next line of the log whose message contains the words.
+    pub fn line(&self, words: &str) -> Value {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let line = self.lines.recv_timeout(left).unwrap_or_else(|_| panic!("no `{words}`"));
+            if line["message"].as_str().unwrap_or_default().contains(words) {
+                return line;
+            }
+        }
+    }
+
+    /// As [`Live::line`], for several lines that come in any order.
+    pub fn lines<const N: usize>(&self, words: [&str; N]) -> [Value; N] {
+        let mut found = [const { Value::Null }; N];
+        while found.iter().any(Value::is_null) {
+            let line = self.line("");
+            let message = line["message"].as_str().unwrap_or_default();
+            if let Some(at) = words.iter().position(|words| message.contains(words)) {
+                found[at] = line;
+            }
+        }
+        found
+    }
+
+    /// A command, its words split at spaces, that asks this controller.
+    pub fn command(&self, words: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        command.args(words.split_whitespace()).env("RUNGD_SOCKET", &self.socket);
+        command
+    }
+
+    pub fn say(&self, words: &str) -> Said {
+        said(&mut self.command(words))
+    }
+
+    /// As [`Live::say`], which must be done.
+    pub fn ok(&self, words: &str) -> String {
+        let said = self.say(words);
+        assert_eq!(said.code, 0, "{words}: {said:?}");
+        said.out
+    }
+
+    /// What operands hold, once it is this.
+    pub fn await_values(&self, operands: &str, expected: &str) {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let out = self.ok(&format!("read {operands}"));
+            let held = out.lines().map(|line| line.split_whitespace().nth(2).unwrap_or_default());
+            let held = held.collect::<Vec<_>>().join(" ");
+            if held == expected {
+                return;
+            }
+            assert!(Instant::now() < deadline, "{operands}: {held}, not {expected}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// A connection of a client that is nothing but a socket.
+    pub fn connect(&self) -> UnixStream {
+        let stream = UnixStream::connect(&self.socket).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.set_write_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    pub fn signal(&self, name: &str) {
+        let pid = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+    }
+
+    /// Waits for its end after SIGTERM; gives the statistics of the whole run.
+    pub fn end(&mut self) -> Value {
+        self.signal("TERM");
+        let statistics = self.line("scan statistics of the whole run");
+        assert_eq!(self.child.wait().unwrap().code(), Some(0));
+        statistics
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+pub fn said(command: &mut Command) -> Said {
+    let output = command.env("NO_COLOR", "1").output().unwrap();
+    Said {
+        code: output.status.code().unwrap_or(-1),
+        out: String::from_utf8(output.stdout).unwrap(),
+        err: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// Sends a line and gives the line that answers.
+pub fn ask(stream: &mut UnixStream, line: &str) -> Value {
+    stream.write_all(format!("{line}\n").as_bytes()).unwrap();
+    let mut answer = Vec::new();
+    let mut byte = [0];
+    while byte != *b"\n" {
+        stream.read_exact(&mut byte).unwrap();
+        answer.push(byte[0]);
+    }
+    serde_json::from_slice(&answer).unwrap()
+}

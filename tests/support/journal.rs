@@ -1,0 +1,172 @@
+//! A journal for tests: a socket in place of journald's, and a real journal made of what came.
+//!
+//! The datagrams are written in the journal's export format, which is theirs but for the fields
+//! that journald adds; `systemd-journal-remote` makes a file of it that `journalctl` reads.
+#![allow(dead_code)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Whether a program is there; CI wants it to be.
+pub fn installed(program: &str, package: &str) -> bool {
+    let there = Path::new(program).exists()
+        || Command::new("sh")
+            .args(["-c", &format!("command -v {program}")])
+            .output()
+            .is_ok_and(|output| output.status.success());
+    let required = std::env::var("RUNGD_REQUIRE_CLIENTS").is_ok_and(|value| value == "1");
+    assert!(there || !required, "{program} is not installed (apt: {package}), and is required");
+    if !there {
+        println!("passed over: {program} is not installed (apt: {package})");
+    }
+    there
+}
+
+/// What makes a journal of an export.
+pub const JOURNAL_REMOTE: &str = "/lib/systemd/systemd-journal-remote";
+
+/// A datagram, and when it came.
+#[derive(Clone)]
+pub struct Received {
+    pub at_us: u128,
+    pub bytes: Vec<u8>,
+}
+
+/// The fields of an entry.
+pub type Fields = BTreeMap<String, String>;
+
+/// A socket in place of journald's.
+pub struct FakeJournal {
+    pub folder: PathBuf,
+    received: Arc<Mutex<Vec<Received>>>,
+    /// While it is held nothing is received.
+    gate: Arc<Mutex<()>>,
+}
+
+impl FakeJournal {
+    pub fn new() -> FakeJournal {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        // A socket's path has 107 bytes at most.
+        let name = format!("rungd-journal-{}-{number}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        fs::create_dir_all(&folder).unwrap();
+        let socket = UnixDatagram::bind(folder.join("socket")).unwrap();
+        let received = Arc::new(Mutex::new(Vec::new()));
+        let (sink, gate) = (Arc::clone(&received), Arc::new(Mutex::new(())));
+        let passing = Arc::clone(&gate);
+        thread::spawn(move || {
+            let mut bytes = vec![0; 1 << 18];
+            while let Ok(length) = socket.recv(&mut bytes) {
+                drop(passing.lock().unwrap());
+                let at_us = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_micros();
+                let bytes = bytes[..length].to_vec();
+                sink.lock().unwrap().push(Received { at_us, bytes });
+            }
+        });
+        FakeJournal { folder, received, gate }
+    }
+
+    pub fn socket(&self) -> PathBuf {
+        self.folder.join("socket")
+    }
+
+    pub fn received(&self) -> Vec<Received> {
+        self.received.lock().unwrap().clone()
+    }
+
+    /// All entries so far.
+    pub fn entries(&self) -> Vec<Fields> {
+        self.received().iter().map(|received| fields(&received.bytes)).collect()
+    }
+
+    /// Stands still for as long as this is held.
+    pub fn freeze(&self) -> MutexGuard<'_, ()> {
+        self.gate.lock().unwrap()
+    }
+
+    /// Waits for an entry of an event.
+    pub fn wait_for(&self, event: &str) -> Fields {
+        let is = |entry: &&Fields| entry["RUNGD_EVENT"] == event;
+        self.wait_until(|entries| entries.iter().any(|entry| is(&entry)));
+        self.entries().iter().find(is).expect("it was there").clone()
+    }
+
+    /// Waits until the entries are as wanted.
+    pub fn wait_until(&self, wanted: impl Fn(&[Fields]) -> bool) {
+        let deadline = Instant::now() + Duration::from_secs(30);
+        while !wanted(&self.entries()) {
+            if Instant::now() > deadline {
+                let entries = self.entries();
+                let last = &entries[entries.len().saturating_sub(50)..];
+                panic!("not what was waited for, at the end: {last:#?}");
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Makes a real journal of what came, and gives its folder.
+    pub fn written(&self) -> PathBuf {
+        let folder = self.folder.join("journal");
+        fs::create_dir_all(&folder).unwrap();
+        let mut export = Vec::new();
+        for (number, Received { at_us, bytes }) in self.received().iter().enumerate() {
+            let trusted = format!(
+                "__REALTIME_TIMESTAMP={at_us}\n__MONOTONIC_TIMESTAMP={}\n\
+                 _BOOT_ID=f0e1d2c3b4a5968778695a4b3c2d1e0f\n_TRANSPORT=journal\n_HOSTNAME=plant\n\
+                 _SYSTEMD_UNIT=rungd.service\n_PID=4711\n",
+                1_000_000 + number
+            );
+            export.extend(trusted.as_bytes());
+            export.extend(bytes);
+            export.push(b'\n');
+        }
+        let file = self.folder.join("export");
+        fs::write(&file, export).unwrap();
+        let output = Command::new(JOURNAL_REMOTE)
+            .arg("--output")
+            .arg(folder.join("plant.journal"))
+            .arg(&file)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        folder
+    }
+}
+
+impl Drop for FakeJournal {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// A datagram's fields, as journald would read it.
+pub fn fields(mut bytes: &[u8]) -> Fields {
+    let mut fields = Fields::new();
+    while let Some(end) = bytes.iter().position(|byte| *byte == b'\n') {
+        let (line, rest) = (&bytes[..end], &bytes[end + 1..]);
+        let (name, value) = match line.iter().position(|byte| *byte == b'=') {
+            Some(at) => {
+                bytes = rest;
+                (&line[..at], &line[at + 1..])
+            }
+            None => {
+                let length = u64::from_le_bytes(rest[..8].try_into().unwrap()) as usize;
+                assert_eq!(rest[8 + length], b'\n');
+                bytes = &rest[9 + length..];
+                (line, &rest[8..8 + length])
+            }
+        };
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+        assert!(fields.insert(text(name), text(value)).is_none(), "{} twice", text(name));
+    }
+    assert!(bytes.is_empty());
+    fields
+}

@@ -1,0 +1,24 @@
+//! What a page shows against what a command prints: `…` within a line stands for any text, a line
+//! `…` for any lines.
+
+/// Whether a line is as shown.
+pub fn line_matches(shown: &str, line: &str) -> bool {
+    match shown.split_once('…') {
+        None => shown == line,
+        Some((head, tail)) => line.strip_prefix(head).is_some_and(|rest| {
+            let starts = rest.char_indices().map(|(at, _)| at).chain([rest.len()]);
+            starts.into_iter().any(|at| line_matches(tail, &rest[at..]))
+        }),
+    }
+}
+
+/// Whether the lines are as shown.
+pub fn lines_match(shown: &[&str], lines: &[&str]) -> bool {
+    match shown.split_first() {
+        None => lines.is_empty(),
+        Some((&"…", rest)) => (0..=lines.len()).any(|at| lines_match(rest, &lines[at..])),
+        Some((first, rest)) => lines
+            .split_first()
+            .is_some_and(|(line, lines)| line_matches(first, line) && lines_match(rest, lines)),
+    }
+}
