@@ -132,7 +132,8 @@ fn whatever_lies_in_the_files_place_it_starts_and_says_so() {
         let _ = fs::remove_dir_all(&file);
         let _ = fs::remove_file(&file);
         spoil(&file);
-        let lines = three_scans(&mut command(&plant));
+        let mut named = plant.command(&[] as &[&str]);
+        let lines = three_scans(named.arg("--restart-guard").arg(&file));
         let told = process::find(&lines, words);
         assert_eq!(
             (&told["event"], &told["level"]),
