@@ -230,6 +230,18 @@ test_status() {
         test "$texts" -le $((seconds + 3))
 }
 
+# The operator's socket: whose it is, and that it answers root; the user nobody is not let in.
+test_operator() {
+    local socket=/run/rungd/rungd.sock
+    check "rungd status: the socket is the group's" "$(container "stat -c '%A %U %G' $socket")" \
+        container "[ \"\$(stat -c '%a %U %G' $socket)\" = '660 rungd rungd' ]"
+    check "rungd status: answers" "$(in_it rungd status | head -1)" \
+        eval 'in_it rungd status | grep -q RUN'
+    check "rungd status: not for everybody" \
+        "$(container 'setpriv --reuid=65534 --clear-groups rungd status 2>&1 || true' | head -1)" \
+        container '! setpriv --reuid=65534 --clear-groups rungd status'
+}
+
 # The hardening lets the scan thread, and nobody else, become real-time. (Whether the limits may be
 # raised is the container's matter: a capability stands for them.)
 test_realtime() {
@@ -326,9 +338,13 @@ test_crash_loop() {
     check "crash loop: the log says so" \
         "$(log --since "$mark" | grep -o '10 restarts after unclean ends' | head -1)" \
         logged '10 restarts after unclean ends.*rungd mode run'
+    check "crash loop: left by rungd mode run" "$(in_it rungd mode run 2>&1 | head -1)" \
+        until_true 3 status_is '^RUN'
     in_it systemctl restart rungd
     until_true 3 status_is '^RUN' || true
-    check "crash loop: left by a restart" "$(property StatusText)" status_is '^RUN'
+    check "crash loop: an orderly restart forgets it" \
+        "$(property StatusText), $(container 'cat /run/rungd/restarts')" \
+        container 'grep -q "restarts=0 process=running" /run/rungd/restarts'
 }
 
 # journald stands still for five seconds, and then goes on: every grid point is accounted for.
@@ -399,6 +415,7 @@ inside() {
     test_security
     test_start
     test_status
+    test_operator
     test_realtime
     test_stop
     in_it systemctl start rungd

@@ -1,12 +1,19 @@
 //! `rungd completions`: what a shell reads to complete rungd's command lines.
+//!
+//! The script asks `rungd` itself at each completion, so that tags and addresses of the running
+//! ladder are completed too (`operator::complete`).
 
 use std::io::Write;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 use clap_complete::Shell;
+use clap_complete::env::Shells;
 
 use super::exit::Exit;
+
+/// The environment variable by which a script asks; as `CompleteEnv` has it.
+const VARIABLE: &str = "COMPLETE";
 
 /// Prints the completions for a shell; the page docs/install.md says where each wants them
 #[derive(Args, Debug)]
@@ -21,8 +28,11 @@ pub struct CompletionsArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn completions(args: &CompletionsArgs) -> Result<Exit> {
+    let name = args.shell.to_string();
+    let shells = Shells::builtins();
+    let shell = shells.completer(&name).context("this shell completes nothing")?;
     let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut super::command(), "rungd", &mut text);
+    shell.write_registration(VARIABLE, "rungd", "rungd", "rungd", &mut text)?;
     std::io::stdout().lock().write_all(&text)?;
     Ok(Exit::Ok)
 }
