@@ -180,6 +180,13 @@ pub const TOGETHER: &[(&str, &str)] = &[
     ),
     ("a branch", r#"{"required":["when","do"]}"#),
     (
+        REALTIME,
+        r#"{"oneOf":[
+            {"required":["policy","priority"],
+             "properties":{"policy":{"enum":["fifo","rr"]}}},
+            {"properties":{"policy":{"const":"other"},"priority":false}}]}"#,
+    ),
+    (
         DEVICE,
         r#"{"oneOf":[
             {"required":["pulse","every"],
