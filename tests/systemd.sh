@@ -242,6 +242,13 @@ test_operator() {
         container '! setpriv --reuid=65534 --clear-groups rungd status'
 }
 
+# journalctl -x shows what the catalogue says of each event.
+test_catalog() {
+    local explained
+    explained=$(in_it journalctl --no-pager -x -u rungd | grep -m 1 'Subject: mode-run' || true)
+    check "journalctl -x explains an event" "$explained" test -n "$explained"
+}
+
 # The hardening lets the scan thread, and nobody else, become real-time. (Whether the limits may be
 # raised is the container's matter: a capability stands for them.)
 test_realtime() {
@@ -416,6 +423,7 @@ inside() {
     test_start
     test_status
     test_operator
+    test_catalog
     test_realtime
     test_stop
     in_it systemctl start rungd
