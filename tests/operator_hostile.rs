@@ -51,7 +51,7 @@ fn garbage_is_answered_for_a_while_and_then_the_line_is_closed() {
     let answers = rest(stream);
     assert_eq!(answers.lines().count(), 2, "{answers}");
     let mut stream = live.connect();
-    let mut bytes: Vec<u8> = (0..30_000_u32).map(|n| (n * 7919 >> 3) as u8).collect();
+    let mut bytes: Vec<u8> = (0..30_000_u32).map(|n| ((n * 7919) >> 3) as u8).collect();
     bytes.push(b'\n');
     let _ = stream.write_all(&bytes);
     let deep = "[".repeat(20_000) + "\n";
