@@ -1,7 +1,7 @@
 //! `rungd completions`: what a shell reads to complete rungd's command lines.
 //!
 //! The script asks `rungd` itself at each completion, so that tags and addresses of the running
-//! ladder are completed too (`operator::complete`).
+//! ladder are completed too.
 
 use std::io::Write;
 
@@ -14,6 +14,13 @@ use super::exit::Exit;
 
 /// The environment variable by which a script asks; as `CompleteEnv` has it.
 const VARIABLE: &str = "COMPLETE";
+
+/// zsh loads the file when it first completes a line, and that line is to be completed as well.
+const ZSH_FIRST_TIME: &str = "
+if [[ $funcstack[1] == _rungd ]]; then
+    _clap_dynamic_completer_rungd \"$@\"
+fi
+";
 
 /// Prints the completions for a shell; the page docs/install.md says where each wants them
 #[derive(Args, Debug)]
@@ -33,6 +40,9 @@ pub fn completions(args: &CompletionsArgs) -> Result<Exit> {
     let shell = shells.completer(&name).context("this shell completes nothing")?;
     let mut text = Vec::new();
     shell.write_registration(VARIABLE, "rungd", "rungd", "rungd", &mut text)?;
+    if args.shell == Shell::Zsh {
+        text.extend(ZSH_FIRST_TIME.bytes());
+    }
     std::io::stdout().lock().write_all(&text)?;
     Ok(Exit::Ok)
 }
