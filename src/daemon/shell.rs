@@ -285,8 +285,11 @@ async fn start_drivers(
     if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
         let about = operator::About::new(setup, prepared.grants(), prepared.gauge(), clients);
         let desk = operator::Desk::new(setup.names.clone(), port.clone(), about, patience);
-        let server = operator::Server::bind(&place, desk)?;
-        drivers.spawn(server.run(told(stopped)));
+        match operator::Server::bind(&place, desk) {
+            Ok(server) => drop(drivers.spawn(server.run(told(stopped)))),
+            Err(why) if operator::may_do_without(&place, &why) => {}
+            Err(why) => return Err(why),
+        }
     }
     Ok(drivers)
 }
