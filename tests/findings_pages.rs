@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rungd::load::{self, Loaded};
-use rungd::source::finding::{Code, Finding, Row, Severity, TABLE};
+use rungd::source::finding::{Finding, Row, Severity, TABLE};
 use rungd::source::render::{Style, render};
 use rungd::source::span::SourceFile;
 
