@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use rungd::isa::instruction::{Spec, TABLE, Termination};
 use rungd::isa::status;
 use rungd::load::{self, Loaded};
-use rungd::source::finding::{Code, Severity};
+use rungd::source::finding::Severity;
 
 const BEGIN: &str = "<!-- generated: instructions -->\n";
 const END: &str = "<!-- end -->";

@@ -131,8 +131,8 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             event = "retain-cold",
             file = %path,
             why,
-            "retentive memory: nothing is restored, memory is as after a cold start: {path}: {why}. \
-             `[retain] cold-start` lets it run"
+            "retentive memory: nothing is restored, memory is as after a cold start: {path}: \
+             {why}. `[retain] cold-start` lets it run"
         );
     } else {
         error!(

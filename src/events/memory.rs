@@ -128,4 +128,13 @@ pub(super) const EVENTS: &[Event] = &[
                   before.",
         remedy: "See the line for why; after the next start, put right what counts.",
     },
+    Event {
+        number: 913,
+        name: "retain-saved",
+        level: Level::Info,
+        id: "1b7f40ec1278449e92f3250f7dac06e6",
+        limit: Limit::CLIENTS,
+        meaning: "An operator had retentive memory kept, and it is durable.",
+        remedy: "Nothing.",
+    },
 ];

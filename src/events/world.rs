@@ -220,15 +220,6 @@ pub(super) const EVENTS: &[Event] = &[
     },
     Event {
         number: 813,
-        name: "operator-retain-save",
-        level: Level::Info,
-        id: "1b7f40ec1278449e92f3250f7dac06e6",
-        limit: Limit::CLIENTS,
-        meaning: "An operator had retentive memory kept, and it is durable.",
-        remedy: "Nothing.",
-    },
-    Event {
-        number: 813,
         name: "operator-no-socket",
         level: Level::Warn,
         id: "e222b907ebd44320bdd5c57d45286cf8",

@@ -81,7 +81,7 @@ impl Desk {
         let (kept, flush) = saved.map_err(|why| refused(format!("{file}: not kept: {why}")))?;
         let (image, scan) = (kept.stamp.sequence, kept.stamp.scan);
         info!(
-            event = "operator-retain-save",
+            event = "retain-saved",
             who = %peer.name,
             uid = peer.uid,
             pid = peer.pid,
