@@ -49,8 +49,10 @@ impl Plant {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        command.arg("run").arg(self.0.join("controller.toml")).args(arguments);
+        // Under `nohup` SIGHUP would stay ignored.
+        let mut command = Command::new("env");
+        command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_rungd"), "run"]);
+        command.arg(self.0.join("controller.toml")).args(arguments);
         command.env_remove("RUNGD_LOG").env_remove("NOTIFY_SOCKET").env_remove("JOURNAL_STREAM");
         command.env_remove("RUNTIME_DIRECTORY").env_remove("STATE_DIRECTORY");
         command.stderr(Stdio::piped()).stdout(Stdio::piped());
