@@ -572,9 +572,7 @@ fn the_page_shows_what_is_logged() {
         let text = fenced(page, &format!("# {file}"));
         std::fs::write(plant.0.join(file), text).unwrap();
     }
-    let mut command = plant.command(&[]);
-    let binary = command.get_program().to_owned();
-    command = Command::new(binary);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.current_dir(&plant.0).args(["run", "gate-controller.toml", "--scans", "32"]);
     command.env_remove("RUNGD_LOG").env_remove("JOURNAL_STREAM");
     let output = command.output().unwrap();
