@@ -95,7 +95,7 @@ fn a_write_that_does_not_hold_says_why() {
     let live = live();
     let said = live.say("write C7 off");
     assert_eq!(said.code, 0);
-    assert!(said.err.contains("the same scan wrote it again"), "{said:?}");
+    assert!(said.err.contains("was written again in the same scan"), "{said:?}");
     live.ok("force size 9");
     let said = live.say("write size 10");
     assert_eq!(said.code, 1);

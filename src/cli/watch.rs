@@ -100,7 +100,8 @@ fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String
         lines.push(format!("… {hidden} more: the window is too low"));
     }
     for line in lines {
-        text.extend(line.chars().take(wide.max(1)));
+        // Nor in the last column: clearing behind it would clear it.
+        text.extend(line.chars().take(wide.saturating_sub(1).max(1)));
         text += "\x1b[K\n";
     }
     text + "\x1b[J"
@@ -140,7 +141,7 @@ mod tests {
     fn a_table_stays_within_its_window() {
         let mut values = values();
         values.values = (0..20).flat_map(|_| values.values.clone()).collect();
-        let drawing = drawing(&values, false, (12, 10));
+        let drawing = drawing(&values, false, (13, 10));
         let lines: Vec<&str> = drawing.lines().map(|l| l.trim_end_matches("\x1b[K")).collect();
         assert_eq!(lines.len(), 10, "nine lines, and the cursor's: {lines:?}");
         assert_eq!(

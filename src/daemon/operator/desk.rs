@@ -139,7 +139,9 @@ impl Desk {
         }
         let written = operand.held(value);
         (change.now.value != written).then(|| {
-            format!("it took {written}, and the same scan wrote it again: to hold it, force it")
+            format!(
+                "it took {written}, and was written again in the same scan: to hold it, force it"
+            )
         })
     }
 
