@@ -27,7 +27,7 @@ pub struct StatusArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn status(args: &StatusArgs) -> Result<Exit> {
-    let status: Status = match args.at.ask(&Request::Status) {
+    let status: Status = match args.at.ask(&Request::Status {}) {
         Ok(status) => status,
         Err(exit) => return Ok(exit),
     };
@@ -46,10 +46,10 @@ fn page(status: &Status) -> String {
         row(
             "ladder",
             &format!(
-                "{}: {} blocks, {} rungs, sha256 {}",
+                "{}: {}, {}, sha256 {}",
                 ladder.name,
-                ladder.blocks,
-                ladder.rungs,
+                count(ladder.blocks, "block"),
+                count(ladder.rungs, "rung"),
                 ladder.sha256.get(..12).unwrap_or_default()
             ),
         ),
@@ -85,6 +85,10 @@ fn page(status: &Status) -> String {
     let lost = format!("from {level} on; {dropped} lines and {records} records dropped");
     lines.push(row("log", &lost));
     lines.iter().map(|line| format!("{}\n", line.trim_end())).collect()
+}
+
+fn count(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
 }
 
 fn row(head: &str, text: &str) -> String {
