@@ -16,6 +16,7 @@ pub mod load;
 pub mod lower;
 pub mod operator;
 pub mod resolve;
+pub mod retain;
 pub mod runtime;
 pub mod sim;
 pub mod source;

@@ -15,6 +15,7 @@ pub mod man;
 pub mod mode;
 pub mod operator;
 pub mod read;
+pub mod retain;
 pub mod run;
 pub mod schema;
 pub mod sim;
@@ -60,6 +61,7 @@ enum Command {
     Unforce(force::UnforceArgs),
     Watch(watch::WatchArgs),
     Mode(mode::ModeArgs),
+    Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
 }
 
@@ -107,6 +109,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Unforce(args) => force::unforce(args),
         Command::Watch(args) => watch::watch(args),
         Command::Mode(args) => mode::mode(args),
+        Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
     }
 }

@@ -3,7 +3,9 @@
 //! `load` reads files and finds what is wrong in them; here the engine's program is made of the
 //! ladder, and what the controller file asks for becomes what the runtime and the drivers take.
 
+use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use crate::engine;
 use crate::isa::status::st;
@@ -14,11 +16,13 @@ use crate::operator::names::Names;
 use crate::resolve::controller::{self as resolved, Controller};
 use crate::resolve::operator::Operator;
 use crate::resolve::program::{BlockKind, Program};
+use crate::retain::Plan;
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::realtime::{self, Realtime};
 use crate::source::span::SourceFile;
 
 use super::narration::Narration;
+use super::retain::{Wanted, place};
 
 const MS_NS: u64 = 1_000_000;
 
@@ -42,6 +46,7 @@ pub struct Setup {
     pub(super) posture: Posture,
     pub(super) modbus: Option<resolved::Modbus>,
     pub(super) rules: Vec<resolved::Device>,
+    pub(super) retain: Option<Wanted>,
 }
 
 /// What is told of a ladder at start.
@@ -70,15 +75,6 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
-    if let Some(range) = controller.retain.first() {
-        let (line, column) = files[0].line_column(range.span.start);
-        return Err(format!(
-            "{}:{line}:{column}: `[retain] ranges` asks for memory that survives a restart, and \
-             this version has no store for it: it would start cold without a word. Take the \
-             table out to run without",
-            files[0].name
-        ));
-    }
     let (code, symbols) = lower(program);
     let (narration, watched) = Narration::new(program, &symbols);
     let setup = Setup {
@@ -95,9 +91,27 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         posture: posture(&controller.realtime),
         modbus: controller.modbus.clone(),
         rules: controller.devices.clone(),
+        retain: retain(controller, program, &symbols, &files[0].name),
         symbols,
     };
     Ok((code, setup))
+}
+
+fn retain(
+    controller: &Controller,
+    program: &Program,
+    symbols: &Symbols,
+    file: &str,
+) -> Option<Wanted> {
+    let (retention, layout) = (&controller.retention, &symbols.layout);
+    let plan = Plan::new(&controller.retain, program, layout);
+    (!plan.is_empty()).then(|| Wanted {
+        path: place(retention.file.as_deref(), Path::new(file)),
+        plan,
+        interval: Duration::from_millis(u64::from(retention.interval_ms)),
+        runs_cold: retention.runs_cold,
+        budget: u64::from(retention.budget_mb) * 1_000_000,
+    })
 }
 
 fn blocks(program: &Program) -> Vec<(String, bool)> {

@@ -16,6 +16,8 @@ mod log_writer;
 mod narration;
 mod operator;
 mod posture;
+mod retain;
+mod retain_thread;
 mod shell;
 mod signals;
 mod systemd;

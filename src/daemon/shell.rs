@@ -18,6 +18,8 @@ use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::span;
 use super::operator;
 use super::posture;
+use super::retain;
+use super::retain_thread::Retention;
 use super::signals::{Host, Signals};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
@@ -85,10 +87,15 @@ pub fn run(
 ) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
+    let inputs = initial_inputs(&program, &setup);
+    let mut engine = Engine::new(program);
+    let retained = setup.retain.as_ref().map(|wanted| retain::begin(wanted, &mut engine));
+    let retained = retained.transpose()?;
+    let cold = retained.as_ref().and_then(|opened| opened.cold);
     let settings = Settings {
         pace: runtime::Pace {
             scans: options.scans,
-            start_in_stop: options.start_in_stop,
+            start_in_stop: options.start_in_stop.or(cold),
             ..setup.pace.clone()
         },
         memory: setup.memory.clone(),
@@ -105,13 +112,13 @@ pub fn run(
         has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
     let writer = LogWriter::new(setup.narration.clone(), facts);
-    let inputs = initial_inputs(&program, &setup);
-    let prepared = runtime::prepare(Engine::new(program), &settings, writer)?;
+    let prepared = runtime::prepare(engine, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
+    let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
-    tokio.block_on(shell(prepared, &setup, Attendance { signals, guard, patience }))
+    tokio.block_on(shell(prepared, &setup, Attendance { signals, guard, patience, retention }))
 }
 
 /// The inputs that are ON until their driver writes them: those with an initial value.
@@ -128,6 +135,7 @@ struct Attendance<'a> {
     guard: &'a mut Guard,
     /// How long the orderly stop may take.
     patience: Duration,
+    retention: Option<Retention>,
 }
 
 /// From the drivers' start to the scan thread's end.
@@ -137,7 +145,8 @@ async fn shell(
     mut attendance: Attendance<'_>,
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
-    let mut drivers = start_drivers(setup, &prepared, &stopped).await?;
+    let retention = attendance.retention.clone();
+    let mut drivers = start_drivers(setup, &prepared, &retention, &stopped).await?;
     if let Some(name) = attendance.signals.waiting().await {
         info!(
             event = "signal",
@@ -160,7 +169,11 @@ async fn shell(
     let Over { asked, waiting: Waiting::Ended } = over else {
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
     };
-    Ok(conclude(runtime.join(), asked))
+    let report = runtime.join();
+    if let Some(retention) = &retention {
+        retention.end(attendance.signals.next()).await;
+    }
+    Ok(conclude(report, asked))
 }
 
 /// How the shell's waiting came to its end.
@@ -179,7 +192,7 @@ struct Over {
 
 /// Signals and systemd, until the scan thread is over.
 async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
-    let Attendance { signals, guard, patience } = attendance;
+    let Attendance { signals, guard, patience, .. } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
     let (systemd, mut notices) =
         (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
@@ -249,6 +262,7 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
 async fn start_drivers(
     setup: &Setup,
     prepared: &Prepared,
+    retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<JoinSet<()>, Failure> {
     let mut drivers = JoinSet::new();
@@ -283,7 +297,13 @@ async fn start_drivers(
         drivers.spawn(drive.run(told(stopped)));
     }
     if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
-        let about = operator::About::new(setup, prepared.grants(), prepared.gauge(), clients);
+        let about = operator::About::new(
+            setup,
+            prepared.grants(),
+            prepared.gauge(),
+            clients,
+            retention.clone(),
+        );
         let desk = operator::Desk::new(setup.names.clone(), port.clone(), about, patience);
         match operator::Server::bind(&place, desk) {
             Ok(server) => drop(drivers.spawn(server.run(told(stopped)))),

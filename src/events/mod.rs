@@ -10,6 +10,7 @@
 
 mod controller;
 mod journal_catalog;
+mod memory;
 mod plant;
 mod world;
 
@@ -64,7 +65,7 @@ impl Limit {
 }
 
 /// The hundreds of the codes, and what they are about.
-pub const GROUPS: [(u16, &str); 9] = [
+pub const GROUPS: [(u16, &str); 10] = [
     (0, "The process"),
     (1, "Real-time posture"),
     (2, "Modes"),
@@ -74,9 +75,10 @@ pub const GROUPS: [(u16, &str); 9] = [
     (6, "The log itself"),
     (7, "Modbus"),
     (8, "The operator"),
+    (9, "Retentive memory"),
 ];
 
-const TABLES: [&[Event]; 3] = [controller::EVENTS, plant::EVENTS, world::EVENTS];
+const TABLES: [&[Event]; 4] = [controller::EVENTS, plant::EVENTS, world::EVENTS, memory::EVENTS];
 
 /// All rows, by code.
 pub fn all() -> impl Iterator<Item = &'static Event> {

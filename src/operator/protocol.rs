@@ -58,6 +58,8 @@ pub enum Request {
         /// From which level on.
         level: Level,
     },
+    /// Has retentive memory kept now; answered once it is durable: [`Saved`].
+    RetainSave,
     /// Tags and addresses that begin so, for completion: [`Names`].
     Names {
         /// The beginning.
@@ -204,6 +206,19 @@ pub struct LevelChange {
     pub after: Level,
 }
 
+/// The answer to a wish to have retentive memory kept.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Saved {
+    /// The file.
+    pub file: String,
+    /// The image's number in it.
+    pub image: u64,
+    /// Of which scan it is, or an earlier one of which the same is retained.
+    pub scan: u64,
+    /// How long it took until it was durable; 0: it was already.
+    pub flush_us: u64,
+}
+
 /// The answer to a question for names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
@@ -249,7 +264,34 @@ pub struct Status {
     /// What is forced.
     pub forces: Vec<Value>,
     pub devices: Devices,
+    /// Retentive memory, where the controller file asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retain: Option<Retain>,
     pub log: Log,
+}
+
+/// Retentive memory.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Retain {
+    pub file: String,
+    pub interval_ms: u64,
+    /// What the start restored, in words.
+    pub restored: String,
+    /// The last image that is durable, if this process wrote one: its number, its scan, its age.
+    pub image: Option<u64>,
+    pub scan: Option<u64>,
+    pub age_ms: Option<u64>,
+    /// From the beginning of a write until it was durable: the last one, the longest one.
+    pub flush_us: u64,
+    pub flush_max_us: u64,
+    pub writes: u64,
+    pub bytes: u64,
+    /// As it went so far; none where that is less than a minute.
+    pub bytes_per_day: Option<u64>,
+    pub budget_per_day: u64,
+    /// Why it cannot be written at present.
+    pub failing: Option<String>,
 }
 
 /// The ladder.
@@ -410,6 +452,7 @@ mod tests {
             r#"{"do":"unforce-all"}"#,
             r#"{"do":"mode","to":"run"}"#,
             r#"{"do":"log-level","level":"debug"}"#,
+            r#"{"do":"retain-save"}"#,
             r#"{"do":"names","prefix":"b"}"#,
         ] {
             let request: Request = serde_json::from_str(line).expect(line);

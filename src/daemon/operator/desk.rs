@@ -18,7 +18,7 @@ use crate::engine::Cell;
 use crate::operator::names::{Names, Operand};
 use crate::operator::protocol::{
     self, Change, Given, Level, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
-    RefusalKind, Request, Value, Values,
+    RefusalKind, Request, Saved, Value, Values,
 };
 use crate::runtime::command::{Answer, Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Outcome, Port, Refused, Snapshot, Write};
@@ -27,6 +27,8 @@ use crate::runtime::exchange::{Mode, Outcome, Port, Refused, Snapshot, Write};
 const ASK_AGAIN: Duration = Duration::from_millis(1);
 /// How long a change waits for that at least.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
+/// How long a disk may take.
+const RETAIN_WAIT: Duration = Duration::from_secs(120);
 
 /// Where requests are answered.
 pub(in super::super) struct Desk {
@@ -58,11 +60,36 @@ impl Desk {
             Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
             Request::Mode { to } => as_json(&self.mode(peer, *to).await?),
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
+            Request::RetainSave => as_json(&self.retain_save(peer).await?),
             Request::Names { prefix } => {
                 let names = self.names.beginning(prefix);
                 as_json(&protocol::Names { names })
             }
         }
+    }
+
+    async fn retain_save(&self, peer: &Peer) -> Done<Saved> {
+        let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
+        let retention = self.about.retention().ok_or_else(|| {
+            refused("the controller file retains nothing: `[retain] ranges` says what".to_owned())
+        })?;
+        let saved = timeout(RETAIN_WAIT, retention.save()).await.map_err(|_| {
+            let message = "the disk has not answered in time; it may yet be kept";
+            Refusal::new(RefusalKind::NoAnswer, message)
+        })?;
+        let file = retention.wanted.path.display().to_string();
+        let (kept, flush) = saved.map_err(|why| refused(format!("{file}: not kept: {why}")))?;
+        let (image, scan) = (kept.stamp.sequence, kept.stamp.scan);
+        info!(
+            event = "retain-saved",
+            who = %peer.name,
+            uid = peer.uid,
+            pid = peer.pid,
+            image,
+            scan,
+            "{peer} had retentive memory kept: image {image} of scan {scan} is durable"
+        );
+        Ok(Saved { file, image, scan, flush_us: flush.as_micros() as u64 })
     }
 
     fn status(&self) -> protocol::Status {

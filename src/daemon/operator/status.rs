@@ -5,15 +5,17 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::desk::{level_of, reason};
 use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
+use crate::daemon::retain_thread::Retention;
 use crate::engine::Layout;
 use crate::isa::{Bit, BlockId, StageId};
 use crate::operator::protocol::{
-    self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Scan, Spread, Status, Value,
+    self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan, Spread,
+    Status, Value,
 };
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{self, Gauge, Grant, monotonic_ns};
@@ -34,6 +36,7 @@ pub(in super::super) struct About {
     rules: usize,
     /// Inputs that a driver moves, and which.
     driven: Vec<(u32, u32, &'static str)>,
+    retention: Option<Retention>,
 }
 
 struct NamedBlock {
@@ -49,6 +52,7 @@ impl About {
         grants: &[Grant],
         gauge: Gauge,
         clients: Option<(String, Arc<AtomicUsize>)>,
+        retention: Option<Retention>,
     ) -> About {
         let modbus = setup.modbus.as_ref();
         let mut driven: Vec<_> = setup
@@ -74,7 +78,13 @@ impl About {
                 .map(|(modbus, (address, clients))| (address, modbus.connections, clients)),
             rules: setup.rules.len(),
             driven,
+            retention,
         }
+    }
+
+    /// Retentive memory, where it is asked for.
+    pub(super) fn retention(&self) -> Option<&Retention> {
+        self.retention.as_ref()
     }
 
     /// Which driver moves an input.
@@ -117,6 +127,7 @@ impl About {
                 }),
                 simulated_rules: (self.rules > 0).then_some(self.rules),
             },
+            retain: self.retention.as_ref().map(retain),
             log: Log {
                 level: level_of(log::level()),
                 lines_dropped: log::lines_dropped(),
@@ -152,6 +163,27 @@ fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {
         }
     }
     blocks
+}
+
+fn retain(retention: &Retention) -> Retain {
+    let (wanted, figures) = (&retention.wanted, retention.figures());
+    let us = |time: Duration| time.as_micros() as u64;
+    let kept = figures.kept.as_ref();
+    Retain {
+        file: wanted.path.display().to_string(),
+        interval_ms: wanted.interval.as_millis() as u64,
+        image: kept.map(|(kept, _)| kept.stamp.sequence),
+        scan: kept.map(|(kept, _)| kept.stamp.scan),
+        age_ms: kept.map(|(_, since)| since.elapsed().as_millis() as u64),
+        flush_us: us(figures.flush),
+        flush_max_us: us(figures.flush_max),
+        writes: figures.writes,
+        bytes: figures.bytes,
+        bytes_per_day: figures.projected(),
+        budget_per_day: wanted.budget,
+        restored: figures.restored,
+        failing: figures.failing,
+    }
 }
 
 fn posture(grant: &Grant) -> Posture {
