@@ -38,7 +38,7 @@ impl Numbers {
 
 /// What the controller says of itself; `None` where it does not answer (yet).
 fn status(plant: &Plant) -> Option<Status> {
-    client::ask(&plant.0.join("op"), &Request::Status).ok()
+    client::ask(&plant.0.join("op"), &Request::Status {}).ok()
 }
 
 /// One life after another: each goes on where the file says that the one before was.
