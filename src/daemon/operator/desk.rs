@@ -60,7 +60,7 @@ impl Desk {
             Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
             Request::Mode { to } => as_json(&self.mode(peer, *to).await?),
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
-            Request::RetainSave => as_json(&self.retain_save(peer).await?),
+            Request::RetainSave {} => as_json(&self.retain_save(peer).await?),
             Request::Names { prefix } => {
                 let names = self.names.beginning(prefix);
                 as_json(&protocol::Names { names })
