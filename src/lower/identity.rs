@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::engine::BitCell;
+use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::resolve::program::{ArgValue, BlockKind, Edge, Instruction, Program, TagMeaning, Value};
 
@@ -95,6 +95,8 @@ pub struct History {
 pub struct Interval {
     pub task: BlockId,
     pub every: Value,
+    /// The word that holds it.
+    pub word: WordCell,
 }
 
 impl Identity {
@@ -125,25 +127,18 @@ impl Identity {
         identity
     }
 
-    /// Notes an instruction that owns a structure, or enables a Task recurrently.
+    /// Notes an instruction, if it owns a structure.
     pub(super) fn instruction(&mut self, instruction: &Instruction, standing: Standing) {
         let mnemonic = instruction.mnemonic;
         let value = |name| match instruction.arg(name)?.value {
             ArgValue::Value(value) => Some(value),
             _ => None,
         };
-        match instruction.args.first().map(|arg| arg.value) {
-            Some(ArgValue::Structure(structure)) if mnemonic.owns_structure() => {
-                let names = ["preset", "up-preset", "dn-preset"].into_iter();
-                let presets = names.filter_map(|name| Some((name, value(name)?))).collect();
-                self.owners.push(Owner { structure, mnemonic, standing, presets });
-            }
-            Some(ArgValue::Block(task)) if mnemonic == Mnemonic::Entask => {
-                if let Some(every) = value("every") {
-                    self.intervals.push(Interval { task, every });
-                }
-            }
-            _ => {}
+        let owned = instruction.args.first().map(|arg| arg.value);
+        if let (Some(ArgValue::Structure(structure)), true) = (owned, mnemonic.owns_structure()) {
+            let names = ["preset", "up-preset", "dn-preset"].into_iter();
+            let presets = names.filter_map(|name| Some((name, value(name)?))).collect();
+            self.owners.push(Owner { structure, mnemonic, standing, presets });
         }
     }
 

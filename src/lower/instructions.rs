@@ -1,12 +1,13 @@
 //! Instructions → operations, and what a termination pass does to each.
 
 use super::assembler::{Assembler, loads_preset};
-use crate::engine::Termination;
+use super::identity::Interval;
 use crate::engine::ops::{
     Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr,
     Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst, Rstct, Rstt,
     Sensaphone, Set, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
 };
+use crate::engine::{Termination, WordCell};
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, Mnemonic, StageId, Structure, Word};
 use crate::resolve::program::{ArgValue, Instruction, Value};
@@ -297,7 +298,9 @@ impl Assembler<'_> {
             None => ControlKind::EnableOnce { task, history: self.edge_history(site) },
             Some(every) => {
                 self.terminates(Termination::DisableTask(task));
-                ControlKind::EnableEvery { task, every: self.value(every) }
+                let word = self.value(every);
+                self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
+                ControlKind::EnableEvery { task, every: word }
             }
         }
     }
