@@ -15,6 +15,7 @@ pub mod man;
 pub mod mode;
 pub mod operator;
 pub mod read;
+pub mod reload;
 pub mod run;
 pub mod schema;
 pub mod sim;
@@ -60,6 +61,8 @@ enum Command {
     Unforce(force::UnforceArgs),
     Watch(watch::WatchArgs),
     Mode(mode::ModeArgs),
+    Reload(reload::ReloadArgs),
+    Rollback(reload::RollbackArgs),
     LogLevel(log_level::LogLevelArgs),
 }
 
@@ -107,6 +110,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Unforce(args) => force::unforce(args),
         Command::Watch(args) => watch::watch(args),
         Command::Mode(args) => mode::mode(args),
+        Command::Reload(args) => reload::reload(args),
+        Command::Rollback(args) => reload::rollback(args),
         Command::LogLevel(args) => log_level::log_level(args),
     }
 }

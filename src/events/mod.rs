@@ -11,6 +11,7 @@
 mod controller;
 mod journal_catalog;
 mod plant;
+mod reload;
 mod world;
 
 pub use journal_catalog::catalog;
@@ -64,7 +65,7 @@ impl Limit {
 }
 
 /// The hundreds of the codes, and what they are about.
-pub const GROUPS: [(u16, &str); 9] = [
+pub const GROUPS: [(u16, &str); 10] = [
     (0, "The process"),
     (1, "Real-time posture"),
     (2, "Modes"),
@@ -74,9 +75,10 @@ pub const GROUPS: [(u16, &str); 9] = [
     (6, "The log itself"),
     (7, "Modbus"),
     (8, "The operator"),
+    (10, "Reloads"),
 ];
 
-const TABLES: [&[Event]; 3] = [controller::EVENTS, plant::EVENTS, world::EVENTS];
+const TABLES: [&[Event]; 4] = [controller::EVENTS, plant::EVENTS, world::EVENTS, reload::EVENTS];
 
 /// All rows, by code.
 pub fn all() -> impl Iterator<Item = &'static Event> {

@@ -1,8 +1,8 @@
 //! Edge histories: which of the new program's goes on from which of the old one's.
 //!
 //! Asked for in this order, each history once: same rung and text in the same element; the same
-//! in another Stage of the block; the same rung of the block, whatever its contacts say now, in their
-//! order; the same text in the block. What is left begins OFF.
+//! in another Stage of the block; the same rung of the block, whatever its contacts say now, in
+//! their order; the same text in the block. What is left begins OFF.
 
 use std::collections::{HashMap, VecDeque};
 

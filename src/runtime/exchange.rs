@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::command::{Answer, Command, CommandId, Denial, Desk, Forces};
+use super::link::Safe;
 use crate::engine::{BitCell, Cell, WordCell};
 
 /// The most writes that one batch may hold. (A Modbus request writes at most 1968 coils, and each
@@ -128,6 +129,8 @@ impl fmt::Display for FaultReason {
 /// What the world sees: the image of the last complete scan, whole.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
+    /// Which program's: one more with every reload. Cells are that program's.
+    pub generation: u32,
     /// Complete scans since the process started.
     pub scans: u64,
     /// The timestamp of that scan (CLOCK_MONOTONIC, ns).
@@ -146,6 +149,8 @@ pub struct Snapshot {
     pub tickets_done: u64,
     /// What is forced.
     pub forces: Forces,
+    /// What each Y does outside RUN.
+    pub safe: Arc<[Safe]>,
 }
 
 impl Snapshot {

@@ -105,6 +105,7 @@ pub const CONTROLLER: &[Key] = &[
     key(FILE, "retain", "What a restart keeps."),
     key(FILE, "modbus-server", "A Modbus TCP server; none where this is absent."),
     key(FILE, "simulated-device", "Inputs that move by themselves, instead of a plant."),
+    key(FILE, "reload", "How a reload goes."),
     key(FILE, "log", "What the log tells by itself."),
     key(MEMORY, "X", "Inputs."),
     key(MEMORY, "Y", "Outputs."),
@@ -158,6 +159,11 @@ pub const CONTROLLER: &[Key] = &[
     key(DEVICE, "release", "How long that bit is OFF before the input is; else as `after`."),
     key(DEVICE, "while", "It moves only while this bit is ON."),
     key(DEVICE, "invert", "ON where the rule says OFF."),
+    key(
+        "`[reload]`",
+        "probation",
+        "A program that faults within this time after its reload is taken back; 0ms: never.",
+    ),
     key("`[log]`", "statistics", "How often scan statistics are logged; 0ms: never."),
 ];
 

@@ -161,6 +161,11 @@ impl Session {
     fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
         let (peer, why) = (&self.peer, &refusal.message);
         let what = serde_json::to_string(request).unwrap_or_default();
+        let told = matches!(request, Request::Reload { .. } | Request::Rollback);
+        if told && refusal.kind != RefusalKind::NotPermitted {
+            // With its findings, by who did it.
+            return;
+        }
         if !request.changes() {
             debug!(
                 event = "operator-read-refused",
