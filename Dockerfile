@@ -1,5 +1,5 @@
-# rungd in an image of its own: one static program, a user, and a first controller with a simulated
-# device. Nothing else is in it, not even a shell.
+# rungd in an image of its own: one static program, licences, a user, and a first controller with a
+# simulated device. Nothing else is in it, not even a shell.
 #
 #   docker build -t rungd .
 #   docker run --rm rungd                                            # the first controller
@@ -9,17 +9,21 @@
 # docs/install.md says how to give it a real-time priority. tests/container.sh builds and tries it.
 FROM rust:1-slim-trixie AS build
 WORKDIR /src
-COPY Cargo.toml Cargo.lock ./
+COPY Cargo.toml Cargo.lock LICENSE-MIT LICENSE-APACHE ./
 COPY benches ./benches
 COPY config ./config
 COPY docs ./docs
+COPY packaging/third-party.sh ./packaging/
 COPY src ./src
 COPY tests ./tests
 # glibc linked in: for a target that is named, since build scripts and macros must stay dynamic.
 RUN host="$(rustc -vV | sed -n 's/^host: //p')" \
     && RUSTFLAGS="-C target-feature=+crt-static -C strip=symbols" \
         cargo build --release --locked --bin rungd --target "$host" \
-    && mkdir -p /image/usr/bin /image/etc/rungd/programs /image/run/rungd /image/var/lib/rungd \
+    && mkdir -p /image/usr/bin /image/usr/share/doc/rungd /image/etc/rungd/programs \
+        /image/run/rungd /image/var/lib/rungd \
+    && cp LICENSE-MIT LICENSE-APACHE /image/usr/share/doc/rungd/ \
+    && packaging/third-party.sh >/image/usr/share/doc/rungd/third-party-licences.txt \
     && cp "target/$host/release/rungd" /image/usr/bin/ \
     && cp config/first/controller.toml /image/etc/rungd/ \
     && cp config/first/programs/main.toml /image/etc/rungd/programs/ \

@@ -5,9 +5,8 @@
 #   packaging/build-deb.sh                     # target/debian/rungd_VERSION-1_ARCH.deb
 #   packaging/build-deb.sh --version 0.1.1-1   # another version, to try an upgrade
 #   packaging/build-deb.sh --output DIR        # elsewhere; target/debian holds the last one only
-#   RUNGD_PROFILE=mutants packaging/build-deb.sh --fast    # quickly made, for a test: not for use
 #
-# Wants: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils, python3.
+# Wants: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -17,18 +16,14 @@ while [ $# -gt 0 ]; do
     case "$1" in
     --version) version="$2"; shift 2 ;;
     --output) options+=(--output "$2"); shift 2 ;;
-    --fast) options+=(--fast); shift ;;
     *) echo "build-deb.sh: unknown argument $1" >&2; exit 2 ;;
     esac
 done
 
-profile="${RUNGD_PROFILE:-release}"
-target="${CARGO_TARGET_DIR:-target}"
-built="$target/$profile"
-# cargo-deb takes `target/release/` for the folder of whatever profile it is told.
+built="${CARGO_TARGET_DIR:-target}/release"
 made="$built/packaging"
 
-cargo build --locked --profile "$profile" --bin rungd
+cargo build --locked --release --bin rungd
 rm -rf "$made"
 mkdir -p "$made/completions" "$made/schema"
 rungd="$built/rungd"
@@ -39,7 +34,7 @@ rungd="$built/rungd"
 for kind in ladder controller; do
     "$rungd" schema "$kind" >"$made/schema/$kind.schema.json"
 done
-python3 packaging/third-party.py >"$made/third-party-licences.txt"
+packaging/third-party.sh >"$made/third-party-licences.txt"
 
 [ -n "$version" ] || version="$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)-1"
 # The changes are CHANGELOG.md's; Debian wants a file of its form that names the version.
@@ -53,4 +48,4 @@ EOF
 gzip -9nc CHANGELOG.md >"$made/changelog.gz"
 gzip -9n "$made"/man/*.1
 
-cargo deb --no-build --profile "$profile" --deb-version "$version" --strip "${options[@]}"
+cargo deb --no-build --deb-version "$version" --strip "${options[@]}"

@@ -51,8 +51,8 @@ label="$(buildah inspect --type image --format '{{.Docker.Config.Labels.rust}}' 
 if [ "$label" != "$rust" ]; then
     if [ ! -e "$cache/trixie-gcc.tar" ]; then
         mmdebstrap --quiet --variant=minbase --include=gcc,libc6-dev,ca-certificates \
-            trixie "$cache/trixie-gcc.tar.new"
-        mv "$cache/trixie-gcc.tar.new" "$cache/trixie-gcc.tar"
+            trixie "$cache/trixie-gcc.new.tar"
+        mv "$cache/trixie-gcc.new.tar" "$cache/trixie-gcc.tar"
     fi
     sysroot="$(rustc --print sysroot)"
     host="$(rustc -vV | sed -n 's/^host: //p')"

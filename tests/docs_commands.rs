@@ -1,4 +1,4 @@
-//! `docs/start.md`, executed: each command in a ```` ```console ```` block runs, in order, in a
+//! `docs/start.md` and `docs/operator.md`, executed: each command in a ```` ```console ```` block runs, in order, in a
 //! folder with a copy of `config/`, and prints what the page shows.
 //!
 //! In what the page shows, `…` within a line stands for any text, and a line `…` for any lines.
@@ -54,8 +54,8 @@ fn parts(page: &str) -> Vec<Part<'_>> {
 }
 
 /// The folder that a reader would stand in.
-fn workplace() -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("rungd-docs-{}", std::process::id()));
+fn workplace(page: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("rungd-docs-{page}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     for sub in ["config/programs", "config"] {
@@ -76,12 +76,17 @@ fn output(command: &str, folder: &Path) -> String {
     let binary = Path::new(env!("CARGO_BIN_EXE_rungd"));
     let path = std::env::var("PATH").unwrap_or_default();
     let bin = binary.parent().expect("a folder").display();
+    // On the page of the operator's commands they and their controller meet here.
+    let has_socket = folder.to_string_lossy().contains("-operator-");
+    let socket = has_socket.then(|| folder.join("rungd.sock"));
     let output = Command::new("sh")
         .args(["-c", &format!("{{ {command}\n}} 2>&1")])
         .current_dir(folder)
         .env("PATH", format!("{bin}:{path}"))
         .env("NO_COLOR", "1")
+        .envs(socket.map(|socket| ("RUNGD_SOCKET", socket)))
         .env_remove("RUNGD_LOG")
+        .env_remove("RUNTIME_DIRECTORY")
         .env_remove("JOURNAL_STREAM")
         .output()
         .expect("sh runs");
@@ -112,9 +117,18 @@ fn run_block(block: &str, folder: &Path, differences: &mut Vec<String>) -> Strin
 
 #[test]
 fn the_five_minutes_go_as_the_page_shows_them() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/start.md");
-    let page = fs::read_to_string(&path).expect("docs/start.md");
-    let folder = workplace();
+    run_page("start");
+}
+
+#[test]
+fn the_operators_commands_print_what_the_page_shows() {
+    run_page("operator");
+}
+
+fn run_page(name: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/{name}.md"));
+    let page = fs::read_to_string(&path).expect("the page");
+    let folder = workplace(name);
     let mut anew = String::new();
     let mut differences = Vec::new();
     for part in parts(&page) {
@@ -128,9 +142,14 @@ fn the_five_minutes_go_as_the_page_shows_them() {
             }
         }
     }
+    // What a page leaves running.
+    let _ = output(
+        "pid=$(rungd status | sed -n 's/.*pid \\([0-9]*\\),.*/\\1/p') && kill $pid",
+        &folder,
+    );
     let _ = fs::remove_dir_all(&folder);
     if std::env::var_os("UPDATE_EXPECT").is_some() {
-        fs::write(&path, anew).expect("docs/start.md");
+        fs::write(&path, anew).expect("the page");
     }
     assert!(differences.is_empty(), "{}", differences.join("\n"));
 }

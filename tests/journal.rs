@@ -107,7 +107,7 @@ fn a_frozen_journal_costs_lines_and_no_scan() {
     let journal = FakeJournal::new();
     let path = journal.folder.join("frozen");
     let socket = UnixDatagram::bind(&path).unwrap();
-    let controller = "scan.period = \"1ms\"\nlog.statistics = \"0ms\"\n";
+    let controller = "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\nlog.statistics = \"0ms\"\n";
     let mut ladder = String::new();
     for n in 0..16 {
         ladder += &format!("[[task]]\nname = \"Job-{n}\"\nrung = []\n");

@@ -2,7 +2,7 @@
 //! they are for, where these are installed.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 fn rungd(args: &[&str]) -> Output {
@@ -57,20 +57,50 @@ fn every_subcommand_has_a_page() {
     }
 }
 
+/// The script of a shell, as a file.
+fn completions(shell: &str) -> PathBuf {
+    let script = text(rungd(&["completions", shell]).stdout);
+    assert!(script.contains(&format!("COMPLETE=\"{shell}\"")) || shell == "fish", "{script}");
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("completions.{shell}"));
+    fs::write(&file, script).expect("a file");
+    file
+}
+
 #[test]
 fn shells_read_their_completions() {
     for shell in ["bash", "zsh", "fish"] {
-        let script = text(rungd(&["completions", shell]).stdout);
-        for name in subcommands() {
-            assert!(script.contains(&name), "{shell}: {name}");
+        let file = completions(shell);
+        if Command::new(shell).arg("--version").output().is_ok() {
+            let status = Command::new(shell).arg("-n").arg(&file).stdout(Stdio::null()).status();
+            assert!(status.expect("it runs").success(), "{shell} does not read it");
         }
-        if Command::new(shell).arg("--version").output().is_err() {
-            continue;
-        }
-        let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("completions.{shell}"));
-        fs::write(&file, script).expect("a file");
-        let status = Command::new(shell).arg("-n").arg(&file).stdout(Stdio::null()).status();
-        assert!(status.expect("it runs").success(), "{shell} does not read it");
+    }
+    // The script asks rungd itself.
+    let mut asked = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let asked = asked.env("COMPLETE", "fish").args(["--", "rungd", ""]).output().expect("it runs");
+    let offered = text(asked.stdout);
+    for name in subcommands() {
+        assert!(offered.lines().any(|line| line.split('\t').next() == Some(&name)), "{name}");
     }
     assert_eq!(rungd(&["completions", "cobol"]).status.code(), Some(2));
+}
+
+/// As bash does it while a line is typed.
+#[test]
+fn bash_completes_commands_and_kinds() {
+    let file = completions("bash").display().to_string();
+    let bin = Path::new(env!("CARGO_BIN_EXE_rungd")).parent().expect("a folder").display();
+    let complete = |words: &str, last: &str| {
+        let script = format!(
+            "PATH={bin}:$PATH; source '{file}'; COMP_WORDS=({words}); \
+             COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); COMP_TYPE=9; \
+             _clap_complete_rungd rungd '{last}'; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+        );
+        let output = Command::new("bash").args(["-c", &script]).output().expect("bash runs");
+        text(output.stdout).lines().map(|line| line.trim().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(complete("rungd sch", "sch"), ["schema"]);
+    assert_eq!(complete("rungd schema ''", ""), ["ladder", "controller", "--help"]);
+    let all = complete("rungd ''", "");
+    assert!(all.contains(&"run".to_owned()) && !all.contains(&"man".to_owned()), "{all:?}");
 }

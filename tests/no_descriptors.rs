@@ -6,6 +6,7 @@ mod process;
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::os::unix::net::UnixStream;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -64,6 +65,30 @@ fn clients_have_them_all() {
     assert!(!is_served(&listen, Duration::from_millis(200)));
     drop(clients);
     served_again(&listen);
+    no_scan_missed(&running.stop(), PERIOD, Duration::from_millis(1500));
+}
+
+#[test]
+fn operators_have_them_all() {
+    let controller = "scan.period = \"2ms\"\noperator.socket = \"rungd.sock\"\n";
+    let plant = Plant::new(BLINKS, controller);
+    let socket = plant.0.join("rungd.sock");
+    let mut running = Running::new(&mut plant.command(&["prlimit", "--nofile=48:48"]));
+    running.line("RUN: scanning");
+    let status = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let output = command.arg("status").arg("--socket").arg(&socket).output().unwrap();
+        output.status.success()
+    };
+    assert!(status());
+    let clients: Vec<_> = (0..60).map(|_| UnixStream::connect(&socket).unwrap()).collect();
+    running.line("accepts no client");
+    lack(&running);
+    drop(clients);
+    let since = Instant::now();
+    while !status() {
+        assert!(since.elapsed() < process::PATIENCE, "no operator is served any more");
+    }
     no_scan_missed(&running.stop(), PERIOD, Duration::from_millis(1500));
 }
 

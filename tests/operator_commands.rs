@@ -277,6 +277,15 @@ fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
 }
 
 #[test]
+fn a_socket_that_nobody_insists_on_is_done_without() {
+    let folder = live::folder(LADDER, "[operator]\nmode = \"0600\"\n");
+    let mut command = run(&folder, &["--scans", "3"]);
+    let said = said(command.env("RUNTIME_DIRECTORY", folder.join("nowhere")));
+    assert!(said.code == 0 && said.err.contains("no operator's commands"), "{said:?}");
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+#[test]
 fn an_unknown_group_is_a_wrong_configuration() {
     let folder = live::folder(LADDER, "[operator]\nsocket = \"s\"\ngroup = \"no-such-group\"\n");
     let said = said(&mut run(&folder, &["--scans", "3"]));
@@ -330,6 +339,20 @@ fn the_shell_completes_tags_and_addresses_of_the_running_ladder() {
     assert!(members.contains("parts.Acc") && members.contains("parts.Done"), "{members}");
     assert!(complete("rungd force j").contains("Bottles jammed"));
     assert!(complete("rungd mode r").contains("run"));
+}
+
+#[test]
+fn the_requests_that_the_page_shows_are_done() {
+    let ladder = LADDER.replace("size  =", "bin_size = { at = \"D2\" }\nsize  =");
+    let live = Live::start(&ladder, "", &[]);
+    live.await_values("C7", "ON");
+    let page = include_str!("../docs/operator.md");
+    let lines = page.split("```json\n").nth(1).unwrap().split("```").next().unwrap();
+    let mut stream = live.connect();
+    for line in lines.lines() {
+        let answer = ask(&mut stream, line);
+        assert!(answer["ok"].is_object(), "{line}: {answer}");
+    }
 }
 
 #[test]

@@ -51,9 +51,14 @@ fn garbage_is_answered_for_a_while_and_then_the_line_is_closed() {
     let answers = rest(stream);
     assert_eq!(answers.lines().count(), 2, "{answers}");
     let mut stream = live.connect();
-    let mut bytes: Vec<u8> = (0..30_000_u32).map(|n| (n * 7919 >> 3) as u8).collect();
+    let mut bytes: Vec<u8> = (0..30_000_u32).map(|n| ((n * 7919) >> 3) as u8).collect();
     bytes.push(b'\n');
     let _ = stream.write_all(&bytes);
+    let long =
+        format!("{{\"do\":\"write\",\"operand\":\"a\\n{}\",\"value\":1}}", "x".repeat(20_000));
+    assert_eq!(ask(&mut live.connect(), &long)["error"]["kind"], "bad-operand");
+    let refused = live.line("operator's command refused");
+    assert!(refused.to_string().len() < 1200, "{refused}");
     let deep = "[".repeat(20_000) + "\n";
     assert_eq!(ask(&mut live.connect(), deep.trim_end())["error"]["kind"], "bad-request");
     drop(stream);
@@ -123,6 +128,21 @@ fn a_thousand_connections_keep_nobody_out() {
     let descriptors = format!("/proc/{}/fd", live.child.id());
     let open = std::fs::read_dir(descriptors).unwrap().count();
     assert!(open < 64 + 40, "{open} descriptors are open");
+    assert_no_scan_lost(&mut live);
+}
+
+#[test]
+fn without_descriptors_the_idle_make_room() {
+    let folder = live::folder(LADDER, "");
+    let mut command = std::process::Command::new("sh");
+    let rungd = live::run(&folder, &[]);
+    command.args(["-c", "ulimit -n 32; exec \"$0\" \"$@\""]).arg(rungd.get_program());
+    command.args(rungd.get_args()).env_remove("NOTIFY_SOCKET").stderr(std::process::Stdio::piped());
+    let mut live = Live::of(folder, command);
+    let crowd: Vec<UnixStream> = (0..60).map(|_| live.connect()).collect();
+    live.line("the operator's socket accepts no client");
+    live.ok("status");
+    drop(crowd);
     assert_no_scan_lost(&mut live);
 }
 

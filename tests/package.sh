@@ -51,8 +51,8 @@ must "conffiles are the configuration" test "$(dpkg -I "$first" conffiles | sort
 step "a root directory: $suite"
 mkdir -p "$cache"
 if [ ! -e "$cache/$suite.tar" ]; then
-    mmdebstrap --quiet --variant=minbase --include=systemd,init-system-helpers "$suite" "$cache/$suite.tar.new"
-    mv "$cache/$suite.tar.new" "$cache/$suite.tar"
+    mmdebstrap --quiet --variant=minbase --include=systemd,init-system-helpers "$suite" "$cache/$suite.new.tar"
+    mv "$cache/$suite.new.tar" "$cache/$suite.tar"
 fi
 root="$(mktemp -d)"
 # shellcheck disable=SC2329
@@ -75,11 +75,14 @@ content() {
 content >"$root/root/before"
 install() { inside dpkg --force-confold -i "/root/$(basename "$1")" >"$root/root/dpkg.log" 2>&1 || { failed=1; cat "$root/root/dpkg.log"; }; }
 
+has_catalogue() { inside journalctl --list-catalog 2>/dev/null | grep -q rungd; }
+
 step "install"
 install "$first"
 saw "$(inside rungd --version)"
 must "the user rungd is there" inside getent passwd rungd >/dev/null
 must "the unit is enabled" test -L "$root/etc/systemd/system/multi-user.target.wants/rungd.service"
+must "journalctl -x knows its lines" has_catalogue
 must "systemd-analyze verify is content" inside systemd-analyze verify --man=no /usr/lib/systemd/system/rungd.service
 must "the configuration passes the check" inside rungd check --deny warnings /etc/rungd/controller.toml 2>/dev/null
 inside setpriv --reuid rungd --regid rungd --clear-groups \
@@ -113,6 +116,7 @@ content >"$root/root/after"
 left="$(diff "$root/root/before" "$root/root/after" | grep '^[<>]' || true)"
 must "the user stays, as Debian's do" inside getent passwd rungd >/dev/null
 must "nothing else does" test -z "$left"
+must "nor its lines in the catalogue" not has_catalogue
 [ -z "$left" ] || sed 's/^/   | /' <<<"$left"
 
 step "what an administrator wrote himself"

@@ -21,8 +21,11 @@ mod shown;
 
 use journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
 
-/// Lines of a page that are commands.
+/// How many the page has.
 const QUESTIONS: usize = 20;
+
+/// A quick plant, which a busy machine does not bring to a fault.
+const QUICK: &str = "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n";
 
 /// Where a controller logs to.
 enum Log<'a> {
@@ -73,7 +76,7 @@ fn flood(folder: &Path, journal: &FakeJournal) {
     let task = |name: &String| format!("[[task]]\nname = \"{name}\"\nrung = []\n");
     let tasks: String = names.iter().map(task).collect();
     let ladder = format!("[[program]]\nname = \"Main\"\n{main}{tasks}");
-    write(folder, "flood", &ladder, "scan.period = \"1ms\"\n");
+    write(folder, "flood", &ladder, QUICK);
     let socket = journal.socket();
     let arguments = ["--log-level", "trace", "--scans", "2000"];
     let held = journal.freeze();
@@ -90,7 +93,7 @@ fn chatter(folder: &Path, journal: &FakeJournal) {
          [[program]]\nname = \"Main\"\nrung = [\n\
          { when = [\"$ScanToggle\"], do = [\"OUT bounce\"] },\n\
          { when = [\"$ScanCounter >= 600\"], do = [\"STOP\"] } ]\n";
-    write(folder, "chatter", ladder, &with_operator(folder, "scan.period = \"1ms\"\n"));
+    write(folder, "chatter", ladder, &with_operator(folder, QUICK));
     let socket = journal.socket();
     let mut command = rungd(folder, "chatter-controller.toml", &Log::Journal(&socket), &[]);
     let plant = Mixing { child: command.spawn().unwrap() };
@@ -141,7 +144,7 @@ impl Mixing {
     fn start(folder: &Path, log: &Log) -> Mixing {
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let controller = format!(
-            "log.statistics = \"300ms\"\n\
+            "log.statistics = \"300ms\"\nscan.watchdog = \"10s\"\n\
              [modbus-server]\nlisten = \"127.0.0.1:{port}\"\nconnections = 1\n"
         );
         let controller = with_operator(folder, &controller);

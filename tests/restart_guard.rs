@@ -47,7 +47,7 @@ fn ten_kills_end_in_stop_that_is_ready_and_says_why() {
     let mut running = Running::new(&mut tenth);
     let guard = running.line("10 restarts after unclean ends, without 10m in RUN between them");
     assert_eq!((&guard["event"], &guard["level"]), (&"restart-guard".into(), &"WARN".into()));
-    assert!(message(&guard).contains("`rungd mode run` runs it again"), "{guard}");
+    assert!(message(&guard).contains("`rungd mode run`, or an orderly restart"), "{guard}");
     running.line("STOP: it was restarted too often");
     running.line("still in STOP after");
     running.line("still in STOP after");
@@ -119,20 +119,21 @@ fn guard_events(lines: &[Value]) -> Vec<&Value> {
 fn whatever_lies_in_the_files_place_it_starts_and_says_so() {
     let plant = plant();
     let file = plant.0.join("run/restarts");
-    type Spoil<'a> = (&'a str, &'a dyn Fn(&Path));
-    let spoil: [Spoil; 4] = [
-        ("is lost: it is not what rungd wrote", &|file| fs::write(file, "ten").unwrap()),
-        ("is lost: it is no file", &|file| fs::create_dir(file).unwrap()),
-        ("is lost: it is no file", &|file| {
+    type Spoiling = fn(&Path);
+    let spoil: [(&str, Spoiling); 4] = [
+        ("is lost: it is not what rungd wrote", |file| fs::write(file, "ten").unwrap()),
+        ("is lost: it is no file", |file| fs::create_dir(file).unwrap()),
+        ("is lost: it is no file", |file| {
             assert!(Command::new("mkfifo").arg(file).status().unwrap().success());
         }),
-        ("are not counted", &|file| fs::remove_dir_all(file.parent().unwrap()).unwrap()),
+        ("are not counted", |file| fs::remove_dir_all(file.parent().unwrap()).unwrap()),
     ];
     for (words, spoil) in spoil {
         let _ = fs::remove_dir_all(&file);
         let _ = fs::remove_file(&file);
         spoil(&file);
-        let lines = three_scans(&mut command(&plant));
+        let mut named = plant.command(&[] as &[&str]);
+        let lines = three_scans(named.arg("--restart-guard").arg(&file));
         let told = process::find(&lines, words);
         assert_eq!(
             (&told["event"], &told["level"]),

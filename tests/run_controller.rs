@@ -49,8 +49,10 @@ impl Plant {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        command.arg("run").arg(self.0.join("controller.toml")).args(arguments);
+        // Under `nohup` SIGHUP would stay ignored.
+        let mut command = Command::new("env");
+        command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_rungd"), "run"]);
+        command.arg(self.0.join("controller.toml")).args(arguments);
         command.env_remove("RUNGD_LOG").env_remove("NOTIFY_SOCKET").env_remove("JOURNAL_STREAM");
         command.env_remove("RUNTIME_DIRECTORY").env_remove("STATE_DIRECTORY");
         command.stderr(Stdio::piped()).stdout(Stdio::piped());
@@ -586,9 +588,7 @@ fn the_page_shows_what_is_logged() {
         let text = fenced(page, &format!("# {file}"));
         std::fs::write(plant.0.join(file), text).unwrap();
     }
-    let mut command = plant.command(&[]);
-    let binary = command.get_program().to_owned();
-    command = Command::new(binary);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.current_dir(&plant.0).args(["run", "gate-controller.toml", "--scans", "32"]);
     command.env_remove("RUNGD_LOG").env_remove("JOURNAL_STREAM");
     let output = command.output().unwrap();

@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write as _};
 use std::net::{TcpListener, TcpStream};
+use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -74,6 +75,9 @@ fn a_client_sees_the_fault_with_outputs_safe() {
     std::fs::write(folder.join("controller.toml"), controller).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.arg("run").arg(folder.join("controller.toml")).env_remove("RUNGD_LOG");
+    let _ = std::fs::remove_file(folder.join("notify"));
+    let systemd = UnixDatagram::bind(folder.join("notify")).unwrap();
+    command.env("NOTIFY_SOCKET", folder.join("notify"));
     let mut rungd = Killed(command.stderr(Stdio::piped()).spawn().unwrap());
     let log = BufReader::new(rungd.0.stderr.take().unwrap());
     let mut said = String::new();
@@ -95,5 +99,14 @@ fn a_client_sees_the_fault_with_outputs_safe() {
     let before = Instant::now();
     assert_eq!(ask(&mut client, &[5, 0, 8, 0xff, 0]), [0x85, 4]);
     assert!(before.elapsed() < Duration::from_secs(5), "refused, not timed out");
+    // No scan was ever complete: systemd hears of the fault, and never that this one is ready.
+    systemd.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut heard = String::new();
+    while !heard.contains("STATUS=FAULT") {
+        let mut bytes = [0; 512];
+        let length = systemd.recv(&mut bytes).unwrap_or_else(|_| panic!("only {heard}"));
+        heard += &String::from_utf8_lossy(&bytes[..length]);
+    }
+    assert!(!heard.contains("READY=1"), "{heard}");
     let _ = std::fs::remove_dir_all(&folder);
 }

@@ -1,12 +1,26 @@
 //! `rungd completions`: what a shell reads to complete rungd's command lines.
+//!
+//! The script asks `rungd` itself at each completion, so that tags and addresses of the running
+//! ladder are completed too.
 
 use std::io::Write;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
 use clap_complete::Shell;
+use clap_complete::env::Shells;
 
 use super::exit::Exit;
+
+/// The environment variable by which a script asks; as `CompleteEnv` has it.
+const VARIABLE: &str = "COMPLETE";
+
+/// zsh loads the file when it first completes a line, and that line is to be completed as well.
+const ZSH_FIRST_TIME: &str = "
+if [[ $funcstack[1] == _rungd ]]; then
+    _clap_dynamic_completer_rungd \"$@\"
+fi
+";
 
 /// Prints the completions for a shell; the page docs/install.md says where each wants them
 #[derive(Args, Debug)]
@@ -21,8 +35,14 @@ pub struct CompletionsArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn completions(args: &CompletionsArgs) -> Result<Exit> {
+    let name = args.shell.to_string();
+    let shells = Shells::builtins();
+    let shell = shells.completer(&name).context("this shell completes nothing")?;
     let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut super::command(), "rungd", &mut text);
+    shell.write_registration(VARIABLE, "rungd", "rungd", "rungd", &mut text)?;
+    if args.shell == Shell::Zsh {
+        text.extend(ZSH_FIRST_TIME.bytes());
+    }
     std::io::stdout().lock().write_all(&text)?;
     Ok(Exit::Ok)
 }

@@ -22,14 +22,16 @@ pub struct ManArgs {
 
 const MANUAL: &str = "rungd manual";
 
-const ENVIRONMENT: [(&str, &str); 2] = [
+const ENVIRONMENT: [(&str, &str); 3] = [
+    ("RUNGD_SOCKET", "The running controller's socket, where no --socket is given."),
     ("RUNGD_LOG", "The level of the log where no --log-level is given."),
     ("NO_COLOR", "Findings are printed without colours if this is set to anything."),
 ];
 
-const FILES: [(&str, &str); 3] = [
+const FILES: [(&str, &str); 4] = [
     ("/etc/rungd/controller.toml", "The controller file of the service."),
     ("/etc/rungd/programs/", "The ladder files that it names."),
+    ("/run/rungd/rungd.sock", "The operator's socket of the service."),
     ("/usr/share/doc/rungd/", "The language, the semantics, how to run a controller."),
 ];
 

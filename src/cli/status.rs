@@ -46,10 +46,10 @@ fn page(status: &Status) -> String {
         row(
             "ladder",
             &format!(
-                "{}: {} blocks, {} rungs, sha256 {}",
+                "{}: {}, {}, sha256 {}",
                 ladder.name,
-                ladder.blocks,
-                ladder.rungs,
+                count(ladder.blocks, "block"),
+                count(ladder.rungs, "rung"),
                 ladder.sha256.get(..12).unwrap_or_default()
             ),
         ),
@@ -82,6 +82,10 @@ fn page(status: &Status) -> String {
     let lost = format!("from {level} on; {dropped} lines and {records} records dropped");
     lines.push(row("log", &lost));
     lines.iter().map(|line| format!("{}\n", line.trim_end())).collect()
+}
+
+fn count(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
 }
 
 fn row(head: &str, text: &str) -> String {

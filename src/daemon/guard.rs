@@ -118,8 +118,8 @@ impl Guard {
                 event = "restart-guard",
                 restarts,
                 "{restarts} restarts after unclean ends, without {healthy} in RUN between them: \
-                 starting in STOP. The log before each of them says why it ended; `rungd mode run` \
-                 runs it again"
+                 starting in STOP. The log before each of them says why it ended; \
+                 `rungd mode run`, or an orderly restart of rungd, runs it again"
             );
         } else if unclean {
             warn!(

@@ -13,8 +13,8 @@ use std::sync::OnceLock;
 use std::time::SystemTime;
 
 use clap::ValueEnum;
-use tracing::Subscriber;
 use tracing::level_filters::LevelFilter;
+use tracing::{Level, Subscriber};
 use tracing_subscriber::layer::{Context, SubscriberExt};
 use tracing_subscriber::{Layer, Registry, reload};
 
@@ -190,14 +190,14 @@ impl<S: Subscriber> Layer<S> for Voice {
         {
             return;
         }
-        let now = SystemTime::now();
+        let (now, detail) = (SystemTime::now(), line.level > Level::INFO);
         let (line, entry) = match self.form {
             Form::Text { color } => (line.text(now, color), Vec::new()),
             Form::Json => (line.json(now), Vec::new()),
             Form::Journal { entries: false } => (line.with_priority(), Vec::new()),
             Form::Journal { entries: true } => (line.with_priority(), line.entry()),
         };
-        self.queue.push(Formed { line, entry });
+        self.queue.push(Formed { line, entry, detail });
     }
 }
 

@@ -9,7 +9,7 @@
 use std::cell::RefCell;
 use std::io::{self, Write};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -18,8 +18,9 @@ use super::journal::Socket;
 use super::log_limits::Limits;
 use super::narration::span;
 
-/// How many lines wait before further ones are dropped.
-const LINES_MAX: usize = 4096;
+/// How many lines wait before details are dropped, and before all others are too.
+const DETAILS_MAX: usize = 4096;
+const LINES_MAX: usize = DETAILS_MAX + 512;
 /// For how long the end of the process waits for a log that does not move.
 const FLUSH_MAX: Duration = Duration::from_secs(1);
 /// Dropped and withheld lines are told of this often at most.
@@ -44,6 +45,8 @@ pub(super) struct Formed {
     pub line: Vec<u8>,
     /// For the journal's socket; empty if there is none.
     pub entry: Vec<u8>,
+    /// Of level debug or trace: gives way to news.
+    pub detail: bool,
 }
 
 enum Item {
@@ -56,6 +59,7 @@ enum Item {
 #[derive(Clone)]
 pub(super) struct LogQueue {
     sender: SyncSender<Item>,
+    waiting: Arc<AtomicUsize>,
     dropped: Arc<AtomicU64>,
     limits: Arc<Limits>,
     started: Instant,
@@ -70,7 +74,8 @@ impl LogQueue {
     pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
         let (sender, receiver) = sync_channel(LINES_MAX);
         let (dropped, limits) = (Arc::new(AtomicU64::new(0)), Arc::new(Limits::new()));
-        let queue = LogQueue { sender, dropped, limits, started: Instant::now() };
+        let (waiting, started) = (Arc::new(AtomicUsize::new(0)), Instant::now());
+        let queue = LogQueue { sender, waiting, dropped, limits, started };
         let tally = Tally::of(&queue);
         let sink = Sink { out, torn: false, journal };
         let writer = thread::Builder::new().name("rungd-log".into());
@@ -97,9 +102,11 @@ impl LogQueue {
             }
             None => Some(formed),
         });
-        if let Some(formed) = not_own
-            && self.sender.try_send(Item::Line(formed)).is_err()
-        {
+        let Some(formed) = not_own else { return };
+        let crowded = formed.detail && self.waiting.load(Ordering::Relaxed) >= DETAILS_MAX;
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        if crowded || self.sender.try_send(Item::Line(formed)).is_err() {
+            self.waiting.fetch_sub(1, Ordering::Relaxed);
             self.dropped.fetch_add(1, Ordering::Relaxed);
             LINES_DROPPED.fetch_add(1, Ordering::Relaxed);
         }
@@ -188,6 +195,7 @@ fn sent(journal: &Socket, entry: &[u8]) -> bool {
 
 /// What the writing thread counts and tells.
 struct Tally {
+    waiting: Arc<AtomicUsize>,
     dropped: Arc<AtomicU64>,
     limits: Arc<Limits>,
     started: Instant,
@@ -196,9 +204,9 @@ struct Tally {
 
 impl Tally {
     fn of(queue: &LogQueue) -> Tally {
-        let LogQueue { dropped, limits, started, .. } = queue;
+        let LogQueue { waiting, dropped, limits, started, .. } = queue;
         let (dropped, limits) = (Arc::clone(dropped), Arc::clone(limits));
-        Tally { dropped, limits, started: *started, told: None }
+        Tally { waiting: Arc::clone(waiting), dropped, limits, started: *started, told: None }
     }
 
     fn count(&self) {
@@ -249,6 +257,7 @@ fn write_lines(receiver: &Receiver<Item>, mut tally: Tally, mut out: Sink<impl W
     loop {
         match receiver.recv_timeout(TELL_EVERY) {
             Ok(Item::Line(formed)) => {
+                tally.waiting.fetch_sub(1, Ordering::Relaxed);
                 // A log that is gone is no reason to end; one that comes back hears of it.
                 if !out.put(&formed) {
                     tally.count();
@@ -276,7 +285,7 @@ mod tests {
     use super::*;
 
     fn formed(line: &[u8]) -> Formed {
-        Formed { line: line.to_vec(), entry: Vec::new() }
+        Formed { line: line.to_vec(), entry: Vec::new(), detail: false }
     }
 
     /// Writes nothing until it is let.
@@ -361,5 +370,22 @@ mod tests {
         // Without a subscriber the line that tells of them goes nowhere.
         assert_eq!(stuck.0.lock().unwrap().len() / 2, 2 * LINES_MAX - dropped);
         assert_eq!(queue.dropped.load(Ordering::Relaxed), 0, "told");
+    }
+
+    #[test]
+    fn details_leave_room_for_news() {
+        let stuck = Stuck::default();
+        let queue = LogQueue::new(stuck.clone(), None).unwrap();
+        let held = stuck.0.lock().unwrap();
+        for _ in 0..2 * LINES_MAX {
+            queue.push(Formed { detail: true, ..formed(b"x\n") });
+        }
+        let dropped = queue.dropped.load(Ordering::Relaxed);
+        (0..500).for_each(|_| queue.push(formed(b"n\n")));
+        assert_eq!(queue.dropped.load(Ordering::Relaxed), dropped, "all of them had room");
+        drop(held);
+        queue.flush();
+        let news = stuck.0.lock().unwrap().iter().filter(|byte| **byte == b'n').count();
+        assert_eq!(news, 500);
     }
 }

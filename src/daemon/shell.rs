@@ -308,8 +308,11 @@ async fn start_drivers(
     let reloads = Arc::new(reloads);
     if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
         let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads), patience);
-        let server = operator::Server::bind(&place, desk)?;
-        drivers.spawn(server.run(told(stopped)));
+        match operator::Server::bind(&place, desk) {
+            Ok(server) => drop(drivers.spawn(server.run(told(stopped)))),
+            Err(why) if operator::may_do_without(&place, &why) => {}
+            Err(why) => return Err(why),
+        }
     }
     Ok((drivers, reloads))
 }

@@ -128,10 +128,10 @@ pub(super) const EVENTS: &[Event] = &[
         level: Level::Warn,
         id: "75a3c77a9dc0444e97478306a5ba9b3b",
         limit: Limit::NONE,
-        meaning: "The watchdog restarted rungd again and again without a healthy time between: \
-                  it starts in STOP, and drives nothing.",
-        remedy: "Find out why the watchdog struck (the mode-fault lines before), then \
-                 `rungd mode run`, or start the unit anew.",
+        meaning: "rungd was killed, by the watchdog or otherwise, or crashed again and again \
+                  without a healthy time between: it starts in STOP, and drives nothing.",
+        remedy: "Find out why: the lines before each start, and what systemd says there. Then \
+                 `rungd mode run`, or `systemctl restart rungd`.",
     },
     Event {
         number: 14,
@@ -160,8 +160,8 @@ pub(super) const EVENTS: &[Event] = &[
         id: "cb51828f845748b4a21b5d107a95ec07",
         limit: Limit::NONE,
         meaning: "The file that counts restarts cannot be read or written: they are not counted, \
-                  or counted wrong.",
-        remedy: "Mend what the line names: StateDirectory= in the unit, the disk, the file's \
+                  or counted wrong. Nothing else suffers.",
+        remedy: "Mend what the line names: RuntimeDirectory= in the unit, or the folder and its \
                  rights.",
     },
     Event {

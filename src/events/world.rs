@@ -119,7 +119,7 @@ pub(super) const EVENTS: &[Event] = &[
     Event {
         number: 802,
         name: "operator-force",
-        level: Level::Warn,
+        level: Level::Info,
         id: "25c1f14a671540558f6ff0f2d58757be",
         limit: Limit::NONE,
         meaning: "An operator forced a bit or word: it keeps this value, whatever the ladder or \
@@ -217,5 +217,16 @@ pub(super) const EVENTS: &[Event] = &[
         limit: Limit::CLIENTS,
         meaning: "An operator's client is gone, or was sent away; why says which.",
         remedy: "Nothing.",
+    },
+    Event {
+        number: 813,
+        name: "operator-no-socket",
+        level: Level::Warn,
+        id: "e222b907ebd44320bdd5c57d45286cf8",
+        limit: Limit::CLIENTS,
+        meaning: "The operator's socket could not be made where the environment says, so there are \
+                  no operator's commands. The controller runs.",
+        remedy: "The line says why. Give it a place by `[operator] socket`, or write \
+                 `enabled = false`.",
     },
 ];

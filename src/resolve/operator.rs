@@ -26,7 +26,7 @@ impl Default for Operator {
     }
 }
 
-/// The longest path: the system lets a socket have 107 bytes, and while it is made it has an ending.
+/// The longest path: the system lets a socket have 107 bytes, and it is made under a longer name.
 pub const SOCKET_BYTES_MAX: usize = 103;
 
 pub(super) fn resolve(written: &written::Operator, findings: &mut Vec<Finding>) -> Operator {

@@ -89,6 +89,7 @@ const SCAN: &str = "`[scan]`";
 const REALTIME: &str = "`[realtime]`";
 const MODBUS: &str = "`[modbus-server]`";
 const DEVICE: &str = "a simulated device";
+const OPERATOR: &str = "`[operator]`";
 const MEMORY: &str = "`[memory]`";
 
 /// The keys of a controller file.
@@ -105,6 +106,7 @@ pub const CONTROLLER: &[Key] = &[
     key(FILE, "retain", "What a restart keeps."),
     key(FILE, "modbus-server", "A Modbus TCP server; none where this is absent."),
     key(FILE, "simulated-device", "Inputs that move by themselves, instead of a plant."),
+    key(FILE, "operator", "The socket by which operators ask and command."),
     key(FILE, "reload", "How a reload goes."),
     key(FILE, "log", "What the log tells by itself."),
     key(MEMORY, "X", "Inputs."),
@@ -159,6 +161,13 @@ pub const CONTROLLER: &[Key] = &[
     key(DEVICE, "release", "How long that bit is OFF before the input is; else as `after`."),
     key(DEVICE, "while", "It moves only while this bit is ON."),
     key(DEVICE, "invert", "ON where the rule says OFF."),
+    key(OPERATOR, "enabled", "Whether there is a socket; true if not given."),
+    key(OPERATOR, "socket", "Its path, relative to this file; else where systemd wants it."),
+    limited(
+        key(OPERATOR, "mode", "Its permissions in octal digits; 0660 if not given."),
+        r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#,
+    ),
+    key(OPERATOR, "group", "Its group, by name or number: its members may change things."),
     key(
         "`[reload]`",
         "probation",

@@ -1,7 +1,7 @@
 //! Which keys a file can have, told by its reader itself.
 //!
 //! [`super::ladder`] and [`super::controller`] read an empty table that notes what they ask for
-//! ([`of`]): `rungd schema` makes a JSON Schema of it, which therefore cannot know a key that the
+//! (`of`): `rungd schema` makes a JSON Schema of it, which therefore cannot know a key that the
 //! reader does not, or the other way round. What the keys mean stands in [`super::keys`].
 
 use std::cell::{Ref, RefCell};

@@ -68,7 +68,13 @@ impl Live {
     /// Started; its socket answers.
     pub fn start(ladder: &str, controller: &str, arguments: &[&str]) -> Live {
         let folder = folder(ladder, controller);
-        let mut child = run(&folder, arguments).spawn().unwrap();
+        let command = run(&folder, arguments);
+        Live::of(folder, command)
+    }
+
+    /// Started by a command; its socket answers.
+    pub fn of(folder: PathBuf, mut command: Command) -> Live {
+        let mut child = command.spawn().unwrap();
         let stderr = BufReader::new(child.stderr.take().unwrap());
         let (sender, lines) = channel();
         std::thread::spawn(move || {
@@ -79,6 +85,11 @@ impl Live {
         });
         let live = Live { socket: folder.join("s"), folder, child, lines };
         live.line("socket is open");
+        let deadline = Instant::now() + PATIENCE;
+        while live.say("status --json").out.contains("the first scan is still to come") {
+            assert!(Instant::now() < deadline, "no first scan");
+            std::thread::sleep(Duration::from_millis(5));
+        }
         live
     }
 

@@ -103,6 +103,21 @@ impl Server {
 
     async fn rest(&self, error: &io::Error) {
         warn!(event = "operator-accept-failed", %error, "the operator's socket accepts no client");
+        self.shared.seats.make_room();
         sleep(REST_AFTER_FAILURE).await;
     }
+}
+
+/// What a controller does without its socket, as nobody but its environment asked for it: it runs.
+pub(super) fn may_do_without(place: &Place, why: &Failure) -> bool {
+    let Failure::Environment(why) = why else { return false };
+    if place.insists || why.is::<socket::Taken>() {
+        return false;
+    }
+    warn!(
+        event = "operator-no-socket",
+        socket = %place.path.display(),
+        "no operator's commands: {why:#}"
+    );
+    true
 }

@@ -44,12 +44,8 @@ impl Seats {
     /// A seat for a user; `None` where all are taken and all are at work.
     pub fn take(&self, uid: u32) -> Option<Seat> {
         let mut taken = self.lock();
-        if taken.sitters.len() >= self.count_max {
-            let leaver = taken.leaver()?;
-            // Told once: it is on its way, and its seat counts as free.
-            if let Some(sitter) = taken.sitters.remove(&leaver) {
-                sitter.leave.notify_one();
-            }
+        if taken.sitters.len() >= self.count_max && !taken.dismiss() {
+            return None;
         }
         taken.last += 1;
         let (number, leave) = (taken.last, Arc::new(Notify::new()));
@@ -58,12 +54,27 @@ impl Seats {
         Some(Seat { seats: self.clone(), number, leave })
     }
 
+    /// Has one of the idle leave, if there is one: the machine gives no further descriptor.
+    pub fn make_room(&self) {
+        self.lock().dismiss();
+    }
+
     fn lock(&self) -> MutexGuard<'_, Taken> {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Taken {
+    /// Has an idle one leave; false where all are at work.
+    fn dismiss(&mut self) -> bool {
+        // Told once: it is on its way, and its seat counts as free.
+        let leaver = self.leaver().and_then(|leaver| self.sitters.remove(&leaver));
+        leaver.is_some_and(|sitter| {
+            sitter.leave.notify_one();
+            true
+        })
+    }
+
     /// Of the user with most seats, the one that has been idle longest.
     fn leaver(&self) -> Option<u64> {
         let mut counts: HashMap<u32, usize> = HashMap::new();

@@ -13,6 +13,7 @@ use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 use tracing::{debug, warn};
 
+use super::super::narration::one_line;
 use super::Shared;
 use super::peer::Peer;
 use super::seats::Seat;
@@ -28,6 +29,9 @@ const TAKE_MAX: Duration = Duration::from_secs(5);
 const REQUEST_EVERY: Duration = Duration::from_millis(2);
 /// So many lines that are no request, one after the other, end a connection.
 const GARBAGE_MAX: u32 = 8;
+
+/// So much of what a client sent is logged.
+const LOGGED_CHARS_MAX: usize = 200;
 
 /// A client being served.
 pub(super) struct Session {
@@ -159,13 +163,14 @@ impl Session {
 
     /// What somebody wanted changed and did not get; what was only to be read is a detail.
     fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
-        let (peer, why) = (&self.peer, &refusal.message);
-        let what = serde_json::to_string(request).unwrap_or_default();
-        let told = matches!(request, Request::Reload { .. } | Request::Rollback);
-        if told && refusal.kind != RefusalKind::NotPermitted {
-            // With its findings, by who did it.
+        if matches!(request, Request::Reload { .. } | Request::Rollback)
+            && refusal.kind != RefusalKind::NotPermitted
+        {
+            // Told with its findings, by who did it.
             return;
         }
+        let (peer, why) = (&self.peer, short(&refusal.message));
+        let what = short(&serde_json::to_string(request).unwrap_or_default());
         if !request.changes() {
             debug!(
                 event = "operator-read-refused",
@@ -193,6 +198,15 @@ impl Session {
             Ok(Err(_)) => Err(Closed::ByClient),
             Ok(Ok(())) => Ok(()),
         }
+    }
+}
+
+/// What a client sent, or what repeats it, in a line of the log: not all of it, and on one line.
+fn short(text: &str) -> String {
+    let line = one_line(text);
+    match line.char_indices().nth(LOGGED_CHARS_MAX) {
+        Some((end, _)) => format!("{} …", &line[..end]),
+        None => line,
     }
 }
 

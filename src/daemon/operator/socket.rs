@@ -21,7 +21,13 @@ pub(in super::super) struct Place {
     pub path: PathBuf,
     pub mode: u32,
     pub group: Option<String>,
+    /// The controller file asks for it: without it there is no start.
+    pub insists: bool,
 }
+
+/// Another controller answers there.
+#[derive(Debug)]
+pub(in super::super) struct Taken(String);
 
 /// A socket that is bound; its file goes with it.
 pub(super) struct Bound {
@@ -51,8 +57,8 @@ impl Place {
             }
             None => variable(SOCKET_VARIABLE).map(PathBuf::from).or_else(systemd),
         };
-        let (mode, group) = (asked.mode, asked.group.clone());
-        path.filter(|_| asked.enabled).map(|path| Place { path, mode, group })
+        let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
+        path.filter(|_| asked.enabled).map(|path| Place { path, mode, group, insists })
     }
 
     fn failure(&self, why: &dyn std::fmt::Display) -> Failure {
@@ -121,18 +127,26 @@ fn lock(place: &Place) -> Result<File, Failure> {
     })?;
     match lock_file(&file) {
         Ok(true) => Ok(file),
-        Ok(false) => Err(place.failure(&taken(&place.path))),
+        Ok(false) => Err(taken(&place.path)),
         Err(error) => Err(place.failure(&format!("{}: {error}", path.display()))),
     }
 }
 
-fn taken(path: &Path) -> String {
+fn taken(path: &Path) -> Failure {
     let path = path.display();
-    format!(
-        "another rungd answers there; stop it (`rungd --socket {path} status` shows it), or give \
-         this one another `[operator] socket`"
-    )
+    Failure::Environment(anyhow::Error::new(Taken(format!(
+        "`[operator] socket` cannot be {path}: another rungd answers there; stop it (`rungd \
+         status --socket {path}` shows it), or give this one another"
+    ))))
 }
+
+impl std::fmt::Display for Taken {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Taken {}
 
 /// What lies there must be a socket that nobody answers at.
 fn clear(place: &Place) -> Result<(), Failure> {
@@ -141,7 +155,7 @@ fn clear(place: &Place) -> Result<(), Failure> {
         return Err(place.failure(&"something else is there, which is no socket"));
     }
     match UnixStream::connect(&place.path) {
-        Ok(_) => Err(place.failure(&taken(&place.path))),
+        Ok(_) => Err(taken(&place.path)),
         // It is replaced in one step when the new one is ready.
         Err(_) => Ok(()),
     }

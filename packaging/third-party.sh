@@ -1,0 +1,33 @@
+#!/bin/sh
+# Prints the licences of the libraries that are linked into rungd: each name, version and licence,
+# and then each text of theirs once, with its owners. For the package and the image.
+set -eu
+cd "$(dirname "$0")/.."
+
+sources="${CARGO_HOME:-$HOME/.cargo}/registry/src"
+texts="$(mktemp -d)"
+trap 'rm -rf "$texts"' EXIT
+
+echo "Libraries in rungd, under the licences named; their texts follow."
+echo
+# A line is: name vVERSION [(proc-macro)], a tab, the licence. rungd itself has a path behind it.
+tab="$(printf '\t')"
+cargo tree --locked --edges normal --prefix none --format "{p}${tab}{l}" |
+    sed 's/ (\*)//; s/ (proc-macro)//' | grep -v '^rungd ' | sort -u >"$texts/list"
+sed "s/ v\([^${tab}]*\)${tab}/ \1: /" "$texts/list"
+while read -r name version _; do
+    folder="$(find "$sources" -mindepth 2 -maxdepth 2 -name "$name-${version#v}" | head -n 1)"
+    [ -n "$folder" ] || { echo "third-party.sh: no source of $name ${version#v} in $sources" >&2; exit 1; }
+    find "$folder" -maxdepth 1 -type f | sort | grep -iE '/(licen[cs]e|copying|notice|copyright)[^/]*$' |
+        while read -r file; do
+            sum="$(tr -s '[:space:]' ' ' <"$file" | cksum | tr ' ' -)"
+            [ -e "$texts/$sum.text" ] || cp "$file" "$texts/$sum.text"
+            echo "$name ${version#v} (${file##*/})" >>"$texts/$sum.owners"
+        done
+done <"$texts/list"
+for owners in "$texts"/*.owners; do
+    printf '\n%s\n' "------------------------------------------------------------------------------"
+    paste -s -d ',' "$owners" | sed 's/,/, /g'
+    echo
+    cat "${owners%.owners}.text"
+done
