@@ -164,7 +164,7 @@ fn modbus_load(port: u16, stop: &AtomicBool, requests: &AtomicU64) {
 fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
     let (count, seed) = (setting("RUNGD_RELOADS", 150), setting("RUNGD_RELOAD_SEED", 1));
     let mut numbers = Numbers(seed);
-    let live = Live::start(&good(1, &mut numbers), CONTROLLER, &["--log-level", "error"]);
+    let live = Live::start(&good(1, &mut numbers), CONTROLLER, &[]);
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
     let mut operator = Operator(BufReader::new(live.connect()));
     while operator.read(&["D2"]).0 < 5 {
@@ -246,7 +246,7 @@ fn watch(stream: UnixStream, stop: &AtomicBool) {
 #[test]
 fn a_bad_reload_changes_no_bit() {
     let mut numbers = Numbers(99);
-    let live = Live::start(&good(1, &mut numbers), CONTROLLER, &["--log-level", "error"]);
+    let live = Live::start(&good(1, &mut numbers), CONTROLLER, &[]);
     let mut operator = Operator(BufReader::new(live.connect()));
     while operator.read(&["D2"]).0 < 50 {
         thread::sleep(Duration::from_millis(5));

@@ -343,10 +343,15 @@ impl Port {
     /// # Errors
     /// At once: too many wait, or nobody would hear it.
     pub fn command(&self, command: Command) -> Result<CommandId, Denial> {
-        if self.shared.stuck.load(Ordering::Acquire) {
+        if self.is_stuck() {
             return Err(Denial::ScanThreadStuck);
         }
         locked(&self.shared.desk).hand_in(command)
+    }
+
+    /// Whether the scan thread is held up, or gone: it hears nothing.
+    pub(super) fn is_stuck(&self) -> bool {
+        self.shared.stuck.load(Ordering::Acquire)
     }
 
     /// What became of a command, once that is in [`Port::latest`]; told once. A scan thread that

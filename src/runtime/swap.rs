@@ -2,8 +2,8 @@
 //!
 //! An ordinary thread makes a [`Package`]: the machine with its memory as after a cold start, what
 //! it takes over, snapshots of its shape. It goes in by a ring, a [`Command::Swap`] says so, and
-//! the scan thread swaps between two scans; the package comes back with the old machine in it, to be
-//! dropped elsewhere. What the world knows of programs it keeps by generation ([`Generations`]):
+//! the scan thread swaps between two scans; the package comes back with the old machine in it, to
+//! be dropped elsewhere. What the world knows of programs it keeps by generation ([`Generations`]):
 //! every snapshot tells its own, so nobody reads an image by another program's layout.
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -110,6 +110,13 @@ impl<M> Reloader<M> {
     /// At once, and nothing is swapped.
     pub fn hand_in(&mut self, package: Package<M>, resume: bool) -> Result<CommandId, Denial> {
         let generation = package.generation;
+        if self.port.is_stuck() {
+            return Err(Denial::ScanThreadStuck);
+        }
+        if self.out.is_full() {
+            // Packages whose commands were not taken: one that names none gives them back.
+            self.port.command(Command::Swap { generation: u32::MAX, resume: true })?;
+        }
         self.out.push(Box::new(package)).map_err(|_| Denial::QueueFull)?;
         self.port.command(Command::Swap { generation, resume })
     }

@@ -1,9 +1,9 @@
 //! A reload from its request to its report: files, check, plan, the swap, and the way back.
 //!
 //! The operator's desk and SIGHUP ask for it; the shell looks whether a new program faults.
-//! Reading, checking and lowering are done on a thread of their own; what comes of it goes to the scan
-//! thread in a package. One reload at a time, and none is left half done: it runs as a task of its
-//! own, whoever asked for it goes away meanwhile.
+//! Reading, checking and lowering are done on a thread of their own; what comes of it goes to the
+//! scan thread in a package. One reload at a time, and none is left half done: it runs as a task
+//! of its own, whoever asked for it goes away meanwhile.
 
 mod ready;
 mod views;
@@ -146,10 +146,10 @@ impl Reloads {
     async fn read_and_swap(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
         let mut inner = self.inner.lock().await;
         inner.settle(&self.views);
-        let latest = self.port.latest();
-        if latest.mode == Mode::Stop(StopReason::NotStarted) {
+        if timeout(ANSWER_MAX, self.started()).await.is_err() {
             return Err(refused("the first scan is still to come; try again".to_owned()));
         }
+        let latest = self.port.latest();
         let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
         let started = Arc::clone(&inner.started);
         let sides = move || Ready::of_files(&started, &running, generation, &latest);
@@ -162,7 +162,9 @@ impl Reloads {
             return Ok(reloaded(&ready.running.setup, report, ready.restart, None, true));
         }
         let (next, restart) = (Arc::clone(&ready.running), ready.restart.clone());
-        let probation = next.setup.probation;
+        // What does not scan is on trial by nobody.
+        let scans = latest.mode == Mode::Run;
+        let probation = if scans { next.setup.probation } else { Duration::ZERO };
         let (report, swap_us) = self.swap(&mut inner, ready, false).await?;
         self.put_probation((!probation.is_zero()).then(|| Instant::now() + probation));
         let ladder = &next.setup.ladder;
@@ -254,6 +256,12 @@ impl Reloads {
             told = (plan.report(image.bits(), image.words()), swap_ns as f64 / 1000.0);
         });
         Ok(told)
+    }
+
+    async fn started(&self) {
+        while self.port.latest().mode == Mode::Stop(StopReason::NotStarted) {
+            sleep(ASK_AGAIN).await;
+        }
     }
 
     async fn answer(&self, id: CommandId) -> Option<Result<(), Denial>> {
