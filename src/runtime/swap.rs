@@ -150,7 +150,10 @@ impl<M> Swaps<M> {
 
 /// Something for each program that may still be met in a snapshot.
 #[derive(Debug)]
-pub struct Generations<T>(Arc<Mutex<Vec<(u32, Arc<T>)>>>);
+pub struct Generations<T>(Arc<Mutex<List<T>>>);
+
+/// By number.
+type List<T> = Vec<(u32, Arc<T>)>;
 
 impl<T> Clone for Generations<T> {
     fn clone(&self) -> Self {
@@ -188,7 +191,7 @@ impl<T> Generations<T> {
         self.locked(|list| list.retain(|(of, _)| *of != generation));
     }
 
-    fn locked<R>(&self, with: impl FnOnce(&mut Vec<(u32, Arc<T>)>) -> R) -> R {
+    fn locked<R>(&self, with: impl FnOnce(&mut List<T>) -> R) -> R {
         with(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
