@@ -95,7 +95,7 @@ fn a_write_that_does_not_hold_says_why() {
     let live = live();
     let said = live.say("write C7 off");
     assert_eq!(said.code, 0);
-    assert!(said.err.contains("the same scan wrote it again"), "{said:?}");
+    assert!(said.err.contains("was written again in the same scan"), "{said:?}");
     live.ok("force size 9");
     let said = live.say("write size 10");
     assert_eq!(said.code, 1);
@@ -274,6 +274,15 @@ fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
     let third = said(&mut run(&live.folder, &["--scans", "3"]));
     assert!(third.code == 74 && third.err.contains("which is no socket"), "{third:?}");
     assert_eq!(std::fs::read(&live.socket).unwrap(), b"a file");
+    // A lock beside a file that is somebody else's may mean something, as `/etc/passwd.lock` does.
+    let strange = live.folder.join("passwd");
+    std::fs::write(&strange, "a file").unwrap();
+    let fourth = said(run(&live.folder, &["--scans", "3"]).env("RUNGD_SOCKET", &strange));
+    assert_eq!(fourth.code, 74, "the controller file says where: {fourth:?}");
+    std::fs::write(live.folder.join("controller.toml"), "ladder = [\"ladder.toml\"]\n").unwrap();
+    let fifth = said(run(&live.folder, &["--scans", "3"]).env("RUNGD_SOCKET", &strange));
+    assert!(fifth.code == 0 && fifth.err.contains("the operator's socket cannot be"), "{fifth:?}");
+    assert!(!live.folder.join("passwd.lock").exists());
 }
 
 #[test]

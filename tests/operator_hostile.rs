@@ -109,6 +109,25 @@ fn who_never_reads_is_closed_and_holds_up_nobody() {
     assert_no_scan_lost(&mut live);
 }
 
+/// Whose answers wait to be taken has no work under way, and makes room as the idle do.
+#[test]
+fn as_many_as_there_are_seats_who_never_read_keep_nobody_out() {
+    let mut live = live();
+    let all: Vec<String> = (0..250).map(|number| format!("\"V{number}\"")).collect();
+    let read = format!("{{\"do\":\"read\",\"operands\":[{}]}}\n", all.join(","));
+    let deaf: Vec<UnixStream> = (0..64).map(|_| live.connect()).collect();
+    for mut stream in &deaf {
+        stream.set_nonblocking(true).unwrap();
+        let _ = stream.write(read.repeat(60).as_bytes());
+    }
+    std::thread::sleep(Duration::from_millis(1500));
+    for _ in 0..5 {
+        live.ok("read size");
+    }
+    drop(deaf);
+    assert_no_scan_lost(&mut live);
+}
+
 #[test]
 fn a_thousand_connections_keep_nobody_out() {
     let mut live = live();

@@ -58,7 +58,7 @@ pub fn unforce(args: &UnforceArgs) -> Result<Exit> {
         let request = Request::Unforce { operand: operand.clone() };
         return args.at.change(&request, "not forced, ");
     }
-    let values: Values = match args.at.ask(&Request::UnforceAll) {
+    let values: Values = match args.at.ask(&Request::UnforceAll {}) {
         Ok(values) => values,
         Err(exit) => return Ok(exit),
     };

@@ -27,7 +27,7 @@ pub struct StatusArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn status(args: &StatusArgs) -> Result<Exit> {
-    let status: Status = match args.at.ask(&Request::Status) {
+    let status: Status = match args.at.ask(&Request::Status {}) {
         Ok(status) => status,
         Err(exit) => return Ok(exit),
     };

@@ -62,8 +62,10 @@ pub fn watch(args: &WatchArgs) -> Result<Exit> {
             Ok(values) => values,
             Err(exit) => return Ok(exit),
         };
-        args.at
-            .print(&values, || if drawn { drawing(&values, look == 0) } else { line(&values) })?;
+        args.at.print(&values, || match drawn {
+            true => drawing(&values, look == 0, window()),
+            false => line(&values),
+        })?;
         io::stdout().flush()?;
     }
     Ok(Exit::Ok)
@@ -78,12 +80,28 @@ fn line(values: &Values) -> String {
     format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
 }
 
-/// The table, from the screen's top; what was behind it is cleared.
-fn drawing(values: &Values, first: bool) -> String {
+/// How many columns and lines the terminal has, if it tells.
+fn window() -> (usize, usize) {
+    let size = terminal_size::terminal_size();
+    size.map_or((usize::MAX, usize::MAX), |(wide, high)| (wide.0.into(), high.0.into()))
+}
+
+/// The table, from the screen's top; what was behind it is cleared. What has no room in the window
+/// is left out and counted: a table that is longer would scroll away at each look.
+fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String {
     let mut text = String::from(if first { "\x1b[2J\x1b[H" } else { "\x1b[H" });
-    let head = format!("{}  scan {}\n", values.mode, values.scans);
-    for line in head.lines().chain(table(&values.values).lines()) {
-        text += line;
+    let mut lines = vec![format!("{}  scan {}", values.mode, values.scans)];
+    lines.extend(table(&values.values).lines().map(str::to_owned));
+    // The window's last line stays empty: the cursor stands there.
+    let room = high.saturating_sub(1).max(2);
+    if lines.len() > room {
+        let hidden = lines.len() - (room - 1);
+        lines.truncate(room - 1);
+        lines.push(format!("… {hidden} more: the window is too low"));
+    }
+    for line in lines {
+        // Nor in the last column: clearing behind it would clear it.
+        text.extend(line.chars().take(wide.saturating_sub(1).max(1)));
         text += "\x1b[K\n";
     }
     text + "\x1b[J"
@@ -113,10 +131,25 @@ mod tests {
     fn a_look_is_a_line_or_a_table() {
         assert_eq!(line(&values()), "RUN scan=120 jam=OFF D12=-7,forced\n");
         assert_eq!(table(&values().values), "jam  C0   OFF\nD12  D12  -7  forced\n");
-        let drawing = drawing(&values(), true);
+        let drawing = drawing(&values(), true, (80, 25));
         assert!(
             drawing.contains("RUN  scan 120\x1b[K\n") && drawing.ends_with("forced\x1b[K\n\x1b[J")
         );
+    }
+
+    #[test]
+    fn a_table_stays_within_its_window() {
+        let mut values = values();
+        values.values = (0..20).flat_map(|_| values.values.clone()).collect();
+        let drawing = drawing(&values, false, (13, 10));
+        let lines: Vec<&str> = drawing.lines().map(|l| l.trim_end_matches("\x1b[K")).collect();
+        assert_eq!(lines.len(), 10, "nine lines, and the cursor's: {lines:?}");
+        assert_eq!(
+            (lines[1], lines[2], lines[8]),
+            ("jam  C0   OF", "D12  D12  -7", "… 33 more: t")
+        );
+        let least = super::drawing(&values, false, (0, 0));
+        assert!(least.lines().count() <= 3, "{least:?}");
     }
 
     #[test]

@@ -83,6 +83,12 @@ impl Guard {
         let healthy = Healthy { enough: healthy, since: None, pulses: 0, reached: false };
         let mut guard = Guard { file, restarts: 0, healthy, writing: None };
         let Some(file) = &guard.file else { return guard };
+        if let Err(why) = may_be_ours(file) {
+            let file = file.display();
+            warn!(event = "restart-guard-file", "restarts are not counted: {file} is left: {why}");
+            guard.file = None;
+            return guard;
+        }
         let before = read(file).unwrap_or_else(|why| {
             let file = file.display();
             warn!(
@@ -197,6 +203,17 @@ impl Healthy {
     }
 }
 
+/// Whether a count may take its place, and go at the end: a device, a pipe, a folder, a link or a
+/// text of some length is somebody else's, whatever the command line says.
+fn may_be_ours(file: &Path) -> io::Result<()> {
+    match fs::symlink_metadata(file) {
+        Ok(meta) if !meta.is_file() => Err(io::Error::other("it is no file")),
+        Ok(meta) if meta.len() > FILE_BYTES_MAX => Err(io::Error::other("it holds something else")),
+        // What cannot be looked at is told of when it is read or written.
+        _ => Ok(()),
+    }
+}
+
 /// Nothing where there is no file. (Nor does a pipe or a device in its place make anybody wait.)
 fn read(file: &Path) -> io::Result<Count> {
     let mut options = File::options();
@@ -214,7 +231,9 @@ fn read(file: &Path) -> io::Result<Count> {
 
 /// Beside it, then in its place: a process that is killed meanwhile leaves one of the two.
 fn write(file: &Path, count: Count) -> io::Result<()> {
-    let beside = file.with_extension("new");
+    let mut beside = file.as_os_str().to_owned();
+    beside.push(".new");
+    let beside = PathBuf::from(beside);
     // Whatever is there, and were it a link or a pipe, goes.
     let _ = fs::remove_file(&beside);
     let mut new = File::options().write(true).create_new(true).mode(0o644).open(&beside)?;
@@ -321,6 +340,31 @@ mod tests {
         let nowhere = start(Path::new("/nonexistent/restarts"));
         assert!(nowhere.file.is_none() && !nowhere.trips());
         assert!(!Guard::begin(None, HEALTHY).trips());
+    }
+
+    #[test]
+    fn what_is_somebody_elses_stays_as_it_is() {
+        let (file, target) = (place("else"), place("target"));
+        fs::write(&file, "x".repeat(300)).unwrap();
+        start(&file).end(Ended::Orderly);
+        assert_eq!(fs::read_to_string(&file).unwrap().len(), 300);
+        fs::remove_file(&file).unwrap();
+        fs::write(&target, "precious").unwrap();
+        std::os::unix::fs::symlink(&target, &file).unwrap();
+        start(&file).end(Ended::Orderly);
+        assert!(fs::symlink_metadata(&file).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&target).unwrap(), "precious");
+        fs::remove_file(&file).unwrap();
+        let socket = std::os::unix::net::UnixListener::bind(&file).unwrap();
+        start(&file).end(Ended::Orderly);
+        assert!(file.exists(), "as a device would be");
+        drop(socket);
+        fs::remove_file(&file).unwrap();
+        // Nor does the name under which it is written first take another file's.
+        let (named, other) = (place("count.txt"), place("count.new"));
+        fs::write(&other, "precious").unwrap();
+        start(&named).end(Ended::Orderly);
+        assert_eq!(fs::read_to_string(&other).unwrap(), "precious");
     }
 
     #[test]

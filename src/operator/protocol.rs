@@ -16,12 +16,12 @@ pub const REQUEST_BYTES_MAX: usize = 32 * 1024;
 /// The most operands that one request may read.
 pub const OPERANDS_MAX: usize = 256;
 
-/// What a client asks for.
+/// What a client asks for. (The braces without fields have serde refuse a key too many there too.)
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Request {
     /// How the controller is: [`Status`].
-    Status,
+    Status {},
     /// What operands hold: [`Values`].
     Read {
         /// Tags, addresses, members; a structure stands for all its members.
@@ -47,7 +47,7 @@ pub enum Request {
         operand: String,
     },
     /// Ends all forces: [`Values`] of what was forced, as they are now.
-    UnforceAll,
+    UnforceAll {},
     /// Runs or stops: [`ModeChange`].
     Mode {
         /// Which.
@@ -75,7 +75,7 @@ pub enum Request {
 
 /// A value as a client gives it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a value is true or false, a whole number, or a string")]
 pub enum Given {
     /// `true`, `false`.
     Bit(bool),
@@ -397,9 +397,13 @@ impl Refusal {
 impl Request {
     /// Whether it changes anything.
     pub fn changes(&self) -> bool {
+<<<<<<< HEAD
         let dry = matches!(self, Request::Reload { dry_run: true });
         let reads = matches!(self, Request::Status | Request::Read { .. } | Request::Names { .. });
         !reads && !dry
+=======
+        !matches!(self, Request::Status {} | Request::Read { .. } | Request::Names { .. })
+>>>>>>> main
     }
 }
 
@@ -448,6 +452,16 @@ mod tests {
         }
         for line in ["", "{}", "[]", r#"{"do":"dance"}"#, r#"{"do":"read","operand":"X0"}"#] {
             assert!(serde_json::from_str::<Request>(line).is_err(), "{line}");
+        }
+        // Who names what is to be unforced does not mean all of it.
+        for line in [r#"{"do":"unforce-all","operand":"Y1"}"#, r#"{"do":"status","to":"run"}"#] {
+            let error = serde_json::from_str::<Request>(line).expect_err(line).to_string();
+            assert!(error.contains("unknown field"), "{line}: {error}");
+        }
+        for value in ["1.5", "null", "[1]", "99999999999999999999"] {
+            let line = format!(r#"{{"do":"write","operand":"D1","value":{value}}}"#);
+            let error = serde_json::from_str::<Request>(&line).expect_err(&line).to_string();
+            assert!(error.contains("a value is true or false, a whole number"), "{error}");
         }
     }
 

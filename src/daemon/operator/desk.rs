@@ -69,12 +69,12 @@ impl Desk {
 
     pub(super) async fn answer(&self, peer: &Peer, request: &Request) -> Done<serde_json::Value> {
         match request {
-            Request::Status => as_json(&self.status()),
+            Request::Status {} => as_json(&self.status()),
             Request::Read { operands } => as_json(&self.read(operands)?),
             Request::Write { operand, value } => as_json(&self.write(peer, operand, value).await?),
             Request::Force { operand, value } => as_json(&self.force(peer, operand, value).await?),
             Request::Unforce { operand } => as_json(&self.unforce(peer, operand).await?),
-            Request::UnforceAll => as_json(&self.unforce_all(peer).await?),
+            Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
             Request::Mode { to } => as_json(&self.mode(peer, *to).await?),
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
             Request::Reload { dry_run } => {
@@ -168,7 +168,9 @@ impl Desk {
         }
         let written = operand.held(value);
         (change.now.value != written).then(|| {
-            format!("it took {written}, and the same scan wrote it again: to hold it, force it")
+            format!(
+                "it took {written}, and was written again in the same scan: to hold it, force it"
+            )
         })
     }
 

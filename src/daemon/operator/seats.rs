@@ -24,7 +24,7 @@ struct Taken {
 
 struct Sitter {
     uid: u32,
-    /// Since when it is idle; nothing while a request of it is under way.
+    /// Since when it is idle; nothing while a request of it is being carried out.
     idle: Option<Instant>,
     leave: Arc<Notify>,
 }
@@ -90,7 +90,7 @@ impl Taken {
 }
 
 impl Seat {
-    /// A request of it is under way, or over.
+    /// A request of it is being carried out, or done (taken or not).
     pub fn set_busy(&self, busy: bool) {
         if let Some(sitter) = self.seats.lock().sitters.get_mut(&self.number) {
             sitter.idle = (!busy).then(Instant::now);

@@ -193,10 +193,17 @@ impl Session {
 
     async fn send(&mut self, reply: &impl Serialize) -> Result<(), Closed> {
         let line = line_of(reply);
-        match timeout(TAKE_MAX, self.stream.write_all(&line)).await {
-            Err(_) => Err(Closed::NotTaken),
-            Ok(Err(_)) => Err(Closed::ByClient),
-            Ok(Ok(())) => Ok(()),
+        // What was asked is done: who does not take the answer makes room as the idle do.
+        self.seat.set_busy(false);
+        let Session { stream, seat, .. } = self;
+        tokio::select! {
+            biased;
+            taken = timeout(TAKE_MAX, stream.write_all(&line)) => match taken {
+                Err(_) => Err(Closed::NotTaken),
+                Ok(Err(_)) => Err(Closed::ByClient),
+                Ok(Ok(())) => Ok(()),
+            },
+            () = seat.asked_to_leave() => Err(Closed::MadeRoom),
         }
     }
 }

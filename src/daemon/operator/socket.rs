@@ -63,7 +63,9 @@ impl Place {
 
     fn failure(&self, why: &dyn std::fmt::Display) -> Failure {
         let path = self.path.display();
-        Failure::Environment(anyhow::anyhow!("`[operator] socket` cannot be {path}: {why}"))
+        // Where the controller file does not say where, nobody should look for it there.
+        let asked = if self.insists { "`[operator] socket`" } else { "the operator's socket" };
+        Failure::Environment(anyhow::anyhow!("{asked} cannot be {path}: {why}"))
     }
 }
 
@@ -71,6 +73,8 @@ impl Place {
 pub(super) fn bind(place: &Place) -> Result<(UnixListener, Bound), Failure> {
     let path = &place.path;
     let gid = place.group.as_deref().map(group_number).transpose()?;
+    // First of all: beside what is no socket no lock belongs either.
+    is_socket_or_nothing(place)?;
     let lock = lock(place)?;
     clear(place)?;
     // Behind the lock this name is nobody else's.
@@ -135,7 +139,7 @@ fn lock(place: &Place) -> Result<File, Failure> {
 fn taken(path: &Path) -> Failure {
     let path = path.display();
     Failure::Environment(anyhow::Error::new(Taken(format!(
-        "`[operator] socket` cannot be {path}: another rungd answers there; stop it (`rungd \
+        "the operator's socket cannot be {path}: another rungd answers there; stop it (`rungd \
          status --socket {path}` shows it), or give this one another"
     ))))
 }
@@ -148,11 +152,20 @@ impl std::fmt::Display for Taken {
 
 impl std::error::Error for Taken {}
 
+fn is_socket_or_nothing(place: &Place) -> Result<(), Failure> {
+    match fs::symlink_metadata(&place.path) {
+        Ok(meta) if !meta.file_type().is_socket() => {
+            Err(place.failure(&"something else is there, which is no socket"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// What lies there must be a socket that nobody answers at.
 fn clear(place: &Place) -> Result<(), Failure> {
-    let Ok(meta) = fs::symlink_metadata(&place.path) else { return Ok(()) };
-    if !meta.file_type().is_socket() {
-        return Err(place.failure(&"something else is there, which is no socket"));
+    is_socket_or_nothing(place)?;
+    if !place.path.exists() {
+        return Ok(());
     }
     match UnixStream::connect(&place.path) {
         Ok(_) => Err(taken(&place.path)),
@@ -163,12 +176,14 @@ fn clear(place: &Place) -> Result<(), Failure> {
 
 fn group_number(group: &str) -> Result<u32, Failure> {
     let known = fs::read_to_string("/etc/group").unwrap_or_default();
-    gid_of(&known, group).or_else(|| group.parse().ok()).ok_or_else(|| {
-        Failure::Configuration(format!(
-            "`[operator] group`: this machine has no group `{group}` in /etc/group; make it \
+    gid_of(&known, group).or_else(|| group.parse().ok()).filter(|gid| *gid != u32::MAX).ok_or_else(
+        || {
+            Failure::Configuration(format!(
+                "`[operator] group`: this machine has no group `{group}` in /etc/group; make it \
              (`groupadd {group}`), or write another's name or number"
-        ))
-    })
+            ))
+        },
+    )
 }
 
 impl Drop for Bound {
