@@ -37,7 +37,7 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
 /// # Errors
 /// Standard output cannot be written.
 pub fn rollback(args: &RollbackArgs) -> Result<Exit> {
-    ask(&args.at, &Request::Rollback)
+    ask(&args.at, &Request::Rollback {})
 }
 
 fn ask(at: &At, request: &Request) -> Result<Exit> {

@@ -60,7 +60,7 @@ pub enum Request {
         dry_run: bool,
     },
     /// Goes back to the program before the last reload: [`Reloaded`].
-    Rollback,
+    Rollback {},
     /// What is logged: [`LevelChange`].
     LogLevel {
         /// From which level on.
@@ -397,13 +397,10 @@ impl Refusal {
 impl Request {
     /// Whether it changes anything.
     pub fn changes(&self) -> bool {
-<<<<<<< HEAD
         let dry = matches!(self, Request::Reload { dry_run: true });
-        let reads = matches!(self, Request::Status | Request::Read { .. } | Request::Names { .. });
+        let reads =
+            matches!(self, Request::Status {} | Request::Read { .. } | Request::Names { .. });
         !reads && !dry
-=======
-        !matches!(self, Request::Status {} | Request::Read { .. } | Request::Names { .. })
->>>>>>> main
     }
 }
 

@@ -81,7 +81,7 @@ impl Desk {
                 let reloads = Arc::clone(&self.reloads);
                 as_json(&reloads.reload(peer.to_string(), *dry_run).await?)
             }
-            Request::Rollback => {
+            Request::Rollback {} => {
                 let reloads = Arc::clone(&self.reloads);
                 as_json(&reloads.rollback(peer.to_string()).await?)
             }

@@ -163,7 +163,7 @@ impl Session {
 
     /// What somebody wanted changed and did not get; what was only to be read is a detail.
     fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
-        if matches!(request, Request::Reload { .. } | Request::Rollback)
+        if matches!(request, Request::Reload { .. } | Request::Rollback {})
             && refusal.kind != RefusalKind::NotPermitted
         {
             // Told with its findings, by who did it.
