@@ -17,6 +17,7 @@ pub mod lower;
 pub mod operator;
 pub mod reload;
 pub mod resolve;
+pub mod retain;
 pub mod runtime;
 pub mod sim;
 pub mod source;

@@ -395,15 +395,6 @@ fn an_input_reads_its_initial_value_until_a_driver_writes_it() {
 }
 
 #[test]
-fn what_this_version_cannot_retain_is_refused() {
-    let plant = Plant::new(ALIVE, "retain.ranges = [\"D0..D9\"]\n");
-    let (code, lines) = plant.run(&[]);
-    assert_eq!(code, 78);
-    let refusal = find(&lines, "survives a restart");
-    assert!(message(refusal).contains("controller.toml:2:"), "{refusal}");
-}
-
-#[test]
 fn a_strict_posture_that_is_not_granted_is_refused() {
     let realtime = "realtime = { cpus = [1000], strict = true }\n";
     let (code, lines) = Plant::new(ALIVE, realtime).run(&["--scans", "1"]);

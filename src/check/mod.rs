@@ -28,7 +28,6 @@ mod owned_twice;
 mod pages;
 mod reach;
 mod reset_without_owner;
-mod retain_not_kept;
 mod retained_but_reset;
 mod sensaphone_preset;
 mod set_never_reset;
@@ -76,7 +75,6 @@ const RULES: &[(Needs, Rule)] = &[
     (Needs::Itself, constant_saturates::check),
     (Needs::Itself, bare_timer_value::check),
     (Needs::Itself, mixed_and_or::check),
-    (Needs::Itself, retain_not_kept::check),
     (Needs::Place, retained_but_reset::check),
     (Needs::Whole, unused_tag::check),
 ];

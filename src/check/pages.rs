@@ -72,7 +72,6 @@ pages! {
     "bare-timer-value"
     "mixed-and-or"
     "constant-saturates"
-    "retain-not-kept"
     "retained-but-reset"
     "unused-tag"
     "unknown-allow"

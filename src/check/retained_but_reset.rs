@@ -116,9 +116,6 @@ mod tests {
                   timer `T0` is retained, but `TMR` resets it at every stop, before it is
                   kept
                     TMRAG keeps its time; `RSTT T0` resets it
-                4:9 retain-not-kept
-                  retentive memory is not kept across restarts by this version
-                    take `[retain]` out to run without
             "#]],
         );
     }

@@ -16,6 +16,7 @@ pub mod mode;
 pub mod operator;
 pub mod read;
 pub mod reload;
+pub mod retain;
 pub mod run;
 pub mod schema;
 pub mod sim;
@@ -63,6 +64,7 @@ enum Command {
     Mode(mode::ModeArgs),
     Reload(reload::ReloadArgs),
     Rollback(reload::RollbackArgs),
+    Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
 }
 
@@ -112,6 +114,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Mode(args) => mode::mode(args),
         Command::Reload(args) => reload::reload(args),
         Command::Rollback(args) => reload::rollback(args),
+        Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
     }
 }

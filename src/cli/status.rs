@@ -7,7 +7,7 @@ use super::exit::Exit;
 use super::operator::At;
 use super::read::table;
 use crate::daemon::span;
-use crate::operator::protocol::{Block, Request, Scan, Spread, Status};
+use crate::operator::protocol::{Block, Request, Retain, Scan, Spread, Status};
 
 /// The width of the longest bar.
 const BAR_CHARS: u64 = 40;
@@ -77,6 +77,9 @@ fn page(status: &Status) -> String {
         lines.push(row(if at == 0 { "forces" } else { "" }, force));
     }
     lines.extend(devices(status));
+    if let Some(retain) = &status.retain {
+        lines.extend(retain_lines(retain));
+    }
     let (dropped, records) = (log.lines_dropped, log.records_dropped);
     let level = format!("{:?}", log.level).to_lowercase();
     let lost = format!("from {level} on; {dropped} lines and {records} records dropped");
@@ -136,6 +139,33 @@ fn spread(name: &str, spread: &Spread) -> Vec<String> {
         let chars = (bar.count * BAR_CHARS).div_ceil(most) as usize;
         let line = format!("<= {:>9.1} us  {:40}  {}", bar.up_to_us, "#".repeat(chars), bar.count);
         lines.push(row("", &line));
+    }
+    lines
+}
+
+fn retain_lines(retain: &Retain) -> Vec<String> {
+    let ms = |ms: u64| span(ms * 1_000_000);
+    let us = |us: u64| span(us * 1000);
+    let mut lines = vec![
+        row("retain", &format!("{}, every {}", retain.file, ms(retain.interval_ms))),
+        row("", &retain.restored),
+    ];
+    if let (Some(image), Some(scan), Some(age)) = (retain.image, retain.scan, retain.age_ms) {
+        lines.push(row("", &format!("image {image} of scan {scan} durable, {} old", ms(age))));
+    }
+    let (flush, longest) = (us(retain.flush_us), us(retain.flush_max_us));
+    lines.push(row(
+        "",
+        &format!("{} written, the last in {flush}, the longest {longest}", retain.writes),
+    ));
+    let budget = retain.budget_per_day / 1_000_000;
+    let wear = match retain.bytes_per_day {
+        Some(bytes) => format!("{} MB a day as it goes, budget {budget}", bytes / 1_000_000),
+        None => format!("wear not measured yet, budget {budget} MB a day"),
+    };
+    lines.push(row("", &wear));
+    if let Some(why) = &retain.failing {
+        lines.push(row("", &format!("NOT WRITTEN at present: {why}")));
     }
     lines
 }

@@ -18,12 +18,14 @@ use crate::operator::names::Names;
 use crate::resolve::controller::{self as resolved, Controller};
 use crate::resolve::operator::Operator;
 use crate::resolve::program::{BlockKind, Program};
+use crate::retain::Plan;
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::realtime::{self, Realtime};
 use crate::source::render::{Style, refuses, render};
 use crate::source::span::SourceFile;
 
 use super::narration::Narration;
+use super::retain::{Wanted, place};
 
 const MS_NS: u64 = 1_000_000;
 
@@ -49,6 +51,7 @@ pub struct Setup {
     pub(super) rules: Vec<resolved::Device>,
     /// How long a reloaded program is on trial; zero: not at all.
     pub(super) probation: Duration,
+    pub(super) retain: Option<Wanted>,
 }
 
 /// What is told of a ladder at start.
@@ -77,15 +80,6 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
-    if let Some(range) = controller.retain.first() {
-        let (line, column) = files[0].line_column(range.span.start);
-        return Err(format!(
-            "{}:{line}:{column}: `[retain] ranges` asks for memory that survives a restart, and \
-             this version has no store for it: it would start cold without a word. Take the \
-             table out to run without",
-            files[0].name
-        ));
-    }
     let (code, symbols) = lower(program);
     let (narration, watched) = Narration::new(program, &symbols);
     let setup = Setup {
@@ -103,6 +97,7 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         modbus: controller.modbus.clone(),
         rules: controller.devices.clone(),
         probation: Duration::from_millis(controller.probation_ms.into()),
+        retain: retain(controller, program, &symbols, &files[0].name),
         symbols,
     };
     Ok((code, setup))
@@ -119,6 +114,23 @@ pub fn load(path: &Path, style: Style) -> Result<Result<(engine::Program, Setup)
         return Ok(Err(render(&loaded.findings, &loaded.files, style)));
     }
     Ok(settle(&loaded))
+}
+
+fn retain(
+    controller: &Controller,
+    program: &Program,
+    symbols: &Symbols,
+    file: &str,
+) -> Option<Wanted> {
+    let (retention, layout) = (&controller.retention, &symbols.layout);
+    let plan = Plan::new(&controller.retain, program, layout);
+    (!plan.is_empty()).then(|| Wanted {
+        path: place(retention.file.as_deref(), Path::new(file)),
+        plan,
+        interval: Duration::from_millis(u64::from(retention.interval_ms)),
+        runs_cold: retention.runs_cold,
+        budget: u64::from(retention.budget_mb) * 1_000_000,
+    })
 }
 
 fn blocks(program: &Program) -> Vec<(String, bool)> {

@@ -17,6 +17,8 @@ mod narration;
 mod operator;
 mod posture;
 mod reload;
+mod retain;
+mod retain_thread;
 mod shell;
 mod signals;
 mod systemd;

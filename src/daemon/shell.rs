@@ -21,6 +21,8 @@ use super::narration::span;
 use super::operator;
 use super::posture;
 use super::reload::{Reloads, Running, Views};
+use super::retain;
+use super::retain_thread::Retention;
 use super::signals::{Host, Signals, Told};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
@@ -89,10 +91,15 @@ pub fn run(
 ) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
+    let inputs = initial_inputs(&program, &setup);
+    let mut engine = Engine::new(program.clone());
+    let retained = setup.retain.as_ref().map(|wanted| retain::begin(wanted, &mut engine));
+    let retained = retained.transpose()?;
+    let cold = retained.as_ref().and_then(|opened| opened.cold);
     let settings = Settings {
         pace: runtime::Pace {
             scans: options.scans,
-            start_in_stop: options.start_in_stop,
+            start_in_stop: options.start_in_stop.or(cold),
             ..setup.pace.clone()
         },
         memory: setup.memory.clone(),
@@ -110,15 +117,14 @@ pub fn run(
     };
     let narration = Generations::new(setup.narration.clone());
     let writer = LogWriter::new(narration.clone(), facts);
-    let inputs = initial_inputs(&program, &setup);
-    let engine = Engine::new(program.clone());
     let (prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
+    let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
     let first = First { running: Arc::new(Running { program, setup }), reloader, narration };
-    tokio.block_on(shell(prepared, first, Attendance { signals, guard, patience }))
+    tokio.block_on(shell(prepared, first, Attendance { signals, guard, patience, retention }))
 }
 
 /// The inputs that are ON until their driver writes them: those with an initial value.
@@ -142,6 +148,7 @@ struct Attendance<'a> {
     guard: &'a mut Guard,
     /// How long the orderly stop may take.
     patience: Duration,
+    retention: Option<Retention>,
 }
 
 /// From the drivers' start to the scan thread's end.
@@ -151,7 +158,9 @@ async fn shell(
     mut attendance: Attendance<'_>,
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
-    let (mut drivers, reloads) = start_drivers(first, &prepared, &stopped).await?;
+    let retention = attendance.retention.clone();
+    let drivers = start_drivers(first, &prepared, &retention, &stopped).await?;
+    let (mut drivers, reloads) = drivers;
     if let Some(name) = attendance.signals.waiting().await {
         info!(
             event = "signal",
@@ -174,7 +183,11 @@ async fn shell(
     let Over { asked, waiting: Waiting::Ended } = over else {
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
     };
-    Ok(conclude(runtime.join(), asked))
+    let report = runtime.join();
+    if let Some(retention) = &retention {
+        retention.end(attendance.signals.stop()).await;
+    }
+    Ok(conclude(report, asked))
 }
 
 /// How the shell's waiting came to its end.
@@ -197,7 +210,7 @@ async fn attend(
     reloads: &Arc<Reloads>,
     attendance: &mut Attendance<'_>,
 ) -> Over {
-    let Attendance { signals, guard, patience } = attendance;
+    let Attendance { signals, guard, patience, .. } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
     let (systemd, mut notices) =
         (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
@@ -273,6 +286,7 @@ fn tell_stop(name: &str, mode: Mode) {
 async fn start_drivers(
     first: First,
     prepared: &Prepared,
+    retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
     let First { running, reloader, narration } = first;
@@ -282,7 +296,7 @@ async fn start_drivers(
     let pace = &setup.pace;
     let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
     let patience = Duration::from_nanos(patience_ns);
-    let mut about = operator::AboutParts::new(prepared, pace);
+    let mut about = operator::AboutParts::new(prepared, pace, retention.clone());
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {
         let (server, maps) = bind_modbus(settings, setup, port, patience).await?;

@@ -122,8 +122,7 @@ impl Notices {
 
 /// A scan was complete, or the start meant to be in STOP.
 fn is_ready(latest: &Snapshot) -> bool {
-    let meant = |reason| matches!(reason, StopReason::Operator | StopReason::RestartGuard);
-    latest.scans > 0 || matches!(latest.mode, Mode::Stop(reason) if meant(reason))
+    latest.scans > 0 || matches!(latest.mode, Mode::Stop(reason) if reason.is_meant())
 }
 
 fn status(latest: &Snapshot) -> String {

@@ -170,6 +170,12 @@ impl Layout {
         }
     }
 
+    /// The bits of a structure: its flags, then what its owner remembers between executions.
+    pub fn record_bits(&self, structure: Structure) -> std::ops::Range<u32> {
+        let first = self.flags(structure);
+        first..first + RECORD as u32
+    }
+
     fn space(&self, space: BitSpace) -> u32 {
         match space {
             BitSpace::X => self.x,

@@ -7,6 +7,7 @@
 use super::blocks::{BlockState, Machine, StageState};
 use super::events::{BlockEvent, Events};
 use super::image::{BitCell, Image, WordCell};
+use super::layout::Cell;
 use super::memory::Memory;
 use super::program::{BlockRole, Program};
 use super::reach::{Far, Forced, Near, Reach};
@@ -198,6 +199,28 @@ impl Engine {
             state.pass_due = false;
             state.first_turn = false;
         }
+    }
+
+    /// Before the first scan: what a cell held when the process before this one kept it.
+    pub fn restore(&mut self, cell: Cell, value: i32) {
+        match cell {
+            Cell::Bit(bit) => self.machine.memory.image.put_bits(bit.0, &[u8::from(value != 0)]),
+            Cell::Word(word) => self.machine.memory.image.put_words(word.0, &[value]),
+        }
+    }
+
+    /// Before the first scan, where what was restored had no termination pass: everything that has
+    /// termination logic is terminated.
+    pub fn terminate_all(&mut self) {
+        let Machine { program, blocks, stages, .. } = &mut self.machine;
+        for (state, code) in blocks.iter_mut().zip(&program.blocks) {
+            state.executed = code.own.has_rungs;
+        }
+        for (state, code) in stages.iter_mut().zip(&program.stages) {
+            state.executed = code.has_rungs;
+        }
+        self.terminate();
+        self.machine.events.clear();
     }
 
     /// Forces a public bit: it keeps this value until it is released.

@@ -133,7 +133,7 @@ pub(super) const EVENTS: &[Event] = &[
         level: Level::Info,
         id: "85d0693e140c4a5093ba89d7d93eb148",
         limit: Limit::NONE,
-        meaning: "The scan statistics of the whole run, at its end.",
+        meaning: "The scan statistics since RUN was last entered, when the process ends.",
         remedy: "Nothing.",
     },
     Event {

@@ -66,6 +66,8 @@ pub enum Request {
         /// From which level on.
         level: Level,
     },
+    /// Has retentive memory kept now; answered once it is durable: [`Saved`].
+    RetainSave,
     /// Tags and addresses that begin so, for completion: [`Names`].
     Names {
         /// The beginning.
@@ -231,6 +233,19 @@ pub struct LevelChange {
     pub after: Level,
 }
 
+/// The answer to a wish to have retentive memory kept.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Saved {
+    /// The file.
+    pub file: String,
+    /// The image's number in it.
+    pub image: u64,
+    /// Of which scan it is, or an earlier one of which the same is retained.
+    pub scan: u64,
+    /// How long it took until it was durable; 0: it was already.
+    pub flush_us: u64,
+}
+
 /// The answer to a question for names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
@@ -276,7 +291,34 @@ pub struct Status {
     /// What is forced.
     pub forces: Vec<Value>,
     pub devices: Devices,
+    /// Retentive memory, where the controller file asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retain: Option<Retain>,
     pub log: Log,
+}
+
+/// Retentive memory.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Retain {
+    pub file: String,
+    pub interval_ms: u64,
+    /// What the start restored, in words.
+    pub restored: String,
+    /// The last image that is durable, if this process wrote one: its number, its scan, its age.
+    pub image: Option<u64>,
+    pub scan: Option<u64>,
+    pub age_ms: Option<u64>,
+    /// From the beginning of a write until it was durable: the last one, the longest one.
+    pub flush_us: u64,
+    pub flush_max_us: u64,
+    pub writes: u64,
+    pub bytes: u64,
+    /// As it went so far; none where that is less than a minute.
+    pub bytes_per_day: Option<u64>,
+    pub budget_per_day: u64,
+    /// Why it cannot be written at present.
+    pub failing: Option<String>,
 }
 
 /// The ladder.
@@ -442,6 +484,7 @@ mod tests {
             r#"{"do":"reload","dry_run":true}"#,
             r#"{"do":"rollback"}"#,
             r#"{"do":"log-level","level":"debug"}"#,
+            r#"{"do":"retain-save"}"#,
             r#"{"do":"names","prefix":"b"}"#,
         ] {
             let request: Request = serde_json::from_str(line).expect(line);

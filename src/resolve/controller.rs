@@ -9,6 +9,7 @@ use super::claims;
 use super::operator::{self, Operator};
 use super::program::Program;
 use super::range::{Range, Space, resolve_range};
+use super::retain::{self, Retention};
 use super::scope::Scope;
 use crate::isa::{Address, Bit, BitSpace, WordSpace};
 use crate::source::controller::{self as written, DeviceRule, Mapping};
@@ -32,6 +33,8 @@ pub struct Controller {
     pub outputs_hold: Vec<Range>,
     /// What survives a restart.
     pub retain: Vec<Range>,
+    /// How it is kept.
+    pub retention: Retention,
     /// The Modbus server, if there is one.
     pub modbus: Option<Modbus>,
     /// Rules by which inputs move; at most one an input.
@@ -136,7 +139,12 @@ pub fn resolve_controller(
         words: "data and structures (C, MC, MI, V, D, MHR, MIR, CT, T, N)",
         code: Code::RetainRange,
     };
-    let retain = resolver.ranges(&written.retain, &wanted);
+    let retain = resolver.ranges(&written.retain.ranges, &wanted);
+    let interval = &written.retain.interval_ms;
+    let retention = Retention {
+        interval_ms: resolver.at_least_one("interval", interval),
+        ..retain::resolve(&written.retain, &mut resolver.findings)
+    };
     for held in &outputs_hold {
         if let Some(on) = outputs_on.iter().find(|on| on.overlaps(held)) {
             let message = format!("`{held}` is to be held, and `{on}` to be ON");
@@ -154,6 +162,7 @@ pub fn resolve_controller(
         outputs_on,
         outputs_hold,
         retain,
+        retention,
         modbus: written.modbus_server.as_ref().map(|server| resolver.modbus(server)),
         devices: resolver.devices(&written.devices),
         operator: operator.unwrap_or_default(),

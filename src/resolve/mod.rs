@@ -12,6 +12,7 @@ pub mod operator;
 mod order;
 pub mod program;
 pub mod range;
+pub mod retain;
 mod rung;
 pub mod scope;
 mod tags;

@@ -57,6 +57,8 @@ pub enum StopReason {
     Operator,
     /// It was restarted too often in too short a time, and so started in STOP.
     RestartGuard,
+    /// Nothing was found to be restored, and memory is as after a cold start.
+    NothingRestored,
 }
 
 /// Why the controller is in FAULT.
@@ -80,7 +82,13 @@ pub enum FaultReason {
 impl StopReason {
     /// Whether the process stays, for an operator to run it again.
     pub fn waits_for_operator(self) -> bool {
-        matches!(self, StopReason::Instruction | StopReason::Operator | StopReason::RestartGuard)
+        self == StopReason::Instruction || self.is_meant()
+    }
+
+    /// Whether a start may be meant to be in STOP for it.
+    pub fn is_meant(self) -> bool {
+        use StopReason::{NothingRestored, Operator, RestartGuard};
+        matches!(self, Operator | RestartGuard | NothingRestored)
     }
 }
 
@@ -104,6 +112,9 @@ impl fmt::Display for StopReason {
             StopReason::ScanLimit => "the number of scans asked for is complete",
             StopReason::Operator => "an operator asked for it",
             StopReason::RestartGuard => "it was restarted too often in too short a time",
+            StopReason::NothingRestored => {
+                "nothing was found to be restored, and memory is as after a cold start"
+            }
         })
     }
 }

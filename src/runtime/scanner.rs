@@ -418,9 +418,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let asked = match self.mode {
             Mode::Run => false,
             Mode::Stop(StopReason::Signal | StopReason::ScanLimit) => true,
-            Mode::Stop(StopReason::Operator | StopReason::RestartGuard) => {
-                self.beat.stop_requested()
-            }
+            Mode::Stop(reason) if reason.is_meant() => self.beat.stop_requested(),
             Mode::Stop(_) | Mode::Fault(_) => {
                 self.pace.scans.is_some() || self.beat.stop_requested()
             }

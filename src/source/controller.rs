@@ -7,6 +7,7 @@ use super::finding::{Code, Finding};
 use super::operator::{self, Operator};
 use super::reader::{self, Table, Text};
 use super::realtime::{self, Realtime};
+use super::retain::{self, Retain};
 use super::shape::{self, Shape};
 use super::span::{FileId, Located, Span};
 use crate::isa::MemorySizes;
@@ -28,8 +29,8 @@ pub struct Controller {
     pub outputs_on: Vec<Text>,
     /// `[outputs] hold`: as they were, in the safe state.
     pub outputs_hold: Vec<Text>,
-    /// `[retain] ranges`.
-    pub retain: Vec<Text>,
+    /// `[retain]`.
+    pub retain: Retain,
     /// `[modbus-server]`.
     pub modbus_server: Option<ModbusServer>,
     /// `[[simulated-device]]`, in file order.
@@ -169,16 +170,14 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
     let scan = read_scan(&mut root, file);
     let realtime =
         root.table("realtime", "`[realtime]`").map_or_else(Realtime::default, realtime::read);
-    let (mut outputs_on, mut outputs_hold, mut retain) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut outputs_on, mut outputs_hold) = (Vec::new(), Vec::new());
     if let Some(mut outputs) = root.table("outputs", "`[outputs]`") {
         outputs_on = strings(&mut outputs, "on");
         outputs_hold = strings(&mut outputs, "hold");
         outputs.finish();
     }
-    if let Some(mut table) = root.table("retain", "`[retain]`") {
-        retain = strings(&mut table, "ranges");
-        table.finish();
-    }
+    let retain = root.table("retain", "`[retain]`");
+    let retain = retain.map_or_else(|| Retain::absent(file), |table| retain::read(table, file));
     let modbus_server = root.table("modbus-server", "`[modbus-server]`").map(read_modbus);
     let devices = root.tables("simulated-device", "a simulated device");
     let devices = devices.into_iter().map(read_device).collect();

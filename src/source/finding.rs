@@ -164,8 +164,6 @@ findings! {
     MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
     ConstantSaturates "constant-saturates" Warning
         "A constant that its target can never hold: another number is stored.";
-    RetainNotKept "retain-not-kept" Warning
-        "Retentive memory is not kept across restarts by this version.";
     RetainedButReset "retained-but-reset" Warning
         "A retained structure loses its value at every stop.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";

@@ -140,6 +140,32 @@ pub const CONTROLLER: &[Key] = &[
     key("`[outputs]`", "on", "Outputs that are ON in the safe state."),
     key("`[outputs]`", "hold", "Outputs that keep their value."),
     key("`[retain]`", "ranges", "Data and structures: `CT8..CT15`, `D100..D199`."),
+    key(
+        "`[retain]`",
+        "file",
+        "Where they are kept; else where systemd keeps state, or beside this file.",
+    ),
+    limited(
+        key(
+            "`[retain]`",
+            "interval",
+            "They are written when changed, at most so often; 1s if not given.",
+        ),
+        LEAST_1MS,
+    ),
+    limited(
+        key(
+            "`[retain]`",
+            "cold-start",
+            "Whether to run where nothing was found; `stop` if not given.",
+        ),
+        r#"{"enum":["run","stop"]}"#,
+    ),
+    key(
+        "`[retain]`",
+        "budget-mb-per-day",
+        "More written than this is a warning; 2000 if not given.",
+    ),
     key(MODBUS, "listen", "Address and port; 127.0.0.1:1502 if not given."),
     key(MODBUS, "writable", "Ranges of MC and MHR that clients may write; else nothing."),
     key(MODBUS, "connections", "How many at a time; 8 if not given."),

@@ -22,6 +22,7 @@ pub mod operator;
 pub mod reader;
 pub mod realtime;
 pub mod render;
+pub mod retain;
 pub mod shape;
 pub mod span;
 mod strict;

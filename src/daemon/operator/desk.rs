@@ -19,7 +19,7 @@ use crate::engine::Cell;
 use crate::operator::names::{Names, Operand};
 use crate::operator::protocol::{
     self, Change, Given, Level, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
-    RefusalKind, Request, Value, Values,
+    RefusalKind, Request, Saved, Value, Values,
 };
 use crate::runtime::Generations;
 use crate::runtime::command::{Answer, Before, Command, CommandId, Denial};
@@ -29,6 +29,8 @@ use crate::runtime::exchange::{Mode, Outcome, Port, Refused, Snapshot, Write};
 const ASK_AGAIN: Duration = Duration::from_millis(1);
 /// How long a change waits for that at least.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
+/// How long a disk may take.
+const RETAIN_WAIT: Duration = Duration::from_secs(120);
 
 /// Where requests are answered.
 pub(in super::super) struct Desk {
@@ -85,11 +87,37 @@ impl Desk {
                 let reloads = Arc::clone(&self.reloads);
                 as_json(&reloads.rollback(peer.to_string()).await?)
             }
+            Request::RetainSave => as_json(&self.retain_save(peer).await?),
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
                 as_json(&protocol::Names { names })
             }
         }
+    }
+
+    async fn retain_save(&self, peer: &Peer) -> Done<Saved> {
+        let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
+        let view = self.seen().1;
+        let retention = view.about.retention().ok_or_else(|| {
+            refused("the controller file retains nothing: `[retain] ranges` says what".to_owned())
+        })?;
+        let saved = timeout(RETAIN_WAIT, retention.save()).await.map_err(|_| {
+            let message = "the disk has not answered in time; it may yet be kept";
+            Refusal::new(RefusalKind::NoAnswer, message)
+        })?;
+        let file = retention.wanted.path.display().to_string();
+        let (kept, flush) = saved.map_err(|why| refused(format!("{file}: not kept: {why}")))?;
+        let (image, scan) = (kept.stamp.sequence, kept.stamp.scan);
+        info!(
+            event = "retain-saved",
+            who = %peer.name,
+            uid = peer.uid,
+            pid = peer.pid,
+            image,
+            scan,
+            "{peer} had retentive memory kept: image {image} of scan {scan} is durable"
+        );
+        Ok(Saved { file, image, scan, flush_us: flush.as_micros() as u64 })
     }
 
     fn status(&self) -> protocol::Status {

@@ -4,6 +4,7 @@
 //! closed after a while. An answer is made when the one before it is gone, so a client that never
 //! reads holds one of them, and not for long.
 
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -55,6 +56,20 @@ enum Closed {
     MadeRoom,
 }
 
+impl fmt::Display for Closed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Closed::ByClient => "the client closed it",
+            Closed::Idle => "no request for too long",
+            Closed::Unfinished => "a request was not finished in time",
+            Closed::NotTaken => "an answer was not taken in time",
+            Closed::TooLong => "a line was too long",
+            Closed::Garbage => "too many lines were no requests",
+            Closed::MadeRoom => "it made room for another client",
+        })
+    }
+}
+
 impl Session {
     pub fn new(stream: UnixStream, peer: Peer, seat: Seat, shared: Arc<Shared>) -> Session {
         Session { stream, peer, seat, shared, received: Vec::new(), garbage: 0 }
@@ -67,7 +82,7 @@ impl Session {
             }
         };
         let (peer, pid) = (&self.peer, self.peer.pid);
-        debug!(event = "operator-gone", who = %peer, pid, ?why, "operator's client gone");
+        debug!(event = "operator-gone", who = %peer, pid, %why, "operator's client gone");
     }
 
     /// One request and its answer.

@@ -5,16 +5,18 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::desk::{level_of, reason};
 use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
+use crate::daemon::retain_thread::Retention;
 use crate::engine::Layout;
 use crate::isa::{Bit, BlockId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
-    self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Scan, Spread, Status, Value,
+    self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan, Spread,
+    Status, Value,
 };
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{self, Gauge, Grant, Pace, Prepared, monotonic_ns};
@@ -29,11 +31,12 @@ pub(in super::super) struct AboutParts {
     pub modbus: Option<(String, u32, Arc<AtomicUsize>)>,
     pub period_ns: u64,
     pub watchdog_ns: u64,
+    pub retention: Option<Retention>,
 }
 
 impl AboutParts {
     /// Without a Modbus server.
-    pub fn new(prepared: &Prepared, pace: &Pace) -> AboutParts {
+    pub fn new(prepared: &Prepared, pace: &Pace, retention: Option<Retention>) -> AboutParts {
         AboutParts {
             grants: prepared.grants().to_vec(),
             gauge: prepared.gauge(),
@@ -41,6 +44,7 @@ impl AboutParts {
             modbus: None,
             period_ns: pace.period_ns,
             watchdog_ns: pace.watchdog_ns,
+            retention,
         }
     }
 }
@@ -98,6 +102,11 @@ impl About {
         }
     }
 
+    /// Retentive memory, where it is asked for.
+    pub(super) fn retention(&self) -> Option<&Retention> {
+        self.parts.retention.as_ref()
+    }
+
     /// Which driver moves an input.
     pub(super) fn driver_of(&self, x: u32) -> Option<&'static str> {
         let moved = self.driven.iter().find(|(first, last, _)| (*first..=*last).contains(&x));
@@ -140,6 +149,7 @@ impl About {
                 }),
                 simulated_rules: (self.rules > 0).then_some(self.rules),
             },
+            retain: self.parts.retention.as_ref().map(retain),
             log: Log {
                 level: level_of(log::level()),
                 lines_dropped: log::lines_dropped(),
@@ -175,6 +185,27 @@ fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {
         }
     }
     blocks
+}
+
+fn retain(retention: &Retention) -> Retain {
+    let (wanted, figures) = (&retention.wanted, retention.figures());
+    let us = |time: Duration| time.as_micros() as u64;
+    let kept = figures.kept.as_ref();
+    Retain {
+        file: wanted.path.display().to_string(),
+        interval_ms: wanted.interval.as_millis() as u64,
+        image: kept.map(|(kept, _)| kept.stamp.sequence),
+        scan: kept.map(|(kept, _)| kept.stamp.scan),
+        age_ms: kept.map(|(_, since)| since.elapsed().as_millis() as u64),
+        flush_us: us(figures.flush),
+        flush_max_us: us(figures.flush_max),
+        writes: figures.writes,
+        bytes: figures.bytes,
+        bytes_per_day: figures.projected(),
+        budget_per_day: wanted.budget,
+        restored: figures.restored,
+        failing: figures.failing,
+    }
 }
 
 fn posture(grant: &Grant) -> Posture {

@@ -1,0 +1,74 @@
+//! `rungd retain`: what a file of retentive memory holds; and having it written now.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+
+use super::exit::Exit;
+use super::operator::At;
+use super::say;
+use crate::daemon::span;
+use crate::operator::protocol::{Request, Saved};
+use crate::retain::file::{Access, FileDevice};
+use crate::retain::show::show;
+
+/// Shows a file of retentive memory, or has a running controller keep its memory now
+#[derive(Args, Debug)]
+pub struct RetainArgs {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand, Debug)]
+enum What {
+    /// Shows what a file holds: its slots, and the values of its newest image
+    Show {
+        /// The file, as `[retain] file` names it
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+    },
+    /// Has a running controller keep its memory; returns once it is durable
+    Save {
+        #[command(flatten)]
+        at: At,
+    },
+}
+
+/// Shows or saves.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn retain(args: &RetainArgs) -> Result<Exit> {
+    match &args.what {
+        What::Show { file } => {
+            let opened = FileDevice::open(file, Access::Read).map_err(|error| error.to_string());
+            match opened.and_then(|mut device| show(&mut device)) {
+                Ok(text) => io::stdout().lock().write_all(text.as_bytes())?,
+                Err(why) => {
+                    say(&format!("rungd: {}: {why}\n", file.display()));
+                    return Ok(Exit::Io);
+                }
+            }
+            Ok(Exit::Ok)
+        }
+        What::Save { at } => save(at),
+    }
+}
+
+fn save(at: &At) -> Result<Exit> {
+    let saved: Saved = match at.ask(&Request::RetainSave) {
+        Ok(saved) => saved,
+        Err(exit) => return Ok(exit),
+    };
+    at.print(&saved, || {
+        let Saved { file, image, scan, flush_us } = &saved;
+        let took = match flush_us {
+            0 => "durable already".to_owned(),
+            us => format!("durable in {}", span(us * 1000)),
+        };
+        format!("{file}: image {image} of scan {scan}, {took}\n")
+    })?;
+    Ok(Exit::Ok)
+}

@@ -1,0 +1,193 @@
+//! Retentive memory at the start: what is found, restored, dropped, and told of it.
+//!
+//! The shell calls [`begin`] before anything is scanned, and hands what it gives to
+//! `retain_thread`. What is in the file, and how it is written, is `crate::retain`.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use tracing::{error, info, warn};
+
+use super::shell::Failure;
+use crate::engine::Engine;
+use crate::retain::format::{FLAG_FINAL, Stamp};
+use crate::retain::keeper::{News, Start};
+use crate::retain::plan::Restoration;
+use crate::retain::show::utc;
+use crate::retain::{Keeper, Plan};
+use crate::runtime::exchange::StopReason;
+
+/// The most lines about what was not restored.
+const DROPPED_LINES_MAX: usize = 100;
+/// The file's name in the directory that systemd gives, and its ending beside a controller file.
+const FILE_NAME: &str = "retain";
+
+/// What the controller file asks for.
+#[derive(Clone, Debug)]
+pub(super) struct Wanted {
+    pub path: PathBuf,
+    pub plan: Plan,
+    pub interval: Duration,
+    pub runs_cold: bool,
+    /// Bytes a day.
+    pub budget: u64,
+}
+
+/// A file that is open, and what was found in it.
+pub(super) struct Opened {
+    pub keeper: Keeper,
+    pub wanted: Wanted,
+    /// What was restored, in words.
+    pub restored: String,
+    /// Why the controller is not to run at once, if it is not.
+    pub cold: Option<StopReason>,
+}
+
+/// Where memory is kept: where the controller file says (relative to it), else where systemd keeps
+/// state, else beside the controller file.
+pub(super) fn place(file: Option<&str>, controller: &Path) -> PathBuf {
+    if let Some(file) = file {
+        return controller.parent().unwrap_or(Path::new("")).join(file);
+    }
+    let states = std::env::var_os("STATE_DIRECTORY").and_then(|list| list.into_string().ok());
+    let first = states.as_deref().and_then(|list| list.split(':').next());
+    match first.filter(|first| first.starts_with('/')) {
+        Some(state) => Path::new(state).join(FILE_NAME),
+        None => controller.with_extension(FILE_NAME),
+    }
+}
+
+/// Opens the file and restores what it has, before the first scan.
+///
+/// # Errors
+/// Another process has the file.
+pub(super) fn begin(wanted: &Wanted, engine: &mut Engine) -> Result<Opened, Failure> {
+    let path = wanted.path.display();
+    let opened = Keeper::open(&wanted.path, wanted.plan.clone(), new_id());
+    let (keeper, Start { image, news }) = opened.map_err(|error| {
+        Failure::Environment(anyhow::anyhow!(
+            "{path}: {error}: each controller keeps its own, `[retain] file` says where"
+        ))
+    })?;
+    news.iter().for_each(|news| tell_news(&wanted.path, news));
+    let (restored, cold) = match image {
+        Ok((stamp, restoration)) => (restore(engine, wanted, stamp, &restoration), None),
+        Err(why) => (tell_cold(wanted, &why), Some(StopReason::NothingRestored)),
+    };
+    let cold = cold.filter(|_| !wanted.runs_cold);
+    Ok(Opened { keeper, wanted: wanted.clone(), restored, cold })
+}
+
+fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoration) -> String {
+    what.puts.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
+    let is_final = stamp.flags & FLAG_FINAL != 0;
+    if !is_final {
+        engine.terminate_all();
+    }
+    let end = if is_final {
+        "behind an orderly stop"
+    } else {
+        "in RUN, and no orderly stop followed: all that has termination logic is terminated"
+    };
+    let text = format!(
+        "{} of {} elements restored: image {} of scan {}, kept at {} {end}",
+        what.restored,
+        wanted.plan.elements(),
+        stamp.sequence,
+        stamp.scan,
+        utc(stamp.saved_ms)
+    );
+    info!(
+        event = "retain-restored",
+        file = %wanted.path.display(),
+        restored = what.restored,
+        dropped = what.dropped.len(),
+        fresh = what.fresh,
+        image = stamp.sequence,
+        scan = stamp.scan,
+        orderly = is_final,
+        "retentive memory: {text}"
+    );
+    for dropped in what.dropped.iter().take(DROPPED_LINES_MAX) {
+        warn!(
+            event = "retain-dropped",
+            what = %dropped.what,
+            why = %dropped.why,
+            "retentive memory: {} is not restored: {}",
+            dropped.what,
+            dropped.why
+        );
+    }
+    if let Some(more) = what.dropped.len().checked_sub(DROPPED_LINES_MAX).filter(|more| *more > 0) {
+        warn!(event = "retain-dropped", more, "retentive memory: {more} more are not restored");
+    }
+    text
+}
+
+fn tell_cold(wanted: &Wanted, why: &str) -> String {
+    let path = wanted.path.display();
+    if wanted.runs_cold {
+        warn!(
+            event = "retain-cold",
+            file = %path,
+            why,
+            "retentive memory: nothing is restored, memory is as after a cold start: {path}: \
+             {why}. `[retain] cold-start` lets it run"
+        );
+    } else {
+        error!(
+            event = "retain-cold",
+            file = %path,
+            why,
+            "retentive memory: nothing is restored, memory is as after a cold start, and the mode \
+             is STOP: {path}: {why}. Put right what has to be, then `rungd mode run`"
+        );
+    }
+    format!("nothing restored: {why}")
+}
+
+fn tell_news(path: &Path, news: &News) {
+    let path = path.display();
+    match news {
+        News::Slot(slot, bad) => warn!(
+            event = "retain-slot",
+            file = %path,
+            slot,
+            why = %bad,
+            "retentive memory: slot {slot} of {path} is passed over: {bad}"
+        ),
+        News::Aside(aside) => warn!(
+            event = "retain-aside",
+            file = %path,
+            aside = %aside.display(),
+            "retentive memory: {path} is not written over; it is {} now",
+            aside.display()
+        ),
+        News::Made(geometry) => info!(
+            event = "retain-made",
+            file = %path,
+            bytes = geometry.file_bytes(),
+            "retentive memory: {path} is made: {} slots of {} bytes",
+            geometry.slots,
+            geometry.slot_bytes
+        ),
+        News::NotWritable(why) => error!(
+            event = "retain-failed",
+            file = %path,
+            why = %why,
+            "retentive memory: {path} cannot be written, and a restart would lose what changes: \
+             {why}. It is tried again"
+        ),
+    }
+}
+
+/// The time of day, ms since 1970.
+pub(super) fn now_ms() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
+}
+
+/// A number that no other file has.
+fn new_id() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
+    now as u64 ^ u64::from(std::process::id()) << 40
+}

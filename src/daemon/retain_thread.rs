@@ -1,0 +1,306 @@
+//! The thread of retentive memory: it looks at the image that scans publish, and has it kept.
+//!
+//! An ordinary thread. A disk that stalls stalls it alone: the scan publishes for everybody and
+//! waits for nobody. It writes when something changed, at most every interval, at once when the
+//! mode leaves RUN, when an operator asks, and at the end.
+
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tokio::sync::oneshot;
+use tracing::{error, info, warn};
+
+use super::narration::span;
+use super::retain::{Opened, Wanted, now_ms};
+use crate::retain::keeper::Image;
+use crate::retain::{Keeper, Kept};
+use crate::runtime::exchange::{Mode, Port};
+
+/// How soon a change of mode is seen, at most.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// What lasts is told again after this.
+const REPEAT: Duration = Duration::from_secs(60);
+/// Wear is projected once there was this much to measure.
+const MEASURED_LEAST: Duration = Duration::from_secs(60);
+/// How long the end waits for the last image.
+const END_MAX: Duration = Duration::from_secs(60);
+const DAY_S: u64 = 86_400;
+
+/// What others hold of the thread. Cheap to clone.
+#[derive(Clone)]
+pub(super) struct Retention {
+    orders: Sender<Order>,
+    figures: Arc<Mutex<Figures>>,
+    pub wanted: Arc<Wanted>,
+}
+
+/// How it goes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Figures {
+    pub restored: String,
+    pub kept: Option<(Kept, Instant)>,
+    pub flush: Duration,
+    pub flush_max: Duration,
+    pub writes: u64,
+    pub bytes: u64,
+    /// Why it fails at present.
+    pub failing: Option<String>,
+    since: Option<Instant>,
+}
+
+/// What became of a wish to have it kept now.
+pub(super) type Saved = Result<(Kept, Duration), String>;
+
+enum Order {
+    Save(oneshot::Sender<Saved>),
+    End(oneshot::Sender<Saved>),
+}
+
+impl Retention {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The machine gives no thread.
+    pub fn start(opened: Opened, port: Port) -> io::Result<Retention> {
+        let Opened { keeper, wanted, restored, .. } = opened;
+        let figures = Figures { restored, ..Figures::default() };
+        let figures = Arc::new(Mutex::new(figures));
+        let wanted = Arc::new(wanted);
+        let (orders, inbox) = channel();
+        let worker = Worker {
+            keeper,
+            port,
+            wanted: Arc::clone(&wanted),
+            figures: Arc::clone(&figures),
+            tried: None,
+            ran: false,
+            failed: None,
+            told_slow: None,
+            told_wear: None,
+        };
+        let named = thread::Builder::new().name("rungd-retain".into());
+        named.spawn(move || worker.work(&inbox))?;
+        Ok(Retention { orders, figures, wanted })
+    }
+
+    /// How it goes.
+    pub fn figures(&self) -> Figures {
+        locked(&self.figures).clone()
+    }
+
+    /// Has the latest image kept; answers once it is durable.
+    pub async fn save(&self) -> Saved {
+        self.order(Order::Save).await
+    }
+
+    /// The end: the last image is kept. `hurry` ends the wait for it.
+    pub async fn end(&self, hurry: impl Future<Output = &'static str>) {
+        let begin = Instant::now();
+        let ended = tokio::select! {
+            saved = self.order(Order::End) => saved,
+            name = hurry => Err(format!("{name} came before it was durable")),
+            () = tokio::time::sleep(END_MAX) => Err(format!("the disk has not answered for {}",
+                span(END_MAX.as_nanos() as u64))),
+        };
+        match ended {
+            Ok((kept, _)) => info!(
+                event = "retain-final",
+                image = kept.stamp.sequence,
+                scan = kept.stamp.scan,
+                flush = %span(begin.elapsed().as_nanos() as u64),
+                "retentive memory: the last image is durable"
+            ),
+            // No scan was complete: the file has what it had.
+            Err(why) if why == NOTHING_TO_KEEP => {}
+            Err(why) => error!(
+                event = "retain-lost",
+                file = %self.wanted.path.display(),
+                "retentive memory: the last image is not kept: {why}. The next start restores the \
+                 one before"
+            ),
+        }
+    }
+
+    async fn order(&self, order: fn(oneshot::Sender<Saved>) -> Order) -> Saved {
+        let gone = || "its thread is gone (a bug in rungd)".to_owned();
+        let (reply, answer) = oneshot::channel();
+        self.orders.send(order(reply)).map_err(|_| gone())?;
+        answer.await.unwrap_or_else(|_| Err(gone()))
+    }
+}
+
+impl Figures {
+    /// Bytes a day, as it went so far; none where that is too short a time to tell.
+    pub fn projected(&self) -> Option<u64> {
+        projected(self.bytes, self.since?.elapsed())
+    }
+}
+
+fn projected(bytes: u64, over: Duration) -> Option<u64> {
+    let seconds = over.as_secs_f64();
+    (over >= MEASURED_LEAST).then(|| (bytes as f64 * DAY_S as f64 / seconds) as u64)
+}
+
+const NOTHING_TO_KEEP: &str = "no scan is complete: memory is as it was at the start";
+
+struct Worker {
+    keeper: Keeper,
+    port: Port,
+    wanted: Arc<Wanted>,
+    figures: Arc<Mutex<Figures>>,
+    /// When the last write was begun.
+    tried: Option<Instant>,
+    /// The mode was RUN at the last look.
+    ran: bool,
+    /// Since when it fails was told last.
+    failed: Option<Instant>,
+    told_slow: Option<Instant>,
+    told_wear: Option<Instant>,
+}
+
+impl Worker {
+    fn work(mut self, inbox: &Receiver<Order>) {
+        loop {
+            let due = self
+                .tried
+                .map_or(LOOK_EVERY, |tried| self.wanted.interval.saturating_sub(tried.elapsed()));
+            match inbox.recv_timeout(due.clamp(Duration::from_millis(1), LOOK_EVERY)) {
+                Ok(Order::Save(reply)) => drop(reply.send(self.save())),
+                Ok(Order::End(reply)) => return drop(reply.send(self.save())),
+                Err(RecvTimeoutError::Timeout) => self.look(),
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+
+    fn look(&mut self) {
+        let runs = self.port.latest().mode == Mode::Run;
+        let left = std::mem::replace(&mut self.ran, runs) && !runs;
+        let due = self.tried.is_none_or(|tried| tried.elapsed() >= self.wanted.interval);
+        if left || due {
+            let _ = self.save();
+        }
+    }
+
+    /// Keeps the latest image, if there is one and it differs from what is kept.
+    fn save(&mut self) -> Saved {
+        let latest = self.port.latest();
+        if latest.scans == 0 {
+            return Err(NOTHING_TO_KEEP.to_owned());
+        }
+        let begin = Instant::now();
+        self.tried = Some(begin);
+        let image = Image {
+            scan: latest.scans,
+            bits: &latest.bits,
+            words: &latest.words,
+            is_final: matches!(latest.mode, Mode::Stop(_)),
+            now_ms: now_ms(),
+        };
+        match self.keeper.save(image) {
+            Ok(None) => {
+                let kept = self.keeper.kept().map(|kept| (kept, Duration::ZERO));
+                kept.ok_or_else(|| NOTHING_TO_KEEP.to_owned())
+            }
+            Ok(Some(kept)) => {
+                self.count(kept, begin);
+                Ok((kept, begin.elapsed()))
+            }
+            Err(error) => {
+                self.tell_failure(&error);
+                Err(error.to_string())
+            }
+        }
+    }
+
+    fn count(&mut self, kept: Kept, begin: Instant) {
+        let flush = begin.elapsed();
+        let path = self.wanted.path.display();
+        {
+            let mut figures = locked(&self.figures);
+            figures.kept = Some((kept, begin));
+            figures.flush = flush;
+            figures.flush_max = figures.flush_max.max(flush);
+            figures.writes += 1;
+            figures.bytes += kept.bytes as u64;
+            figures.since.get_or_insert(begin);
+            figures.failing = None;
+        }
+        if self.failed.take().is_some() {
+            info!(
+                event = "retain-recovered",
+                file = %path,
+                "retentive memory: {path} is written again"
+            );
+        }
+        if flush > self.wanted.interval && due(&mut self.told_slow, REPEAT) {
+            let (took, interval) = (flush, self.wanted.interval);
+            let [took, interval] = [took, interval].map(|time| span(time.as_nanos() as u64));
+            warn!(
+                event = "retain-slow",
+                flush = %took,
+                "retentive memory: it took {took} until an image was durable; the interval is \
+                 {interval}, and a power cut may cost both"
+            );
+        }
+        self.tell_wear();
+    }
+
+    fn tell_wear(&mut self) {
+        let (projected, budget) = (locked(&self.figures).projected(), self.wanted.budget);
+        let Some(projected) = projected.filter(|projected| *projected > budget) else { return };
+        if due(&mut self.told_wear, Duration::from_secs(DAY_S)) {
+            let [a_day, budget] = [projected, budget].map(|bytes| bytes / 1_000_000);
+            warn!(
+                event = "retain-wear",
+                mb_per_day = a_day,
+                budget_mb_per_day = budget,
+                "retentive memory: {a_day} MB a day are written as it goes now, the budget is \
+                 {budget}: a longer `[retain] interval` or fewer ranges spare the disk"
+            );
+        }
+    }
+
+    fn tell_failure(&mut self, error: &io::Error) {
+        locked(&self.figures).failing = Some(error.to_string());
+        if due(&mut self.failed, REPEAT) {
+            let path = self.wanted.path.display();
+            error!(
+                event = "retain-failed",
+                file = %path,
+                why = %error,
+                "retentive memory: {path} cannot be written, and a restart would lose what \
+                 changes: {error}. It is tried again"
+            );
+        }
+    }
+}
+
+/// Whether it is to be told (again), which is noted.
+fn due(told: &mut Option<Instant>, every: Duration) -> bool {
+    if told.is_some_and(|told| told.elapsed() < every) {
+        return false;
+    }
+    *told = Some(Instant::now());
+    true
+}
+
+fn locked(figures: &Mutex<Figures>) -> MutexGuard<'_, Figures> {
+    figures.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wear_is_projected_from_what_was_measured() {
+        let s = Duration::from_secs;
+        assert_eq!(projected(4096, s(59)), None);
+        assert_eq!(projected(60 * 4096, s(60)), Some(4096 * 86_400));
+        assert_eq!(projected(0, s(600)), Some(0));
+    }
+}

@@ -1,0 +1,276 @@
+//! What an image holds, as bytes: elements by address, what they are called, who owns them, and
+//! their values. `docs/retain-format.md`, *Content*.
+//!
+//! Written by `plan`, read back here. Reading trusts nothing: a content that makes no sense is
+//! refused as a whole, whatever its checksums said.
+
+use std::collections::HashMap;
+
+/// What an element is. Its number is what stands in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+#[allow(missing_docs)]
+pub enum Kind {
+    C = 1,
+    Mc = 2,
+    Mi = 3,
+    V = 4,
+    D = 5,
+    Mhr = 6,
+    Mir = 7,
+    Ct = 8,
+    T = 9,
+    N = 10,
+}
+
+/// How many bytes of bits a structure has: those that a program sees, then its owner's own.
+pub const RECORD_BYTES: usize = 8;
+
+const KINDS: [Kind; 10] = [
+    Kind::C,
+    Kind::Mc,
+    Kind::Mi,
+    Kind::V,
+    Kind::D,
+    Kind::Mhr,
+    Kind::Mir,
+    Kind::Ct,
+    Kind::T,
+    Kind::N,
+];
+
+/// The most elements that are believed: more than all of memory.
+const ELEMENTS_MAX: u64 = 1 << 20;
+
+/// One element: `D5` is kind D, number 5.
+pub type Element = (Kind, u32);
+
+/// Neighbouring elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// Of this kind.
+    pub kind: Kind,
+    /// From this number on.
+    pub first: u32,
+    /// So many.
+    pub count: u32,
+}
+
+/// What an element holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Value {
+    /// A bit: 0 or 1; a word; a structure's `.Acc`.
+    pub word: i32,
+    /// A Sensaphone counter's PRE; else 0.
+    pub preset: i32,
+    /// A structure's bits; else 0.
+    pub record: [u8; RECORD_BYTES],
+}
+
+/// A content, read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Content {
+    /// All elements with their values, in the order of the file.
+    pub elements: Vec<(Element, Value)>,
+    /// Tags: name and element.
+    pub tags: Vec<(String, Element)>,
+    /// Which instruction in which block owns a structure.
+    pub owners: HashMap<Element, String>,
+}
+
+impl Kind {
+    /// As addresses are written: `CT`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::C => "C",
+            Kind::Mc => "MC",
+            Kind::Mi => "MI",
+            Kind::V => "V",
+            Kind::D => "D",
+            Kind::Mhr => "MHR",
+            Kind::Mir => "MIR",
+            Kind::Ct => "CT",
+            Kind::T => "T",
+            Kind::N => "N",
+        }
+    }
+
+    /// What a value is put back as: only an element of the same type takes it.
+    pub fn type_name(self) -> &'static str {
+        match self {
+            Kind::C | Kind::Mc | Kind::Mi => "a bit",
+            Kind::V | Kind::Mhr | Kind::Mir => "a 16-bit word",
+            Kind::D => "a 32-bit word",
+            Kind::Ct => "a counter",
+            Kind::T => "a timer",
+            Kind::N => "a Sensaphone counter",
+        }
+    }
+
+    /// How many bytes a value has.
+    pub fn value_bytes(self) -> usize {
+        match self {
+            Kind::C | Kind::Mc | Kind::Mi => 1,
+            Kind::V | Kind::D | Kind::Mhr | Kind::Mir => 4,
+            Kind::Ct | Kind::T => 4 + RECORD_BYTES,
+            Kind::N => 8 + RECORD_BYTES,
+        }
+    }
+
+    /// What a word of this kind may hold.
+    pub fn range(self) -> (i32, i32) {
+        match self {
+            Kind::C | Kind::Mc | Kind::Mi => (0, 1),
+            Kind::V | Kind::Mhr | Kind::Mir => (0, 0xFFFF),
+            Kind::D | Kind::Ct | Kind::T => (i32::MIN, i32::MAX),
+            Kind::N => (i32::from(i16::MIN), i32::from(i16::MAX)),
+        }
+    }
+
+    fn of(code: u8) -> Option<Kind> {
+        KINDS.into_iter().find(|kind| *kind as u8 == code)
+    }
+}
+
+/// An address as written: `CT8`.
+pub fn address(element: Element) -> String {
+    format!("{}{}", element.0.name(), element.1)
+}
+
+/// What stands before the values: the same at every save of a run.
+pub(super) fn preamble(
+    runs: &[Run],
+    tags: &[(String, Element)],
+    owners: &[(String, Element)],
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    put_u32(&mut bytes, runs.len());
+    for run in runs {
+        bytes.extend_from_slice(&[run.kind as u8, 0, 0, 0]);
+        bytes.extend_from_slice(&run.first.to_le_bytes());
+        bytes.extend_from_slice(&run.count.to_le_bytes());
+    }
+    for list in [tags, owners] {
+        put_u32(&mut bytes, list.len());
+        for (text, (kind, number)) in list {
+            let length = u16::try_from(text.len()).expect("names are shorter than 64 KiB");
+            bytes.extend_from_slice(&[*kind as u8, 0]);
+            bytes.extend_from_slice(&length.to_le_bytes());
+            bytes.extend_from_slice(&number.to_le_bytes());
+            bytes.extend_from_slice(text.as_bytes());
+            bytes.resize(bytes.len().next_multiple_of(4), 0);
+        }
+    }
+    bytes
+}
+
+fn put_u32(bytes: &mut Vec<u8>, count: usize) {
+    bytes.extend_from_slice(&(count as u32).to_le_bytes());
+}
+
+/// Reads a content; `None`: it makes no sense.
+pub fn read(bytes: &[u8]) -> Option<Content> {
+    let mut reader = Reader { bytes, at: 0 };
+    let mut runs = Vec::new();
+    let mut total = 0;
+    for _ in 0..reader.u32()? {
+        let kind = Kind::of(reader.take(4)?[0])?;
+        let run = Run { kind, first: reader.u32()?, count: reader.u32()? };
+        run.first.checked_add(run.count)?;
+        total += u64::from(run.count);
+        if total > ELEMENTS_MAX {
+            return None;
+        }
+        runs.push(run);
+    }
+    let tags = reader.texts()?;
+    let owners = reader.texts()?.into_iter().map(|(text, element)| (element, text)).collect();
+    let mut elements = Vec::new();
+    for run in runs {
+        for number in run.first..run.first + run.count {
+            elements.push(((run.kind, number), reader.value(run.kind)?));
+        }
+    }
+    (reader.at == bytes.len()).then_some(Content { elements, tags, owners })
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let taken = self.bytes.get(self.at..self.at.checked_add(count)?)?;
+        self.at += count;
+        Some(taken)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.take(4)?.try_into().ok().map(u32::from_le_bytes)
+    }
+
+    fn i32(&mut self) -> Option<i32> {
+        self.take(4)?.try_into().ok().map(i32::from_le_bytes)
+    }
+
+    fn texts(&mut self) -> Option<Vec<(String, Element)>> {
+        let mut texts = Vec::new();
+        for _ in 0..self.u32()? {
+            let head = self.take(4)?;
+            let kind = Kind::of(head[0])?;
+            let length = usize::from(u16::from_le_bytes([head[2], head[3]]));
+            let number = self.u32()?;
+            let text = self.take(length.next_multiple_of(4))?;
+            let text = std::str::from_utf8(&text[..length]).ok()?;
+            texts.push((text.to_owned(), (kind, number)));
+        }
+        Some(texts)
+    }
+
+    fn value(&mut self, kind: Kind) -> Option<Value> {
+        let (low, high) = kind.range();
+        let clamped = |word: i32| word.clamp(low, high);
+        let word = match kind.value_bytes() {
+            1 => i32::from(self.take(1)?[0]),
+            _ => self.i32()?,
+        };
+        let mut value = Value { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
+        if kind == Kind::N {
+            value.preset = clamped(self.i32()?);
+        }
+        if kind >= Kind::Ct {
+            for (bit, byte) in value.record.iter_mut().zip(self.take(RECORD_BYTES)?) {
+                *bit = u8::from(*byte != 0);
+            }
+        }
+        Some(value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_content_that_makes_no_sense_is_refused() {
+        let runs = [Run { kind: Kind::D, first: 3, count: 2 }];
+        let tags = [("level".to_owned(), (Kind::D, 4))];
+        let mut bytes = preamble(&runs, &tags, &[]);
+        bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);
+        let content = read(&bytes).unwrap();
+        assert_eq!(content.elements[1].1.word, -2);
+        assert_eq!(content.tags, tags);
+        for cut in 0..bytes.len() {
+            assert_eq!(read(&bytes[..cut]), None, "cut at {cut}");
+        }
+        for at in 0..bytes.len() {
+            for value in [0, 1, 0x7F, 0xFF] {
+                let mut other = bytes.clone();
+                other[at] = value;
+                let _ = read(&other);
+            }
+        }
+        assert_eq!(read(&[0xFF; 64]), None);
+    }
+}

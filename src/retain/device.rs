@@ -1,0 +1,72 @@
+//! What slots lie on: bytes that are read, written and made durable.
+//!
+//! A trait, so that a test can be a disk whose power fails, whose calls fail, and which forgets
+//! what it never made durable. `file` has the real one.
+
+use std::io;
+
+/// A block device or a file, as far as slots need it.
+pub trait Device {
+    /// Its length in bytes.
+    ///
+    /// # Errors
+    /// The system's.
+    fn size(&mut self) -> io::Result<u64>;
+
+    /// Reads from a place on; gives how many bytes were read, fewer than wanted too.
+    ///
+    /// # Errors
+    /// The system's.
+    fn read_at(&mut self, at: u64, into: &mut [u8]) -> io::Result<usize>;
+
+    /// Writes from a place on; gives how many bytes were taken, fewer than wanted too.
+    ///
+    /// # Errors
+    /// The system's.
+    fn write_at(&mut self, at: u64, from: &[u8]) -> io::Result<usize>;
+
+    /// Returns once all that was written is durable. After an error nothing is known of what was
+    /// written since the last success, whatever a later call says.
+    ///
+    /// # Errors
+    /// The system's.
+    fn sync(&mut self) -> io::Result<()>;
+
+    /// Makes durable what can be, and lets reads come from the medium rather than from a cache.
+    /// As far as that can be had.
+    fn settle(&mut self);
+
+    /// Lets go of the device and opens it anew, after an error.
+    ///
+    /// # Errors
+    /// The system's.
+    fn reopen(&mut self) -> io::Result<()>;
+}
+
+/// Reads until the buffer is full or the end is reached; gives how many bytes there were.
+pub(super) fn read_all<D: Device>(device: &mut D, at: u64, into: &mut [u8]) -> io::Result<usize> {
+    let mut done = 0;
+    while done < into.len() {
+        match device.read_at(at + done as u64, &mut into[done..]) {
+            Ok(0) => break,
+            Ok(count) => done += count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(done)
+}
+
+/// Writes all of it.
+pub(super) fn write_all<D: Device>(device: &mut D, at: u64, from: &[u8]) -> io::Result<()> {
+    let mut done = 0;
+    while done < from.len() {
+        match device.write_at(at + done as u64, &from[done..]) {
+            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+            Ok(count) => done += count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}

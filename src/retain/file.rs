@@ -1,0 +1,160 @@
+//! The device that a real file is: locked, made in full beside its place, kept aside if foreign.
+//!
+//! Called by `keeper` and by `rungd retain show`. Says what went wrong; what that means for the
+//! controller is the keeper's to decide.
+
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::os::unix::fs::{FileExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_with};
+
+use super::device::Device;
+
+/// A file of retentive memory, open; no other process has it.
+#[derive(Debug)]
+pub struct FileDevice {
+    path: PathBuf,
+    file: File,
+}
+
+/// What a process may do with the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Read and write it, and keep others out.
+    Own,
+    /// Look at it.
+    Read,
+}
+
+impl FileDevice {
+    /// Opens a file that is there.
+    ///
+    /// # Errors
+    /// The system's; `ResourceBusy` if another process owns it.
+    pub fn open(path: &Path, access: Access) -> io::Result<FileDevice> {
+        let mut options = OpenOptions::new();
+        // What is no file (a pipe, a terminal) neither blocks nor becomes ours.
+        let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
+        options.read(true).write(access == Access::Own).custom_flags(flags.bits() as i32);
+        let file = options.open(path)?;
+        if !file.metadata()?.is_file() {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+        }
+        let device = FileDevice { path: path.to_owned(), file };
+        if access == Access::Own {
+            device.lock()?;
+        }
+        Ok(device)
+    }
+
+    /// Makes an empty file beside the place, for [`FileDevice::put_in_place`].
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn create_beside(path: &Path) -> io::Result<FileDevice> {
+        let path = with_ending(path, ".new");
+        let _ = fs::remove_file(&path);
+        let mut options = OpenOptions::new();
+        let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path)?;
+        let device = FileDevice { path, file };
+        device.lock()?;
+        Ok(device)
+    }
+
+    /// Gives the file, whole and durable by now, its name.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn put_in_place(&mut self, path: &Path) -> io::Result<()> {
+        fs::rename(&self.path, path)?;
+        path.clone_into(&mut self.path);
+        sync_directory(path)
+    }
+
+    fn lock(&self) -> io::Result<()> {
+        match flock(&self.file, FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => Ok(()),
+            Err(rustix::io::Errno::WOULDBLOCK) => {
+                let message = "another rungd keeps its memory in this file";
+                Err(io::Error::new(io::ErrorKind::ResourceBusy, message))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+impl Device for FileDevice {
+    fn size(&mut self) -> io::Result<u64> {
+        Ok(self.file.metadata()?.len())
+    }
+
+    fn read_at(&mut self, at: u64, into: &mut [u8]) -> io::Result<usize> {
+        FileExt::read_at(&self.file, into, at)
+    }
+
+    fn write_at(&mut self, at: u64, from: &[u8]) -> io::Result<usize> {
+        FileExt::write_at(&self.file, from, at)
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        self.file.sync_data()?;
+        // Bytes of a file that has no name any more are durable for nobody.
+        let (own, named) = (self.file.metadata()?, fs::metadata(&self.path)?);
+        if (own.dev(), own.ino()) != (named.dev(), named.ino()) {
+            let message = "there is another file in its place";
+            return Err(io::Error::new(io::ErrorKind::NotFound, message));
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self) {
+        let _ = self.file.sync_data();
+        let _ = fadvise(&self.file, 0, None, Advice::DontNeed);
+    }
+
+    fn reopen(&mut self) -> io::Result<()> {
+        // The lock goes with the old file; nobody can want it in between who was refused before.
+        flock(&self.file, FlockOperation::Unlock)?;
+        let opened = FileDevice::open(&self.path, Access::Own)?;
+        *self = opened;
+        Ok(())
+    }
+}
+
+/// Gives a file another name, which nothing has: it is never overwritten.
+///
+/// # Errors
+/// The system's.
+pub fn keep_aside(path: &Path) -> io::Result<PathBuf> {
+    for number in 1..10_000 {
+        let aside = with_ending(path, &format!(".aside-{number}"));
+        let here = rustix::fs::CWD;
+        match renameat_with(here, path, here, &aside, RenameFlags::NOREPLACE) {
+            Ok(()) => {
+                sync_directory(path)?;
+                return Ok(aside);
+            }
+            Err(rustix::io::Errno::EXIST) => {}
+            // A file system that cannot promise it.
+            Err(rustix::io::Errno::INVAL) if !aside.exists() => {
+                fs::rename(path, &aside)?;
+                return Ok(aside);
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many files are kept aside already"))
+}
+
+fn with_ending(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
+}
+
+fn sync_directory(path: &Path) -> io::Result<()> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    File::open(parent.unwrap_or(Path::new(".")))?.sync_all()
+}

@@ -1,0 +1,324 @@
+//! Headers and slots, as bytes: `docs/retain-format.md`, section by section.
+//!
+//! Pure: nothing here reads or writes. All numbers are little-endian.
+//!
+//! A slot is judged by two independent sums over the same bytes. CRC-32 (the one of zip and
+//! Ethernet, which every language has) sees for sure each single bit and each burst up to 32 bits;
+//! the running sum beside it leaves a mixture of two images one chance in 2^64 or so more. The
+//! sequence and scan number stand at both ends, so that ends of two images are told apart by
+//! themselves.
+
+/// Headers and slots begin and end at multiples of this; it is a multiple of any sector's size.
+pub const BLOCK_BYTES: usize = 4096;
+/// The header stands in so many blocks, one copy each; slots follow.
+pub const HEADER_COPIES: usize = 2;
+/// The version that this program reads and writes.
+pub const VERSION: u32 = 1;
+/// The most bytes of a slot.
+pub const SLOT_BYTES_MAX: u32 = 64 << 20;
+/// The most slots.
+pub const SLOTS_MAX: u32 = 64;
+/// The fewest slots: one is written while another is known to be durable.
+pub const SLOTS_LEAST: u32 = 3;
+/// As many slots as a new file has.
+pub const SLOTS_DEFAULT: u32 = 4;
+/// Flag: written after an orderly stop, behind the termination passes.
+pub const FLAG_FINAL: u32 = 1;
+
+const MAGIC: [u8; 16] = *b"rungd retain\r\n\x1a\n";
+const HEADER_BYTES: usize = 64;
+const SLOT_MAGIC: [u8; 8] = *b"RETSLOT\n";
+const HEAD_BYTES: usize = 64;
+const TAIL_BYTES: usize = 32;
+const TAIL_MAGIC: [u8; 4] = *b"END\n";
+
+/// How a file is divided, and its identity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Geometry {
+    /// Of one slot; a multiple of [`BLOCK_BYTES`].
+    pub slot_bytes: u32,
+    /// How many slots.
+    pub slots: u32,
+    /// A number that no other file has: a slot of another file is none of this one's.
+    pub id: u64,
+}
+
+/// What is known of an image beside its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    /// Images of a file are numbered from 1 on; the highest is the newest.
+    pub sequence: u64,
+    /// Complete scans of the process that wrote it.
+    pub scan: u64,
+    /// When it was written: ms since 1970, by a clock that may be wrong. Decides nothing.
+    pub saved_ms: u64,
+    /// [`FLAG_FINAL`], or 0.
+    pub flags: u32,
+}
+
+/// Why a file is not read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BadHeader {
+    /// It is no file of this kind.
+    Foreign,
+    /// Of a later version, which this program does not know.
+    Newer(u32),
+    /// It was one, and both copies of its header are damaged.
+    Damaged,
+}
+
+/// Why a slot holds no image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BadSlot {
+    /// Nothing was written there yet.
+    Empty,
+    /// It is shorter than it should be: the file was cut.
+    Cut,
+    /// Something else stands there.
+    NoImage,
+    /// An image of another file.
+    OtherFile,
+    /// Its beginning is damaged.
+    Head,
+    /// Begun and not completed, or damaged later.
+    Torn,
+    /// It cannot be read.
+    Unreadable,
+}
+
+impl Geometry {
+    /// A geometry for contents of so many bytes, with a quarter to spare.
+    pub fn for_content(content_bytes: usize, id: u64) -> Geometry {
+        let wanted = slot_bytes(content_bytes + content_bytes / 4);
+        Geometry { slot_bytes: wanted as u32, slots: SLOTS_DEFAULT, id }
+    }
+
+    /// The bytes of a whole file.
+    pub fn file_bytes(&self) -> u64 {
+        self.slot_at(self.slots as usize)
+    }
+
+    /// Where a slot begins.
+    pub fn slot_at(&self, slot: usize) -> u64 {
+        (HEADER_COPIES * BLOCK_BYTES) as u64 + slot as u64 * u64::from(self.slot_bytes)
+    }
+
+    /// Whether a slot holds contents of so many bytes.
+    pub fn fits(&self, content_bytes: usize) -> bool {
+        slot_bytes(content_bytes) <= self.slot_bytes as usize
+    }
+
+    fn is_sane(&self) -> bool {
+        self.slot_bytes >= BLOCK_BYTES as u32
+            && (self.slot_bytes as usize).is_multiple_of(BLOCK_BYTES)
+            && self.slot_bytes <= SLOT_BYTES_MAX
+            && (SLOTS_LEAST..=SLOTS_MAX).contains(&self.slots)
+    }
+}
+
+/// As many bytes as an image of such a content takes, in whole blocks.
+pub fn slot_bytes(content_bytes: usize) -> usize {
+    let bytes = HEAD_BYTES + content_bytes.next_multiple_of(8) + TAIL_BYTES;
+    bytes.next_multiple_of(BLOCK_BYTES)
+}
+
+/// One copy of the header, a whole block.
+pub fn header(geometry: &Geometry) -> Vec<u8> {
+    let mut block = Vec::with_capacity(BLOCK_BYTES);
+    block.extend_from_slice(&MAGIC);
+    for number in [VERSION, geometry.slot_bytes, geometry.slots, 0] {
+        block.extend_from_slice(&number.to_le_bytes());
+    }
+    block.extend_from_slice(&geometry.id.to_le_bytes());
+    block.resize(HEADER_BYTES - 4, 0);
+    block.extend_from_slice(&crc32fast::hash(&block).to_le_bytes());
+    block.resize(BLOCK_BYTES, 0);
+    block
+}
+
+/// The geometry that a file's first blocks tell of: that of the first copy which is whole.
+///
+/// # Errors
+/// [`BadHeader`].
+pub fn read_header(blocks: &[u8]) -> Result<Geometry, BadHeader> {
+    let copies = || blocks.chunks(BLOCK_BYTES).take(HEADER_COPIES);
+    if let Some(geometry) = copies().find_map(header_copy) {
+        return Ok(geometry);
+    }
+    let known = copies().filter(|copy| copy.len() >= HEADER_BYTES && copy.starts_with(&MAGIC));
+    let newer = known.clone().map(|copy| u32_at(copy, 16)).filter(|version| *version > VERSION);
+    match (newer.min(), known.count()) {
+        (Some(version), _) => Err(BadHeader::Newer(version)),
+        (None, 0) => Err(BadHeader::Foreign),
+        (None, _) => Err(BadHeader::Damaged),
+    }
+}
+
+fn header_copy(copy: &[u8]) -> Option<Geometry> {
+    let copy = copy.get(..HEADER_BYTES)?;
+    let geometry =
+        Geometry { slot_bytes: u32_at(copy, 20), slots: u32_at(copy, 24), id: u64_at(copy, 32) };
+    let whole = copy.starts_with(&MAGIC)
+        && u32_at(copy, 16) == VERSION
+        && u32_at(copy, HEADER_BYTES - 4) == crc32fast::hash(&copy[..HEADER_BYTES - 4]);
+    (whole && geometry.is_sane()).then_some(geometry)
+}
+
+/// Puts an image into a buffer: whole blocks, to be written at the beginning of a slot.
+pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &Stamp, content: &[u8]) {
+    into.clear();
+    into.extend_from_slice(&SLOT_MAGIC);
+    for number in [id, stamp.sequence, stamp.scan, stamp.saved_ms] {
+        into.extend_from_slice(&number.to_le_bytes());
+    }
+    into.extend_from_slice(&(content.len() as u32).to_le_bytes());
+    into.extend_from_slice(&stamp.flags.to_le_bytes());
+    into.resize(HEAD_BYTES - 4, 0);
+    into.extend_from_slice(&crc32fast::hash(into).to_le_bytes());
+    into.extend_from_slice(content);
+    into.resize(HEAD_BYTES + content.len().next_multiple_of(8), 0);
+    let sum = running_sum(into);
+    for number in [stamp.sequence, stamp.scan, sum] {
+        into.extend_from_slice(&number.to_le_bytes());
+    }
+    into.extend_from_slice(&crc32fast::hash(into).to_le_bytes());
+    into.extend_from_slice(&TAIL_MAGIC);
+    into.resize(into.len().next_multiple_of(BLOCK_BYTES), 0);
+}
+
+/// The image in a slot's bytes, and its content.
+///
+/// # Errors
+/// [`BadSlot`].
+pub fn read_slot(bytes: &[u8], id: u64) -> Result<(Stamp, &[u8]), BadSlot> {
+    let head = bytes.get(..HEAD_BYTES).ok_or(BadSlot::Cut)?;
+    if head.iter().all(|byte| *byte == 0) {
+        return Err(BadSlot::Empty);
+    }
+    if !head.starts_with(&SLOT_MAGIC) {
+        return Err(BadSlot::NoImage);
+    }
+    if u32_at(head, HEAD_BYTES - 4) != crc32fast::hash(&head[..HEAD_BYTES - 4]) {
+        return Err(BadSlot::Head);
+    }
+    if u64_at(head, 8) != id {
+        return Err(BadSlot::OtherFile);
+    }
+    let stamp = Stamp {
+        sequence: u64_at(head, 16),
+        scan: u64_at(head, 24),
+        saved_ms: u64_at(head, 32),
+        flags: u32_at(head, 44),
+    };
+    let content_bytes = u32_at(head, 40) as usize;
+    let tail_at = HEAD_BYTES + content_bytes.next_multiple_of(8);
+    let tail = bytes.get(tail_at..tail_at + TAIL_BYTES).ok_or(BadSlot::Cut)?;
+    let whole = tail[28..] == TAIL_MAGIC
+        && (u64_at(tail, 0), u64_at(tail, 8)) == (stamp.sequence, stamp.scan)
+        && u32_at(tail, 24) == crc32fast::hash(&bytes[..tail_at + 24])
+        && u64_at(tail, 16) == running_sum(&bytes[..tail_at]);
+    if !whole {
+        return Err(BadSlot::Torn);
+    }
+    Ok((stamp, &bytes[HEAD_BYTES..HEAD_BYTES + content_bytes]))
+}
+
+/// Fletcher's sum over the 32-bit words: the low half is their sum, the high half the sum of all
+/// the sums on the way, which sees where each word stands.
+fn running_sum(bytes: &[u8]) -> u64 {
+    let (mut low, mut high) = (0_u32, 0_u32);
+    for word in bytes.chunks_exact(4) {
+        low = low.wrapping_add(u32_at(word, 0));
+        high = high.wrapping_add(low);
+    }
+    u64::from(high) << 32 | u64::from(low)
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from(u32_at(bytes, at + 4)) << 32 | u64::from(u32_at(bytes, at))
+}
+
+impl std::fmt::Display for BadSlot {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            BadSlot::Empty => "empty",
+            BadSlot::Cut => "cut off: the file is shorter than it should be",
+            BadSlot::NoImage => "no image",
+            BadSlot::OtherFile => "an image of another file",
+            BadSlot::Head => "its beginning is damaged",
+            BadSlot::Torn => "torn: begun and not completed, or damaged",
+            BadSlot::Unreadable => "cannot be read",
+        })
+    }
+}
+
+impl std::fmt::Display for BadHeader {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            BadHeader::Foreign => f.write_str("it is no file of retentive memory"),
+            BadHeader::Newer(version) => write!(
+                f,
+                "it is of version {version}, and this rungd knows {VERSION}: a later rungd wrote it"
+            ),
+            BadHeader::Damaged => f.write_str("both copies of its header are damaged"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GEOMETRY: Geometry = Geometry { slot_bytes: 8192, slots: 4, id: 7 };
+
+    fn stamp() -> Stamp {
+        Stamp { sequence: 3, scan: 99, saved_ms: 5, flags: FLAG_FINAL }
+    }
+
+    #[test]
+    fn a_header_comes_back_from_either_copy() {
+        let mut blocks = [header(&GEOMETRY), header(&GEOMETRY)].concat();
+        assert_eq!(read_header(&blocks), Ok(GEOMETRY));
+        blocks[30] ^= 1;
+        assert_eq!(read_header(&blocks), Ok(GEOMETRY));
+        blocks[BLOCK_BYTES + 20] ^= 1;
+        assert_eq!(read_header(&blocks), Err(BadHeader::Damaged));
+        assert_eq!(read_header(b"hello"), Err(BadHeader::Foreign));
+        assert_eq!(read_header(&[]), Err(BadHeader::Foreign));
+    }
+
+    #[test]
+    fn a_later_version_is_told_apart() {
+        let mut blocks = [header(&GEOMETRY), header(&GEOMETRY)].concat();
+        blocks[16] = 2;
+        assert_eq!(read_header(&blocks), Ok(GEOMETRY), "one copy is damaged");
+        blocks[BLOCK_BYTES + 16] = 2;
+        assert_eq!(read_header(&blocks), Err(BadHeader::Newer(2)));
+    }
+
+    #[test]
+    fn an_image_comes_back_and_no_flipped_bit_passes() {
+        for length in [0, 1, 7, 8, 100, 5000] {
+            let content: Vec<u8> = (0..length).map(|n| n as u8).collect();
+            let mut slot = Vec::new();
+            put_slot(&mut slot, 7, &stamp(), &content);
+            assert_eq!(slot.len(), slot_bytes(length));
+            assert_eq!(read_slot(&slot, 7), Ok((stamp(), &content[..])));
+            assert_eq!(read_slot(&slot, 8), Err(BadSlot::OtherFile));
+            let end = HEAD_BYTES + length.next_multiple_of(8) + TAIL_BYTES;
+            for at in 0..end {
+                slot[at] ^= 1 << (at % 8);
+                assert!(read_slot(&slot, 7).is_err(), "byte {at} of {length}");
+                slot[at] ^= 1 << (at % 8);
+            }
+            for cut in 0..end {
+                assert!(read_slot(&slot[..cut], 7).is_err(), "cut at {cut} of {length}");
+            }
+        }
+        assert_eq!(read_slot(&[0; 8192], 7), Err(BadSlot::Empty));
+    }
+}

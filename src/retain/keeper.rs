@@ -1,0 +1,267 @@
+//! The keeper: what is found at the start, and what is written while the controller runs.
+//!
+//! Owned by the daemon's thread for retentive memory, which brings images, the time and the log.
+//! A file that cannot be used is never written over: it is kept aside, or left alone. A file that
+//! fails is opened anew at the next save, and made anew where it is gone.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::content;
+use super::file::{Access, FileDevice, keep_aside};
+use super::format::{BadSlot, FLAG_FINAL, Geometry, Stamp};
+use super::plan::{Plan, Restoration};
+use super::slots::{Found, Slots, Survey, Unusable, survey};
+
+/// Keeps one controller's memory in one file.
+pub struct Keeper {
+    path: PathBuf,
+    plan: Plan,
+    slots: Option<Slots<FileDevice>>,
+    gathered: Vec<u8>,
+    /// What is durable.
+    kept: Option<Kept>,
+    kept_content: Vec<u8>,
+}
+
+/// An image that is durable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Its numbers.
+    pub stamp: Stamp,
+    /// How many bytes were written for it.
+    pub bytes: usize,
+}
+
+/// What the start found.
+pub struct Start {
+    /// The image, and what becomes of it; or why there is none.
+    pub image: Result<(Stamp, Restoration), String>,
+    /// What else is to be told.
+    pub news: Vec<News>,
+}
+
+/// Something about the file that a person should know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum News {
+    /// A slot that should hold an image does not.
+    Slot(usize, BadSlot),
+    /// A file was there, and is kept under another name.
+    Aside(PathBuf),
+    /// A new file was made.
+    Made(Geometry),
+    /// It cannot be written at present.
+    NotWritable(String),
+}
+
+/// What is to be kept: the image of one scan.
+#[derive(Clone, Copy, Debug)]
+pub struct Image<'a> {
+    /// Complete scans of the process.
+    pub scan: u64,
+    /// All public bits.
+    pub bits: &'a [u8],
+    /// All public words.
+    pub words: &'a [i32],
+    /// Whether its termination passes have run.
+    pub is_final: bool,
+    /// The time of day, ms since 1970.
+    pub now_ms: u64,
+}
+
+impl Keeper {
+    /// Opens the file, reads what it has, and makes a new one where it cannot be used. What cannot
+    /// be had now is tried again at every save.
+    ///
+    /// # Errors
+    /// Another process owns the file.
+    pub fn open(path: &Path, plan: Plan, id: u64) -> io::Result<(Keeper, Start)> {
+        let mut keeper = Keeper {
+            path: path.to_owned(),
+            plan,
+            slots: None,
+            gathered: Vec::new(),
+            kept: None,
+            kept_content: Vec::new(),
+        };
+        let mut news = Vec::new();
+        let image = match FileDevice::open(path, Access::Own) {
+            Err(busy) if busy.kind() == io::ErrorKind::ResourceBusy => return Err(busy),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                keeper.make(id, None, &mut news);
+                Err("there is no file yet".to_owned())
+            }
+            Err(error) => {
+                news.push(News::NotWritable(error.to_string()));
+                keeper.read_only(&mut news)
+            }
+            Ok(device) => keeper.take_over(device, id, &mut news),
+        };
+        Ok((keeper, Start { image, news }))
+    }
+
+    /// What is retained.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The last image that is known to be durable, since this process started.
+    pub fn kept(&self) -> Option<Kept> {
+        self.kept
+    }
+
+    fn take_over(
+        &mut self,
+        device: FileDevice,
+        id: u64,
+        news: &mut Vec<News>,
+    ) -> Result<(Stamp, Restoration), String> {
+        let (slots, survey) = match Slots::open(device) {
+            Ok(opened) => opened,
+            Err(Unusable::Io(error)) => {
+                news.push(News::NotWritable(error.to_string()));
+                return Err(format!("it cannot be read: {error}"));
+            }
+            Err(Unusable::Header(bad)) => {
+                self.put_aside(id, news);
+                return Err(bad.to_string());
+            }
+        };
+        let image = self.judge(&survey, news);
+        if image.is_err() && survey.newest.is_some() {
+            drop(slots);
+            self.put_aside(id, news);
+            return image;
+        }
+        if survey.whole && slots.geometry().fits(self.plan.content_bytes()) {
+            self.slots = Some(slots);
+            return image;
+        }
+        // Longer slots are needed, or the file was cut: a new one takes the image along first.
+        drop(slots);
+        self.make(id, survey.newest.as_ref(), news);
+        image
+    }
+
+    /// What a look at all slots comes to.
+    fn judge(&self, survey: &Survey, news: &mut Vec<News>) -> Result<(Stamp, Restoration), String> {
+        for (at, slot) in survey.slots.iter().enumerate() {
+            if let Err(bad) = slot
+                && *bad != BadSlot::Empty
+            {
+                news.push(News::Slot(at, *bad));
+            }
+        }
+        let newest = survey.newest.as_ref().ok_or("no slot of it holds a whole image")?;
+        let content = content::read(&newest.content)
+            .ok_or("its newest image is whole, and its content makes no sense")?;
+        Ok((newest.stamp, self.plan.restore(&content)))
+    }
+
+    /// Where the file may be read and not written: what it has is restored all the same.
+    fn read_only(&mut self, news: &mut Vec<News>) -> Result<(Stamp, Restoration), String> {
+        let opened = FileDevice::open(&self.path, Access::Read);
+        let mut device = opened.map_err(|error| format!("it cannot be opened: {error}"))?;
+        match survey(&mut device) {
+            Ok(survey) => self.judge(&survey, news),
+            Err(Unusable::Header(bad)) => Err(bad.to_string()),
+            Err(Unusable::Io(error)) => Err(format!("it cannot be read: {error}")),
+        }
+    }
+
+    fn put_aside(&mut self, id: u64, news: &mut Vec<News>) {
+        match keep_aside(&self.path) {
+            Ok(aside) => {
+                news.push(News::Aside(aside));
+                self.make(id, None, news);
+            }
+            Err(error) => {
+                news.push(News::NotWritable(format!("it cannot be renamed: {error}")));
+            }
+        }
+    }
+
+    fn make(&mut self, id: u64, first: Option<&Found>, news: &mut Vec<News>) {
+        match self.try_make(id, first) {
+            Ok(slots) => {
+                news.push(News::Made(*slots.geometry()));
+                self.slots = Some(slots);
+            }
+            Err(error) => {
+                news.push(News::NotWritable(format!("a new file cannot be made: {error}")));
+            }
+        }
+    }
+
+    /// Makes a file beside the place, with the image that it is to begin with; renames it when all
+    /// of it is durable.
+    fn try_make(&self, id: u64, first: Option<&Found>) -> io::Result<Slots<FileDevice>> {
+        let longest = first.map_or(0, |first| first.content.len()).max(self.plan.content_bytes());
+        let device = FileDevice::create_beside(&self.path)?;
+        let mut slots = Slots::format(device, Geometry::for_content(longest, id))?;
+        if let Some(first) = first {
+            slots.continue_from(first.stamp.sequence - 1);
+            slots.save(first.stamp, &first.content)?;
+        }
+        slots.device_mut().put_in_place(&self.path)?;
+        Ok(slots)
+    }
+
+    /// Writes an image if what is retained of it is not what is durable already; returns once it
+    /// is, and tells what was written.
+    ///
+    /// # Errors
+    /// The system's. What was durable before still is.
+    pub fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
+        self.plan.gather(image.bits, image.words, &mut self.gathered);
+        let flags = if image.is_final { FLAG_FINAL } else { 0 };
+        if self.kept.is_some_and(|kept| kept.stamp.flags == flags)
+            && self.kept_content == self.gathered
+        {
+            return Ok(None);
+        }
+        let stamp = Stamp { sequence: 0, scan: image.scan, saved_ms: image.now_ms, flags };
+        let mut slots = match self.slots.take() {
+            Some(slots) => slots,
+            None => self.attach(image.now_ms)?,
+        };
+        match slots.save(stamp, &self.gathered) {
+            Ok((stamp, bytes)) => {
+                self.slots = Some(slots);
+                self.kept = Some(Kept { stamp, bytes });
+                self.kept_content.clone_from(&self.gathered);
+                Ok(self.kept)
+            }
+            Err(error) => {
+                // A file that has lost its name is of no use; any other is opened anew.
+                if error.kind() != io::ErrorKind::NotFound {
+                    self.slots = Some(slots);
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// The file as it is now: taken over if it is one of ours, made if there is none.
+    fn attach(&mut self, id: u64) -> io::Result<Slots<FileDevice>> {
+        let device = match FileDevice::open(&self.path, Access::Own) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return self.try_make(id, None);
+            }
+            other => other?,
+        };
+        match Slots::open(device) {
+            Ok((slots, survey))
+                if survey.whole && slots.geometry().fits(self.plan.content_bytes()) =>
+            {
+                Ok(slots)
+            }
+            Ok((_, survey)) => self.try_make(id, survey.newest.as_ref()),
+            Err(Unusable::Io(error)) => Err(error),
+            Err(Unusable::Header(_)) => {
+                keep_aside(&self.path)?;
+                self.try_make(id, None)
+            }
+        }
+    }
+}

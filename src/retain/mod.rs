@@ -1,0 +1,26 @@
+//! Retentive memory: what a restart keeps, from a scan's image to the bytes of a file and back.
+//!
+//! `plan` knows what is retained and what it is called, `content` is that in bytes, `format` the
+//! header and the slots around it, `slots` writes and finds them on a [`Device`], `file` is the
+//! device that a real file is, `keeper` decides when something is written. The daemon gives the
+//! thread and the log; `docs/retain-format.md` is the page for who writes a reader of his own.
+//!
+//! The idea: an image is written beside the last ones, never over the one that is known to be
+//! durable, and it is whole or it is nothing: whatever an interrupted write leaves behind, what is
+//! found later is exactly one scan's image.
+//!
+//! Deliberately absent: the scan thread, which publishes an image at every scan for everybody and
+//! knows nothing of this; a clock, tracing, threads.
+
+pub mod content;
+mod device;
+pub mod file;
+pub mod format;
+pub mod keeper;
+pub mod plan;
+pub mod show;
+pub mod slots;
+
+pub use device::Device;
+pub use keeper::{Keeper, Kept};
+pub use plan::Plan;

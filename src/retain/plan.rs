@@ -1,0 +1,369 @@
+//! What a controller retains, where it lies in the image, and how values come back to it.
+//!
+//! Made once at the start from the ranges of the controller file and the program. `keeper` gathers
+//! with it what an image has; the daemon restores by it before the first scan.
+//!
+//! Values come back by tag, and by address where neither side has a tag: a tag that has moved to
+//! another address takes its value along, and an address that means something else now is not
+//! given what it meant before.
+
+use std::collections::{HashMap, HashSet};
+
+use super::content::{self, Content, Element, Kind, RECORD_BYTES, Run, Value, address};
+use crate::engine::{BitCell, Cell, Layout, WordCell};
+use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::resolve::program::{ArgValue, Program, Rung, TagMeaning};
+use crate::resolve::range::{Range, Space};
+
+/// What is retained.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    layout: Layout,
+    runs: Vec<Run>,
+    tags: Vec<(String, Element)>,
+    owners: HashMap<Element, String>,
+    preamble: Vec<u8>,
+}
+
+/// What becomes of an image that was found.
+#[derive(Clone, Debug, Default)]
+pub struct Restoration {
+    /// Cells and what is put there.
+    pub puts: Vec<(Cell, i32)>,
+    /// Whether another keeps the same elements under the same tags.
+    pub fn is_as(&self, other: &Plan) -> bool {
+        self.preamble == other.preamble
+    }
+
+    /// How many elements were restored.
+    pub restored: usize,
+    /// What was not, and why: tags one by one, addresses in runs.
+    pub dropped: Vec<Dropped>,
+    /// Retained now, and not in the image: these start as after a cold start.
+    pub fresh: usize,
+}
+
+/// Something that the image has and memory is not given.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Dropped {
+    /// A tag with its address, or a run of addresses.
+    pub what: String,
+    /// Why.
+    pub why: String,
+}
+
+impl Plan {
+    /// What ranges of a program come to.
+    pub fn new(ranges: &[Range], program: &Program, layout: &Layout) -> Plan {
+        let runs = runs(ranges);
+        let is_kept = |element: &Element| runs.iter().any(|run| holds(run, *element));
+        let mut tags = Vec::new();
+        for tag in &program.tags {
+            let TagMeaning::Address(at) = tag.meaning else { continue };
+            if let Some(element) = element_of(at).filter(is_kept) {
+                tags.push((tag.name.clone(), element));
+            }
+        }
+        let mut owners = owners(program);
+        owners.retain(|(_, element)| is_kept(element));
+        let preamble = content::preamble(&runs, &tags, &owners);
+        let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
+        Plan { layout: layout.clone(), runs, tags, owners, preamble }
+    }
+
+    /// How many elements are retained.
+    pub fn elements(&self) -> usize {
+        self.runs.iter().map(|run| run.count as usize).sum()
+    }
+
+    /// Whether nothing is.
+    pub fn is_empty(&self) -> bool {
+        self.runs.is_empty()
+    }
+
+    /// The bytes of every content.
+    pub fn content_bytes(&self) -> usize {
+        let values = self.runs.iter().map(|run| run.kind.value_bytes() * run.count as usize);
+        self.preamble.len() + values.sum::<usize>()
+    }
+
+    /// Puts the content for an image into a buffer.
+    pub fn gather(&self, bits: &[u8], words: &[i32], into: &mut Vec<u8>) {
+        into.clear();
+        into.extend_from_slice(&self.preamble);
+        for run in &self.runs {
+            let cells = |first: u32| first as usize..(first + run.count) as usize;
+            match self.first_cell(run) {
+                Some(Cell::Bit(BitCell(first))) => into.extend_from_slice(&bits[cells(first)]),
+                Some(Cell::Word(WordCell(first))) => {
+                    words[cells(first)].iter().for_each(|word| into.extend(word.to_le_bytes()));
+                }
+                None => {
+                    for number in run.first..run.first + run.count {
+                        self.gather_structure(structure(run.kind, number), bits, words, into);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The cell of a run's first element, where elements are cells.
+    fn first_cell(&self, run: &Run) -> Option<Cell> {
+        self.layout.cell(address_of((run.kind, run.first)))
+    }
+
+    fn gather_structure(&self, at: Structure, bits: &[u8], words: &[i32], into: &mut Vec<u8>) {
+        let word = |cell: WordCell| words[cell.0 as usize].to_le_bytes();
+        into.extend(word(self.layout.word(Word::Acc(at))));
+        if let Structure::Sensaphone(n) = at {
+            into.extend(word(self.layout.word(Word::Pre(n))));
+        }
+        let record = self.layout.record_bits(at);
+        into.extend_from_slice(&bits[record.start as usize..record.end as usize]);
+    }
+
+    /// What of a content goes where.
+    pub fn restore(&self, found: &Content) -> Restoration {
+        let mut restoration = Restoration::default();
+        let mut drops = Vec::new();
+        let values: HashMap<Element, &Value> =
+            found.elements.iter().map(|(e, v)| (*e, v)).collect();
+        let (then, now) = (Names::new(&found.tags), Names::new(&self.tags));
+        let mut taken = HashSet::new();
+        for run in &self.runs {
+            for element in (run.first..run.first + run.count).map(|n| (run.kind, n)) {
+                let from = source(element, &then, &now, &values);
+                let Some(from) = from.filter(|from| same_type(*from, element)) else {
+                    restoration.fresh += 1;
+                    continue;
+                };
+                taken.insert(from);
+                let same_owner = match (found.owners.get(&from), self.owners.get(&element)) {
+                    (Some(then), Some(now)) => then == now,
+                    _ => false,
+                };
+                self.put(&mut restoration, element, values[&from], same_owner);
+            }
+        }
+        for (element, _) in &found.elements {
+            if !taken.contains(element) {
+                drops.push((*element, self.why(*element, &then, &now)));
+            }
+        }
+        restoration.dropped = told(&drops, &then);
+        restoration
+    }
+
+    fn put(&self, to: &mut Restoration, element: Element, value: &Value, same_owner: bool) {
+        to.restored += 1;
+        let (low, high) = element.0.range();
+        let word = value.word.clamp(low, high);
+        let at = address_of(element);
+        let Address::Structure(structure) = at else {
+            to.puts.extend(self.layout.cell(at).map(|cell| (cell, word)));
+            return;
+        };
+        to.puts.push((Cell::Word(self.layout.word(Word::Acc(structure))), word));
+        if let Structure::Sensaphone(n) = structure {
+            to.puts.push((Cell::Word(self.layout.word(Word::Pre(n))), value.preset));
+        }
+        // Flags are the structure's, what follows them is its owner's.
+        let flags = if element.0 == Kind::N { 5 } else { 4 };
+        let kept = if same_owner { RECORD_BYTES } else { flags };
+        let cells = self.layout.record_bits(structure);
+        for (cell, bit) in cells.zip(value.record).take(kept) {
+            to.puts.push((Cell::Bit(BitCell(cell)), i32::from(bit)));
+        }
+    }
+
+    /// Why an element of the image is given to nothing.
+    fn why(&self, element: Element, then: &Names<'_>, now: &Names<'_>) -> String {
+        let moved = then.tags_of(element).iter().find_map(|tag| Some((tag, now.element(tag)?)));
+        if let Some((tag, at)) = moved {
+            let (was, is) = (element.0.type_name(), at.0.type_name());
+            if !same_type(element, at) {
+                return format!("its type changed: `{tag}` was {was} and is {is}, {}", address(at));
+            }
+            return format!("`{tag}` is {} now, which has its value from another tag", address(at));
+        }
+        let here = self.runs.iter().any(|run| holds(run, element));
+        match (then.tags_of(element).first(), now.tags_of(element).first()) {
+            (Some(_), _) => "no tag of this name is retained any more".to_owned(),
+            (None, Some(tag)) if here => format!("it had no tag, and is `{tag}` now"),
+            _ => "it is not retained any more".to_owned(),
+        }
+    }
+}
+
+/// Which element of an image an element of today has its value from: the one of its tag; without
+/// tags on either side, the one of its address.
+fn source(
+    element: Element,
+    then: &Names<'_>,
+    now: &Names<'_>,
+    values: &HashMap<Element, &Value>,
+) -> Option<Element> {
+    let tags = now.tags_of(element);
+    let from = match tags {
+        [] if then.tags_of(element).is_empty() => Some(element),
+        [] => None,
+        tags => tags.iter().find_map(|tag| then.element(tag)),
+    };
+    from.filter(|from| values.contains_key(from))
+}
+
+fn same_type(a: Element, b: Element) -> bool {
+    a.0.type_name() == b.0.type_name()
+}
+
+/// Tags by name and by element.
+struct Names<'a> {
+    by_name: HashMap<&'a str, Element>,
+    by_element: HashMap<Element, Vec<&'a str>>,
+}
+
+impl<'a> Names<'a> {
+    fn new(tags: &'a [(String, Element)]) -> Names<'a> {
+        let mut names = Names { by_name: HashMap::new(), by_element: HashMap::new() };
+        for (name, element) in tags {
+            names.by_name.insert(name, *element);
+            names.by_element.entry(*element).or_default().push(name);
+        }
+        names
+    }
+
+    fn element(&self, name: &str) -> Option<Element> {
+        self.by_name.get(name).copied()
+    }
+
+    fn tags_of(&self, element: Element) -> &[&'a str] {
+        self.by_element.get(&element).map_or(&[], |names| &names[..])
+    }
+}
+
+/// A line for each tag; for addresses without, a line for neighbours with the same fate.
+fn told(drops: &[(Element, String)], then: &Names<'_>) -> Vec<Dropped> {
+    let mut lines: Vec<(Element, u32, &str, Option<String>)> = Vec::new();
+    for (element, why) in drops {
+        let tag = then.tags_of(*element).first();
+        if tag.is_none()
+            && let Some((first, last, same, None)) = lines.last_mut()
+            && (first.0, *last + 1, *same) == (element.0, element.1, why.as_str())
+        {
+            *last += 1;
+            continue;
+        }
+        let tag = tag.map(|tag| format!("{tag} ({})", address(*element)));
+        lines.push((*element, element.1, why, tag));
+    }
+    let told = |(first, last, why, tag): (Element, u32, &str, Option<String>)| Dropped {
+        what: match tag {
+            Some(tag) => tag,
+            None if first.1 == last => address(first),
+            None => format!("{}..{}", address(first), address((first.0, last))),
+        },
+        why: why.to_owned(),
+    };
+    lines.into_iter().map(told).collect()
+}
+
+fn holds(run: &Run, element: Element) -> bool {
+    run.kind == element.0 && (run.first..run.first + run.count).contains(&element.1)
+}
+
+/// Ranges in order, without overlaps.
+fn runs(ranges: &[Range]) -> Vec<Run> {
+    let mut all: Vec<(Kind, u32, u32)> =
+        ranges.iter().filter_map(|r| Some((kind_of(r.space)?, r.first, r.last))).collect();
+    all.sort_unstable();
+    let mut runs: Vec<Run> = Vec::new();
+    for (kind, first, last) in all {
+        if let Some(run) = runs.last_mut()
+            && run.kind == kind
+            && first <= run.first + run.count
+        {
+            run.count = run.count.max(last + 1 - run.first);
+            continue;
+        }
+        runs.push(Run { kind, first, count: last + 1 - first });
+    }
+    runs
+}
+
+fn kind_of(space: Space) -> Option<Kind> {
+    Some(match space {
+        Space::Bit(BitSpace::C) => Kind::C,
+        Space::Bit(BitSpace::Mc) => Kind::Mc,
+        Space::Bit(BitSpace::Mi) => Kind::Mi,
+        Space::Word(WordSpace::V) => Kind::V,
+        Space::Word(WordSpace::D) => Kind::D,
+        Space::Word(WordSpace::Mhr) => Kind::Mhr,
+        Space::Word(WordSpace::Mir) => Kind::Mir,
+        Space::Counter => Kind::Ct,
+        Space::Timer => Kind::T,
+        Space::Sensaphone => Kind::N,
+        Space::Bit(_) | Space::Word(WordSpace::Dst) => return None,
+    })
+}
+
+fn element_of(at: Address) -> Option<Element> {
+    Some(match at {
+        Address::Bit(Bit::Space(space, n)) => (kind_of(Space::Bit(space))?, n),
+        Address::Word(Word::Space(space, n)) => (kind_of(Space::Word(space))?, n),
+        Address::Structure(Structure::Counter(n)) => (Kind::Ct, n),
+        Address::Structure(Structure::Timer(n)) => (Kind::T, n),
+        Address::Structure(Structure::Sensaphone(n)) => (Kind::N, n),
+        Address::Bit(_) | Address::Word(_) => return None,
+    })
+}
+
+fn address_of((kind, n): Element) -> Address {
+    let bit = |space| Address::Bit(Bit::Space(space, n));
+    let word = |space| Address::Word(Word::Space(space, n));
+    match kind {
+        Kind::C => bit(BitSpace::C),
+        Kind::Mc => bit(BitSpace::Mc),
+        Kind::Mi => bit(BitSpace::Mi),
+        Kind::V => word(WordSpace::V),
+        Kind::D => word(WordSpace::D),
+        Kind::Mhr => word(WordSpace::Mhr),
+        Kind::Mir => word(WordSpace::Mir),
+        Kind::Ct | Kind::T | Kind::N => Address::Structure(structure(kind, n)),
+    }
+}
+
+fn structure(kind: Kind, n: u32) -> Structure {
+    match kind {
+        Kind::Ct => Structure::Counter(n),
+        Kind::T => Structure::Timer(n),
+        _ => Structure::Sensaphone(n),
+    }
+}
+
+/// The owners of structures: `UDCG in Main`; of a Sensaphone counter, each that counts.
+fn owners(program: &Program) -> Vec<(String, Element)> {
+    let mut owners: Vec<(String, Element)> = Vec::new();
+    for block in &program.blocks {
+        let stages = block.stages.iter().flat_map(|stage| &stage.rungs);
+        for instruction in block.rungs.iter().chain(stages).flat_map(instructions) {
+            let Some(ArgValue::Structure(at)) = instruction.args.first().map(|arg| arg.value)
+            else {
+                continue;
+            };
+            let Some(element) = element_of(Address::Structure(at)) else { continue };
+            if !instruction.mnemonic.owns_structure() {
+                continue;
+            }
+            let own = format!("{} in {}", instruction.mnemonic.spec().name, block.name);
+            match owners.iter_mut().find(|(_, other)| *other == element) {
+                Some((text, _)) => *text = format!("{text}, {own}"),
+                None => owners.push((own, element)),
+            }
+        }
+    }
+    owners
+}
+
+fn instructions(rung: &Rung) -> impl Iterator<Item = &crate::resolve::program::Instruction> {
+    rung.body.iter().chain(rung.branches.iter().flat_map(|branch| &branch.body))
+}

@@ -1,0 +1,130 @@
+//! A file of retentive memory, told to a person: its slots, and what its newest image holds.
+//!
+//! Called by `rungd retain show`. Reads through a [`Device`] and writes nothing.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use super::content::{self, Content, Element, Kind, Value, address};
+use super::device::Device;
+use super::format::{BadSlot, FLAG_FINAL, Stamp};
+use super::slots::{Unusable, survey};
+
+/// What the file holds, as lines.
+///
+/// # Errors
+/// Why it cannot be shown.
+pub fn show<D: Device>(device: &mut D) -> Result<String, String> {
+    let survey = survey(device).map_err(|why| match why {
+        Unusable::Header(bad) => bad.to_string(),
+        Unusable::Io(error) => error.to_string(),
+    })?;
+    let geometry = survey.geometry;
+    let mut text = format!(
+        "version 1, id {:016x}, {} slots of {} bytes{}\n",
+        geometry.id,
+        geometry.slots,
+        geometry.slot_bytes,
+        if survey.whole { "" } else { "; the file is cut short" }
+    );
+    let newest = survey.newest.as_ref();
+    for (at, slot) in survey.slots.iter().enumerate() {
+        let mark = if newest.is_some_and(|newest| newest.slot == at) { ", the newest" } else { "" };
+        let _ = writeln!(text, "  slot {at}  {}{mark}", slot_text(slot));
+    }
+    let Some(newest) = newest else {
+        text.push_str("no slot holds a whole image\n");
+        return Ok(text);
+    };
+    match content::read(&newest.content) {
+        None => text.push_str("the newest image is whole, and its content makes no sense\n"),
+        Some(content) => values(&mut text, &content),
+    }
+    Ok(text)
+}
+
+fn slot_text(slot: &Result<Stamp, BadSlot>) -> String {
+    match slot {
+        Err(bad) => bad.to_string(),
+        Ok(stamp) => {
+            let end =
+                if stamp.flags & FLAG_FINAL != 0 { "behind an orderly stop" } else { "in RUN" };
+            let (sequence, scan) = (stamp.sequence, stamp.scan);
+            format!("image {sequence} of scan {scan}, {end}, {}", utc(stamp.saved_ms))
+        }
+    }
+}
+
+fn values(text: &mut String, content: &Content) {
+    let mut tags: HashMap<Element, Vec<&str>> = HashMap::new();
+    for (name, element) in &content.tags {
+        tags.entry(*element).or_default().push(name);
+    }
+    let mut zeros = 0;
+    for (element, value) in &content.elements {
+        let names = tags.get(element).map(|names| names.join(" "));
+        if names.is_none() && *value == (Value { word: 0, preset: 0, record: [0; 8] }) {
+            zeros += 1;
+            continue;
+        }
+        let owner = content.owners.get(element).map_or("", |owner| owner);
+        let held = held(element.0, value);
+        let line =
+            format!("  {:8} {:24} {held:28} {owner}", address(*element), names.unwrap_or_default());
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    if zeros > 0 {
+        let _ = writeln!(text, "  and {zeros} elements without a tag that are 0 or OFF");
+    }
+}
+
+fn held(kind: Kind, value: &Value) -> String {
+    let flags: &[&str] = match kind {
+        Kind::C | Kind::Mc | Kind::Mi => {
+            return if value.word != 0 { "ON" } else { "OFF" }.to_owned();
+        }
+        Kind::V | Kind::D | Kind::Mhr | Kind::Mir => return value.word.to_string(),
+        Kind::Ct => &["Done", "Reset", "Zero", "DnDone"],
+        Kind::T => &["Done", "Reset", "Zero", "Timing"],
+        Kind::N => &["CU", "CD", "DN", "OV", "UN"],
+    };
+    let on = flags.iter().zip(value.record).filter(|(_, on)| *on != 0).map(|(flag, _)| *flag);
+    let mut text = value.word.to_string();
+    if kind == Kind::N {
+        let _ = write!(text, " of {}", value.preset);
+    }
+    on.for_each(|flag| {
+        let _ = write!(text, " {flag}");
+    });
+    text
+}
+
+/// A time of day as people read it: `2026-03-01 12:00:00 UTC`.
+pub fn utc(ms: u64) -> String {
+    let seconds = ms / 1000;
+    let (days, second) = (seconds / 86_400, seconds % 86_400);
+    // Days since 1 March of year 0, in eras of 400 years: the calendar without tables.
+    let day = days + 719_468;
+    let era = day / 146_097;
+    let of_era = day % 146_097;
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day_of_month = of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year:04}-{month:02}-{day_of_month:02} {hour:02}:{minute:02}:{second:02} UTC")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_of_day() {
+        assert_eq!(utc(0), "1970-01-01 00:00:00 UTC");
+        assert_eq!(utc(951_782_400_000), "2000-02-29 00:00:00 UTC");
+        assert_eq!(utc(1_795_305_599_999), "2026-11-21 23:59:59 UTC");
+    }
+}

@@ -1,0 +1,224 @@
+//! Images on a device: found at the start, written in turns.
+//!
+//! Called by `keeper` and `show`, and by the tests that are disks. Never written over: the image
+//! whose durability was acknowledged last.
+//!
+//! The idea that is not obvious: a failed sync says nothing good for ever. Linux drops what it
+//! could not write and calls it clean, so that the next sync succeeds over data that is on no disk.
+//! So after an error what was written to that slot counts as nothing, the device is opened anew,
+//! and the image is written again, whole, to another slot.
+
+use std::io;
+
+use super::device::{Device, read_all, write_all};
+use super::format::{
+    BLOCK_BYTES, BadHeader, BadSlot, Geometry, HEADER_COPIES, Stamp, header, put_slot, read_header,
+    read_slot,
+};
+
+/// A device with slots.
+pub struct Slots<D> {
+    device: D,
+    geometry: Geometry,
+    /// What each slot holds: a sequence; 0: nothing that counts.
+    held: Vec<u64>,
+    /// The slot whose image is known to be durable: it is not written.
+    durable: Option<usize>,
+    /// The last number given.
+    sequence: u64,
+    /// A call failed: the device is opened anew before it is used again.
+    doubted: bool,
+    buffer: Vec<u8>,
+}
+
+/// An image as it was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// In which slot.
+    pub slot: usize,
+    /// Its numbers.
+    pub stamp: Stamp,
+    /// What it holds.
+    pub content: Vec<u8>,
+}
+
+/// What a look at all slots gave.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// How the file is divided.
+    pub geometry: Geometry,
+    /// Whether the device is as long as it should be.
+    pub whole: bool,
+    /// Slot by slot.
+    pub slots: Vec<Result<Stamp, BadSlot>>,
+    /// The newest image.
+    pub newest: Option<Found>,
+}
+
+/// Why a device has no slots for us.
+#[derive(Debug)]
+pub enum Unusable {
+    /// It is not ours to touch.
+    Header(BadHeader),
+    /// It cannot be read.
+    Io(io::Error),
+}
+
+impl<D: Device> Slots<D> {
+    /// Makes a device ready: every byte is written, so that no later write needs room.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn format(mut device: D, geometry: Geometry) -> io::Result<Slots<D>> {
+        let zeros = vec![0; geometry.slot_bytes as usize];
+        for slot in 0..geometry.slots as usize {
+            write_all(&mut device, geometry.slot_at(slot), &zeros)?;
+        }
+        device.sync()?;
+        for copy in 0..HEADER_COPIES {
+            write_all(&mut device, (copy * BLOCK_BYTES) as u64, &header(&geometry))?;
+        }
+        device.sync()?;
+        Ok(Slots::new(device, geometry))
+    }
+
+    fn new(device: D, geometry: Geometry) -> Slots<D> {
+        Slots {
+            device,
+            held: vec![0; geometry.slots as usize],
+            geometry,
+            durable: None,
+            sequence: 0,
+            doubted: false,
+            buffer: Vec::new(),
+        }
+    }
+
+    /// Opens a device and looks at all its slots.
+    ///
+    /// # Errors
+    /// [`Unusable`]; nothing was written.
+    pub fn open(mut device: D) -> Result<(Slots<D>, Survey), Unusable> {
+        device.settle();
+        let survey = survey(&mut device)?;
+        let mut slots = Slots::new(device, survey.geometry);
+        for (held, found) in slots.held.iter_mut().zip(&survey.slots) {
+            *held = found.map_or(0, |stamp| stamp.sequence);
+        }
+        slots.sequence = slots.held.iter().copied().max().unwrap_or(0);
+        slots.durable = survey.newest.as_ref().map(|newest| newest.slot);
+        Ok((slots, survey))
+    }
+
+    /// How the device is divided.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// The last number that was given to an image.
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// The device, for who watches it.
+    pub fn device(&self) -> &D {
+        &self.device
+    }
+
+    /// The device, to be renamed.
+    pub fn device_mut(&mut self) -> &mut D {
+        &mut self.device
+    }
+
+    /// Gives the next image the number behind this one.
+    pub fn continue_from(&mut self, sequence: u64) {
+        self.sequence = self.sequence.max(sequence);
+    }
+
+    /// Writes an image; its sequence is given here. Once this returns, it is durable; the number
+    /// of bytes written is told.
+    ///
+    /// # Errors
+    /// The device's, or the content is longer than a slot; the image that was durable before still
+    /// is.
+    pub fn save(&mut self, stamp: Stamp, content: &[u8]) -> io::Result<(Stamp, usize)> {
+        if !self.geometry.fits(content.len()) {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "longer than a slot"));
+        }
+        if self.doubted {
+            self.open_anew()?;
+        }
+        let slot = self.next_slot();
+        self.sequence += 1;
+        let stamp = Stamp { sequence: self.sequence, ..stamp };
+        put_slot(&mut self.buffer, self.geometry.id, &stamp, content);
+        self.held[slot] = 0;
+        let at = self.geometry.slot_at(slot);
+        let written = write_all(&mut self.device, at, &self.buffer);
+        if let Err(error) = written.and_then(|()| self.device.sync()) {
+            self.doubted = true;
+            return Err(error);
+        }
+        self.held[slot] = stamp.sequence;
+        self.durable = Some(slot);
+        Ok((stamp, self.buffer.len()))
+    }
+
+    /// The slot whose image is worth least, of those that may be written.
+    fn next_slot(&self) -> usize {
+        let slots = (0..self.held.len()).filter(|slot| Some(*slot) != self.durable);
+        slots.min_by_key(|slot| self.held[*slot]).unwrap_or(0)
+    }
+
+    fn open_anew(&mut self) -> io::Result<()> {
+        self.device.reopen()?;
+        let geometry = read_geometry(&mut self.device)?;
+        if geometry != Ok(self.geometry) {
+            let message = "there is another file in its place";
+            return Err(io::Error::new(io::ErrorKind::NotFound, message));
+        }
+        self.doubted = false;
+        Ok(())
+    }
+}
+
+/// Looks at a device, and writes nothing.
+///
+/// # Errors
+/// [`Unusable`].
+pub fn survey<D: Device>(device: &mut D) -> Result<Survey, Unusable> {
+    let geometry = read_geometry(device).map_err(Unusable::Io)?.map_err(Unusable::Header)?;
+    let size = device.size().map_err(Unusable::Io)?;
+    let mut survey =
+        Survey { geometry, whole: size >= geometry.file_bytes(), slots: vec![], newest: None };
+    let mut bytes = vec![0; geometry.slot_bytes as usize];
+    for slot in 0..geometry.slots as usize {
+        let count = read_all(device, geometry.slot_at(slot), &mut bytes);
+        let image = match &count {
+            Ok(count) => read_slot(&bytes[..*count], geometry.id),
+            Err(_) => Err(BadSlot::Unreadable),
+        };
+        survey.slots.push(image.map(|(stamp, _)| stamp));
+        let newest = survey.newest.as_ref().map_or(0, |newest| newest.stamp.sequence);
+        if let Ok((stamp, content)) = image
+            && stamp.sequence > newest
+        {
+            survey.newest = Some(Found { slot, stamp, content: content.to_vec() });
+        }
+    }
+    Ok(survey)
+}
+
+fn read_geometry<D: Device>(device: &mut D) -> io::Result<Result<Geometry, BadHeader>> {
+    let mut blocks = [0; HEADER_COPIES * BLOCK_BYTES];
+    let count = match read_all(device, 0, &mut blocks) {
+        Ok(count) => count,
+        // One copy may lie in a sector that cannot be read.
+        Err(first) => {
+            let (_, second) = blocks.split_at_mut(BLOCK_BYTES);
+            let count = read_all(device, BLOCK_BYTES as u64, second).map_err(|_| first)?;
+            BLOCK_BYTES + count
+        }
+    };
+    Ok(read_header(&blocks[..count]))
+}
