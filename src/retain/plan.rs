@@ -30,11 +30,6 @@ pub struct Plan {
 pub struct Restoration {
     /// Cells and what is put there.
     pub puts: Vec<(Cell, i32)>,
-    /// Whether another keeps the same elements under the same tags.
-    pub fn is_as(&self, other: &Plan) -> bool {
-        self.preamble == other.preamble
-    }
-
     /// How many elements were restored.
     pub restored: usize,
     /// What was not, and why: tags one by one, addresses in runs.
@@ -69,6 +64,11 @@ impl Plan {
         let preamble = content::preamble(&runs, &tags, &owners);
         let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
         Plan { layout: layout.clone(), runs, tags, owners, preamble }
+    }
+
+    /// Whether another keeps the same elements under the same tags.
+    pub fn is_as(&self, other: &Plan) -> bool {
+        self.preamble == other.preamble
     }
 
     /// How many elements are retained.
