@@ -53,6 +53,14 @@ pub enum Request {
         /// Which.
         to: ModeWanted,
     },
+    /// Reads the files anew and goes on with what they say: [`Reloaded`].
+    Reload {
+        /// Only says what it would do.
+        #[serde(default)]
+        dry_run: bool,
+    },
+    /// Goes back to the program before the last reload: [`Reloaded`].
+    Rollback {},
     /// What is logged: [`LevelChange`].
     LogLevel {
         /// From which level on.
@@ -133,6 +141,8 @@ pub enum RefusalKind {
     NotPermitted,
     /// Not as the controller is now: its mode, a limit.
     Refused,
+    /// The files are wrong, and the running program goes on untouched.
+    BadFiles,
     /// The controller did not answer in time; it may yet be done.
     NoAnswer,
 }
@@ -195,6 +205,23 @@ pub struct ModeChange {
     pub after: String,
     /// Why, outside RUN.
     pub reason: Option<String>,
+}
+
+/// The answer to a reload or rollback.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reloaded {
+    /// Whether it was only said.
+    pub dry_run: bool,
+    /// The difference report: a line a difference.
+    pub report: Vec<String>,
+    /// What of the controller file waits for a restart.
+    pub restart: Vec<String>,
+    /// The ladder.
+    pub ladder: String,
+    /// SHA-256 of its files' bytes one behind the other.
+    pub sha256: String,
+    /// How long the swap took; nothing where none was.
+    pub swap_us: Option<f64>,
 }
 
 /// The answer to a log level.
@@ -412,7 +439,10 @@ impl Refusal {
 impl Request {
     /// Whether it changes anything.
     pub fn changes(&self) -> bool {
-        !matches!(self, Request::Status {} | Request::Read { .. } | Request::Names { .. })
+        let dry = matches!(self, Request::Reload { dry_run: true });
+        let reads =
+            matches!(self, Request::Status {} | Request::Read { .. } | Request::Names { .. });
+        !reads && !dry
     }
 }
 
@@ -451,6 +481,8 @@ mod tests {
             r#"{"do":"unforce","operand":"Y1"}"#,
             r#"{"do":"unforce-all"}"#,
             r#"{"do":"mode","to":"run"}"#,
+            r#"{"do":"reload","dry_run":true}"#,
+            r#"{"do":"rollback"}"#,
             r#"{"do":"log-level","level":"debug"}"#,
             r#"{"do":"retain-save"}"#,
             r#"{"do":"names","prefix":"b"}"#,

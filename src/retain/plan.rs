@@ -66,6 +66,11 @@ impl Plan {
         Plan { layout: layout.clone(), runs, tags, owners, preamble }
     }
 
+    /// Whether another keeps the same elements under the same tags.
+    pub fn is_as(&self, other: &Plan) -> bool {
+        self.preamble == other.preamble
+    }
+
     /// How many elements are retained.
     pub fn elements(&self) -> usize {
         self.runs.iter().map(|run| run.count as usize).sum()
