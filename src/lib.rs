@@ -15,6 +15,7 @@ pub mod isa;
 pub mod load;
 pub mod lower;
 pub mod operator;
+pub mod reload;
 pub mod resolve;
 pub mod retain;
 pub mod runtime;

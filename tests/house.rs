@@ -6,9 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
-const ORDER: [&str; 16] = [
-    "main", "cli", "daemon", "operator", "load", "io", "retain", "runtime", "sim", "lower",
-    "check", "resolve", "source", "engine", "isa", "events",
+const ORDER: [&str; 17] = [
+    "main", "cli", "daemon", "operator", "load", "io", "retain", "runtime", "sim", "reload",
+    "lower", "check", "resolve", "source", "engine", "isa", "events",
 ];
 
 /// Modules that may know tokio and tracing.

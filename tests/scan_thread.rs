@@ -1,6 +1,6 @@
-//! The scan thread allocates nothing: counted, with writes, inputs, events, forces and mode commands
-//! pending, with the log's reader and the image's readers stalled, over a stop, on generated ladders and on every
-//! shipped one. And its sources name nothing that could make it wait.
+//! The scan thread allocates nothing: counted, with writes, inputs, events, forces, mode commands
+//! and reloads pending, with the log's reader and the image's readers stalled, over a stop, on
+//! generated ladders and on every shipped one. And its sources name nothing that could make it wait.
 //!
 //! The scanner runs on the test's own thread with a simulated clock; the allocator counts calls
 //! made on that thread between the begin and the end of a step.
@@ -14,13 +14,15 @@ use std::rc::Rc;
 use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
+use rungd::reload::{Plan, Side};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::command::Command;
 use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Write};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::{
-    Memory, Observer, Pace, Posture, Record, Safe, Settings, Statistics, Watched, assemble,
+    Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
+    Statistics, Watched, assemble, assemble_reloadable,
 };
 use rungd::source::span::SourceFile;
 
@@ -270,6 +272,60 @@ fn two_hundred_generated_ladders() {
     for seed in 0..200 {
         let name = format!("ladder {seed}");
         assert_no_allocation(&name, &program(&name, generated(seed)), 90);
+    }
+}
+
+/// Scans from program to program, with all else pending too.
+#[test]
+fn a_hundred_reloads() {
+    let lowered = |seed| lower(&program(&format!("ladder {seed}"), generated(seed)));
+    let (code, mut symbols) = lowered(0);
+    let settings = settings(&symbols, 2000);
+    let clock = SimulatedClock::default();
+    let (mut scanner, mut monitor, port, mut reloader) =
+        assemble_reloadable(Engine::new(code.clone()), clock, &settings, Deaf);
+    let (mut numbers, mut running) = (Numbers(11), code);
+    scanner.start();
+    for generation in 1..=100 {
+        let (code, next) = lowered(u64::from(generation));
+        let side = |program, symbols| Side { program, symbols };
+        let plan = Plan::new(side(&running, &symbols), side(&code, &next));
+        let watched = Watched {
+            bits: next.alarms.iter().map(|alarm| alarm.bit).collect(),
+            words: vec![next.layout.word(Word::Space(WordSpace::D, 0))],
+        };
+        let carried = Carried { bits: vec![Some(0); watched.bits.len()], words: vec![Some(0)] };
+        let contents = Contents {
+            transfer: plan.transfer,
+            generation,
+            watched,
+            carried,
+            bits: next.layout.bit_count() as usize,
+            words: next.layout.word_count() as usize,
+            safe: settings.memory.safe.clone(),
+        };
+        let package = Package::new(Engine::new(code.clone()), contents, &port.latest());
+        let handed_in = reloader.hand_in(package, false);
+        for scan in 0..9 {
+            stir(&port, &symbols, &mut numbers);
+            let (_, calls) = counted(|| scanner.step());
+            assert_eq!(calls, 0, "reload {generation}: in scan {scan}");
+            if generation % 7 != 0 {
+                monitor.turn(0);
+            }
+        }
+        // Where the queue of commands is full it is not handed in, and given back later.
+        while let Some(package) = reloader.returned() {
+            if package.swap_ns.is_some() {
+                assert!(handed_in.is_ok());
+                (running, symbols) = (code.clone(), next.clone());
+            }
+        }
+        monitor.turn(0);
+        monitor.turn(0);
+        if running.bit_count == code.bit_count {
+            assert_eq!(port.latest().bits.len(), symbols.layout.bit_count() as usize);
+        }
     }
 }
 

@@ -375,6 +375,23 @@ test_frozen_journal() {
     in_it systemctl start rungd
 }
 
+# Another program without a stop; a bad one changes nothing, and systemctl says so.
+test_reload() {
+    local pid code=0
+    pid=$(up_as)
+    mark
+    in_it systemctl reload rungd || code=$?
+    check "reload: the same process scans on" "code $code, $(property StatusText)" \
+        eval '[ "$code" = 0 ] && [ "$(up_as)" = "$pid" ] && logged "reload-done|another program scans"'
+    container "cp $ladder /root/ladder
+        printf '\n[[program.rung]]\nwhen = [\"\$On\"]\ndo = [\"OUTT Y0\"]\n' >> $ladder"
+    code=0
+    in_it systemctl reload rungd 2>/dev/null || code=$?
+    check "reload of a bad ladder: fails, and it scans on" "code $code, $(property StatusText)" \
+        eval '[ "$code" != 0 ] && [ "$(up_as)" = "$pid" ] && logged "nothing changed"'
+    container "mv /root/ladder $ladder"
+}
+
 # Stops it; how long that took.
 test_stop() {
     local begin
@@ -425,6 +442,7 @@ inside() {
     test_operator
     test_catalog
     test_realtime
+    test_reload
     test_stop
     in_it systemctl start rungd
     test_frozen_journal

@@ -15,6 +15,7 @@ pub mod man;
 pub mod mode;
 pub mod operator;
 pub mod read;
+pub mod reload;
 pub mod retain;
 pub mod run;
 pub mod schema;
@@ -61,6 +62,8 @@ enum Command {
     Unforce(force::UnforceArgs),
     Watch(watch::WatchArgs),
     Mode(mode::ModeArgs),
+    Reload(reload::ReloadArgs),
+    Rollback(reload::RollbackArgs),
     Retain(retain::RetainArgs),
     LogLevel(log_level::LogLevelArgs),
 }
@@ -109,6 +112,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Unforce(args) => force::unforce(args),
         Command::Watch(args) => watch::watch(args),
         Command::Mode(args) => mode::mode(args),
+        Command::Reload(args) => reload::reload(args),
+        Command::Rollback(args) => reload::rollback(args),
         Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
     }

@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 use super::exit::Exit;
 use super::say;
 use crate::operator::client::{self, Failure};
-use crate::operator::protocol::{Change, Names, RefusalKind, Request};
+use crate::operator::protocol::{Change, Names, Refusal, RefusalKind, Request};
 use crate::operator::{SOCKET_DEFAULT, SOCKET_VARIABLE};
 
 /// Where the controller is asked, and how its answer is printed.
@@ -38,6 +38,11 @@ impl At {
                 let message = failure.to_string();
                 let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
                 let _ = writeln!(io::stdout(), "{error}");
+            } else if let Failure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
+                &failure
+            {
+                say(&format!("{}\n", message.trim_end()));
+                say("rungd: the files cannot be run as they are; the running program goes on\n");
             } else {
                 say(&format!("rungd: {failure}\n"));
             }
@@ -91,6 +96,7 @@ fn exit_of(failure: &Failure) -> Exit {
             RefusalKind::BadRequest | RefusalKind::BadOperand | RefusalKind::BadValue => {
                 Exit::Usage
             }
+            RefusalKind::BadFiles => Exit::Config,
             RefusalKind::NotPermitted => Exit::NoPerm,
             RefusalKind::Refused | RefusalKind::NoAnswer => Exit::Refused,
         },

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
@@ -13,12 +13,9 @@ use super::check::style;
 use super::exit::Exit;
 use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat, LogLevel};
-use crate::daemon::{self, Ending, Failure, Host, Options, Setup, config};
-use crate::engine;
+use crate::daemon::{self, Ending, Failure, Host, Options, config};
 use crate::isa::duration;
-use crate::load;
 use crate::runtime::exchange::StopReason;
-use crate::source::render::{Style, refuses, render};
 
 /// So many a start needs free, with some to spare.
 const DESCRIPTORS_LEAST: usize = 16;
@@ -96,7 +93,7 @@ fn probe_descriptors() -> Result<()> {
 
 fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit> {
     let (path, style) = (args.controller.clone(), style(false));
-    let Some(loaded) = host.unless_stopped(move || load(&path, style)) else {
+    let Some(loaded) = host.unless_stopped(move || config::load(&path, style)) else {
         return Ok(Exit::Ok);
     };
     let (program, setup) = match loaded? {
@@ -125,16 +122,6 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
             Ok(Exit::Io)
         }
     }
-}
-
-/// What the files come to, or why they cannot be run. Their texts are not kept: a controller runs
-/// for months.
-fn load(path: &Path, style: Style) -> Result<Result<(engine::Program, Setup), String>> {
-    let loaded = load::controller_file(path)?;
-    if refuses(&loaded.findings, style) {
-        return Ok(Err(render(&loaded.findings, &loaded.files, style)));
-    }
-    Ok(config::settle(&loaded))
 }
 
 /// All findings: for people as blocks of lines; where lines must be whole, one by one.

@@ -7,10 +7,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use anyhow::Result;
+
 use crate::engine;
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace};
-use crate::load::Loaded;
+use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
 use crate::resolve::controller::{self as resolved, Controller};
@@ -19,6 +21,7 @@ use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::realtime::{self, Realtime};
+use crate::source::render::{Style, refuses, render};
 use crate::source::span::SourceFile;
 
 use super::narration::Narration;
@@ -46,6 +49,8 @@ pub struct Setup {
     pub(super) posture: Posture,
     pub(super) modbus: Option<resolved::Modbus>,
     pub(super) rules: Vec<resolved::Device>,
+    /// How long a reloaded program is on trial; zero: not at all.
+    pub(super) probation: Duration,
     pub(super) retain: Option<Wanted>,
 }
 
@@ -91,10 +96,24 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         posture: posture(&controller.realtime),
         modbus: controller.modbus.clone(),
         rules: controller.devices.clone(),
+        probation: Duration::from_millis(controller.probation_ms.into()),
         retain: retain(controller, program, &symbols, &files[0].name),
         symbols,
     };
     Ok((code, setup))
+}
+
+/// What the files come to, or why they cannot be run. Their texts are not kept: a controller runs
+/// for months.
+///
+/// # Errors
+/// The controller file cannot be read.
+pub fn load(path: &Path, style: Style) -> Result<Result<(engine::Program, Setup), String>> {
+    let loaded = load::controller_file(path)?;
+    if refuses(&loaded.findings, style) {
+        return Ok(Err(render(&loaded.findings, &loaded.files, style)));
+    }
+    Ok(settle(&loaded))
 }
 
 fn retain(

@@ -5,6 +5,8 @@
 //! often (`allowance`): a bit that toggles every scan may not bury the line that matters. Nothing
 //! here blocks; standard error is `log_queue`'s business.
 
+use std::sync::Arc;
+
 use tracing::{debug, error, info, warn};
 
 use super::allowance::Alarms;
@@ -12,7 +14,7 @@ use super::log_limits::Told;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Narration, reason, remedy, span, us};
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
-use crate::runtime::{Observer, Record, Statistics, What};
+use crate::runtime::{Generations, Observer, Record, Statistics, What};
 
 /// The statistics since the last heartbeat, or of the whole run.
 macro_rules! tell {
@@ -82,7 +84,9 @@ impl Facts {
 
 /// Tells what it hears to the log.
 pub(super) struct LogWriter {
-    narration: Narration,
+    narrations: Generations<Narration>,
+    /// That of the program that scans.
+    narration: Arc<Narration>,
     facts: Facts,
     /// As seen last.
     mode: Mode,
@@ -105,9 +109,11 @@ struct Standing {
 }
 
 impl LogWriter {
-    pub fn new(narration: Narration, facts: Facts) -> Self {
+    pub fn new(narrations: Generations<Narration>, facts: Facts) -> Self {
+        let narration = narrations.of(0);
         let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
         LogWriter {
+            narrations,
             narration,
             facts,
             mode,
@@ -283,6 +289,14 @@ impl Observer for LogWriter {
                     debug!(event, block = name, scan, "{kind} {name} {what}");
                 }
             }
+            What::Swapped { generation, swap_ns } => {
+                // Alarms are known by their numbers, which are another program's now.
+                self.ended(record.at_ns);
+                self.alarms = Alarms::new();
+                self.narration = self.narrations.of(generation);
+                let swap_us = us(swap_ns);
+                debug!(event = "program-swapped", scan, swap_us, "another program scans");
+            }
             What::EventsLost(events) => {
                 warn!(
                     event = "events-lost",
@@ -380,7 +394,7 @@ mod tests {
             heartbeat_ns: None,
             has_operator: true,
         };
-        LogWriter::new(narration, facts)
+        LogWriter::new(Generations::new(narration), facts)
     }
 
     #[test]

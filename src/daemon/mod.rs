@@ -16,6 +16,7 @@ mod log_writer;
 mod narration;
 mod operator;
 mod posture;
+mod reload;
 mod retain;
 mod retain_thread;
 mod shell;

@@ -104,6 +104,13 @@ impl Narration {
         }
     }
 
+    /// The tags of what is watched, bits and words, told from another watch of the same tag.
+    pub fn watched_names(&self) -> (Vec<String>, Vec<String>) {
+        let kind = |bit: &BitNews| if bit.alarm.is_some() { "alarm" } else { "change" };
+        let bits = self.bits.iter().map(|bit| format!("{} {}", kind(bit), bit.tag));
+        (bits.collect(), self.words.clone())
+    }
+
     fn stage(&self, id: StageId) -> &str {
         self.stages.get(id.0 as usize).map_or("?", String::as_str)
     }

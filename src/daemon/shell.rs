@@ -5,6 +5,7 @@
 
 use std::future::Future;
 use std::io;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
@@ -15,18 +16,21 @@ use tracing::{error, info, warn};
 use super::config::Setup;
 use super::guard::Guard;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
+use super::narration::Narration;
 use super::narration::span;
 use super::operator;
 use super::posture;
+use super::reload::{Reloads, Running, Views};
 use super::retain;
 use super::retain_thread::Retention;
-use super::signals::{Host, Signals};
+use super::signals::{Host, Signals, Told};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
-use crate::runtime::exchange::{FaultReason, Mode, StopReason};
-use crate::runtime::{self, Prepared, Report, Runtime, Settings, State};
+use crate::resolve::controller::Modbus;
+use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
 #[derive(Clone, Debug)]
@@ -88,7 +92,7 @@ pub fn run(
     tell_start(&setup);
     tell_panics();
     let inputs = initial_inputs(&program, &setup);
-    let mut engine = Engine::new(program);
+    let mut engine = Engine::new(program.clone());
     let retained = setup.retain.as_ref().map(|wanted| retain::begin(wanted, &mut engine));
     let retained = retained.transpose()?;
     let cold = retained.as_ref().and_then(|opened| opened.cold);
@@ -111,14 +115,16 @@ pub fn run(
         heartbeat_ns: pace.statistics_every_ns,
         has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
-    let writer = LogWriter::new(setup.narration.clone(), facts);
-    let prepared = runtime::prepare(engine, &settings, writer)?;
+    let narration = Generations::new(setup.narration.clone());
+    let writer = LogWriter::new(narration.clone(), facts);
+    let (prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
-    tokio.block_on(shell(prepared, &setup, Attendance { signals, guard, patience, retention }))
+    let first = First { running: Arc::new(Running { program, setup }), reloader, narration };
+    tokio.block_on(shell(prepared, first, Attendance { signals, guard, patience, retention }))
 }
 
 /// The inputs that are ON until their driver writes them: those with an initial value.
@@ -127,6 +133,13 @@ fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
     let on = program.initial_bits.iter().filter(|(_, on)| *on);
     let numbers = on.filter_map(|(cell, _)| cell.0.checked_sub(first));
     numbers.filter(|x| *x < setup.memory.inputs).collect()
+}
+
+/// The program that scans first, and what leads to others.
+struct First {
+    running: Arc<Running>,
+    reloader: Reloader<Engine>,
+    narration: Generations<Narration>,
 }
 
 /// Who the shell attends to besides the scan thread.
@@ -141,12 +154,13 @@ struct Attendance<'a> {
 /// From the drivers' start to the scan thread's end.
 async fn shell(
     prepared: Prepared,
-    setup: &Setup,
+    first: First,
     mut attendance: Attendance<'_>,
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
     let retention = attendance.retention.clone();
-    let mut drivers = start_drivers(setup, &prepared, &retention, &stopped).await?;
+    let drivers = start_drivers(first, &prepared, &retention, &stopped).await?;
+    let (mut drivers, reloads) = drivers;
     if let Some(name) = attendance.signals.waiting().await {
         info!(
             event = "signal",
@@ -156,7 +170,7 @@ async fn shell(
         return Ok(Ending::Orderly);
     }
     let runtime = prepared.start()?;
-    let over = attend(&runtime, &mut attendance).await;
+    let over = attend(&runtime, &reloads, &mut attendance).await;
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
@@ -171,7 +185,7 @@ async fn shell(
     };
     let report = runtime.join();
     if let Some(retention) = &retention {
-        retention.end(attendance.signals.next()).await;
+        retention.end(attendance.signals.stop()).await;
     }
     Ok(conclude(report, asked))
 }
@@ -191,7 +205,11 @@ struct Over {
 }
 
 /// Signals and systemd, until the scan thread is over.
-async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
+async fn attend(
+    runtime: &Runtime,
+    reloads: &Arc<Reloads>,
+    attendance: &mut Attendance<'_>,
+) -> Over {
     let Attendance { signals, guard, patience, .. } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
     let (systemd, mut notices) =
@@ -201,34 +219,17 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
     let mut asked: Option<(Instant, &str)> = None;
     loop {
         tokio::select! {
-            name = signals.next() => {
+            told = signals.next() => {
+                let Told::Stop(name) = told else {
+                    // Its outcome is in the log.
+                    tokio::spawn(Arc::clone(reloads).reload("SIGHUP".to_owned(), false));
+                    continue;
+                };
                 if let Some((_, first)) = asked {
-                    let again = name == first;
-                    let also = if again { "again".into() } else { format!("after {first}") };
-                    warn!(
-                        event = "signal-again",
-                        signal = name,
-                        "{name} {also}: ending at once, without waiting"
-                    );
+                    tell_again(name, first);
                     return Over { asked: true, waiting: Waiting::Hurried };
                 }
-                match port.latest().mode {
-                    Mode::Run | Mode::Stop(StopReason::NotStarted) => {
-                        info!(
-                            event = "signal",
-                            signal = name,
-                            "{name}: stopping; the next scan is the last"
-                        );
-                    }
-                    mode => {
-                        info!(
-                            event = "signal",
-                            signal = name,
-                            "{name}: ending from {}; no further scan comes",
-                            mode.name()
-                        );
-                    }
-                }
+                tell_stop(name, port.latest().mode);
                 asked = Some((Instant::now(), name));
                 notices.stop();
                 runtime.request_stop();
@@ -238,6 +239,7 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
                 let latest = port.latest();
                 notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
                 guard.look(now, latest.mode, pulses);
+                reloads.look(latest.mode);
                 let waiting = match runtime.state() {
                     State::Running => None,
                     State::Over => Some(Waiting::Ended),
@@ -259,59 +261,92 @@ async fn attend(runtime: &Runtime, attendance: &mut Attendance<'_>) -> Over {
     }
 }
 
+/// A second signal.
+fn tell_again(name: &str, first: &str) {
+    let also = if name == first { "again".into() } else { format!("after {first}") };
+    warn!(event = "signal-again", signal = name, "{name} {also}: ending at once, without waiting");
+}
+
+fn tell_stop(name: &str, mode: Mode) {
+    match mode {
+        Mode::Run | Mode::Stop(StopReason::NotStarted) => {
+            info!(event = "signal", signal = name, "{name}: stopping; the next scan is the last");
+        }
+        mode => {
+            info!(
+                event = "signal",
+                signal = name,
+                "{name}: ending from {}; no further scan comes",
+                mode.name()
+            );
+        }
+    }
+}
+
 async fn start_drivers(
-    setup: &Setup,
+    first: First,
     prepared: &Prepared,
     retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
-) -> Result<JoinSet<()>, Failure> {
+) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
+    let First { running, reloader, narration } = first;
     let mut drivers = JoinSet::new();
-    let (layout, port) = (&setup.symbols.layout, &prepared.port());
-    let mut clients = None;
+    let (setup, port) = (&running.setup, &prepared.port());
+    let layout = &setup.symbols.layout;
     let pace = &setup.pace;
     let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
     let patience = Duration::from_nanos(patience_ns);
+    let mut about = operator::AboutParts::new(prepared, pace, retention.clone());
+    let mut modbus = None;
     if let Some(settings) = &setup.modbus {
-        let listen = settings.listen;
-        let map = modbus::Map::new(settings, layout, |word| setup.symbols.limits(word));
-        let bound = modbus::Server::bind(settings.clone(), map, port.clone(), patience);
-        let server = bound.await.map_err(|error| {
-            let context = format!(
-                "{}: `[modbus-server]` cannot listen at {listen}: {error}",
-                setup.controller
-            );
-            Failure::Environment(anyhow::anyhow!(context))
-        })?;
-        let address = server.address().unwrap_or(listen);
-        clients = Some((address.to_string(), server.clients()));
+        let (server, maps) = bind_modbus(settings, setup, port, patience).await?;
+        let address = server.address().unwrap_or(settings.listen);
+        about.modbus = Some((address.to_string(), settings.connections, server.clients()));
+        modbus = Some((maps, settings.clone()));
         drivers.spawn(server.run(told(stopped)));
     }
+    let mut device = None;
     if !setup.rules.is_empty() {
         info!(
             event = "simulated-device",
             rules = setup.rules.len(),
             "a simulated device moves inputs: this is no real plant"
         );
-        let device = simulated::Device::new(&setup.rules);
-        let drive = simulated::Drive::new(device, layout.clone(), port.clone());
-        drivers.spawn(drive.run(told(stopped)));
+        let rules = Generations::new(simulated::Rules::new(&setup.rules, layout));
+        device = Some(rules.clone());
+        drivers.spawn(simulated::Drive::new(rules, port.clone()).run(told(stopped)));
     }
+    let desk = Generations::new(operator::View::new(setup, &about));
+    let views = Views { desk: desk.clone(), about, narration, modbus, device };
+    let reloads = Reloads::new(Arc::clone(&running), reloader, port.clone(), views);
+    let reloads = Arc::new(reloads);
     if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
-        let about = operator::About::new(
-            setup,
-            prepared.grants(),
-            prepared.gauge(),
-            clients,
-            retention.clone(),
-        );
-        let desk = operator::Desk::new(setup.names.clone(), port.clone(), about, patience);
+        let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads), patience);
         match operator::Server::bind(&place, desk) {
             Ok(server) => drop(drivers.spawn(server.run(told(stopped)))),
             Err(why) if operator::may_do_without(&place, &why) => {}
             Err(why) => return Err(why),
         }
     }
-    Ok(drivers)
+    Ok((drivers, reloads))
+}
+
+async fn bind_modbus(
+    settings: &Modbus,
+    setup: &Setup,
+    port: &Port,
+    patience: Duration,
+) -> Result<(modbus::Server, Generations<modbus::Map>), Failure> {
+    let listen = settings.listen;
+    let limits = |word| setup.symbols.limits(word);
+    let maps = Generations::new(modbus::Map::new(settings, &setup.symbols.layout, limits));
+    let bound = modbus::Server::bind(settings.clone(), maps.clone(), port.clone(), patience);
+    let server = bound.await.map_err(|error| {
+        let context =
+            format!("{}: `[modbus-server]` cannot listen at {listen}: {error}", setup.controller);
+        Failure::Environment(anyhow::anyhow!(context))
+    })?;
+    Ok((server, maps))
 }
 
 /// Ends when the drivers are to end.

@@ -1,4 +1,4 @@
-//! The signals that stop a controller, heard from before its files are read.
+//! The signals that stop a controller, or have it read its files anew; heard from the first.
 //!
 //! A [`Host`] is made first of all, so that no signal finds the process without an answer. What
 //! may take long before the first scan, reading files, is done on a thread of its own meanwhile.
@@ -52,7 +52,7 @@ impl Host {
         let Host { tokio, signals } = self;
         tokio.block_on(async {
             tokio::select! {
-                name = signals.next() => {
+                name = signals.stop() => {
                     info!(
                         event = "signal",
                         signal = name,
@@ -74,6 +74,15 @@ impl Host {
     }
 }
 
+/// What a signal means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    /// An orderly stop, by the signal of this name.
+    Stop(&'static str),
+    /// Read the files anew: SIGHUP.
+    Reload,
+}
+
 impl Signals {
     fn new() -> io::Result<Signals> {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -85,8 +94,8 @@ impl Signals {
         })
     }
 
-    /// The name of the next one.
-    pub async fn next(&mut self) -> &'static str {
+    /// The next one.
+    pub async fn next(&mut self) -> Told {
         let Signals { terminate, interrupt, hangup } = self;
         let hung_up = async {
             match hangup {
@@ -95,18 +104,26 @@ impl Signals {
             }
         };
         tokio::select! {
-            _ = terminate.recv() => "SIGTERM",
-            _ = interrupt.recv() => "SIGINT",
-            _ = hung_up => "SIGHUP",
+            _ = terminate.recv() => Told::Stop("SIGTERM"),
+            _ = interrupt.recv() => Told::Stop("SIGINT"),
+            _ = hung_up => Told::Reload,
         }
     }
 
-    /// One that has come already.
+    /// The name of the next one that stops. A reload that is asked for meanwhile waits.
+    pub async fn stop(&mut self) -> &'static str {
+        tokio::select! {
+            _ = self.terminate.recv() => "SIGTERM",
+            _ = self.interrupt.recv() => "SIGINT",
+        }
+    }
+
+    /// One that stops and has come already.
     pub async fn waiting(&mut self) -> Option<&'static str> {
         yield_now().await;
         tokio::select! {
             biased;
-            name = self.next() => Some(name),
+            name = self.stop() => Some(name),
             () = std::future::ready(()) => None,
         }
     }

@@ -18,6 +18,10 @@ use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 pub(super) enum Notice {
     Stopping,
     Ready,
+    /// It reads its files anew, since this moment (CLOCK_MONOTONIC).
+    Reloading {
+        since_us: u64,
+    },
     Watchdog,
     Status(String),
 }
@@ -42,6 +46,8 @@ impl Systemd {
         let text = match notice {
             Notice::Stopping => "STOPPING=1\n".to_owned(),
             Notice::Ready => "READY=1\n".to_owned(),
+            // In one datagram, or systemd does not take it.
+            Notice::Reloading { since_us } => format!("RELOADING=1\nMONOTONIC_USEC={since_us}\n"),
             Notice::Watchdog => "WATCHDOG=1\n".to_owned(),
             Notice::Status(status) => format!("STATUS={status}\n"),
         };
@@ -137,7 +143,19 @@ mod tests {
         let (bits, words, outputs) = (Box::default(), Box::default(), Box::default());
         let forces = Default::default();
         let (now_ns, since_ns, tickets_done) = (0, 0, 0);
-        Snapshot { scans, now_ns, mode, since_ns, bits, words, outputs, tickets_done, forces }
+        Snapshot {
+            generation: 0,
+            safe: [].into(),
+            scans,
+            now_ns,
+            mode,
+            since_ns,
+            bits,
+            words,
+            outputs,
+            tickets_done,
+            forces,
+        }
     }
 
     fn ms(ms: u64) -> Duration {

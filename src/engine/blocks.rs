@@ -45,6 +45,34 @@ pub(super) struct StageState {
     executed_ms: u64,
 }
 
+impl BlockState {
+    /// Its own rungs did not execute since their last pass: time counts from here.
+    pub fn count_from(&mut self, now_ms: u64) {
+        if !self.executed {
+            self.executed_ms = now_ms;
+        }
+    }
+
+    /// A Task that is enabled recurrently gets another interval; its multiples count from the same
+    /// first execution.
+    pub fn change_interval(&mut self, every_ms: i32, now_ns: u64) {
+        if self.recurrent {
+            self.every_ns = u64::from(every_ms.max(0).unsigned_abs()) * 1_000_000;
+            let since_ns = now_ns.saturating_sub(self.enabled_ns);
+            self.intervals = since_ns.checked_div(self.every_ns).unwrap_or(0);
+        }
+    }
+}
+
+impl StageState {
+    /// As [`BlockState::count_from`].
+    pub fn count_from(&mut self, now_ms: u64) {
+        if !self.executed {
+            self.executed_ms = now_ms;
+        }
+    }
+}
+
 /// Where an instruction stands.
 #[derive(Clone, Copy)]
 struct Standing {

@@ -161,7 +161,7 @@ impl Layout {
     }
 
     /// Which record of bits is a structure's; its `.Acc` is the word of that number.
-    pub(crate) fn record(&self, structure: Structure) -> u32 {
+    pub fn record(&self, structure: Structure) -> u32 {
         let record = RECORD as u32;
         match structure {
             Structure::Counter(n) => self.counter_flags / record + n,

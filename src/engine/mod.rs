@@ -27,6 +27,7 @@ mod scan;
 mod sensaphone;
 mod termination;
 mod timers;
+mod transfer;
 
 pub use events::{BlockEvent, Element};
 pub use image::{BitCell, Image, WordCell};
@@ -34,3 +35,4 @@ pub use layout::Cell;
 pub use layout::Layout;
 pub use program::{Batch, BlockCode, BlockRole, ElementCode, Program, Tables, Termination};
 pub use scan::{Engine, ScanEnd, ScanTimes};
+pub use transfer::{Restage, Stretch, Transfer};

@@ -34,10 +34,10 @@ pub struct ScanEnd {
 /// A loaded program with its memory, ready to be scanned.
 #[derive(Debug)]
 pub struct Engine {
-    machine: Machine,
-    start_ns: u64,
-    scans: u64,
-    last: bool,
+    pub(super) machine: Machine,
+    pub(super) start_ns: u64,
+    pub(super) scans: u64,
+    pub(super) last: bool,
 }
 
 impl Engine {
@@ -248,7 +248,7 @@ impl Engine {
     }
 
     /// `$ForcesActive` outside RUN too, where no scan begins.
-    fn show_forces(&mut self) {
+    pub(super) fn show_forces(&mut self) {
         let active = Bit::Space(BitSpace::St, st::FORCES_ACTIVE);
         let BitCell(cell) = self.machine.program.layout.bit(active);
         let on = self.machine.memory.image.forces() > 0;

@@ -35,7 +35,7 @@ impl Machine {
         }
     }
 
-    fn pass<R: Reach>(&mut self, code: &ElementCode) {
+    pub(super) fn pass<R: Reach>(&mut self, code: &ElementCode) {
         for at in code.terminations.clone() {
             if let Termination::DisableTask(task) = self.program.tables.terminations[at as usize] {
                 self.halt(task);

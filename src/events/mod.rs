@@ -12,6 +12,7 @@ mod controller;
 mod journal_catalog;
 mod memory;
 mod plant;
+mod reload;
 mod world;
 
 pub use journal_catalog::catalog;
@@ -65,7 +66,7 @@ impl Limit {
 }
 
 /// The hundreds of the codes, and what they are about.
-pub const GROUPS: [(u16, &str); 10] = [
+pub const GROUPS: [(u16, &str); 11] = [
     (0, "The process"),
     (1, "Real-time posture"),
     (2, "Modes"),
@@ -76,9 +77,11 @@ pub const GROUPS: [(u16, &str); 10] = [
     (7, "Modbus"),
     (8, "The operator"),
     (9, "Retentive memory"),
+    (10, "Reloads"),
 ];
 
-const TABLES: [&[Event]; 4] = [controller::EVENTS, plant::EVENTS, world::EVENTS, memory::EVENTS];
+const TABLES: [&[Event]; 5] =
+    [controller::EVENTS, plant::EVENTS, world::EVENTS, memory::EVENTS, reload::EVENTS];
 
 /// All rows, by code.
 pub fn all() -> impl Iterator<Item = &'static Event> {

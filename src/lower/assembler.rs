@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::identity::{Identity, Site};
 use super::schedule;
 use crate::engine::ops::{And2, Leg, Op, Power, Powers, StageList};
 use crate::engine::{
@@ -25,6 +26,9 @@ pub(super) struct Assembler<'p> {
     constants: HashMap<i32, u32>,
     initial_bits: Vec<(BitCell, bool)>,
     initial_words: Vec<(WordCell, i32)>,
+    /// The names of what keeps a state, and where the next such thing stands.
+    pub identity: Identity,
+    pub site: Site,
     /// Where the current element's terminations begin.
     terminations_from: u32,
 }
@@ -45,6 +49,8 @@ impl<'p> Assembler<'p> {
             constants: HashMap::new(),
             initial_bits: Vec::new(),
             initial_words: Vec::new(),
+            identity: Identity::new(program),
+            site: Site::default(),
             terminations_from: 0,
         };
         for instruction in all_instructions(program) {
@@ -91,8 +97,9 @@ impl<'p> Assembler<'p> {
     }
 
     /// The private bit of an edge history, which the termination pass turns OFF.
-    pub fn history(&mut self) -> u32 {
+    pub fn history(&mut self, text: String) -> u32 {
         let cell = self.private_bit();
+        self.identity.history(BitCell(cell), &self.site, text);
         self.terminates(Termination::HistoryOff(cell));
         cell
     }

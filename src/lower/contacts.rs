@@ -91,8 +91,9 @@ impl Assembler<'_> {
     }
 
     fn edge(&mut self, edge: Edge, bit: Bit) -> Power {
+        let text = self.identity.edge(edge, bit);
         let bit = self.layout.bit(bit).0;
-        let history = self.history();
+        let history = self.history(text);
         self.gate(|cell| match edge {
             Edge::Rise => Op::Rise(Rise { cell, bit, history }),
             Edge::Fall => Op::Fall(Fall { cell, bit, history }),

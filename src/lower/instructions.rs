@@ -1,12 +1,13 @@
 //! Instructions → operations, and what a termination pass does to each.
 
 use super::assembler::{Assembler, loads_preset};
-use crate::engine::Termination;
+use super::identity::Interval;
 use crate::engine::ops::{
     Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr,
     Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst, Rstct, Rstt,
     Sensaphone, Set, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
 };
+use crate::engine::{Termination, WordCell};
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, Mnemonic, StageId, Structure, Word};
 use crate::resolve::program::{ArgValue, Instruction, Value};
@@ -78,6 +79,7 @@ impl Assembler<'_> {
     /// Lowers one instruction with the powers of its legs.
     pub fn instruction(&mut self, instruction: &Instruction, legs: &[(LegName, Leg)]) {
         let site = Site { instruction, legs };
+        self.identity.instruction(instruction, self.site.standing);
         use Mnemonic as M;
         match instruction.mnemonic {
             M::Out | M::Set | M::Rst | M::Pd | M::Nd | M::Ponoff => self.coil(&site),
@@ -96,6 +98,12 @@ impl Assembler<'_> {
         }
     }
 
+    /// The edge history of an instruction.
+    fn edge_history(&mut self, site: &Site) -> u32 {
+        let text = self.identity.edge_instruction(site.instruction);
+        self.history(text)
+    }
+
     fn coil(&mut self, site: &Site) {
         let (leg, bit) = (site.when(), self.layout.bit(site.bit("bit")).0);
         let op = match site.instruction.mnemonic {
@@ -105,9 +113,9 @@ impl Assembler<'_> {
             },
             Mnemonic::Set => Op::Set(Set { leg, bit }),
             Mnemonic::Rst => Op::Rst(Rst { leg, bit }),
-            Mnemonic::Pd => Op::Pd(Pd { leg, bit, history: self.history() }),
-            Mnemonic::Nd => Op::Nd(Nd { leg, bit, history: self.history() }),
-            _ => Op::Ponoff(Ponoff { leg, bit, history: self.history() }),
+            Mnemonic::Pd => Op::Pd(Pd { leg, bit, history: self.edge_history(site) }),
+            Mnemonic::Nd => Op::Nd(Nd { leg, bit, history: self.edge_history(site) }),
+            _ => Op::Ponoff(Ponoff { leg, bit, history: self.edge_history(site) }),
         };
         if matches!(op, Op::Out(_) | Op::OutOne(_) | Op::Pd(_) | Op::Nd(_)) {
             self.terminates(Termination::BitOff(bit));
@@ -264,7 +272,7 @@ impl Assembler<'_> {
             Mnemonic::Run => ControlKind::Run(site.block()),
             Mnemonic::Restart => ControlKind::Restart(RestartState {
                 program: site.block(),
-                history: self.history(),
+                history: self.edge_history(site),
             }),
             Mnemonic::Halt => ControlKind::Halt(site.block()),
             Mnemonic::Exit => ControlKind::Exit,
@@ -287,10 +295,12 @@ impl Assembler<'_> {
     fn entask(&mut self, site: &Site) -> ControlKind {
         let task = site.block();
         match site.value("every") {
-            None => ControlKind::EnableOnce { task, history: self.history() },
+            None => ControlKind::EnableOnce { task, history: self.edge_history(site) },
             Some(every) => {
                 self.terminates(Termination::DisableTask(task));
-                ControlKind::EnableEvery { task, every: self.value(every) }
+                let word = self.value(every);
+                self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
+                ControlKind::EnableEvery { task, every: word }
             }
         }
     }

@@ -1,10 +1,12 @@
 //! Resolved program → engine program and symbols. Cannot fail: what could be wrong was found.
 //!
 //! `contacts` and `instructions` turn rungs into operations in file order, `schedule` lays those
-//! of one kind together, `symbols` keeps what the engine must not know: names, limits, texts.
+//! of one kind together, `symbols` keeps what the engine must not know: names, limits, texts;
+//! `identity`, by which name another program has the same state.
 
 mod assembler;
 mod contacts;
+pub mod identity;
 mod instructions;
 pub mod schedule;
 mod symbols;
@@ -15,6 +17,7 @@ use crate::engine::ops::Leg;
 use crate::engine::{self, BlockRole, ElementCode};
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
+use identity::Standing;
 
 /// Lowers a program, with its operations put in order by kind.
 pub fn lower(program: &Program) -> (engine::Program, Symbols) {
@@ -28,16 +31,19 @@ pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols
     let mut blocks = Vec::new();
     let mut stages = Vec::new();
     for block in &program.blocks {
-        let own = element(&mut assembler, &block.rungs);
+        let own = element(&mut assembler, &block.rungs, Standing { block: block.id, stage: None });
         let first = stages.len() as u32;
         for stage in &block.stages {
-            stages.push(element(&mut assembler, &stage.rungs));
+            let standing = Standing { block: block.id, stage: Some(stage.id) };
+            stages.push(element(&mut assembler, &stage.rungs, standing));
         }
         let range = first..stages.len() as u32;
         blocks.push(engine::BlockCode { role: role(block), own, stages: range });
     }
     let order = turns(program);
-    let symbols = Symbols::new(program, assembler.layout.clone());
+    let mut identity = std::mem::take(&mut assembler.identity);
+    identity.finish();
+    let symbols = Symbols::new(program, assembler.layout.clone(), identity);
     (assembler.finish(blocks, stages, order), symbols)
 }
 
@@ -63,8 +69,9 @@ fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
         .collect()
 }
 
-fn element(assembler: &mut Assembler, rungs: &[Rung]) -> ElementCode {
+fn element(assembler: &mut Assembler, rungs: &[Rung], standing: Standing) -> ElementCode {
     for rung in rungs {
+        assembler.site = identity::Site { standing, rung: rung.name.clone() };
         lower_rung(assembler, rung);
     }
     assembler.close_element(!rungs.is_empty())

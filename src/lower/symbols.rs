@@ -4,6 +4,7 @@
 
 use std::collections::HashMap;
 
+use super::identity::Identity;
 use crate::engine::{BitCell, Cell, Element, Layout};
 use crate::isa::{Address, Bit, BlockId, StageId, Structure, Word};
 use crate::resolve::program::{Program, TagMeaning};
@@ -43,11 +44,13 @@ pub struct Symbols {
     pub alarms: Vec<Alarm>,
     /// Tags whose changes are logged, in file order.
     pub logged: Vec<LoggedTag>,
+    /// What keeps a state, and by which name.
+    pub identity: Identity,
     limits: HashMap<Word, (i32, i32)>,
 }
 
 impl Symbols {
-    pub(super) fn new(program: &Program, layout: Layout) -> Symbols {
+    pub(super) fn new(program: &Program, layout: Layout, identity: Identity) -> Symbols {
         let mut symbols = Symbols {
             layout,
             name: program.name.clone(),
@@ -55,6 +58,7 @@ impl Symbols {
             stages: stage_names(program),
             alarms: Vec::new(),
             logged: Vec::new(),
+            identity,
             limits: super::assembler::limits(program),
         };
         for tag in &program.tags {

@@ -53,6 +53,14 @@ pub enum Request {
         /// Which.
         to: ModeWanted,
     },
+    /// Reads the files anew and goes on with what they say: [`Reloaded`].
+    Reload {
+        /// Only says what it would do.
+        #[serde(default)]
+        dry_run: bool,
+    },
+    /// Goes back to the program before the last reload: [`Reloaded`].
+    Rollback {},
     /// What is logged: [`LevelChange`].
     LogLevel {
         /// From which level on.
@@ -133,6 +141,8 @@ pub enum RefusalKind {
     NotPermitted,
     /// Not as the controller is now: its mode, a limit.
     Refused,
+    /// The files are wrong, and the running program goes on untouched.
+    BadFiles,
     /// The controller did not answer in time; it may yet be done.
     NoAnswer,
 }
@@ -195,6 +205,23 @@ pub struct ModeChange {
     pub after: String,
     /// Why, outside RUN.
     pub reason: Option<String>,
+}
+
+/// The answer to a reload or rollback.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reloaded {
+    /// Whether it was only said.
+    pub dry_run: bool,
+    /// The difference report: a line a difference.
+    pub report: Vec<String>,
+    /// What of the controller file waits for a restart.
+    pub restart: Vec<String>,
+    /// The ladder.
+    pub ladder: String,
+    /// SHA-256 of its files' bytes one behind the other.
+    pub sha256: String,
+    /// How long the swap took; nothing where none was.
+    pub swap_us: Option<f64>,
 }
 
 /// The answer to a log level.
@@ -412,7 +439,10 @@ impl Refusal {
 impl Request {
     /// Whether it changes anything.
     pub fn changes(&self) -> bool {
-        !matches!(self, Request::Status {} | Request::Read { .. } | Request::Names { .. })
+        let dry = matches!(self, Request::Reload { dry_run: true });
+        let reads =
+            matches!(self, Request::Status {} | Request::Read { .. } | Request::Names { .. });
+        !reads && !dry
     }
 }
 
@@ -433,53 +463,5 @@ impl std::fmt::Display for Value {
             Some(tag) => write!(f, "{tag} ({})", self.address),
             None => f.write_str(&self.address),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn requests_read_as_the_page_shows_them() {
-        for line in [
-            r#"{"do":"status"}"#,
-            r#"{"do":"read","operands":["jam","CT0"]}"#,
-            r#"{"do":"write","operand":"bin_size","value":12}"#,
-            r#"{"do":"force","operand":"Y1","value":true}"#,
-            r#"{"do":"force","operand":"T0.Acc","value":"1m30s"}"#,
-            r#"{"do":"unforce","operand":"Y1"}"#,
-            r#"{"do":"unforce-all"}"#,
-            r#"{"do":"mode","to":"run"}"#,
-            r#"{"do":"log-level","level":"debug"}"#,
-            r#"{"do":"retain-save"}"#,
-            r#"{"do":"names","prefix":"b"}"#,
-        ] {
-            let request: Request = serde_json::from_str(line).expect(line);
-            assert_eq!(serde_json::to_string(&request).unwrap(), line);
-        }
-        for line in ["", "{}", "[]", r#"{"do":"dance"}"#, r#"{"do":"read","operand":"X0"}"#] {
-            assert!(serde_json::from_str::<Request>(line).is_err(), "{line}");
-        }
-        // Who names what is to be unforced does not mean all of it.
-        for line in [r#"{"do":"unforce-all","operand":"Y1"}"#, r#"{"do":"status","to":"run"}"#] {
-            let error = serde_json::from_str::<Request>(line).expect_err(line).to_string();
-            assert!(error.contains("unknown field"), "{line}: {error}");
-        }
-        for value in ["1.5", "null", "[1]", "99999999999999999999"] {
-            let line = format!(r#"{{"do":"write","operand":"D1","value":{value}}}"#);
-            let error = serde_json::from_str::<Request>(&line).expect_err(&line).to_string();
-            assert!(error.contains("a value is true or false, a whole number"), "{error}");
-        }
-    }
-
-    #[test]
-    fn replies_say_ok_or_error() {
-        let ok: Reply<LevelChange> =
-            serde_json::from_str(r#"{"ok":{"before":"info","after":"debug"}}"#).unwrap();
-        assert_eq!(ok, Reply::Ok(LevelChange { before: Level::Info, after: Level::Debug }));
-        let line = r#"{"error":{"kind":"not-permitted","message":"no"}}"#;
-        let error: Reply<LevelChange> = serde_json::from_str(line).unwrap();
-        assert_eq!(serde_json::to_string(&error).unwrap(), line);
     }
 }

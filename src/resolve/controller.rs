@@ -43,6 +43,8 @@ pub struct Controller {
     pub operator: Operator,
     /// How often statistics are logged, ms; 0: never.
     pub statistics_ms: u32,
+    /// How long a reloaded program is on trial, ms; 0: not at all.
+    pub probation_ms: u32,
 }
 
 /// A Modbus server.
@@ -165,6 +167,7 @@ pub fn resolve_controller(
         devices: resolver.devices(&written.devices),
         operator: operator.unwrap_or_default(),
         statistics_ms: written.log.statistics_ms.unsigned_abs(),
+        probation_ms: written.probation_ms.unsigned_abs(),
     };
     resolver.findings.extend(claims::moved_twice(&controller));
     (controller, resolver.findings)

@@ -41,6 +41,13 @@ pub enum Command {
     Release(Cell),
     /// Ends all forces.
     ReleaseAll,
+    /// Goes on with another program, whose package waits.
+    Swap {
+        /// Which.
+        generation: u32,
+        /// Out of FAULT it goes on scanning, with memory as it is and no pass.
+        resume: bool,
+    },
 }
 
 /// Why a command is not done.
@@ -58,6 +65,8 @@ pub enum Denial {
     Faulted,
     /// [`FORCES_MAX`] are forced already.
     TooManyForces,
+    /// There is no such package.
+    NoProgram,
 }
 
 /// What became of a command.
@@ -126,6 +135,18 @@ impl Forces {
             self.cells.copy_within(at + 1..self.count, at);
             self.count -= 1;
         }
+    }
+
+    /// Gives cells other numbers; takes out those that have none.
+    pub(super) fn renumber(&mut self, number: impl Fn(Cell) -> Option<Cell>) {
+        let mut kept = 0;
+        for at in 0..self.count {
+            if let Some(cell) = number(self.cells[at]) {
+                self.cells[kept] = cell;
+                kept += 1;
+            }
+        }
+        self.count = kept;
     }
 
     /// Becomes as another, without allocating.
@@ -249,6 +270,7 @@ impl fmt::Display for Denial {
             Denial::Faulted => {
                 f.write_str("the controller is in FAULT and does not scan; run clears it")
             }
+            Denial::NoProgram => f.write_str("the program did not come with its command"),
             Denial::TooManyForces => write!(f, "{FORCES_MAX} bits and words are forced already"),
         }
     }

@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::command::{Answer, Command, CommandId, Denial, Desk, Forces};
+use super::link::Safe;
 use crate::engine::{BitCell, Cell, WordCell};
 
 /// The most writes that one batch may hold. (A Modbus request writes at most 1968 coils, and each
@@ -139,6 +140,8 @@ impl fmt::Display for FaultReason {
 /// What the world sees: the image of the last complete scan, whole.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
+    /// Which program's: one more with every reload. Cells are that program's.
+    pub generation: u32,
     /// Complete scans since the process started.
     pub scans: u64,
     /// The timestamp of that scan (CLOCK_MONOTONIC, ns).
@@ -157,6 +160,8 @@ pub struct Snapshot {
     pub tickets_done: u64,
     /// What is forced.
     pub forces: Forces,
+    /// What each Y does outside RUN.
+    pub safe: Arc<[Safe]>,
 }
 
 impl Snapshot {
@@ -349,10 +354,15 @@ impl Port {
     /// # Errors
     /// At once: too many wait, or nobody would hear it.
     pub fn command(&self, command: Command) -> Result<CommandId, Denial> {
-        if self.shared.stuck.load(Ordering::Acquire) {
+        if self.is_stuck() {
             return Err(Denial::ScanThreadStuck);
         }
         locked(&self.shared.desk).hand_in(command)
+    }
+
+    /// Whether the scan thread is held up, or gone: it hears nothing.
+    pub(super) fn is_stuck(&self) -> bool {
+        self.shared.stuck.load(Ordering::Acquire)
     }
 
     /// What became of a command, once that is in [`Port::latest`]; told once. A scan thread that

@@ -20,7 +20,7 @@ use super::exchange::{
 use crate::engine::{BitCell, Cell, WordCell};
 
 /// Spare snapshots at first, and the least that the world tries to keep.
-const SPARES: usize = 8;
+pub(super) const SPARES: usize = 8;
 
 /// How many snapshots may wait for their last reader before further ones are simply freed.
 const RETIRED_MAX: usize = 64;
@@ -61,6 +61,8 @@ pub enum Publication {
     Image(Arc<Snapshot>),
     /// A fault, and since when: there is no new image.
     Fault(FaultReason, u64),
+    /// A spare of a program before this one.
+    Outlived(Arc<Snapshot>),
 }
 
 /// What the scan thread publishes beside its image.
@@ -97,6 +99,10 @@ pub struct ScanSide {
     applied: u64,
     /// Commands and their answers.
     pub(super) orders: Orders,
+    /// Which program it publishes.
+    pub(super) generation: u32,
+    /// Spares that came with the program.
+    pub(super) fresh: Vec<Arc<Snapshot>>,
 }
 
 /// The world's end.
@@ -109,7 +115,6 @@ pub struct WorldSide {
     answers: Answers,
     first_output: usize,
     forces_active: usize,
-    safe: Vec<Safe>,
 }
 
 /// Makes a port and its two ends.
@@ -121,6 +126,8 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
     let (published, publish_out) = RingBuffer::new(4 * SPARES);
     let outputs = shape.safe.iter().map(|s| u8::from(*s == Safe::On)).collect();
     let first = Snapshot {
+        generation: 0,
+        safe: shape.safe.into(),
         scans: 0,
         now_ns: 0,
         mode: Mode::Stop(StopReason::NotStarted),
@@ -146,6 +153,8 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         taken,
         applied: 0,
         orders,
+        generation: 0,
+        fresh: Vec::new(),
     };
     let world = WorldSide {
         port: port.clone(),
@@ -156,7 +165,6 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         answers,
         first_output: shape.first_output,
         forces_active: shape.forces_active,
-        safe: shape.safe,
     };
     (port, scan, world)
 }
@@ -225,7 +233,7 @@ impl ScanSide {
 
     /// Publishes an image; false where no snapshot is spare at present.
     pub fn publish(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) -> bool {
-        let Ok(mut spare) = self.spares.pop() else { return false };
+        let Some(mut spare) = self.spare() else { return false };
         // A spare has no other reader: the world saw to that before it put it into the ring.
         if let Some(snapshot) = Arc::get_mut(&mut spare) {
             snapshot.scans = facts.scans;
@@ -239,6 +247,20 @@ impl ScanSide {
         }
         self.hand_over(Publication::Image(spare));
         true
+    }
+
+    /// A spare of this program. Others go back: the world has them dropped.
+    fn spare(&mut self) -> Option<Arc<Snapshot>> {
+        if let Some(spare) = self.fresh.pop() {
+            return Some(spare);
+        }
+        while let Ok(spare) = self.spares.pop() {
+            if spare.generation == self.generation {
+                return Some(spare);
+            }
+            self.hand_over(Publication::Outlived(spare));
+        }
+        None
     }
 
     /// Tells of a fault.
@@ -260,6 +282,9 @@ impl WorldSide {
         // An answer comes behind what it is about: those that are there now, behind all of it.
         let answers = self.answers.waiting();
         while let Ok(publication) = self.published.pop() {
+            if let Publication::Outlived(_) = publication {
+                continue;
+            }
             any = true;
             let was_stuck = self.port.hear();
             // Batches first: a ticket that was refused must be known as such before a snapshot
@@ -270,6 +295,7 @@ impl WorldSide {
                 // What the monitor called a fault is one since then.
                 Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
                 Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
+                Publication::Outlived(_) => {}
             }
         }
         self.drain_returns();
@@ -298,17 +324,19 @@ impl WorldSide {
     fn show(&mut self, mut snapshot: Arc<Snapshot>) {
         let Some(fresh) = Arc::get_mut(&mut snapshot) else { return };
         let latest = self.port.latest();
-        if matches!(fresh.mode, Mode::Fault(_)) {
+        let same = fresh.generation == latest.generation;
+        if matches!(fresh.mode, Mode::Fault(_)) && same {
             self.keep_image(fresh, &latest);
         }
         if fresh.mode != Mode::Run && latest.mode != Mode::Run {
             // Nothing that is done outside RUN moves an output.
             fresh.outputs.copy_from_slice(&latest.outputs);
         } else {
-            let driven = self.first_output..self.first_output + self.safe.len();
+            let driven = self.first_output..self.first_output + fresh.safe.len();
             fresh.outputs.copy_from_slice(&fresh.bits[driven]);
             if fresh.mode != Mode::Run {
-                make_safe(&mut fresh.outputs, &self.safe);
+                let safe = Arc::clone(&fresh.safe);
+                make_safe(&mut fresh.outputs, &safe);
             }
         }
         drop(latest);
@@ -334,7 +362,8 @@ impl WorldSide {
         let mut snapshot = Snapshot::clone(&self.port.latest());
         snapshot.since_ns = since_ns.unwrap_or(snapshot.since_ns);
         snapshot.mode = Mode::Fault(reason);
-        make_safe(&mut snapshot.outputs, &self.safe);
+        let safe = Arc::clone(&snapshot.safe);
+        make_safe(&mut snapshot.outputs, &safe);
         self.swap(Arc::new(snapshot));
     }
 
@@ -348,6 +377,7 @@ impl WorldSide {
     /// Turns snapshots that nobody reads any more into spares; makes new ones where too many are
     /// still being read.
     fn refill(&mut self) {
+        let generation = self.port.latest().generation;
         let mut at = 0;
         while at < self.retired.len() {
             if Arc::get_mut(&mut self.retired[at]).is_none() {
@@ -355,7 +385,9 @@ impl WorldSide {
                 continue;
             }
             let spare = self.retired.swap_remove(at);
-            let _ = self.spares.push(spare);
+            if spare.generation == generation {
+                let _ = self.spares.push(spare);
+            }
         }
         let ring = self.spares.buffer().capacity();
         let waiting = ring - self.spares.slots();

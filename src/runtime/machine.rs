@@ -3,7 +3,7 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
-use crate::engine::{BitCell, BlockEvent, Cell, Engine, ScanTimes, WordCell};
+use crate::engine::{BitCell, BlockEvent, Cell, Engine, ScanTimes, Transfer, WordCell};
 
 /// What is scanned: the engine, or a stand-in in tests.
 pub trait Machine {
@@ -27,6 +27,11 @@ pub trait Machine {
     fn force(&mut self, cell: Cell, value: i32);
     /// Ends a force.
     fn release(&mut self, cell: Cell);
+    /// Becomes what `old` was; what is not in it is terminated there first. `running`: it goes on
+    /// scanning.
+    fn adopt(&mut self, old: &mut Self, transfer: &Transfer, running: bool, forces: &[Cell])
+    where
+        Self: Sized;
     /// All bits and words.
     fn image(&self) -> (&[u8], &[i32]);
     /// What happened to blocks in the last scan or in `terminate`, and how much more did.
@@ -78,6 +83,10 @@ impl Machine for Engine {
             Cell::Bit(bit) => self.release_bit(bit),
             Cell::Word(word) => self.release_word(word),
         }
+    }
+
+    fn adopt(&mut self, old: &mut Engine, transfer: &Transfer, running: bool, forces: &[Cell]) {
+        Engine::adopt(self, old, transfer, running, forces);
     }
 
     fn image(&self) -> (&[u8], &[i32]) {

@@ -25,6 +25,7 @@ mod scanner;
 #[cfg(test)]
 mod scanner_tests;
 mod statistics;
+mod swap;
 mod sys;
 
 use std::io;
@@ -42,6 +43,7 @@ pub use posture::{Grant, Held, Policy, Posture, Refusal};
 pub use record::{Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Meter, Reading, Spread, Statistics};
+pub use swap::{Carried, Contents, Generations, Package, Reloader};
 pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};
@@ -132,6 +134,17 @@ pub fn assemble<M: Machine, C: Clock, O: Observer>(
     settings: &Settings,
     observer: O,
 ) -> (Scanner<M, C>, Monitor<O>, Port) {
+    let (scanner, monitor, port, _) = assemble_reloadable(machine, clock, settings, observer);
+    (scanner, monitor, port)
+}
+
+/// As [`assemble`], with the way in for other programs.
+pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
+    machine: M,
+    clock: C,
+    settings: &Settings,
+    observer: O,
+) -> (Scanner<M, C>, Monitor<O>, Port, Reloader<M>) {
     let memory = &settings.memory;
     let (bits, words) = machine.image();
     let (port, side, world) = link(Shape {
@@ -157,21 +170,28 @@ pub fn assemble<M: Machine, C: Clock, O: Observer>(
         grace: monitor::Grace::default(),
     };
     let (pace, watched) = (settings.pace.clone(), settings.watched.clone());
-    let parts = scanner::Parts { machine, clock, side, journal, beat, pace, watched };
-    (Scanner::new(parts), monitor, port)
+    let (reloader, swaps) = swap::swaps(port.clone());
+    let parts = scanner::Parts { machine, clock, side, journal, beat, pace, watched, swaps };
+    (Scanner::new(parts), monitor, port, reloader)
 }
 
-/// Starts the scan thread up to the point where its first scan could begin.
+/// Starts the scan thread up to the point where its first scan could begin; gives the way in for
+/// other programs too.
 ///
 /// # Errors
 /// The machine gives no thread.
-pub fn prepare<M, O>(machine: M, settings: &Settings, observer: O) -> io::Result<Prepared>
+pub fn prepare<M, O>(
+    machine: M,
+    settings: &Settings,
+    observer: O,
+) -> io::Result<(Prepared, Reloader<M>)>
 where
     M: Machine + Send + 'static,
     O: Observer + 'static,
 {
     let (held, mut grants) = settings.posture.apply_to_process();
-    let (scanner, monitor, port) = assemble(machine, MonotonicClock, settings, observer);
+    let (scanner, monitor, port, reloader) =
+        assemble_reloadable(machine, MonotonicClock, settings, observer);
     let beat = Arc::clone(&monitor.beat);
     let records_dropped = Arc::clone(&monitor.journal.dropped);
     let gauge = Gauge { meter: scanner.meter(), records_dropped };
@@ -189,7 +209,7 @@ where
         let named = thread::Builder::new().name("rungd-monitor".into());
         named.spawn(move || run_monitor(monitor, turn))
     });
-    Ok(Prepared { grants, go, scan, monitor, port, beat, gauge, held })
+    Ok((Prepared { grants, go, scan, monitor, port, beat, gauge, held }, reloader))
 }
 
 impl Prepared {

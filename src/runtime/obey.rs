@@ -27,6 +27,10 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     fn denies(&self, command: Command) -> Option<Denial> {
         match (command, self.mode) {
+            (Command::Swap { resume: true, .. }, _) if self.beat.stop_requested() => {
+                Some(Denial::Ending)
+            }
+            (Command::Swap { resume: true, .. }, _) => None,
             // Behind a panic the engine is not called again.
             (_, Mode::Fault(FaultReason::EnginePanic)) => Some(Denial::EngineBroken),
             (Command::Stop, Mode::Fault(_)) => Some(Denial::Faulted),
@@ -40,6 +44,12 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         match command {
             Command::Run => self.obey_run(now_ns),
             Command::Stop => self.obey_stop(),
+            Command::Swap { generation, resume } => {
+                let Some(package) = self.swaps.take(generation) else {
+                    return Answer::Denied(Denial::NoProgram);
+                };
+                self.swap(package, resume, now_ns);
+            }
             Command::Force { cell, value } => {
                 (before.value, before.forced) = self.state(cell);
                 if !self.forces.add(cell) {

@@ -11,6 +11,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Mode;
 use super::statistics::Statistics;
+use super::swap::Carried;
 use crate::engine::{BitCell, BlockEvent, WordCell};
 
 /// How many records wait for their reader before further ones are dropped.
@@ -43,6 +44,8 @@ pub enum What {
     EventsLost(u32),
     /// A watched bit, by its position in [`Watched::bits`]; how long it was in its old state.
     Bit { watch: u32, on: bool, after_ns: u64 },
+    /// From here on all numbers are those of another program.
+    Swapped { generation: u32, swap_ns: u64 },
     /// A watched word, by its position in [`Watched::words`].
     Word { watch: u32, from: i32, to: i32 },
     /// Scans that ended after the next grid point, since the last such record: because they
@@ -107,6 +110,19 @@ impl Watches {
         Watches {
             bits: watched.bits.iter().map(|cell| (*cell, false, now_ns)).collect(),
             words: watched.words.iter().map(|cell| (*cell, words[cell.0 as usize])).collect(),
+        }
+    }
+
+    /// Goes on from the watches before it. A bit that was not watched is news when it is ON; a word
+    /// is none.
+    pub fn carry(&mut self, old: &Watches, carried: &Carried, words: &[i32], now_ns: u64) {
+        for (bit, from) in self.bits.iter_mut().zip(&carried.bits) {
+            let known = from.and_then(|at| old.bits.get(at as usize));
+            (bit.1, bit.2) = known.map_or((false, now_ns), |(_, on, since_ns)| (*on, *since_ns));
+        }
+        for (word, from) in self.words.iter_mut().zip(&carried.words) {
+            let known = from.and_then(|at| old.words.get(at as usize));
+            word.1 = known.map_or(words[word.0.0 as usize], |(_, value)| *value);
         }
     }
 

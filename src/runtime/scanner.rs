@@ -19,6 +19,7 @@ use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Meter, Statistics};
+use super::swap::{Package, Swaps};
 
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
@@ -65,6 +66,7 @@ pub struct Scanner<M, C> {
     grid: Grid,
     books: Books,
     watches: Watches,
+    pub(super) swaps: Swaps<M>,
     overruns: OverrunSummary,
     pub(super) mode: Mode,
     /// When it was entered.
@@ -90,11 +92,12 @@ pub(super) struct Parts<M, C> {
     pub beat: Arc<Beat>,
     pub pace: Pace,
     pub watched: Watched,
+    pub swaps: Swaps<M>,
 }
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
     pub(super) fn new(parts: Parts<M, C>) -> Scanner<M, C> {
-        let Parts { machine, clock, side, journal, beat, pace, watched } = parts;
+        let Parts { machine, clock, side, journal, beat, pace, watched, swaps } = parts;
         let now_ns = clock.now_ns();
         Scanner {
             watches: Watches::new(&watched, machine.image().1, now_ns),
@@ -110,6 +113,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             last_ticks: 0,
             next_report_ns: 0,
             ended_ns: now_ns,
+            swaps,
             machine,
             clock,
             side,
@@ -135,13 +139,45 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// RUN begins, with memory as it is: the grid, the statistics and the engine's time start now.
     pub(super) fn run(&mut self) {
         let now_ns = self.clock.now_ns();
+        self.machine.start(now_ns);
+        self.enter_run(now_ns);
+    }
+
+    /// Goes on with another program; the package takes the old one away.
+    pub(super) fn swap(&mut self, mut package: Box<Package<M>>, resume: bool, now_ns: u64) {
+        let begin_ns = self.clock.now_ns();
+        let faulted = matches!(self.mode, Mode::Fault(_)) && resume;
+        if self.mode == Mode::Run && self.scans == 0 {
+            // What started has not been told yet, and its numbers are the old program's.
+            self.tell_events(now_ns);
+        }
+        let running = self.mode == Mode::Run || faulted;
+        std::mem::swap(&mut self.machine, &mut package.machine);
+        let Package { machine: old, transfer, watches, carried, fresh, .. } = &mut *package;
+        self.machine.adopt(old, transfer, running, self.forces.list());
+        self.forces.renumber(|cell| transfer.cell(cell));
+        watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
+        std::mem::swap(&mut self.watches, watches);
+        std::mem::swap(&mut self.side.fresh, fresh);
+        let generation = package.generation;
+        self.side.generation = generation;
+        let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
+        package.swap_ns = Some(swap_ns);
+        self.journal.tell(self.scans, now_ns, What::Swapped { generation, swap_ns });
+        self.swaps.give_back(package);
+        match faulted {
+            true => self.enter_run(now_ns),
+            false => self.unpublished = self.mode != Mode::Run,
+        }
+    }
+
+    fn enter_run(&mut self, now_ns: u64) {
         (self.stopping, self.unpublished, self.last_ticks) = (None, false, 0);
         self.overruns = OverrunSummary::default();
         self.grid = Grid::new(now_ns, self.pace.period_ns);
         self.books.restart(now_ns);
         let first_ns = self.pace.statistics_every_ns.unwrap_or(0).min(FIRST_REPORT_NS);
         self.next_report_ns = now_ns + first_ns;
-        self.machine.start(now_ns);
         self.side.set_running(true);
         self.enter(Mode::Run, now_ns);
     }

@@ -1,6 +1,7 @@
 //! The scanner on a simulated clock, with a machine whose scans take as long as a test says.
 
 mod commands;
+mod swaps;
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -101,6 +102,10 @@ impl Machine for Fake {
 
     fn release(&mut self, _cell: engine::Cell) {}
 
+    fn adopt(&mut self, old: &mut Self, _: &engine::Transfer, _: bool, _: &[engine::Cell]) {
+        (self.bits, self.words) = (old.bits, old.words);
+    }
+
     fn image(&self) -> (&[u8], &[i32]) {
         (&self.bits, &self.words)
     }
@@ -153,6 +158,7 @@ struct Rig {
     heard: Heard,
     clock: SimulatedClock,
     times: Rc<Cell<ScanTimes>>,
+    reloader: Reloader<Fake>,
 }
 
 /// Period 10 ms, watchdog 35 ms; Y0 held.
@@ -192,9 +198,10 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
     };
     change(&mut fake, &mut settings);
     let heard = Heard::default();
-    let (mut scanner, monitor, port) = assemble(fake, clock.clone(), &settings, heard.clone());
+    let (mut scanner, monitor, port, reloader) =
+        assemble_reloadable(fake, clock.clone(), &settings, heard.clone());
     scanner.start();
-    Rig { scanner, monitor, port, heard, clock, times }
+    Rig { scanner, monitor, port, heard, clock, times, reloader }
 }
 
 impl Rig {

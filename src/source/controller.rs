@@ -39,6 +39,8 @@ pub struct Controller {
     pub operator: Option<Operator>,
     /// `[log]`.
     pub log: Log,
+    /// `[reload] probation`, ms; 0: none.
+    pub probation_ms: i32,
 }
 
 /// `[scan]`.
@@ -143,8 +145,16 @@ pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
 /// Whether `ladder` is not a table in a file, or it has a controller's tables and no ladder's.
 pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
     let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
-    let controller =
-        ["scan", "realtime", "outputs", "retain", "modbus-server", "simulated-device", "operator"];
+    let controller = [
+        "scan",
+        "realtime",
+        "outputs",
+        "retain",
+        "reload",
+        "modbus-server",
+        "simulated-device",
+        "operator",
+    ];
     let tables = controller.iter().any(|key| root.has(key));
     if root.has("ladder") {
         return !root.has_table("ladder");
@@ -176,6 +186,11 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
         log.statistics_ms = duration(&mut table, "statistics", log.statistics_ms);
         table.finish();
     }
+    let mut probation_ms = 10_000;
+    if let Some(mut table) = root.table("reload", "`[reload]`") {
+        probation_ms = duration(&mut table, "probation", probation_ms);
+        table.finish();
+    }
     let operator = root.table("operator", "`[operator]`").map(operator::read);
     root.finish();
     Controller {
@@ -191,6 +206,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
         devices,
         operator,
         log,
+        probation_ms,
     }
 }
 

@@ -107,6 +107,7 @@ pub const CONTROLLER: &[Key] = &[
     key(FILE, "modbus-server", "A Modbus TCP server; none where this is absent."),
     key(FILE, "simulated-device", "Inputs that move by themselves, instead of a plant."),
     key(FILE, "operator", "The socket by which operators ask and command."),
+    key(FILE, "reload", "How a reload goes."),
     key(FILE, "log", "What the log tells by itself."),
     key(MEMORY, "X", "Inputs."),
     key(MEMORY, "Y", "Outputs."),
@@ -193,6 +194,11 @@ pub const CONTROLLER: &[Key] = &[
         r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#,
     ),
     key(OPERATOR, "group", "Its group, by name or number: its members may change things."),
+    key(
+        "`[reload]`",
+        "probation",
+        "A program that faults within this time after its reload is taken back; 0ms: never.",
+    ),
     key("`[log]`", "statistics", "How often scan statistics are logged; 0ms: never."),
 ];
 

@@ -12,14 +12,16 @@ use tokio::time::{sleep, timeout};
 use tracing::{debug, info};
 
 use super::peer::Peer;
-use super::status::About;
+use super::status::View;
 use crate::daemon::log;
+use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
 use crate::operator::names::{Names, Operand};
 use crate::operator::protocol::{
     self, Change, Given, Level, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
     RefusalKind, Request, Saved, Value, Values,
 };
+use crate::runtime::Generations;
 use crate::runtime::command::{Answer, Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Outcome, Port, Refused, Snapshot, Write};
 
@@ -32,9 +34,9 @@ const RETAIN_WAIT: Duration = Duration::from_secs(120);
 
 /// Where requests are answered.
 pub(in super::super) struct Desk {
-    names: Arc<Names>,
+    views: Generations<View>,
     port: Port,
-    about: About,
+    reloads: Arc<Reloads>,
     /// How long a change waits for the scan that sees it.
     wait: Duration,
     /// What was forced, and what it is called.
@@ -45,9 +47,26 @@ type Done<T> = Result<T, Refusal>;
 
 impl Desk {
     /// A change waits for `patience`, and for 10 s where that is longer.
-    pub fn new(names: Arc<Names>, port: Port, about: About, patience: Duration) -> Desk {
+    pub fn new(
+        views: Generations<View>,
+        port: Port,
+        reloads: Arc<Reloads>,
+        patience: Duration,
+    ) -> Desk {
         let (wait, forced) = (patience.max(WAIT_LEAST), Mutex::default());
-        Desk { names, port, about, wait, forced }
+        Desk { views, port, reloads, wait, forced }
+    }
+
+    /// The latest image, and the names of its program.
+    fn seen(&self) -> (Arc<Snapshot>, Arc<View>) {
+        let latest = self.port.latest();
+        let view = self.views.of(latest.generation);
+        (latest, view)
+    }
+
+    /// The names of the program that scans.
+    fn names(&self) -> Arc<Names> {
+        Arc::clone(&self.seen().1.names)
     }
 
     pub(super) async fn answer(&self, peer: &Peer, request: &Request) -> Done<serde_json::Value> {
@@ -60,9 +79,17 @@ impl Desk {
             Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
             Request::Mode { to } => as_json(&self.mode(peer, *to).await?),
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
+            Request::Reload { dry_run } => {
+                let reloads = Arc::clone(&self.reloads);
+                as_json(&reloads.reload(peer.to_string(), *dry_run).await?)
+            }
+            Request::Rollback {} => {
+                let reloads = Arc::clone(&self.reloads);
+                as_json(&reloads.rollback(peer.to_string()).await?)
+            }
             Request::RetainSave {} => as_json(&self.retain_save(peer).await?),
             Request::Names { prefix } => {
-                let names = self.names.beginning(prefix);
+                let names = self.names().beginning(prefix);
                 as_json(&protocol::Names { names })
             }
         }
@@ -70,7 +97,8 @@ impl Desk {
 
     async fn retain_save(&self, peer: &Peer) -> Done<Saved> {
         let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
-        let retention = self.about.retention().ok_or_else(|| {
+        let view = self.seen().1;
+        let retention = view.about.retention().ok_or_else(|| {
             refused("the controller file retains nothing: `[retain] ranges` says what".to_owned())
         })?;
         let saved = timeout(RETAIN_WAIT, retention.save()).await.map_err(|_| {
@@ -93,8 +121,8 @@ impl Desk {
     }
 
     fn status(&self) -> protocol::Status {
-        let latest = self.port.latest();
-        self.about.status(&latest, self.forces(&latest))
+        let (latest, view) = self.seen();
+        view.about.status(&latest, self.forces(&latest))
     }
 
     fn forces(&self, latest: &Snapshot) -> Vec<Value> {
@@ -108,22 +136,24 @@ impl Desk {
     }
 
     fn read(&self, operands: &[String]) -> Done<Values> {
+        let (latest, view) = self.seen();
         let mut found = Vec::new();
         for text in operands.iter().take(OPERANDS_MAX + 1) {
-            found.extend(self.names.find(text)?);
+            found.extend(view.names.find(text)?);
             if found.len() > OPERANDS_MAX {
                 let message = format!("one request reads at most {OPERANDS_MAX} operands");
                 return Err(Refusal::new(RefusalKind::BadRequest, message));
             }
         }
-        Ok(values(&self.port.latest(), &found))
+        Ok(values(&latest, &found))
     }
 
     async fn write(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
-        let operand = self.names.find_one(text)?;
-        self.names.may_write(&operand)?;
-        let value = self.names.value(&operand, given)?;
-        let before = self.port.latest();
+        let (before, view) = self.seen();
+        // What may be written lies where it does in every program.
+        let operand = view.names.find_one(text)?;
+        view.names.may_write(&operand)?;
+        let value = view.names.value(&operand, given)?;
         if before.forces.has(operand.cell) {
             let message = format!(
                 "`{text}` is forced to {}, and a write to it is discarded: unforce it first",
@@ -156,7 +186,7 @@ impl Desk {
 
     /// What somebody should know who wrote this.
     fn note(&self, operand: &Operand, value: i32, change: &Change) -> Option<String> {
-        let driver = operand.input().and_then(|x| self.about.driver_of(x));
+        let driver = operand.input().and_then(|x| self.seen().1.about.driver_of(x));
         if let Some(driver) = driver {
             let name = &operand.operand;
             return Some(format!(
@@ -187,9 +217,10 @@ impl Desk {
     }
 
     async fn force(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
-        let operand = self.names.find_one(text)?;
-        self.names.may_force(&operand)?;
-        let value = self.names.value(&operand, given)?;
+        let names = self.names();
+        let operand = names.find_one(text)?;
+        names.may_force(&operand)?;
+        let value = names.value(&operand, given)?;
         let id = self.hand_in(Command::Force { cell: operand.cell, value })?;
         // Noted first: the status may show it before the answer is here.
         self.forced().insert(operand.cell, operand.clone());
@@ -201,7 +232,7 @@ impl Desk {
     }
 
     async fn unforce(&self, peer: &Peer, text: &str) -> Done<Change> {
-        let operand = self.names.find_one(text)?;
+        let operand = self.names().find_one(text)?;
         let before = self.carried_out(self.hand_in(Command::Release(operand.cell))?).await?;
         let mut change = self.forced_change(&operand, before);
         if before.forced {

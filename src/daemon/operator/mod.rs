@@ -25,7 +25,7 @@ use tracing::{debug, error, info, warn};
 
 pub(super) use desk::Desk;
 pub(super) use socket::Place;
-pub(super) use status::About;
+pub(super) use status::{AboutParts, View};
 
 use super::shell::Failure;
 use peer::Peer;

@@ -178,6 +178,12 @@ impl Session {
 
     /// What somebody wanted changed and did not get; what was only to be read is a detail.
     fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
+        if matches!(request, Request::Reload { .. } | Request::Rollback {})
+            && refusal.kind != RefusalKind::NotPermitted
+        {
+            // Told with its findings, by who did it.
+            return;
+        }
         let (peer, why) = (&self.peer, short(&refusal.message));
         let what = short(&serde_json::to_string(request).unwrap_or_default());
         if !request.changes() {

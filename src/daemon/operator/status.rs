@@ -13,30 +13,64 @@ use crate::daemon::log;
 use crate::daemon::retain_thread::Retention;
 use crate::engine::Layout;
 use crate::isa::{Bit, BlockId, StageId};
+use crate::operator::names::Names;
 use crate::operator::protocol::{
     self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan, Spread,
     Status, Value,
 };
 use crate::runtime::exchange::Snapshot;
-use crate::runtime::{self, Gauge, Grant, monotonic_ns};
+use crate::runtime::{self, Gauge, Grant, Pace, Prepared, monotonic_ns};
 
-/// What a status tells that does not change, and where the rest is read.
+/// What is the same for every program: settled at the start.
+#[derive(Clone)]
+pub(in super::super) struct AboutParts {
+    pub grants: Vec<Grant>,
+    pub gauge: Gauge,
+    pub started: Instant,
+    /// Where the Modbus server listens, how many it takes, and how many are there.
+    pub modbus: Option<(String, u32, Arc<AtomicUsize>)>,
+    pub period_ns: u64,
+    pub watchdog_ns: u64,
+    pub retention: Option<Retention>,
+}
+
+impl AboutParts {
+    /// Without a Modbus server.
+    pub fn new(prepared: &Prepared, pace: &Pace, retention: Option<Retention>) -> AboutParts {
+        AboutParts {
+            grants: prepared.grants().to_vec(),
+            gauge: prepared.gauge(),
+            started: Instant::now(),
+            modbus: None,
+            period_ns: pace.period_ns,
+            watchdog_ns: pace.watchdog_ns,
+            retention,
+        }
+    }
+}
+
+/// What the desk knows of a program.
+pub(in super::super) struct View {
+    pub names: Arc<Names>,
+    pub about: About,
+}
+
+impl View {
+    pub fn new(setup: &Setup, parts: &AboutParts) -> View {
+        View { names: Arc::clone(&setup.names), about: About::new(setup, parts) }
+    }
+}
+
+/// What a status tells that does not change while a program scans, and where the rest is read.
 pub(in super::super) struct About {
     controller: String,
     ladder: LadderFacts,
-    period_ns: u64,
-    watchdog_ns: u64,
-    grants: Vec<Grant>,
-    gauge: Gauge,
-    started: Instant,
+    parts: AboutParts,
     blocks: Vec<NamedBlock>,
     layout: Layout,
-    /// Where the Modbus server listens, how many it takes, and how many are there.
-    modbus: Option<(String, u32, Arc<AtomicUsize>)>,
     rules: usize,
     /// Inputs that a driver moves, and which.
     driven: Vec<(u32, u32, &'static str)>,
-    retention: Option<Retention>,
 }
 
 struct NamedBlock {
@@ -47,13 +81,7 @@ struct NamedBlock {
 }
 
 impl About {
-    pub fn new(
-        setup: &Setup,
-        grants: &[Grant],
-        gauge: Gauge,
-        clients: Option<(String, Arc<AtomicUsize>)>,
-        retention: Option<Retention>,
-    ) -> About {
+    fn new(setup: &Setup, parts: &AboutParts) -> About {
         let modbus = setup.modbus.as_ref();
         let mut driven: Vec<_> = setup
             .rules
@@ -66,25 +94,17 @@ impl About {
         About {
             controller: setup.controller.clone(),
             ladder: setup.ladder.clone(),
-            period_ns: setup.pace.period_ns,
-            watchdog_ns: setup.pace.watchdog_ns,
-            grants: grants.to_vec(),
-            gauge,
-            started: Instant::now(),
+            parts: parts.clone(),
             blocks: named_blocks(setup),
             layout: setup.symbols.layout.clone(),
-            modbus: modbus
-                .zip(clients)
-                .map(|(modbus, (address, clients))| (address, modbus.connections, clients)),
             rules: setup.rules.len(),
             driven,
-            retention,
         }
     }
 
     /// Retentive memory, where it is asked for.
     pub(super) fn retention(&self) -> Option<&Retention> {
-        self.retention.as_ref()
+        self.parts.retention.as_ref()
     }
 
     /// Which driver moves an input.
@@ -100,7 +120,7 @@ impl About {
             protocol: PROTOCOL,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             pid: std::process::id(),
-            uptime_ms: self.started.elapsed().as_millis() as u64,
+            uptime_ms: self.parts.started.elapsed().as_millis() as u64,
             controller: self.controller.clone(),
             ladder: Ladder {
                 name: ladder.name.clone(),
@@ -113,25 +133,27 @@ impl About {
             reason: reason(latest.mode),
             mode_ms: now_ns.saturating_sub(latest.since_ns) / 1_000_000,
             scans: latest.scans,
-            period_us: self.period_ns / 1000,
-            watchdog_us: self.watchdog_ns / 1000,
-            posture: self.grants.iter().map(posture).collect(),
-            scan: scan(&self.gauge.meter.read(now_ns)),
+            period_us: self.parts.period_ns / 1000,
+            watchdog_us: self.parts.watchdog_ns / 1000,
+            posture: self.parts.grants.iter().map(posture).collect(),
+            scan: scan(&self.parts.gauge.meter.read(now_ns)),
             blocks: self.blocks.iter().map(|block| self.block(block, latest)).collect(),
             forces,
             devices: Devices {
-                modbus: self.modbus.as_ref().map(|(address, connections_max, clients)| Modbus {
-                    address: address.clone(),
-                    clients: clients.load(Ordering::Relaxed),
-                    connections_max: *connections_max,
+                modbus: self.parts.modbus.as_ref().map(|(address, connections_max, clients)| {
+                    Modbus {
+                        address: address.clone(),
+                        clients: clients.load(Ordering::Relaxed),
+                        connections_max: *connections_max,
+                    }
                 }),
                 simulated_rules: (self.rules > 0).then_some(self.rules),
             },
-            retain: self.retention.as_ref().map(retain),
+            retain: self.parts.retention.as_ref().map(retain),
             log: Log {
                 level: level_of(log::level()),
                 lines_dropped: log::lines_dropped(),
-                records_dropped: self.gauge.records_dropped(),
+                records_dropped: self.parts.gauge.records_dropped(),
             },
         }
     }

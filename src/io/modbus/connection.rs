@@ -146,7 +146,8 @@ impl Connection {
         let done = match request {
             Request::Read { table, first, count } => {
                 let read = Read { function, table, first, count };
-                self.shared.map.read(read, &self.shared.port.latest(), &mut reply)
+                let latest = self.shared.port.latest();
+                self.shared.maps.of(latest.generation).read(read, &latest, &mut reply)
             }
             _ => self.write(&request).await,
         };
@@ -164,7 +165,8 @@ impl Connection {
     /// Hands a write in, whole, and waits until a complete scan has seen it.
     async fn write(&self, request: &Request<'_>) -> Result<(), Refusal> {
         let port = &self.shared.port;
-        let batch = self.shared.map.writes(request)?;
+        // A reload in between changes no cell that a client can write.
+        let batch = self.shared.maps.of(port.latest().generation).writes(request)?;
         let ticket =
             port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
         timeout(self.shared.write_wait, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))

@@ -281,6 +281,8 @@ mod tests {
 
     fn snapshot(layout: &Layout) -> Snapshot {
         Snapshot {
+            generation: 0,
+            safe: [].into(),
             since_ns: 0,
             forces: Default::default(),
             scans: 1,

@@ -22,6 +22,7 @@ use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
 use crate::resolve::controller::Modbus;
+use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 
 /// How long accepting rests after it failed, as when there are no file descriptors left.
@@ -41,30 +42,31 @@ pub struct Server {
 /// What the connections share.
 pub(super) struct Shared {
     pub settings: Modbus,
-    pub map: Map,
+    /// By program: an image is read, and a write made, by its own.
+    pub maps: Generations<Map>,
     pub port: Port,
     /// How long a write waits for the scan that sees it.
     pub write_wait: Duration,
 }
 
 impl Server {
-    /// Binds the socket, and gives the inputs of the image their first values. The map is that
-    /// of the same settings. A write waits for 10 s, or for `patience` where that is longer.
+    /// Binds the socket, and gives the inputs of the image their first values. The maps are
+    /// those of the same settings. A write waits for 10 s, or for `patience` where that is longer.
     ///
     /// # Errors
     /// When the address cannot be bound.
     pub async fn bind(
         settings: Modbus,
-        map: Map,
+        maps: Generations<Map>,
         port: Port,
         patience: Duration,
     ) -> io::Result<Server> {
         let listener = TcpListener::bind(settings.listen).await?;
-        for (x, on) in map.first_inputs(&port.latest()) {
+        for (x, on) in maps.of(0).first_inputs(&port.latest()) {
             port.set_input(x, on);
         }
         let write_wait = patience.max(WRITE_WAIT_LEAST);
-        let shared = Shared { settings, map, port, write_wait };
+        let shared = Shared { settings, maps, port, write_wait };
         let server = Server { listener, shared: Arc::new(shared), clients: Arc::default() };
         server.log_start();
         Ok(server)

@@ -44,6 +44,22 @@ impl Device {
         Device { parts: rules.iter().map(part).collect() }
     }
 
+    /// A device with these rules: one that is as it was goes on where it is.
+    pub fn going_on(&self, rules: &[Rule]) -> Device {
+        let mut device = Device::new(rules);
+        for part in &mut device.parts {
+            let known = |before: &&Part| {
+                let (a, b) = (&before.rule, &part.rule);
+                (a.input, a.motion, a.while_on, a.invert)
+                    == (b.input, b.motion, b.while_on, b.invert)
+            };
+            if let Some(before) = self.parts.iter().find(known) {
+                *part = before.clone();
+            }
+        }
+        device
+    }
+
     /// The inputs that change at this time, which never goes back; at the first step every
     /// input of a rule.
     pub fn step(&mut self, now_ms: u64, read: impl Fn(Bit) -> bool) -> Vec<(u32, bool)> {

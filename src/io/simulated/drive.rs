@@ -9,14 +9,33 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 use super::device::Device;
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace};
+use crate::resolve::controller::Device as Rule;
+use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 
 /// The device's time from one step to the next.
 const STEP: Duration = Duration::from_millis(1);
 
+/// The rules that go with a program, and where their bits lie in it.
+#[derive(Clone, Debug)]
+pub struct Rules {
+    rules: Vec<Rule>,
+    layout: Layout,
+}
+
+impl Rules {
+    /// The rules of a controller file, for its program's layout.
+    pub fn new(rules: &[Rule], layout: &Layout) -> Rules {
+        Rules { rules: rules.to_vec(), layout: layout.clone() }
+    }
+}
+
 /// A device that has taken its first step, and moves its inputs on once it is run.
 pub struct Drive {
     device: Device,
+    programs: Generations<Rules>,
+    /// Whose rules it follows.
+    generation: u32,
     layout: Layout,
     port: Port,
     started: Instant,
@@ -24,8 +43,11 @@ pub struct Drive {
 
 impl Drive {
     /// Takes the device's first step at once: before the first scan, which so sees its inputs.
-    pub fn new(device: Device, layout: Layout, port: Port) -> Drive {
-        let mut drive = Drive { device, layout, port, started: Instant::now() };
+    pub fn new(programs: Generations<Rules>, port: Port) -> Drive {
+        let first = programs.of(0);
+        let (device, layout) = (Device::new(&first.rules), first.layout.clone());
+        let mut drive =
+            Drive { device, programs, generation: 0, layout, port, started: Instant::now() };
         drive.step();
         drive
     }
@@ -48,7 +70,13 @@ impl Drive {
     /// complete scan left it.
     fn step(&mut self) {
         let now_ms = self.started.elapsed().as_millis() as u64;
-        let (seen, layout) = (self.port.latest(), &self.layout);
+        let seen = self.port.latest();
+        if seen.generation != self.generation {
+            let now = self.programs.of(seen.generation);
+            self.device = self.device.going_on(&now.rules);
+            (self.generation, self.layout) = (seen.generation, now.layout.clone());
+        }
+        let layout = &self.layout;
         let read = |bit| match bit {
             Bit::Space(BitSpace::Y, n) => seen.outputs[n as usize] != 0,
             other => seen.bit(layout.bit(other)),

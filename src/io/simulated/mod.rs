@@ -9,4 +9,4 @@ mod device;
 mod drive;
 
 pub use device::Device;
-pub use drive::Drive;
+pub use drive::{Drive, Rules};

@@ -169,7 +169,8 @@ fn serve(
         other => other.range(),
     };
     let map = Map::new(&settings, layout, limits);
-    let bound = Server::bind(settings, map, port.clone(), Duration::ZERO);
+    let bound =
+        Server::bind(settings, crate::runtime::Generations::new(map), port.clone(), Duration::ZERO);
     let server = runtime.block_on(bound).unwrap();
     let address = server.address().unwrap();
     let stop = Arc::clone(stop);

@@ -1,0 +1,66 @@
+//! `rungd reload` and `rungd rollback`: another program without a stop, and back.
+
+use anyhow::Result;
+use clap::Args;
+
+use super::exit::Exit;
+use super::operator::At;
+use crate::operator::protocol::{Reloaded, Request};
+
+/// Has the running controller read its files anew, and go on with what they say
+#[derive(Args, Debug)]
+pub struct ReloadArgs {
+    #[command(flatten)]
+    at: At,
+    /// Only print what would be kept, new and gone; change nothing
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Goes back to the program before the last reload
+#[derive(Args, Debug)]
+pub struct RollbackArgs {
+    #[command(flatten)]
+    at: At,
+}
+
+/// Reloads.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn reload(args: &ReloadArgs) -> Result<Exit> {
+    ask(&args.at, &Request::Reload { dry_run: args.dry_run })
+}
+
+/// Rolls back.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn rollback(args: &RollbackArgs) -> Result<Exit> {
+    ask(&args.at, &Request::Rollback {})
+}
+
+fn ask(at: &At, request: &Request) -> Result<Exit> {
+    let done: Reloaded = match at.ask(request) {
+        Ok(done) => done,
+        Err(exit) => return Ok(exit),
+    };
+    at.print(&done, || text(&done))?;
+    Ok(Exit::Ok)
+}
+
+fn text(done: &Reloaded) -> String {
+    let mut text = String::new();
+    for line in &done.report {
+        text += &format!("{line}\n");
+    }
+    for line in &done.restart {
+        text += &format!("needs a restart: {line}\n");
+    }
+    text += &match done.swap_us {
+        Some(us) => format!("{} runs since a swap of {us} us between two scans\n", done.ladder),
+        None if done.dry_run => "nothing was changed\n".to_owned(),
+        None => format!("{} runs\n", done.ladder),
+    };
+    text
+}

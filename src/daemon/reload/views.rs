@@ -1,0 +1,61 @@
+//! What the world knows of each program: for the desk, the log, the Modbus server, the device.
+
+use crate::daemon::config::Setup;
+use crate::daemon::narration::Narration;
+use crate::daemon::operator::{AboutParts, View};
+use crate::io::{modbus, simulated};
+use crate::resolve::controller::Modbus;
+use crate::runtime::Generations;
+
+/// By generation, each for its reader.
+pub(in super::super) struct Views {
+    pub desk: Generations<View>,
+    pub about: AboutParts,
+    pub narration: Generations<Narration>,
+    /// With the settings that it was started with.
+    pub modbus: Option<(Generations<modbus::Map>, Modbus)>,
+    pub device: Option<Generations<simulated::Rules>>,
+}
+
+impl Views {
+    /// Enters a program, before its swap.
+    pub(super) fn insert(&self, generation: u32, setup: &Setup) {
+        self.desk.insert(generation, View::new(setup, &self.about));
+        self.narration.insert(generation, setup.narration.clone());
+        let layout = &setup.symbols.layout;
+        if let Some((maps, started)) = &self.modbus {
+            // Without one in the file it serves until the restart, and takes no writes.
+            let none =
+                Modbus { writable: Vec::new(), inputs: None, outputs: None, ..started.clone() };
+            let settings = setup.modbus.as_ref().unwrap_or(&none);
+            let limits = |word| setup.symbols.limits(word);
+            maps.insert(generation, modbus::Map::new(settings, layout, limits));
+        }
+        if let Some(retention) = &self.about.retention {
+            // Without a table in the file it is kept on as it was, until the restart.
+            let wanted = setup.retain.as_ref().unwrap_or(&retention.wanted);
+            retention.plans.insert(generation, wanted.plan.clone());
+        }
+        if let Some(rules) = &self.device {
+            rules.insert(generation, simulated::Rules::new(&setup.rules, layout));
+        }
+    }
+
+    /// Forgets a program that was not swapped in.
+    pub(super) fn remove(&self, generation: u32) {
+        self.desk.remove(generation);
+        self.narration.remove(generation);
+        self.modbus.iter().for_each(|(maps, _)| maps.remove(generation));
+        self.device.iter().for_each(|rules| rules.remove(generation));
+        self.about.retention.iter().for_each(|kept| kept.plans.remove(generation));
+    }
+
+    /// Forgets what no snapshot shows any more.
+    pub(super) fn forget_before(&self, generation: u32) {
+        self.desk.forget_before(generation);
+        self.narration.forget_before(generation);
+        self.modbus.iter().for_each(|(maps, _)| maps.forget_before(generation));
+        self.device.iter().for_each(|rules| rules.forget_before(generation));
+        self.about.retention.iter().for_each(|kept| kept.plans.forget_before(generation));
+    }
+}

@@ -1,0 +1,304 @@
+//! The swap of one program for another between two scans: which cell becomes which.
+//!
+//! A [`Transfer`] is made beforehand, by `reload`, which knows the names; here are numbers. The new
+//! engine stands ready with memory as after a cold start. [`Engine::adopt`] lets what disappears
+//! have its termination pass in the old one, and copies what is kept. It allocates nothing.
+//!
+//! Behaviour: `docs/semantics.md`, section 4, *Reload*.
+
+use super::events::Element;
+use super::image::{BitCell, WordCell};
+use super::layout::{Cell, Layout};
+use super::memory::RECORD;
+use super::program::{ElementCode, Termination};
+use super::reach::Forced;
+use super::scan::Engine;
+use crate::isa::address::SENSAPHONE_COUNT;
+use crate::isa::status::{DST_COUNT, ST_COUNT};
+use crate::isa::{Bit, BitSpace, BlockId, StageId, Structure, Word, WordSpace};
+
+/// Neighbouring cells that keep what they hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stretch {
+    /// The first in the old program.
+    pub from: u32,
+    /// The first in the new one.
+    pub to: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// A Program that may lose the Stages that are ON.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Restage {
+    /// It, in the new program.
+    pub program: BlockId,
+    /// Its initial Stage.
+    pub initial: StageId,
+    /// The Stages it loses, in the old program.
+    pub lost: Vec<StageId>,
+    /// It had none before.
+    pub had_none: bool,
+}
+
+/// What an engine takes over from the one before it.
+#[derive(Clone, Debug, Default)]
+pub struct Transfer {
+    /// Public bits by address, then histories, block and Stage bits.
+    pub bits: Vec<Stretch>,
+    /// Public words by address.
+    pub words: Vec<Stretch>,
+    /// Records of structures whose owner is new: as after a cold start, `.Acc` too.
+    pub fresh: Vec<u32>,
+    /// Bits that begin anew, behind the copies.
+    pub new_bits: Vec<(BitCell, bool)>,
+    /// Words that begin anew, behind the copies.
+    pub new_words: Vec<(WordCell, i32)>,
+    /// Blocks that stay: old and new number.
+    pub blocks: Vec<(BlockId, BlockId)>,
+    /// Stages that stay: old and new number.
+    pub stages: Vec<(StageId, StageId)>,
+    /// New blocks that run from the start on.
+    pub starting: Vec<BlockId>,
+    /// Tasks whose interval is another: number and word, new.
+    pub intervals: Vec<(BlockId, u32)>,
+    /// Blocks that disappear.
+    pub gone_blocks: Vec<BlockId>,
+    /// Single instructions that disappear: their element, and the place of their termination.
+    pub gone: Vec<(Element, u32)>,
+    /// Instructions with a state that stand in another element of their block now: old, new.
+    pub moved: Vec<(Element, Element)>,
+    /// Programs that may need their initial Stage.
+    pub restages: Vec<Restage>,
+}
+
+impl Transfer {
+    /// The public memory that two layouts share, address by address; Stage and block bits, whose
+    /// addresses are names, are not among it.
+    pub fn memory(old: &Layout, new: &Layout) -> Transfer {
+        let mut transfer = Transfer::default();
+        for (space, from, to) in old.shared_bits(new) {
+            transfer.bits.push(Stretch { from: space.0, to: space.1, count: from.min(to) });
+        }
+        for (space, from, to) in old.shared_words(new) {
+            transfer.words.push(Stretch { from: space.0, to: space.1, count: from.min(to) });
+        }
+        transfer
+    }
+
+    /// Where a public cell of the old program lies in the new one.
+    pub fn cell(&self, cell: Cell) -> Option<Cell> {
+        let find = |stretches: &[Stretch], at: u32| {
+            let holds = |s: &&Stretch| (s.from..s.from + s.count).contains(&at);
+            stretches.iter().find(holds).map(|s| s.to + (at - s.from))
+        };
+        match cell {
+            Cell::Bit(BitCell(at)) => find(&self.bits, at).map(|at| Cell::Bit(BitCell(at))),
+            Cell::Word(WordCell(at)) => find(&self.words, at).map(|at| Cell::Word(WordCell(at))),
+        }
+    }
+}
+
+impl Layout {
+    /// Spaces of bits: first cells and sizes, old and new.
+    fn shared_bits(&self, new: &Layout) -> Vec<((u32, u32), u32, u32)> {
+        let plain = [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
+        let first =
+            |layout: &Layout, space: BitSpace| layout.bit(Bit::Space(space, space.first())).0;
+        let mut shared = Vec::new();
+        for space in plain {
+            let firsts = (first(self, space), first(new, space));
+            shared.push((firsts, space.count(self.sizes()), space.count(new.sizes())));
+        }
+        shared.push(((first(self, BitSpace::St), first(new, BitSpace::St)), ST_COUNT, ST_COUNT));
+        for (structure, old_count, new_count) in self.structures(new) {
+            let record = |layout: &Layout| layout.record(structure) * RECORD as u32;
+            let (from, to) = (old_count * RECORD as u32, new_count * RECORD as u32);
+            shared.push(((record(self), record(new)), from, to));
+        }
+        shared
+    }
+
+    fn shared_words(&self, new: &Layout) -> Vec<((u32, u32), u32, u32)> {
+        let plain = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir];
+        let first =
+            |layout: &Layout, space: WordSpace| layout.word(Word::Space(space, space.first())).0;
+        let mut shared = Vec::new();
+        for space in plain {
+            let firsts = (first(self, space), first(new, space));
+            shared.push((firsts, space.count(self.sizes()), space.count(new.sizes())));
+        }
+        let status = (first(self, WordSpace::Dst), first(new, WordSpace::Dst));
+        shared.push((status, DST_COUNT, DST_COUNT));
+        let presets = (self.word(Word::Pre(0)).0, new.word(Word::Pre(0)).0);
+        shared.push((presets, SENSAPHONE_COUNT, SENSAPHONE_COUNT));
+        for (structure, old_count, new_count) in self.structures(new) {
+            let acc = |layout: &Layout| layout.word(Word::Acc(structure)).0;
+            shared.push(((acc(self), acc(new)), old_count, new_count));
+        }
+        shared
+    }
+
+    /// The first structure of each kind, and how many there are.
+    fn structures(&self, new: &Layout) -> [(Structure, u32, u32); 3] {
+        let (old, new) = (self.sizes(), new.sizes());
+        [
+            (Structure::Counter(0), old.ct, new.ct),
+            (Structure::Timer(0), old.t, new.t),
+            (Structure::Sensaphone(0), SENSAPHONE_COUNT, SENSAPHONE_COUNT),
+        ]
+    }
+}
+
+impl Engine {
+    /// Becomes what `old` was, by a transfer made for the two: what disappears has its pass in the
+    /// old engine, what is kept is copied, `forces` (cells of the old one) hold on. `running`: it
+    /// is to go on scanning. Nothing is allocated.
+    pub fn adopt(&mut self, old: &mut Engine, transfer: &Transfer, running: bool, forces: &[Cell]) {
+        old.terminate_gone(transfer);
+        self.copy_memory(old, transfer);
+        self.copy_blocks(old, transfer);
+        self.move_elements(old, transfer);
+        if running {
+            for block in &transfer.starting {
+                self.machine.mark_started(*block);
+            }
+        }
+        self.restage(old, transfer);
+        self.machine.events.clear();
+        for cell in forces {
+            match (transfer.cell(*cell), *cell) {
+                (Some(Cell::Bit(to)), Cell::Bit(from)) => {
+                    self.force_bit(to, old.image().bit(from));
+                }
+                (Some(Cell::Word(to)), Cell::Word(from)) => {
+                    self.force_word(to, old.image().word(from));
+                }
+                _ => {}
+            }
+        }
+        self.show_forces();
+    }
+
+    /// The passes of what is not in the new program.
+    fn terminate_gone(&mut self, transfer: &Transfer) {
+        for block in &transfer.gone_blocks {
+            self.machine.pass_block::<Forced>(*block);
+        }
+        for (element, at) in &transfer.gone {
+            let executed = match element {
+                Element::Block(id) => self.machine.blocks[id.0 as usize].executed,
+                Element::Stage(id) => self.machine.stages[id.0 as usize].executed,
+            };
+            if executed {
+                let one = *at..*at + 1;
+                let code = ElementCode { batches: 0..0, terminations: one, has_rungs: true };
+                self.machine.pass::<Forced>(&code);
+            }
+        }
+    }
+
+    fn copy_memory(&mut self, old: &Engine, transfer: &Transfer) {
+        let (image, from) = (&mut self.machine.memory.image, &old.machine.memory.image);
+        for Stretch { from: first, to, count } in &transfer.bits {
+            let (first, to, count) = (*first as usize, *to as usize, *count as usize);
+            image.bits[to..to + count].copy_from_slice(&from.bits[first..first + count]);
+        }
+        for Stretch { from: first, to, count } in &transfer.words {
+            let (first, to, count) = (*first as usize, *to as usize, *count as usize);
+            image.words[to..to + count].copy_from_slice(&from.words[first..first + count]);
+        }
+        for record in &transfer.fresh {
+            let first = *record as usize * RECORD;
+            image.bits[first..first + RECORD].fill(0);
+            image.words[*record as usize] = 0;
+        }
+        for (cell, on) in &transfer.new_bits {
+            image.bits[cell.0 as usize] = u8::from(*on);
+        }
+        for (cell, value) in &transfer.new_words {
+            image.words[cell.0 as usize] = *value;
+        }
+    }
+
+    fn copy_blocks(&mut self, old: &Engine, transfer: &Transfer) {
+        (self.start_ns, self.scans, self.last) = (old.start_ns, old.scans, old.last);
+        let (new, old) = (&mut self.machine, &old.machine);
+        (new.now_ns, new.stop_requested) = (old.now_ns, old.stop_requested);
+        let now_ms = old.now_ns / 1_000_000;
+        // What has no state of its own counts its time from here, should it be given one.
+        new.blocks.iter_mut().for_each(|block| block.count_from(now_ms));
+        new.stages.iter_mut().for_each(|stage| stage.count_from(now_ms));
+        for (from, to) in &transfer.blocks {
+            new.blocks[to.0 as usize] = old.blocks[from.0 as usize];
+            new.blocks[to.0 as usize].count_from(now_ms);
+        }
+        for (from, to) in &transfer.stages {
+            new.stages[to.0 as usize] = old.stages[from.0 as usize];
+            new.stages[to.0 as usize].count_from(now_ms);
+        }
+        for (task, word) in &transfer.intervals {
+            let every_ms = new.memory.image.words[*word as usize];
+            new.blocks[task.0 as usize].change_interval(every_ms, old.now_ns);
+        }
+    }
+
+    /// An element that gets the state of one that executed has a pass to come; one that does not
+    /// execute has it at its next turn.
+    fn move_elements(&mut self, old: &Engine, transfer: &Transfer) {
+        for (from, to) in &transfer.moved {
+            let executed = match from {
+                Element::Block(id) => old.machine.blocks[id.0 as usize].executed,
+                Element::Stage(id) => old.machine.stages[id.0 as usize].executed,
+            };
+            match to {
+                Element::Block(id) => self.machine.blocks[id.0 as usize].executed |= executed,
+                Element::Stage(id) => {
+                    let is_on = self.machine.bit_of(Bit::Stage(*id));
+                    let stage = &mut self.machine.stages[id.0 as usize];
+                    stage.executed |= executed;
+                    stage.pass_due |= executed && !is_on;
+                }
+            }
+        }
+    }
+
+    /// A Program whose Stages that were ON are gone is not left without any.
+    fn restage(&mut self, old: &Engine, transfer: &Transfer) {
+        for Restage { program, initial, lost, had_none } in &transfer.restages {
+            let machine = &mut self.machine;
+            let waits = machine.blocks[program.0 as usize].first_turn;
+            let loses = *had_none || lost.iter().any(|id| old.machine.bit_of(Bit::Stage(*id)));
+            let mut stages = machine.program.stages_of(*program);
+            let none_on = !stages.any(|id| machine.bit_of(Bit::Stage(id)));
+            if machine.is_running(*program) && !waits && loses && none_on {
+                machine.switch_stage(*initial, true);
+            }
+        }
+    }
+
+    /// Touches all memory, so that a scan thread meets no page that is not there yet.
+    pub fn touch(&mut self) {
+        let image = &mut self.machine.memory.image;
+        for bit in &mut image.bits {
+            *bit = std::hint::black_box(*bit);
+        }
+        for word in &mut image.words {
+            *word = std::hint::black_box(*word);
+        }
+        image.forced_bits.fill(std::hint::black_box(false));
+        image.forced_words.fill(std::hint::black_box(false));
+    }
+}
+
+impl Termination {
+    /// The record of the structure that it is about.
+    pub fn record(&self) -> Option<u32> {
+        match self {
+            Termination::Counter(counter, _) => Some(counter.at),
+            Termination::Timer(timer, _) | Termination::HoldTimer(timer) => Some(timer.at),
+            Termination::CountUp(counter) | Termination::CountDown(counter) => Some(counter.at),
+            _ => None,
+        }
+    }
+}

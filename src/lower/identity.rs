@@ -1,0 +1,287 @@
+//! What in a program keeps a state, and by which name another program has the same thing.
+//!
+//! Made while a program is lowered, and kept in its `Symbols`. A reload holds two of these against
+//! each other, and a retentive store writes the keys down: nothing here depends on the numbers that
+//! one lowering gave out. What is done with it is not said here.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::engine::{BitCell, WordCell};
+use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
+use crate::resolve::program::{ArgValue, BlockKind, Edge, Instruction, Program, TagMeaning, Value};
+
+/// Everything in a program that keeps a state from scan to scan.
+#[derive(Clone, Debug, Default)]
+pub struct Identity {
+    /// By `BlockId`.
+    pub blocks: Vec<BlockName>,
+    /// By `StageId`.
+    pub stages: Vec<StageName>,
+    /// The owners of structures, in file order: one each; of a Sensaphone counter up to two.
+    pub owners: Vec<Owner>,
+    /// Edge histories that are no structure's, in file order.
+    pub histories: Vec<History>,
+    /// Recurrent ENTASKs, in file order.
+    pub intervals: Vec<Interval>,
+    /// Every address that the program tags or names (a structure for its members), with the first
+    /// tag that names it.
+    pub addresses: BTreeMap<Address, Option<String>>,
+    /// What a cold start puts where, by the tags' `initial`.
+    pub initial: BTreeMap<Address, i32>,
+}
+
+/// A Program or Task: what it is, and its name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct BlockName {
+    pub kind: BlockKind,
+    pub name: String,
+}
+
+/// A Stage's name, in its Program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct StageName {
+    pub block: BlockId,
+    pub name: String,
+}
+
+/// Where an instruction stands: a block's own rungs, or one of its Stages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub struct Standing {
+    pub block: BlockId,
+    pub stage: Option<StageId>,
+}
+
+impl Default for Standing {
+    fn default() -> Self {
+        Standing { block: BlockId(0), stage: None }
+    }
+}
+
+/// The owning instruction of a structure: who keeps its flags, and its private state beside them.
+#[derive(Clone, Debug)]
+pub struct Owner {
+    /// Whose.
+    pub structure: Structure,
+    /// Which instruction.
+    pub mnemonic: Mnemonic,
+    /// Where.
+    pub standing: Standing,
+    /// Its presets, by their names.
+    pub presets: Vec<(&'static str, Value)>,
+}
+
+/// An edge history: of `rise`, `fall`, PD, ND, PONOFF, RESTART, a run-once ENTASK.
+#[derive(Clone, Debug)]
+pub struct History {
+    /// Where it lies.
+    pub cell: BitCell,
+    /// Where its contact or instruction stands.
+    pub standing: Standing,
+    /// The name of its rung.
+    pub rung: Option<String>,
+    /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
+    pub text: String,
+    /// By which it is kept outside the process: the block, the rung's name or else the text, and
+    /// which of several it is: `Main/count-bottles/0`, `Main//rise(X0)/1`.
+    pub key: String,
+}
+
+/// A recurrent ENTASK.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Interval {
+    pub task: BlockId,
+    pub every: Value,
+    /// The word that holds it.
+    pub word: WordCell,
+}
+
+impl Identity {
+    /// Of a program, as yet without histories: those come as they are given out.
+    pub(super) fn new(program: &Program) -> Identity {
+        let name = |(block, at): &(BlockId, usize)| StageName {
+            block: *block,
+            name: program.block(*block).stages[*at].name.clone(),
+        };
+        let block =
+            |b: &crate::resolve::program::Block| BlockName { kind: b.kind, name: b.name.clone() };
+        let mut identity = Identity {
+            blocks: program.blocks.iter().map(block).collect(),
+            stages: program.stages.iter().map(name).collect(),
+            ..Identity::default()
+        };
+        for tag in &program.tags {
+            let TagMeaning::Address(address) = tag.meaning else { continue };
+            let known = identity.addresses.entry(address).or_default();
+            known.get_or_insert_with(|| tag.name.clone());
+            if let Some((value, _)) = tag.initial {
+                identity.initial.insert(address, value);
+            }
+        }
+        for operand in &program.operands {
+            identity.addresses.entry(operand.address).or_default();
+        }
+        identity
+    }
+
+    /// Notes an instruction, if it owns a structure.
+    pub(super) fn instruction(&mut self, instruction: &Instruction, standing: Standing) {
+        let mnemonic = instruction.mnemonic;
+        let value = |name| match instruction.arg(name)?.value {
+            ArgValue::Value(value) => Some(value),
+            _ => None,
+        };
+        let owned = instruction.args.first().map(|arg| arg.value);
+        if let (Some(ArgValue::Structure(structure)), true) = (owned, mnemonic.owns_structure()) {
+            let names = ["preset", "up-preset", "dn-preset"].into_iter();
+            let presets = names.filter_map(|name| Some((name, value(name)?))).collect();
+            self.owners.push(Owner { structure, mnemonic, standing, presets });
+        }
+    }
+
+    /// Notes a history.
+    pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
+        let Site { standing, rung } = site.clone();
+        self.histories.push(History { cell, standing, rung, text, key: String::new() });
+    }
+
+    /// Once all histories are there: their keys.
+    pub(super) fn finish(&mut self) {
+        let mut seen: HashMap<String, u32> = HashMap::new();
+        for history in &mut self.histories {
+            let block = &self.blocks[history.standing.block.0 as usize].name;
+            let place = match &history.rung {
+                Some(rung) => format!("{block}/{rung}"),
+                None => format!("{block}//{}", history.text),
+            };
+            let count = seen.entry(place.clone()).or_default();
+            history.key = format!("{place}/{count}");
+            *count += 1;
+        }
+    }
+
+    /// A block's name.
+    pub fn block(&self, id: BlockId) -> &BlockName {
+        &self.blocks[id.0 as usize]
+    }
+
+    /// A Stage's name with its Program's: `Drain.Open`.
+    pub fn stage(&self, id: StageId) -> String {
+        let stage = &self.stages[id.0 as usize];
+        format!("{}.{}", self.block(stage.block).name, stage.name)
+    }
+
+    /// A bit by a name that every program has it by: a Stage's and a block's by theirs.
+    pub fn bit(&self, bit: Bit) -> String {
+        match bit {
+            Bit::Stage(id) => self.stage(id),
+            Bit::Running(id) => format!("{}.Running", self.block(id).name),
+            Bit::Done(id) => format!("{}.Done", self.block(id).name),
+            other => other.to_string(),
+        }
+    }
+
+    /// The text of an edge contact.
+    pub(super) fn edge(&self, edge: Edge, bit: Bit) -> String {
+        let word = if edge == Edge::Rise { "rise" } else { "fall" };
+        format!("{word}({})", self.bit(bit))
+    }
+
+    /// The text of an instruction with a history: its name and what it acts on.
+    pub(super) fn edge_instruction(&self, instruction: &Instruction) -> String {
+        let operand = match instruction.args.first().map(|arg| arg.value) {
+            Some(ArgValue::Bit(bit)) => self.bit(bit),
+            Some(ArgValue::Block(block)) => self.block(block).name.clone(),
+            _ => String::new(),
+        };
+        format!("{} {operand}", instruction.mnemonic.spec().name)
+    }
+
+    /// A structure or address with its tag, for people: `parts (CT0)`.
+    pub fn say(&self, address: Address) -> String {
+        match self.addresses.get(&address) {
+            Some(Some(tag)) => format!("{tag} ({address})"),
+            _ => match address {
+                Address::Bit(bit) => self.bit(bit),
+                other => other.to_string(),
+            },
+        }
+    }
+}
+
+/// Where lowering is.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Site {
+    pub standing: Standing,
+    pub rung: Option<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lower::lower;
+    use crate::resolve::{LoadOptions, load_ladders};
+    use crate::source::span::SourceFile;
+
+    fn identity(ladder: &str) -> Identity {
+        let file = SourceFile { name: "ladder.toml".into(), text: ladder.into() };
+        let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+        lower(&program.unwrap_or_else(|| panic!("{findings:?}"))).1.identity
+    }
+
+    #[test]
+    fn all_that_keeps_a_state_has_a_name() {
+        let identity = identity(
+            r#"
+            [tags]
+            parts = { at = "CT0" }
+            size = { at = "D1", initial = 12 }
+            [[program]]
+            name = "Main"
+            [[program.rung]]
+            name = "count"
+            leg.up = ["rise(X0)", "fall(X1)"]
+            leg.rst = ["$Off"]
+            do = ["CNT parts preset=size"]
+            [[program.rung]]
+            when = ["rise(X0)", "rise(X0) | rise(Side.Open)"]
+            do = ["PONOFF C0", "RESTART Side", "ENTASK Work every=2s"]
+            [[program]]
+            name = "Side"
+            [[program.stage]]
+            name = "Open"
+            [[program.stage.rung]]
+            when = ["X3"]
+            do = ["TMR T1 preset=3s", "PD C9"]
+            [[task]]
+            name = "Work"
+            [[task.rung]]
+            when = ["$On"]
+            do = ["OUT Y0"]
+            "#,
+        );
+        let keys: Vec<&str> = identity.histories.iter().map(|h| h.key.as_str()).collect();
+        assert_eq!(
+            keys,
+            [
+                "Main/count/0",
+                "Main/count/1",
+                "Main//rise(X0)/0",
+                "Main//rise(X0)/1",
+                "Main//rise(Side.Open)/0",
+                "Main//PONOFF C0/0",
+                "Main//RESTART Side/0",
+                "Side//PD C9/0",
+            ]
+        );
+        let owner = |o: &Owner| format!("{} {:?} {:?}", o.structure, o.mnemonic, o.standing.stage);
+        let owners: Vec<String> = identity.owners.iter().map(owner).collect();
+        assert_eq!(owners, ["CT0 Cnt None", "T1 Tmr Some(StageId(0))"]);
+        assert_eq!(identity.intervals.len(), 1);
+        assert_eq!(identity.initial.values().collect::<Vec<_>>(), [&12]);
+        assert_eq!(identity.say(Address::Structure(Structure::Counter(0))), "parts (CT0)");
+    }
+}

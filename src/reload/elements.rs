@@ -1,0 +1,224 @@
+//! Blocks, Stages, and the instructions with a termination pass: what stays, starts and goes.
+
+use std::collections::{HashMap, HashSet};
+
+use super::memory::Kept;
+use super::report::{preset, same};
+use super::{Names, Plan, Side, State, element};
+use crate::engine::{BitCell, BlockRole, Cell, ElementCode, Restage, Stretch, Termination};
+use crate::isa::{Address, Bit, BitSpace, BlockId, StageId};
+use crate::lower::identity::{BlockName, Standing};
+use crate::resolve::program::BlockKind;
+
+/// Blocks and Stages by name, with their bits.
+pub(super) fn blocks(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+    for at in 0..names.old.blocks.len() as u32 {
+        let id = BlockId(at);
+        let running = old.symbols.layout.bit(Bit::Running(id)).0;
+        let said = say(names.old.block(id));
+        let Some(to) = names.block(id) else {
+            plan.transfer.gone_blocks.push(id);
+            plan.say_of(format!("{said} is gone"), State::Ran { cell: running });
+            continue;
+        };
+        plan.transfer.blocks.push((id, to));
+        for bit in [Bit::Running, Bit::Done] {
+            let cell = |side: Side<'_>, id| side.symbols.layout.bit(bit(id)).0;
+            let (from, to) = (cell(old, id), cell(new, to));
+            plan.transfer.bits.push(Stretch { from, to, count: 1 });
+        }
+        if !built_in(names.old.block(id).kind) && names.old.block(id).name != "Main" {
+            plan.say_of(format!("{said} goes on running"), State::Stays { cell: running });
+        }
+        restage(plan, names, (id, to), old, new);
+    }
+    let known: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
+    for (at, block) in names.new.blocks.iter().enumerate() {
+        let id = BlockId(at as u32);
+        if known.contains(&id) {
+            continue;
+        }
+        let starts = match new.program.blocks[at].role {
+            BlockRole::Program { autostart } => autostart,
+            BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
+            _ => false,
+        };
+        let and = if starts { ", and starts" } else { "" };
+        plan.say(format!("{} is new{and}", say(block)));
+        if starts {
+            plan.transfer.starting.push(id);
+        }
+    }
+    stages(plan, names, old, new);
+    intervals(plan, names);
+}
+
+fn stages(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+    for (at, stage) in names.old.stages.iter().enumerate() {
+        let id = StageId(at as u32);
+        let from = old.symbols.layout.bit(Bit::Stage(id)).0;
+        let said = format!("Stage {}", names.old.stage(id));
+        match names.stage(id) {
+            Some(to) => {
+                plan.transfer.stages.push((id, to));
+                let to = new.symbols.layout.bit(Bit::Stage(to)).0;
+                plan.transfer.bits.push(Stretch { from, to, count: 1 });
+                plan.say_of(format!("{said} stays ON"), State::Stays { cell: from });
+            }
+            None if names.block(stage.block).is_some() => {
+                plan.say_of(format!("{said} is gone"), State::Ran { cell: from });
+            }
+            None => {}
+        }
+    }
+    let known: HashSet<StageId> = plan.transfer.stages.iter().map(|(_, to)| *to).collect();
+    let blocks: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
+    for (at, stage) in names.new.stages.iter().enumerate() {
+        let id = StageId(at as u32);
+        if !known.contains(&id) && blocks.contains(&stage.block) {
+            plan.say(format!("Stage {} is new", names.new.stage(id)));
+        }
+    }
+}
+
+fn restage(
+    plan: &mut Plan,
+    names: &Names<'_>,
+    (id, to): (BlockId, BlockId),
+    old: Side<'_>,
+    new: Side<'_>,
+) {
+    let mut stages = new.program.blocks[to.0 as usize].stages.clone();
+    let Some(initial) = stages.next().map(StageId) else { return };
+    let before = old.program.blocks[id.0 as usize].stages.clone();
+    let had_none = before.is_empty();
+    let lost: Vec<_> = before.map(StageId).filter(|id| names.stage(*id).is_none()).collect();
+    if had_none || !lost.is_empty() {
+        plan.transfer.restages.push(Restage { program: to, initial, lost, had_none });
+    }
+}
+
+/// Tasks whose recurrent ENTASK says another interval now.
+fn intervals(plan: &mut Plan, names: &Names<'_>) {
+    for before in &names.old.intervals {
+        let Some(task) = names.block(before.task) else { continue };
+        let Some(now) = names.new.intervals.iter().find(|now| now.task == task) else { continue };
+        if !same(before.every, now.every) {
+            let name = &names.new.block(task).name;
+            let (was, is) = (preset(before.every, true), preset(now.every, true));
+            plan.say(format!("interval of {name} {was} → {is}"));
+            plan.transfer.intervals.push((task, now.word.0));
+        }
+    }
+}
+
+/// Whose instructions with a pass are there: of outputs, and of ENTASK.
+#[derive(Default)]
+struct There {
+    outputs: HashMap<(BlockId, u32), Vec<Standing>>,
+    enabled: HashSet<(BlockId, BlockId)>,
+}
+
+impl There {
+    fn of(side: Side<'_>) -> There {
+        let mut there = There::default();
+        for (standing, code) in elements(side) {
+            for at in code.terminations.clone() {
+                match side.program.tables.terminations[at as usize] {
+                    Termination::BitOff(bit) => {
+                        there.outputs.entry((standing.block, bit)).or_default().push(standing);
+                    }
+                    Termination::DisableTask(task) => {
+                        there.enabled.insert((standing.block, task));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        there
+    }
+
+    /// Where a block drives a bit now: where it did, if it still does there.
+    fn driven(&self, block: BlockId, bit: u32, before: Option<Standing>) -> Option<Standing> {
+        let places = self.outputs.get(&(block, bit))?;
+        before.filter(|before| places.contains(before)).or(places.first().copied())
+    }
+}
+
+/// What is in the passes of the old program's instructions and not in the new program: it has its
+/// pass alone.
+pub(super) fn terminations(
+    plan: &mut Plan,
+    names: &Names<'_>,
+    (old, new): (Side<'_>, Side<'_>),
+    kept: &Kept,
+) {
+    let there = There::of(new);
+    for (standing, code) in elements(old) {
+        let Some(block) = names.block(standing.block) else { continue };
+        for at in code.terminations.clone() {
+            let termination = &old.program.tables.terminations[at as usize];
+            let stays = match termination {
+                Termination::HistoryOff(_) => true,
+                Termination::BitOff(bit) => {
+                    let to = plan.transfer.cell(Cell::Bit(BitCell(*bit)));
+                    let before = names.standing(standing);
+                    match to {
+                        Some(Cell::Bit(to)) => there.driven(block, to.0, before),
+                        _ => None,
+                    }
+                    .map(|now| plan.moves(names, standing, now))
+                    .is_some()
+                }
+                Termination::DisableTask(task) => {
+                    names.block(*task).is_some_and(|task| there.enabled.contains(&(block, task)))
+                }
+                other => kept.goes_on(other, standing),
+            };
+            if stays {
+                continue;
+            }
+            plan.transfer.gone.push((element(standing), at));
+            if let Termination::BitOff(bit) = termination {
+                let said = say_bit(old, *bit);
+                let block = &names.old.block(standing.block).name;
+                plan.say(format!("{said} is not driven in {block} any more, and goes OFF"));
+            }
+        }
+    }
+}
+
+fn say(block: &BlockName) -> String {
+    let kind = if block.kind == BlockKind::Program { "Program" } else { "Task" };
+    format!("{kind} {}", block.name)
+}
+
+fn built_in(kind: BlockKind) -> bool {
+    !matches!(kind, BlockKind::Program | BlockKind::Task)
+}
+
+fn say_bit(side: Side<'_>, cell: u32) -> String {
+    let layout = &side.symbols.layout;
+    let spaces = [BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
+    for space in spaces {
+        let first = layout.bit(Bit::Space(space, space.first())).0;
+        if (first..first + space.count(layout.sizes())).contains(&cell) {
+            let bit = Bit::Space(space, space.first() + (cell - first));
+            return side.symbols.identity.say(Address::Bit(bit));
+        }
+    }
+    "a bit".to_owned()
+}
+
+/// Every element of a program.
+fn elements<'a>(side: Side<'a>) -> impl Iterator<Item = (Standing, &'a ElementCode)> {
+    side.program.blocks.iter().enumerate().flat_map(move |(at, code)| {
+        let block = BlockId(at as u32);
+        let own = (Standing { block, stage: None }, &code.own);
+        let stages = code.stages.clone().map(move |id| {
+            let standing = Standing { block, stage: Some(StageId(id)) };
+            (standing, &side.program.stages[id as usize])
+        });
+        std::iter::once(own).chain(stages)
+    })
+}

@@ -1,0 +1,152 @@
+//! Two programs held against each other: what of the old one goes on in the new one.
+//!
+//! Called by ordinary threads before a swap. Out come numbers for the engine ([`Transfer`]), which
+//! copies by them between two scans, and words for people ([`Plan::report`]). Nothing here reads a
+//! file, knows a thread, or changes anything.
+//!
+//! Behaviour: `docs/semantics.md`, section 4, *Reload*.
+
+mod elements;
+mod histories;
+mod memory;
+mod report;
+
+use std::collections::HashMap;
+
+use crate::engine::{self, Element, Transfer};
+use crate::isa::{BlockId, StageId};
+use crate::lower::Symbols;
+use crate::lower::identity::{Identity, Standing};
+use crate::resolve::program::Value;
+
+/// A lowered program.
+#[derive(Clone, Copy, Debug)]
+pub struct Side<'a> {
+    /// For the engine.
+    pub program: &'a engine::Program,
+    /// Its names.
+    pub symbols: &'a Symbols,
+}
+
+/// What goes on, in numbers and in facts.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// For the engine.
+    pub transfer: Transfer,
+    /// For people, in order of what they are about.
+    pub differences: Vec<Difference>,
+}
+
+/// One thing that is worth a line of the report.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// What it says for certain.
+    pub text: String,
+    /// What of the old memory it says too.
+    pub state: Option<State>,
+}
+
+/// A state in the old program, by its cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum State {
+    /// A timer or counter that goes on: the text is left out while it has nothing to keep.
+    Keeps { timer: bool, acc: u32, preset: Option<Value>, preset_word: Option<u32> },
+    /// A block or Stage that is gone: whether it ran.
+    Ran { cell: u32 },
+    /// A block or Stage that stays, told while it is on.
+    Stays { cell: u32 },
+}
+
+/// The blocks and Stages of both programs by each other.
+struct Names<'a> {
+    pub old: &'a Identity,
+    pub new: &'a Identity,
+    blocks: HashMap<BlockId, BlockId>,
+    stages: HashMap<StageId, StageId>,
+}
+
+impl<'a> Names<'a> {
+    fn new(old: &'a Identity, new: &'a Identity) -> Names<'a> {
+        let ids = |identity: &'a Identity| {
+            let named = identity.blocks.iter().enumerate();
+            named.map(|(at, block)| ((block.name.as_str(), block.kind), BlockId(at as u32)))
+        };
+        let by_name: HashMap<_, _> =
+            ids(new).map(|((name, kind), id)| (name, (kind, id))).collect();
+        let blocks: HashMap<_, _> = ids(old)
+            .filter_map(|((name, kind), id)| {
+                by_name.get(name).filter(|(other, _)| *other == kind).map(|(_, new)| (id, *new))
+            })
+            .collect();
+        let stage_ids: HashMap<_, _> = new
+            .stages
+            .iter()
+            .enumerate()
+            .map(|(at, stage)| ((stage.block, stage.name.as_str()), StageId(at as u32)))
+            .collect();
+        let stages = old.stages.iter().enumerate().filter_map(|(at, stage)| {
+            let block = blocks.get(&stage.block)?;
+            let new = stage_ids.get(&(*block, stage.name.as_str()))?;
+            Some((StageId(at as u32), *new))
+        });
+        let stages = stages.collect();
+        Names { old, new, blocks, stages }
+    }
+
+    /// A block's new number.
+    fn block(&self, old: BlockId) -> Option<BlockId> {
+        self.blocks.get(&old).copied()
+    }
+
+    /// A Stage's new number.
+    fn stage(&self, old: StageId) -> Option<StageId> {
+        self.stages.get(&old).copied()
+    }
+
+    /// Where the same place is in the new program, if it is.
+    fn standing(&self, old: Standing) -> Option<Standing> {
+        let block = self.block(old.block)?;
+        match old.stage {
+            None => Some(Standing { block, stage: None }),
+            Some(stage) => self.stage(stage).map(|id| Standing { block, stage: Some(id) }),
+        }
+    }
+}
+
+fn element(standing: Standing) -> Element {
+    standing.stage.map_or(Element::Block(standing.block), Element::Stage)
+}
+
+impl Plan {
+    /// What goes on from `old` to `new`.
+    pub fn new(old: Side<'_>, new: Side<'_>) -> Plan {
+        let names = Names::new(&old.symbols.identity, &new.symbols.identity);
+        let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
+        let mut plan = Plan { transfer, differences: Vec::new() };
+        elements::blocks(&mut plan, &names, old, new);
+        let kept = memory::structures(&mut plan, &names, old, new);
+        memory::initial(&mut plan, &names, old, new);
+        histories::histories(&mut plan, &names);
+        elements::terminations(&mut plan, &names, (old, new), &kept);
+        plan
+    }
+
+    fn say(&mut self, text: impl Into<String>) {
+        self.differences.push(Difference { text: text.into(), state: None });
+    }
+
+    fn say_of(&mut self, text: impl Into<String>, state: State) {
+        self.differences.push(Difference { text: text.into(), state: Some(state) });
+    }
+
+    /// Notes that something with a state stands elsewhere in its block.
+    fn moves(&mut self, names: &Names<'_>, old: Standing, new: Standing) {
+        if names.standing(old) != Some(new) {
+            let pair = (element(old), element(new));
+            if !self.transfer.moved.contains(&pair) {
+                self.transfer.moved.push(pair);
+            }
+        }
+    }
+}

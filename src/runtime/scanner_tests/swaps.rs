@@ -1,0 +1,119 @@
+//! Another program between two scans: what is published, and what comes back.
+
+use super::super::command::{Answer, CommandId, Denial};
+use super::super::swap::{Carried, Contents, Package};
+use super::*;
+use crate::engine::Transfer;
+
+impl Rig {
+    /// A program with a bit more, whose scans take as long as told.
+    fn package(&self, generation: u32, takes_ns: u64) -> Package<Fake> {
+        let machine = Fake {
+            clock: self.clock.clone(),
+            bits: [0; 3],
+            words: [0],
+            takes_ns: vec![takes_ns],
+            panics_in: None,
+            stops_in: None,
+            scans: 0,
+            stop: false,
+            times: Rc::clone(&self.times),
+        };
+        let contents = Contents {
+            transfer: Transfer::default(),
+            generation,
+            watched: Watched { bits: vec![BitCell(1)], words: vec![] },
+            carried: Carried { bits: vec![None], words: vec![] },
+            bits: 2,
+            words: 1,
+            safe: vec![Safe::On],
+        };
+        Package::new(machine, contents, &self.port.latest())
+    }
+
+    fn swap(&mut self, generation: u32, takes_ns: u64, resume: bool) -> CommandId {
+        let package = self.package(generation, takes_ns);
+        let id = self.reloader.hand_in(package, resume).unwrap();
+        self.step();
+        id
+    }
+}
+
+#[test]
+fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(3);
+    let id = rig.swap(1, MS, false);
+    let latest = rig.port.latest();
+    assert_eq!((latest.generation, latest.scans, latest.mode), (1, 4, Mode::Run));
+    assert_eq!((&*latest.bits, &*latest.words), (&[0, 1][..], &[4][..]), "its shape, and memory");
+    assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
+    let back = rig.reloader.returned().expect("the package comes back");
+    assert!(back.swap_ns.is_some());
+    assert_eq!((back.machine.scans, back.machine.words[0]), (3, 3));
+    let told = rig.heard.take();
+    assert!(told.iter().any(|line| line.starts_with("3: Swapped { generation: 1")), "{told:?}");
+    assert!(told.contains(&"4: Bit { watch: 0, on: true, after_ns: 0 }".to_owned()), "{told:?}");
+    rig.steps(50);
+    assert_eq!((rig.port.latest().scans, rig.port.latest().bits.len()), (54, 2));
+}
+
+#[test]
+fn many_swaps_lose_no_snapshot_and_no_scan() {
+    let mut rig = rig(|_, _| {});
+    rig.step();
+    let mut readers = Vec::new();
+    for generation in 1..200 {
+        readers.push(rig.port.latest());
+        readers.drain(..readers.len().saturating_sub(5));
+        rig.swap(generation, MS, false);
+        let latest = rig.port.latest();
+        assert_eq!((latest.generation, latest.scans), (generation, u64::from(generation) + 1));
+        assert!(rig.reloader.returned().is_some());
+    }
+}
+
+#[test]
+fn a_swap_out_of_fault_goes_on_in_run_if_it_is_to() {
+    let mut rig = rig(|fake, _| fake.takes_ns = vec![MS, MS, 100 * MS]);
+    rig.steps(3);
+    assert!(matches!(rig.port.latest().mode, Mode::Fault(_)));
+    rig.swap(1, MS, false);
+    let latest = rig.port.latest();
+    assert!(matches!(latest.mode, Mode::Fault(_)), "without it the fault stays");
+    assert_eq!((latest.generation, &*latest.outputs), (1, &[1][..]), "safe values stay");
+    rig.swap(2, MS, true);
+    rig.step();
+    let latest = rig.port.latest();
+    assert_eq!((latest.generation, latest.mode, latest.scans), (2, Mode::Run, 3));
+    assert_eq!(latest.words[0], 4, "memory is as it is: the scan of the fault counts too");
+}
+
+#[test]
+fn behind_a_panic_another_program_is_taken_if_it_is_the_way_back() {
+    let mut rig = rig(|fake, _| fake.panics_in = Some(1));
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    rig.steps(2);
+    std::panic::set_hook(hook);
+    assert_eq!(rig.port.latest().mode, Mode::Fault(FaultReason::EnginePanic));
+    let id = rig.swap(1, MS, false);
+    assert_eq!(rig.port.answer(id), Some(Answer::Denied(Denial::EngineBroken)));
+    rig.swap(2, MS, true);
+    rig.step();
+    assert_eq!((rig.port.latest().generation, rig.port.latest().mode), (2, Mode::Run));
+    let given_back = rig.reloader.returned().expect("the one that was denied");
+    assert_eq!((given_back.generation, given_back.swap_ns), (1, None));
+}
+
+#[test]
+fn in_stop_memory_is_shown_in_the_new_shape() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(2);
+    rig.port.command(super::super::command::Command::Stop).unwrap();
+    rig.steps(3);
+    rig.swap(1, MS, false);
+    let latest = rig.port.latest();
+    assert_eq!((latest.generation, latest.bits.len()), (1, 2));
+    assert!(matches!(latest.mode, Mode::Stop(StopReason::Operator)));
+}

@@ -1,0 +1,197 @@
+//! A program on its way to the scan thread, and the one before it on its way back.
+//!
+//! An ordinary thread makes a [`Package`]: the machine with its memory as after a cold start, what
+//! it takes over, snapshots of its shape. It goes in by a ring, a [`Command::Swap`] says so, and
+//! the scan thread swaps between two scans; the package comes back with the old machine in it, to
+//! be dropped elsewhere. What the world knows of programs it keeps by generation ([`Generations`]):
+//! every snapshot tells its own, so nobody reads an image by another program's layout.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::command::{Command, CommandId, Denial};
+use super::exchange::{Port, Snapshot};
+use super::link::{SPARES, Safe};
+use super::record::{Watched, Watches};
+use crate::engine::Transfer;
+
+/// How many packages may be on their way.
+const PACKAGES_MAX: usize = 4;
+
+/// A program with all that it needs to be scanned.
+pub struct Package<M> {
+    /// The new machine; behind the swap, the old one.
+    pub machine: M,
+    /// What it takes over.
+    pub transfer: Transfer,
+    /// Its number: one more than that of any program before it.
+    pub generation: u32,
+    /// How long the swap took, behind it.
+    pub swap_ns: Option<u64>,
+    pub(super) watches: Watches,
+    /// By watch: which watch of the old program it goes on from.
+    pub(super) carried: Carried,
+    /// Snapshots of its shape.
+    pub(super) fresh: Vec<Arc<Snapshot>>,
+}
+
+/// By watch: which watch of the old program it goes on from.
+#[derive(Clone, Debug, Default)]
+#[allow(missing_docs)]
+pub struct Carried {
+    pub bits: Vec<Option<u32>>,
+    pub words: Vec<Option<u32>>,
+}
+
+/// What a package is made of beside its machine.
+#[derive(Clone, Debug)]
+pub struct Contents {
+    /// What is taken over.
+    pub transfer: Transfer,
+    /// Its number.
+    pub generation: u32,
+    /// What the log wants to know of.
+    pub watched: Watched,
+    /// Which of that it wanted to know before.
+    pub carried: Carried,
+    /// Public bits of its image.
+    pub bits: usize,
+    /// Public words.
+    pub words: usize,
+    /// What each Y does outside RUN.
+    pub safe: Vec<Safe>,
+}
+
+impl<M> Package<M> {
+    /// A package; `latest` gives its snapshots what is not the program's.
+    pub fn new(machine: M, contents: Contents, latest: &Snapshot) -> Package<M> {
+        let Contents { transfer, generation, watched, carried, bits, words, safe } = contents;
+        let safe: Arc<[Safe]> = safe.into();
+        let fresh = |_| {
+            Arc::new(Snapshot {
+                generation,
+                bits: vec![0; bits].into(),
+                words: vec![0; words].into(),
+                safe: Arc::clone(&safe),
+                ..latest.clone()
+            })
+        };
+        let fresh = (0..SPARES).map(fresh).collect();
+        let watches = Watches::new(&watched, &vec![0; words], 0);
+        Package { machine, transfer, generation, swap_ns: None, watches, carried, fresh }
+    }
+}
+
+/// The world's end: hands packages in, takes them back.
+pub struct Reloader<M> {
+    out: Producer<Box<Package<M>>>,
+    back: Consumer<Box<Package<M>>>,
+    port: Port,
+}
+
+/// The scan thread's end.
+pub(super) struct Swaps<M> {
+    incoming: Consumer<Box<Package<M>>>,
+    back: Producer<Box<Package<M>>>,
+}
+
+pub(super) fn swaps<M>(port: Port) -> (Reloader<M>, Swaps<M>) {
+    let (out, incoming) = RingBuffer::new(PACKAGES_MAX);
+    // Every package that can be on its way, and the one in hand.
+    let (back_in, back) = RingBuffer::new(2 * PACKAGES_MAX);
+    (Reloader { out, back, port }, Swaps { incoming, back: back_in })
+}
+
+impl<M> Reloader<M> {
+    /// Hands a package in; the port answers the command. `resume`: out of FAULT too.
+    ///
+    /// # Errors
+    /// At once, and nothing is swapped.
+    pub fn hand_in(&mut self, package: Package<M>, resume: bool) -> Result<CommandId, Denial> {
+        let generation = package.generation;
+        if self.port.is_stuck() {
+            return Err(Denial::ScanThreadStuck);
+        }
+        if self.out.is_full() {
+            // Packages whose commands were not taken: one that names none gives them back.
+            self.port.command(Command::Swap { generation: u32::MAX, resume: true })?;
+        }
+        self.out.push(Box::new(package)).map_err(|_| Denial::QueueFull)?;
+        self.port.command(Command::Swap { generation, resume })
+    }
+
+    /// A package that has come back: swapped, it holds the old machine.
+    pub fn returned(&mut self) -> Option<Box<Package<M>>> {
+        self.back.pop().ok()
+    }
+}
+
+impl<M> Swaps<M> {
+    /// The package of a number. Others before it were given up by who handed them in.
+    pub fn take(&mut self, generation: u32) -> Option<Box<Package<M>>> {
+        while let Ok(package) = self.incoming.pop() {
+            if package.generation == generation {
+                return Some(package);
+            }
+            self.give_back(package);
+        }
+        None
+    }
+
+    pub fn give_back(&mut self, package: Box<Package<M>>) {
+        if let Err(rtrb::PushError::Full(kept)) = self.back.push(package) {
+            // The world takes them back before it hands in the next; freeing here would be a call
+            // into the allocator, so in a state that cannot be the memory is let go.
+            std::mem::forget(kept);
+        }
+    }
+}
+
+/// Something for each program that may still be met in a snapshot.
+#[derive(Debug)]
+pub struct Generations<T>(Arc<Mutex<List<T>>>);
+
+/// By number.
+type List<T> = Vec<(u32, Arc<T>)>;
+
+impl<T> Clone for Generations<T> {
+    fn clone(&self) -> Self {
+        Generations(Arc::clone(&self.0))
+    }
+}
+
+impl<T> Generations<T> {
+    /// With what belongs to the first program, number 0.
+    pub fn new(first: T) -> Generations<T> {
+        Generations(Arc::new(Mutex::new(vec![(0, Arc::new(first))])))
+    }
+
+    /// Enters what belongs to a program, before it is handed in.
+    pub fn insert(&self, generation: u32, of: T) {
+        self.locked(|list| list.push((generation, Arc::new(of))));
+    }
+
+    /// What belongs to a program (one that is not known any more: to the last).
+    pub fn of(&self, generation: u32) -> Arc<T> {
+        self.locked(|list| {
+            let known = list.iter().find(|(of, _)| *of == generation).or(list.last());
+            let (_, found) = known.expect("there is one from the beginning, and one stays");
+            Arc::clone(found)
+        })
+    }
+
+    /// Forgets all programs before this one.
+    pub fn forget_before(&self, generation: u32) {
+        self.locked(|list| list.retain(|(of, _)| *of >= generation));
+    }
+
+    /// Forgets a program that was not swapped in.
+    pub fn remove(&self, generation: u32) {
+        self.locked(|list| list.retain(|(of, _)| *of != generation));
+    }
+
+    fn locked<R>(&self, with: impl FnOnce(&mut List<T>) -> R) -> R {
+        with(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}

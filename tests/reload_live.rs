@@ -1,0 +1,188 @@
+//! `rungd reload` and `rungd rollback` of a running controller; the example of `docs/reload.md`.
+
+mod live;
+#[path = "support/shown.rs"]
+mod shown;
+
+use std::fmt::Write as _;
+use std::os::unix::net::UnixDatagram;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use live::Live;
+use shown::lines_match;
+
+const LADDER: &str = r#"
+[tags]
+lamp = { at = "Y0", log = "change" }
+jam = { at = "C7", alarm = "Bottles jammed" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["$On"], do = ["OUT lamp", "SET jam", "ADD D2 1 to=D2"] },
+  { leg.up = ["$ScanToggle"], leg.rst = ["$Off"], do = ["CNT CT0 preset=12"] },
+]
+"#;
+
+fn write(live: &Live, name: &str, text: &str) {
+    std::fs::write(live.folder.join(name), text).unwrap();
+}
+
+/// The blocks of the page in this language.
+fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
+    let open = format!("```{language}\n");
+    page.split(&open).skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
+}
+
+fn is_shown(shown: &str, said: &str) -> bool {
+    lines_match(&shown.lines().collect::<Vec<_>>(), &said.lines().collect::<Vec<_>>())
+}
+
+#[test]
+fn the_pages_example_says_what_it_says() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reload.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (files, said) = (blocks(&page, "toml"), blocks(&page, "text"));
+    let live = Live::start(files[0], "", &[]);
+    live.await_values("T3.Timing Y1", "ON ON");
+    write(&live, "ladder.toml", files[1]);
+    let dry = live.ok("reload --dry-run");
+    assert!(is_shown(said[0], &dry), "{dry}");
+    live.await_values("Drain.Running Y1", "ON ON");
+    let done = live.ok("reload");
+    assert!(is_shown(said[1], &done), "{done}");
+    live.await_values("Y1", "OFF");
+    assert_eq!(live.say("read Drain.Running").code, 2);
+    live.line("Program Drain is gone and was terminated");
+    let line = live.line("reloaded: another program scans, without a stop");
+    assert_eq!((&line["event"], &line["level"]), (&"reload-done".into(), &"INFO".into()));
+}
+
+#[test]
+fn bad_files_change_nothing_and_the_command_prints_the_findings() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    write(&live, "ladder.toml", &LADDER.replace("CNT CT0", "CNT CT0 nonsense"));
+    for words in ["reload", "reload --dry-run"] {
+        let said = live.say(words);
+        assert_eq!(said.code, 78, "{said:?}");
+        assert!(said.err.contains("ladder.toml:9"), "{said:?}");
+        assert!(said.err.ends_with("the running program goes on\n"), "{said:?}");
+    }
+    let line = live.line("the files cannot be run as they are; nothing changed");
+    assert_eq!(line["event"], "reload-refused");
+    std::fs::remove_file(live.folder.join("controller.toml")).unwrap();
+    assert_eq!(live.say("reload").code, 78);
+    live.await_values("Y0", "ON");
+}
+
+#[test]
+fn a_rollback_by_hand_takes_back_once() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    assert_eq!(live.say("rollback").code, 1);
+    live.ok("force D9 42");
+    let other = LADDER.replace("OUT lamp", "OUT Y5")
+        + "[[program]]\nname = \"New\"\nautostart = \
+        true\nrung = [ { when = [\"$On\"], do = [\"OUT Y6\"] } ]\n";
+    write(&live, "ladder.toml", &other);
+    live.ok("reload");
+    live.await_values("Y0 Y5 Y6 New.Running D9", "OFF ON ON ON 42");
+    let said = live.ok("rollback");
+    assert!(said.contains("Program New is gone and was terminated"), "{said}");
+    live.await_values("Y0 Y5 Y6 D9 $ForcesActive", "ON OFF OFF 42 ON");
+    let line = live.line("went back to the program before the reload (asked for)");
+    assert_eq!((&line["event"], &line["level"]), (&"rolled-back".into(), &"WARN".into()));
+    assert_eq!(live.say("rollback").code, 1);
+    let status = live.say("status --json").json();
+    assert_eq!(status["forces"][0]["address"], "D9");
+}
+
+#[test]
+fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    let changed = format!("{controller}[outputs]\non = [\"Y9\"]\n[scan]\nperiod = \"20ms\"\n");
+    write(&live, "controller.toml", &changed);
+    let said = live.ok("reload");
+    assert!(said.contains("needs a restart: `[scan]` period and watchdog\n"), "{said}");
+    assert_eq!(live.line("needs a restart")["event"], "reload-restart");
+    assert!(live.ok("status").contains("every 10ms"));
+    // The alarm that stood goes on standing, and is no news.
+    let before = live.line("reloaded: another program");
+    assert_eq!(before["level"], "INFO");
+    live.ok("mode stop");
+    write(&live, "controller.toml", &format!("{controller}[memory]\nD = 100\n"));
+    assert_eq!(live.say("reload").code, 78);
+}
+
+/// Too many rungs for a watchdog of 4 ms.
+fn slow() -> String {
+    let rungs = if cfg!(debug_assertions) { 60_000 } else { 400_000 };
+    let mut text = LADDER.trim_end().trim_end_matches(']').to_owned();
+    for n in 0..rungs {
+        let (x, d, c) = (n % 64, n % 900, n % 9);
+        let contact = format!("rise(X{x}) | rise(X2) | D5 < 3 | D{d} == 4");
+        let _ = writeln!(text, "{{ when = [\"{contact}\", \"!C9\"], do = [\"PONOFF C{c}\"] }},");
+    }
+    text + "]\n"
+}
+
+#[test]
+fn a_program_that_faults_on_probation_is_taken_back_and_it_scans_on() {
+    let live = Live::start(LADDER, "scan.watchdog = \"4ms\"\n", &[]);
+    let sha256 = || live.say("status --json").json()["ladder"]["sha256"].clone();
+    let (old, slow) = (sha256(), slow());
+    // On a busy machine the old program may fault while the files are read; a fault that was there
+    // before is no fault of the new one, and nothing is taken back.
+    for attempt in 0.. {
+        assert!(attempt < 12, "it is never taken back");
+        write(&live, "ladder.toml", LADDER);
+        live.ok("reload");
+        live.say("mode run");
+        write(&live, "ladder.toml", &slow);
+        live.ok("reload");
+        let begin = Instant::now();
+        while sha256() != old && begin.elapsed() < Duration::from_secs(3) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        if sha256() == old {
+            break;
+        }
+    }
+    let line = live.line("went back to the program before the reload (FAULT: ");
+    assert_eq!((&line["event"], &line["who"]), (&"rolled-back".into(), &"rungd".into()));
+    live.say("mode run");
+    live.await_values("Y0", "ON");
+}
+
+#[test]
+fn systemd_hears_of_a_reload_in_one_datagram_and_of_its_end() {
+    let folder = live::folder(LADDER, "");
+    let notify = folder.join("notify");
+    let socket = UnixDatagram::bind(&notify).unwrap();
+    socket.set_read_timeout(Some(live::PATIENCE)).unwrap();
+    let mut child = live::run(&folder, &[]).env("NOTIFY_SOCKET", &notify).spawn().unwrap();
+    let hear = |part: &str| {
+        let mut bytes = [0; 4096];
+        loop {
+            let count = socket.recv(&mut bytes).unwrap();
+            let text = String::from_utf8_lossy(&bytes[..count]).into_owned();
+            if text.contains(part) {
+                return text;
+            }
+        }
+    };
+    hear("READY=1");
+    std::fs::write(folder.join("ladder.toml"), "nonsense").unwrap();
+    let pid = child.id().to_string();
+    std::process::Command::new("kill").args(["-s", "HUP", &pid]).status().unwrap();
+    let text = hear("RELOADING=1");
+    let since = text.split_once("MONOTONIC_USEC=").expect("in the same datagram").1;
+    assert!(since.trim().parse::<u64>().unwrap() > 0);
+    hear("READY=1");
+    std::process::Command::new("kill").args(["-s", "TERM", &pid]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let _ = std::fs::remove_dir_all(&folder);
+}
