@@ -269,3 +269,30 @@ fn an_operator_has_it_kept_and_status_tells() {
     let last: Held = held(&file(&plant)).unwrap();
     assert!(last.count > kept.count && last.is_final);
 }
+
+#[test]
+fn a_reloaded_program_is_kept_by_its_own_names_and_ranges() {
+    let text = keeps("\"D5..D8\"").replace("enabled = false", "socket = \"op\"");
+    let plant = Plant::new(TAGGED, &text);
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    let ask = |words: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let output = command.args(words).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let (socket, path) = (plant.0.join("op"), file(&plant));
+    let (socket, path) = (socket.to_str().unwrap(), path.to_str().unwrap());
+    ask(&["retain", "save", "--socket", socket]);
+    assert!(ask(&["retain", "show", path]).contains("level"));
+    write(&plant, "ladder.toml", &TAGGED.replace("level", "height"));
+    // Longer, so that the file has to be.
+    controller(&plant, &text.replace("D5..D8", "D5..D4000"));
+    ask(&["reload", "--socket", socket]);
+    ask(&["retain", "save", "--socket", socket]);
+    let shown = ask(&["retain", "show", path]);
+    assert!(shown.contains("height") && !shown.contains("level"), "{shown}");
+    assert!(shown.contains("55") && shown.contains("and 39"), "{shown}");
+    running.stop();
+}

@@ -16,7 +16,8 @@ use tracing::{error, info, warn};
 use super::narration::span;
 use super::retain::{Opened, Wanted, now_ms};
 use crate::retain::keeper::Image;
-use crate::retain::{Keeper, Kept};
+use crate::retain::{Keeper, Kept, Plan};
+use crate::runtime::Generations;
 use crate::runtime::exchange::{Mode, Port};
 
 /// How soon a change of mode is seen, at most.
@@ -37,6 +38,8 @@ pub(super) struct Retention {
     orders: Sender<Order>,
     figures: Arc<Mutex<Figures>>,
     pub wanted: Arc<Wanted>,
+    /// What is retained, and what it is called: by program.
+    pub plans: Generations<Plan>,
 }
 
 /// How it goes.
@@ -71,8 +74,11 @@ impl Retention {
         let figures = Figures { restored, ..Figures::default() };
         let figures = Arc::new(Mutex::new(figures));
         let wanted = Arc::new(wanted);
+        let plans = Generations::new(wanted.plan.clone());
         let (orders, inbox) = channel();
         let worker = Worker {
+            plans: plans.clone(),
+            generation: 0,
             keeper,
             port,
             wanted: Arc::clone(&wanted),
@@ -85,7 +91,7 @@ impl Retention {
         };
         let named = thread::Builder::new().name("rungd-retain".into());
         named.spawn(move || worker.work(&inbox))?;
-        Ok(Retention { orders, figures, wanted })
+        Ok(Retention { orders, figures, wanted, plans })
     }
 
     /// How it goes.
@@ -150,6 +156,9 @@ const NOTHING_TO_KEEP: &str = "no scan is complete: memory is as it was at the s
 
 struct Worker {
     keeper: Keeper,
+    plans: Generations<Plan>,
+    /// Whose plan the keeper has.
+    generation: u32,
     port: Port,
     wanted: Arc<Wanted>,
     figures: Arc<Mutex<Figures>>,
@@ -195,6 +204,10 @@ impl Worker {
         let latest = self.port.latest();
         if latest.scans == 0 {
             return Err(NOTHING_TO_KEEP.to_owned());
+        }
+        if latest.generation != self.generation {
+            self.generation = latest.generation;
+            self.keeper.set_plan(Plan::clone(&self.plans.of(latest.generation)));
         }
         let begin = Instant::now();
         self.tried = Some(begin);

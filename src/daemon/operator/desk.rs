@@ -79,7 +79,6 @@ impl Desk {
             Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
             Request::Mode { to } => as_json(&self.mode(peer, *to).await?),
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
-            Request::RetainSave {} => as_json(&self.retain_save(peer).await?),
             Request::Reload { dry_run } => {
                 let reloads = Arc::clone(&self.reloads);
                 as_json(&reloads.reload(peer.to_string(), *dry_run).await?)
@@ -88,6 +87,7 @@ impl Desk {
                 let reloads = Arc::clone(&self.reloads);
                 as_json(&reloads.rollback(peer.to_string()).await?)
             }
+            Request::RetainSave {} => as_json(&self.retain_save(peer).await?),
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
                 as_json(&protocol::Names { names })

@@ -8,7 +8,6 @@ use std::sync::Arc;
 use super::Running;
 use crate::daemon::config::{self, Setup};
 use crate::daemon::narration::Narration;
-use crate::daemon::retain::Wanted;
 use crate::engine::Engine;
 use crate::reload::{Plan, Side};
 use crate::runtime::exchange::Snapshot;
@@ -85,20 +84,13 @@ fn carried(old: &Narration, new: &Narration) -> Carried {
     }
 }
 
-fn same_retention(old: Option<&Wanted>, new: Option<&Wanted>) -> bool {
-    match (old, new) {
-        (None, None) => true,
-        (Some(old), Some(new)) => {
-            let settings = |of: &Wanted| (of.path.clone(), of.interval, of.runs_cold, of.budget);
-            settings(old) == settings(new) && old.plan.is_as(&new.plan)
-        }
-        _ => false,
-    }
-}
-
 /// What the controller file says otherwise than at the start, and a reload does not apply.
 fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
     let pace = |of: &Setup| (of.pace.period_ns, of.pace.watchdog_ns);
+    let retain = |of: &Setup| {
+        let wanted = of.retain.as_ref()?;
+        Some((wanted.path.clone(), wanted.interval, wanted.runs_cold, wanted.budget))
+    };
     let modbus = |of: &Setup| {
         let server = of.modbus.as_ref()?;
         let times = (server.frame_timeout_ms, server.idle_timeout_ms);
@@ -108,10 +100,7 @@ fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
         ("`[scan]` period and watchdog", pace(old) != pace(new)),
         ("`[log] statistics`", old.pace.statistics_every_ns != new.pace.statistics_every_ns),
         ("`[realtime]`", old.posture != new.posture),
-        (
-            "`[retain]`, or the tags of what it keeps",
-            !same_retention(old.retain.as_ref(), new.retain.as_ref()),
-        ),
+        ("`[retain]` but for its ranges, or whether there is one", retain(old) != retain(new)),
         ("`[operator]`", old.operator != new.operator),
         (
             "`[modbus-server]` listen, connections and timeouts, or whether there is one",

@@ -31,6 +31,11 @@ impl Views {
             let limits = |word| setup.symbols.limits(word);
             maps.insert(generation, modbus::Map::new(settings, layout, limits));
         }
+        if let Some(retention) = &self.about.retention {
+            // Without a table in the file it is kept on as it was, until the restart.
+            let wanted = setup.retain.as_ref().unwrap_or(&retention.wanted);
+            retention.plans.insert(generation, wanted.plan.clone());
+        }
         if let Some(rules) = &self.device {
             rules.insert(generation, simulated::Rules::new(&setup.rules, layout));
         }
@@ -42,6 +47,7 @@ impl Views {
         self.narration.remove(generation);
         self.modbus.iter().for_each(|(maps, _)| maps.remove(generation));
         self.device.iter().for_each(|rules| rules.remove(generation));
+        self.about.retention.iter().for_each(|kept| kept.plans.remove(generation));
     }
 
     /// Forgets what no snapshot shows any more.
@@ -50,5 +56,6 @@ impl Views {
         self.narration.forget_before(generation);
         self.modbus.iter().for_each(|(maps, _)| maps.forget_before(generation));
         self.device.iter().for_each(|rules| rules.forget_before(generation));
+        self.about.retention.iter().for_each(|kept| kept.plans.forget_before(generation));
     }
 }
