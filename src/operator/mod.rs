@@ -6,6 +6,8 @@
 pub mod client;
 pub mod names;
 pub mod protocol;
+#[cfg(test)]
+mod protocol_tests;
 
 /// Where the socket is, if nothing else is said.
 pub const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
