@@ -353,7 +353,8 @@ fn the_shell_completes_tags_and_addresses_of_the_running_ladder() {
 #[test]
 fn the_requests_that_the_page_shows_are_done() {
     let ladder = LADDER.replace("size  =", "bin_size = { at = \"D2\" }\nsize  =");
-    let live = Live::start(&ladder, "", &[]);
+    let keeps = "[retain]\nranges = [\"D2\"]\ncold-start = \"run\"\n";
+    let live = Live::start(&ladder, keeps, &[]);
     live.await_values("C7", "ON");
     let page = include_str!("../docs/operator.md");
     let lines = page.split("```json\n").nth(1).unwrap().split("```").next().unwrap();

@@ -217,10 +217,20 @@ fn a_disk_that_stalls_costs_no_scan() {
 }
 
 #[test]
-#[ignore = "a thousand kills, a hundred cuts, a stall of 30 s: some minutes"]
-fn all_of_it() {
+#[ignore = "some minutes"]
+fn killed_a_thousand_times() {
     kills(1000);
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn power_cut_a_hundred_times() {
     cuts(100);
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn a_stall_of_30_s() {
     stall(Duration::from_secs(30));
 }
 

@@ -6,6 +6,9 @@ use std::fs;
 use std::time::Duration;
 
 use memory::{COUNTS, Held, KEEPS, Plant, Running, file, find, held, message};
+use rungd::retain::content;
+use rungd::retain::file::{Access, FileDevice};
+use rungd::retain::slots::survey;
 use serde_json::Value;
 
 fn run(plant: &Plant, scans: &str) -> Vec<Value> {
@@ -147,6 +150,32 @@ fn values_follow_their_tags_and_what_changed_its_meaning_is_dropped() {
     assert_eq!(line("D101").as_deref(), Some("77"), "{text}");
     assert_eq!(line("D102"), None, "it is 0: {text}");
     assert_eq!(line("D50").as_deref(), Some("level 55"), "{text}");
+}
+
+/// One count: the eye is ON from the first scan to the last.
+fn eye(block: &str, mnemonic: &str) -> String {
+    let rst = if mnemonic == "UDC" { "leg.rst = [\"$Off\"], " } else { "" };
+    format!(
+        "[[program]]\nname = \"Main\"\nrung = [ {{ when = [\"$On\"], do = [\"OUT C0\"] }} ]\n\
+         [[program]]\nname = \"{block}\"\nautostart = true\nrung = [ {{ leg.up = [\"$On\"], \
+         leg.dn = [\"$Off\"], {rst}do = [\"{mnemonic} CT0 up-preset=5\"] }} ]\n"
+    )
+}
+
+#[test]
+fn an_edge_history_is_retained_while_mnemonic_and_block_are_the_same() {
+    let plant = Plant::new(&eye("Count", "UDCG"), &keeps("\"CT0\""));
+    let count = || {
+        run(&plant, "5");
+        let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
+        let newest = survey(&mut device).unwrap().newest.unwrap();
+        content::read(&newest.content).unwrap().elements[0].1.word
+    };
+    assert_eq!((count(), count()), (1, 1), "an eye that was blocked does not count again");
+    write(&plant, "ladder.toml", &eye("Counting", "UDCG"));
+    assert_eq!((count(), count()), (2, 2), "another block's eye is another eye");
+    write(&plant, "ladder.toml", &eye("Counting", "UDC"));
+    assert_eq!(count(), 0, "a UDC is terminated at the stop");
 }
 
 #[test]

@@ -58,7 +58,7 @@ pub fn retain(args: &RetainArgs) -> Result<Exit> {
 }
 
 fn save(at: &At) -> Result<Exit> {
-    let saved: Saved = match at.ask(&Request::RetainSave) {
+    let saved: Saved = match at.ask(&Request::RetainSave {}) {
         Ok(saved) => saved,
         Err(exit) => return Ok(exit),
     };

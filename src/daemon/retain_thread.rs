@@ -21,6 +21,8 @@ use crate::runtime::exchange::{Mode, Port};
 
 /// How soon a change of mode is seen, at most.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// A write that failed is tried again after so long at least.
+const RETRY_LEAST: Duration = Duration::from_secs(1);
 /// What lasts is told again after this.
 const REPEAT: Duration = Duration::from_secs(60);
 /// Wear is projected once there was this much to measure.
@@ -179,7 +181,10 @@ impl Worker {
     fn look(&mut self) {
         let runs = self.port.latest().mode == Mode::Run;
         let left = std::mem::replace(&mut self.ran, runs) && !runs;
-        let due = self.tried.is_none_or(|tried| tried.elapsed() >= self.wanted.interval);
+        // A disk that fails is not to be hurried.
+        let rest = if self.failed.is_some() { RETRY_LEAST } else { Duration::ZERO };
+        let wait = self.wanted.interval.max(rest);
+        let due = self.tried.is_none_or(|tried| tried.elapsed() >= wait);
         if left || due {
             let _ = self.save();
         }

@@ -67,7 +67,7 @@ pub enum Request {
         level: Level,
     },
     /// Has retentive memory kept now; answered once it is durable: [`Saved`].
-    RetainSave,
+    RetainSave {},
     /// Tags and addresses that begin so, for completion: [`Names`].
     Names {
         /// The beginning.

@@ -63,6 +63,11 @@ impl FileDevice {
         Ok(device)
     }
 
+    /// Takes away what [`FileDevice::create_beside`] made.
+    pub fn discard_beside(path: &Path) {
+        let _ = fs::remove_file(with_ending(path, ".new"));
+    }
+
     /// Gives the file, whole and durable by now, its name.
     ///
     /// # Errors

@@ -105,6 +105,12 @@ impl Keeper {
         &self.plan
     }
 
+    /// From the next save on something else is retained: the program has changed. A longer file is
+    /// made where one is needed.
+    pub fn set_plan(&mut self, plan: Plan) {
+        self.plan = plan;
+    }
+
     /// The last image that is known to be durable, since this process started.
     pub fn kept(&self) -> Option<Kept> {
         self.kept
@@ -198,13 +204,20 @@ impl Keeper {
     fn try_make(&self, id: u64, first: Option<&Found>) -> io::Result<Slots<FileDevice>> {
         let longest = first.map_or(0, |first| first.content.len()).max(self.plan.content_bytes());
         let device = FileDevice::create_beside(&self.path)?;
-        let mut slots = Slots::format(device, Geometry::for_content(longest, id))?;
-        if let Some(first) = first {
-            slots.continue_from(first.stamp.sequence - 1);
-            slots.save(first.stamp, &first.content)?;
+        let made = Slots::format(device, Geometry::for_content(longest, id));
+        let whole = made.and_then(|mut slots| {
+            if let Some(first) = first {
+                slots.continue_from(first.stamp.sequence - 1);
+                slots.save(first.stamp, &first.content)?;
+            }
+            slots.device_mut().put_in_place(&self.path)?;
+            Ok(slots)
+        });
+        if whole.is_err() {
+            // On a full disk half a file would be in everybody's way.
+            FileDevice::discard_beside(&self.path);
         }
-        slots.device_mut().put_in_place(&self.path)?;
-        Ok(slots)
+        whole
     }
 
     /// Writes an image if what is retained of it is not what is durable already; returns once it
@@ -221,7 +234,8 @@ impl Keeper {
             return Ok(None);
         }
         let stamp = Stamp { sequence: 0, scan: image.scan, saved_ms: image.now_ms, flags };
-        let mut slots = match self.slots.take() {
+        let fits = |slots: &Slots<FileDevice>| slots.geometry().fits(self.gathered.len());
+        let mut slots = match self.slots.take().filter(fits) {
             Some(slots) => slots,
             None => self.attach(image.now_ms)?,
         };

@@ -87,7 +87,7 @@ impl Desk {
                 let reloads = Arc::clone(&self.reloads);
                 as_json(&reloads.rollback(peer.to_string()).await?)
             }
-            Request::RetainSave => as_json(&self.retain_save(peer).await?),
+            Request::RetainSave {} => as_json(&self.retain_save(peer).await?),
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
                 as_json(&protocol::Names { names })
