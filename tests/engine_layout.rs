@@ -2,10 +2,13 @@
 
 mod support;
 
-use rungd::engine::{Cell, Layout};
+use rungd::engine::{Cell, Engine, Layout, ScanTimes};
 use rungd::isa::{
     Address, Bit, BitSpace, BlockId, MemorySizes, StageId, Structure, Word, WordSpace,
 };
+use rungd::lower::lower;
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::source::span::SourceFile;
 use support::plc::plc;
 
 const BLOCKS: u32 = 5;
@@ -89,4 +92,37 @@ fn an_image_shows_all_bits_and_words_by_cell() {
     assert!(image.words().len() > plc.symbols.layout.word_count() as usize);
     assert_eq!(image.bits().len(), plc.engine.program().bit_count as usize);
     assert_eq!(image.words().len(), plc.engine.program().word_count as usize);
+}
+
+/// The engine addresses short programs in another way than long ones: the last cell of a space whose
+/// number no longer has 16 bits is itself, and the one that shares those 16 bits stays as it is.
+#[test]
+fn cells_beyond_16_bits_are_themselves() {
+    let sizes = MemorySizes { c: 65_536, d: 65_536, ..MemorySizes::default() };
+    let ladder = "[[program]]\nname = \"Main\"\nrung = [ \
+         { when = [\"X1\"], do = [\"OUT C65535\", \"MOVE 7 to=D65535\"] } ]";
+    let file = SourceFile { name: "long.toml".into(), text: ladder.into() };
+    let options = LoadOptions { sizes, ..LoadOptions::default() };
+    let program = load_ladders(&[file], &options).0.expect("it loads");
+    let (program, symbols) = lower(&program);
+    let bit = |space, n| symbols.layout.bit(Bit::Space(space, n));
+    let word = symbols.layout.word(Word::Space(WordSpace::D, 65_535));
+    let mut engine = Engine::new(program);
+    engine.start(0);
+    engine.begin_scan(0, &ScanTimes::default());
+    engine.set_input(1, true);
+    let before = engine.image().clone();
+    engine.execute();
+    let coil = bit(BitSpace::C, 65_535);
+    assert!(coil.0 > 65_535 && word.0 > 65_535);
+    let changed = |cells: &[u8], was: &[u8]| {
+        (0..cells.len()).filter(|at| cells[*at] != was[*at]).collect::<Vec<_>>()
+    };
+    assert!(changed(engine.image().bits(), before.bits()).contains(&(coil.0 as usize)));
+    for at in changed(engine.image().bits(), before.bits()) {
+        assert!(at == coil.0 as usize || at as u32 >= symbols.layout.bit_count(), "cell {at}");
+    }
+    assert_eq!(engine.image().word(word), 7);
+    let words = engine.image().words().iter().zip(before.words());
+    assert_eq!(words.filter(|(now, was)| now != was).count(), 1);
 }
