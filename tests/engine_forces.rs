@@ -267,6 +267,16 @@ fn forces_active_is_on_while_anything_is_forced() {
 }
 
 #[test]
+fn outside_run_forces_active_follows_at_once() {
+    let mut plc = support::plc::stopped(r#"rung = [ { when = ["X0"], do = ["OUT Y0"] } ]"#);
+    assert_eq!(plc.value("ST9"), 0);
+    plc.force("C5", 1);
+    assert_eq!(plc.value("ST9"), 1);
+    plc.release("C5");
+    assert_eq!(plc.value("ST9"), 0);
+}
+
+#[test]
 fn a_forced_status_bit_or_word_keeps_its_value() {
     let mut plc = plc(r#"rung = [ { when = ["$FirstScan"], do = ["OUT Y0"] } ]"#);
     plc.force("$FirstScan", 1);
