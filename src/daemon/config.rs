@@ -189,9 +189,6 @@ fn safe_values(controller: &Controller, outputs: u32) -> Vec<Safe> {
 }
 
 fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {
-    let rungs = |block: &crate::resolve::program::Block| {
-        block.rungs.len() + block.stages.iter().map(|stage| stage.rungs.len()).sum::<usize>()
-    };
     let names: Vec<_> = files.iter().map(|file| file.name.as_str()).collect();
     LadderFacts {
         name: program.name.clone(),
@@ -199,7 +196,7 @@ fn facts(program: &Program, files: &[SourceFile]) -> LadderFacts {
         files: names.join(" "),
         sha256: sha256(files),
         blocks: program.blocks.len(),
-        rungs: program.blocks.iter().map(rungs).sum(),
+        rungs: super::narration::rungs(program),
     }
 }
 

@@ -12,7 +12,7 @@ use tracing::{debug, error, info, warn};
 use super::allowance::Alarms;
 use super::log_limits::Told;
 use super::log_queue::lines_dropped;
-use super::narration::{BlockNews, Narration, reason, remedy, span, us};
+use super::narration::{BlockNews, Narration, reason, span, us};
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{Generations, Observer, Record, Statistics, What};
 
@@ -55,8 +55,6 @@ pub(super) struct Facts {
     pub watchdog_ns: u64,
     /// From repetition to repetition of why the controller does not run.
     pub repeat_ns: u64,
-    /// How long the ladder is.
-    pub rungs: usize,
     /// From heartbeat to heartbeat; `None`: there are none.
     pub heartbeat_ns: Option<u64>,
     /// Whether an operator can run it again.
@@ -172,7 +170,7 @@ impl LogWriter {
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
-            remedy(fault, &self.facts)
+            self.narration.remedy(fault, &self.facts)
         );
     }
 
@@ -390,7 +388,6 @@ mod tests {
             period_ns,
             watchdog_ns,
             repeat_ns: 60 * SECOND_NS,
-            rungs: 3,
             heartbeat_ns: None,
             has_operator: true,
         };

@@ -6,7 +6,7 @@ use super::log_writer::Facts;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::isa::{BlockId, StageId};
 use crate::lower::Symbols;
-use crate::resolve::program::{BlockKind, Program};
+use crate::resolve::program::{Block, BlockKind, Program};
 use crate::runtime::Watched;
 use crate::runtime::exchange::{FaultReason, Mode};
 
@@ -18,6 +18,8 @@ pub(super) struct Narration {
     stages: Vec<String>,
     bits: Vec<BitNews>,
     words: Vec<String>,
+    /// How long the program is.
+    rungs: usize,
 }
 
 /// What happened to a block or Stage.
@@ -65,7 +67,7 @@ impl Narration {
         }
         let blocks = program.blocks.iter().map(|block| (block.kind, block.name.clone()));
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
-        (Narration { blocks, stages, bits, words }, watched)
+        (Narration { blocks, stages, bits, words, rungs: rungs(program) }, watched)
     }
 
     /// What happened to a block, and whether it is news: what built-in Tasks do at every start and
@@ -84,6 +86,25 @@ impl Narration {
             Element::Stage(id) => ("Stage", self.stage(id), true),
         };
         BlockNews { event, kind, name, what, news }
+    }
+
+    /// What a person can do about a fault.
+    pub fn remedy(&self, reason: FaultReason, facts: &Facts) -> String {
+        let (period, watchdog) = (span(facts.period_ns), span(facts.watchdog_ns));
+        match reason {
+            FaultReason::ScanTooLong { .. }
+            | FaultReason::ScanNeverEnds
+            | FaultReason::ScanNeverBegins => format!(
+                "{}; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for {} rungs \
+                 every {period}), or see what else the machine was doing",
+                facts.again(),
+                self.rungs
+            ),
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
+                "restart rungd, and report this with the lines above: it is a bug in rungd"
+                    .to_owned()
+            }
+        }
     }
 
     pub fn bit(&self, watch: u32) -> Option<&BitNews> {
@@ -131,22 +152,12 @@ pub(super) fn reason(mode: Mode) -> String {
     }
 }
 
-/// What a person can do about a fault.
-pub(super) fn remedy(reason: FaultReason, facts: &Facts) -> String {
-    let (period, watchdog) = (span(facts.period_ns), span(facts.watchdog_ns));
-    match reason {
-        FaultReason::ScanTooLong { .. }
-        | FaultReason::ScanNeverEnds
-        | FaultReason::ScanNeverBegins => format!(
-            "{}; if it comes again, raise `[scan] watchdog` (it is {watchdog}, for {} rungs every \
-             {period}), or see what else the machine was doing",
-            facts.again(),
-            facts.rungs
-        ),
-        FaultReason::EnginePanic | FaultReason::ScanThreadGone => {
-            "restart rungd, and report this with the lines above: it is a bug in rungd".to_owned()
-        }
-    }
+/// How many rungs a program has.
+pub(super) fn rungs(program: &Program) -> usize {
+    let of = |block: &Block| {
+        block.rungs.len() + block.stages.iter().map(|stage| stage.rungs.len()).sum::<usize>()
+    };
+    program.blocks.iter().map(of).sum()
 }
 
 /// A span of time for people: `250ms`, `3.2s`, `4m10s`, `2h05m`.

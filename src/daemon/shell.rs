@@ -111,7 +111,6 @@ pub fn run(
         period_ns: pace.period_ns,
         watchdog_ns: pace.watchdog_ns,
         repeat_ns: options.repeat.as_nanos() as u64,
-        rungs: setup.ladder.rungs,
         heartbeat_ns: pace.statistics_every_ns,
         has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
