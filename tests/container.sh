@@ -16,16 +16,7 @@ cache="${RUNGD_CONTAINER_CACHE:-/var/tmp/rungd-container}"
 export STORAGE_DRIVER=vfs BUILDAH_ISOLATION=chroot BUILDAH_FORMAT=docker
 base=rust:1-slim-trixie
 image=rungd:test
-failed=0
-
-exec 3>&1
-step() { printf '\n== %s\n' "$*" >&3; }
-saw() { printf '   %s\n' "$*" >&3; }
-must() { # must WHAT COMMAND…
-    local what="$1"
-    shift
-    if "$@"; then saw "ok: $what"; else saw "WRONG: $what"; failed=1; fi
-}
+. tests/said.sh
 buildah() { command buildah --root "$cache/storage" --runroot "$cache/run" "$@"; }
 
 step "tools"

@@ -12,16 +12,7 @@ cd "$(dirname "$0")/.."
 
 suite="${RUNGD_SUITE:-trixie}"
 cache="${RUNGD_PACKAGE_CACHE:-/var/tmp/rungd-package}"
-failed=0
-
-exec 3>&1
-step() { printf '\n== %s\n' "$*" >&3; }
-saw() { printf '   %s\n' "$*" >&3; }
-must() { # must WHAT COMMAND…
-    local what="$1"
-    shift
-    if "$@"; then saw "ok: $what"; else saw "WRONG: $what"; failed=1; fi
-}
+. tests/said.sh
 not() { ! "$@"; }
 
 step "tools"

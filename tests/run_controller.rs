@@ -3,17 +3,17 @@
 //! Each test writes its files into a folder of its own, starts the binary with JSON lines (or
 //! another form) and reads standard error as a person or a machine would.
 
-use std::io::{BufRead, BufReader, Read};
+#[path = "support/process.rs"]
+mod process;
+
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use process::{PATIENCE, Running, find, message};
 use serde_json::Value;
-
-/// How long a test waits for what should come within milliseconds.
-const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A ladder whose Main has the given rungs.
 fn ladder(rungs: &str) -> String {
@@ -77,72 +77,6 @@ impl Drop for Plant {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
     }
-}
-
-/// A rungd whose log is read line by line.
-struct Running {
-    child: Child,
-    lines: Receiver<Value>,
-}
-
-impl Running {
-    fn new(command: &mut Command) -> Running {
-        let mut child = command.spawn().unwrap();
-        let stderr = BufReader::new(child.stderr.take().unwrap());
-        let (sender, lines) = channel();
-        std::thread::spawn(move || {
-            for line in stderr.lines() {
-                let line = line.unwrap();
-                let Ok(()) = sender.send(serde_json::from_str(&line).expect(&line)) else { return };
-            }
-        });
-        Running { child, lines }
-    }
-
-    /// The next line whose message contains the words.
-    fn line(&self, words: &str) -> Value {
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            let left = deadline.saturating_duration_since(Instant::now());
-            let line = self.lines.recv_timeout(left).unwrap_or_else(|_| panic!("no `{words}`"));
-            if message(&line).contains(words) {
-                return line;
-            }
-        }
-    }
-
-    fn signal(&self, name: &str) {
-        let pid = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
-    }
-
-    fn end(&mut self) -> ExitStatus {
-        let deadline = Instant::now() + PATIENCE;
-        while Instant::now() < deadline {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                return status;
-            }
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        panic!("rungd did not end");
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn message(line: &Value) -> &str {
-    line["message"].as_str().unwrap_or_default()
-}
-
-/// The first line whose message contains the words.
-fn find<'a>(lines: &'a [Value], words: &str) -> &'a Value {
-    let found = lines.iter().find(|line| message(line).contains(words));
-    found.unwrap_or_else(|| panic!("no `{words}` in {lines:#?}"))
 }
 
 #[test]

@@ -5,19 +5,15 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::{At, complete};
+use super::operator::{At, New, complete};
 use super::read::table;
-use crate::operator::protocol::{Given, Request, Values};
+use crate::operator::protocol::{Request, Values};
 
 /// Forces a bit or word of a running controller: it keeps its value until it is unforced
 #[derive(Args, Debug)]
 pub struct ForceArgs {
-    /// Tag, address or member
-    #[arg(value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
-    operand: String,
-    /// ON or OFF; or a number, as 12, 0x1F or 1m30s
-    #[arg(value_name = "VALUE", allow_hyphen_values = true)]
-    value: String,
+    #[command(flatten)]
+    new: New,
     #[command(flatten)]
     at: At,
 }
@@ -45,7 +41,7 @@ pub struct UnforceArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn force(args: &ForceArgs) -> Result<Exit> {
-    let (operand, value) = (args.operand.clone(), Given::Text(args.value.clone()));
+    let (operand, value) = args.new.named();
     args.at.change(&Request::Force { operand, value }, "")
 }
 

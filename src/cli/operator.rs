@@ -7,14 +7,14 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use clap_complete::engine::CompletionCandidate;
+use clap_complete::engine::{ArgValueCompleter, CompletionCandidate};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::exit::Exit;
 use super::say;
 use crate::operator::client::{self, Failure};
-use crate::operator::protocol::{Change, Names, Refusal, RefusalKind, Request};
+use crate::operator::protocol::{Change, Given, Names, Refusal, RefusalKind, Request};
 use crate::operator::{SOCKET_DEFAULT, SOCKET_VARIABLE};
 
 /// Where the controller is asked, and how its answer is printed.
@@ -26,6 +26,24 @@ pub struct At {
     /// Print the answer as JSON, one line
     #[arg(long)]
     pub json: bool,
+}
+
+/// An operand and its new value: what is written, or forced.
+#[derive(Args, Debug)]
+pub struct New {
+    /// Tag, address or member
+    #[arg(value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
+    operand: String,
+    /// ON or OFF; or a number, as 12, 0x1F or 1m30s
+    #[arg(value_name = "VALUE", allow_hyphen_values = true)]
+    value: String,
+}
+
+impl New {
+    /// Both, as a request names them.
+    pub fn named(&self) -> (String, Given) {
+        (self.operand.clone(), Given::Text(self.value.clone()))
+    }
 }
 
 impl At {

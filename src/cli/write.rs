@@ -2,21 +2,16 @@
 
 use anyhow::Result;
 use clap::Args;
-use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::{At, complete};
-use crate::operator::protocol::{Given, Request};
+use super::operator::{At, New};
+use crate::operator::protocol::Request;
 
 /// Writes a bit or word of a running controller
 #[derive(Args, Debug)]
 pub struct WriteArgs {
-    /// Tag, address or member
-    #[arg(value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
-    operand: String,
-    /// ON or OFF; or a number, as 12, 0x1F or 1m30s
-    #[arg(value_name = "VALUE", allow_hyphen_values = true)]
-    value: String,
+    #[command(flatten)]
+    new: New,
     #[command(flatten)]
     at: At,
 }
@@ -26,6 +21,6 @@ pub struct WriteArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn write(args: &WriteArgs) -> Result<Exit> {
-    let (operand, value) = (args.operand.clone(), Given::Text(args.value.clone()));
+    let (operand, value) = args.new.named();
     args.at.change(&Request::Write { operand, value }, "")
 }

@@ -182,6 +182,8 @@ pub(super) fn us(ns: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::resolve::{LoadOptions, load_ladders};
+    use crate::source::span::SourceFile;
 
     #[test]
     fn spans_are_short() {
@@ -206,5 +208,29 @@ mod tests {
     #[test]
     fn microseconds_keep_one_decimal() {
         assert_eq!((us(12_345), us(0), us(999_960)), (12.3, 0.0, 1000.0));
+    }
+
+    #[test]
+    fn a_remedy_speaks_of_the_program_that_it_narrates() {
+        let narration_of = |rungs: usize| {
+            let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"SET C0\"]\n".repeat(rungs);
+            let text = format!("[[program]]\nname = \"Main\"\n{rung}");
+            let file = SourceFile { name: "a.toml".into(), text };
+            let program = load_ladders(&[file], &LoadOptions::default()).0.expect("it loads");
+            let (_, symbols) = crate::lower::lower(&program);
+            Narration::new(&program, &symbols).0
+        };
+        let facts = Facts {
+            period_ns: 5_000_000,
+            watchdog_ns: 9_000_000,
+            repeat_ns: 0,
+            heartbeat_ns: None,
+            has_operator: false,
+        };
+        for rungs in [2, 5] {
+            let remedy = narration_of(rungs).remedy(FaultReason::ScanNeverEnds, &facts);
+            let words = format!("it is 9ms, for {rungs} rungs every 5ms");
+            assert!(remedy.contains(&words), "{remedy}");
+        }
     }
 }
