@@ -14,6 +14,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 use tracing::{error, info, warn};
 
 use super::config::Setup;
+use super::devices::{self, Starter};
 use super::guard::Guard;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::Narration;
@@ -26,10 +27,12 @@ use super::retain_thread::Retention;
 use super::signals::{Host, Signals, Told};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
+use crate::io::device::Health;
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
 use crate::resolve::controller::Modbus;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use crate::runtime::field::Ends;
 use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
@@ -105,6 +108,7 @@ pub fn run(
         memory: setup.memory.clone(),
         watched: setup.watched.clone(),
         posture: setup.posture.clone(),
+        field: setup.field.clone(),
     };
     let pace = &settings.pace;
     let facts = Facts {
@@ -114,15 +118,17 @@ pub fn run(
         heartbeat_ns: pace.statistics_every_ns,
         has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
+    let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
-    let writer = LogWriter::new(narration.clone(), facts);
-    let (prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
+    let writer = LogWriter::new(narration.clone(), facts, healths.clone());
+    let (mut prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
-    let first = First { running: Arc::new(Running { program, setup }), reloader, narration };
+    let field = (prepared.lines(), healths);
+    let first = First { running: Arc::new(Running { program, setup }), reloader, narration, field };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, patience, retention }))
 }
 
@@ -139,6 +145,8 @@ struct First {
     running: Arc<Running>,
     reloader: Reloader<Engine>,
     narration: Generations<Narration>,
+    /// The field devices' lines, and how they are.
+    field: (Vec<Ends>, Vec<Health>),
 }
 
 /// Who the shell attends to besides the scan thread.
@@ -288,7 +296,7 @@ async fn start_drivers(
     retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
-    let First { running, reloader, narration } = first;
+    let First { running, reloader, narration, field: (ends, healths) } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
@@ -304,6 +312,8 @@ async fn start_drivers(
         modbus = Some((maps, settings.clone()));
         drivers.spawn(server.run(told(stopped)));
     }
+    let stop = stopped.clone();
+    Starter { setup, port, healths: &healths, stop }.start(ends, &mut drivers);
     let mut device = None;
     if !setup.rules.is_empty() {
         info!(
@@ -349,7 +359,7 @@ async fn bind_modbus(
 }
 
 /// Ends when the drivers are to end.
-fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
+pub(super) fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
     let mut stopped = stopped.clone();
     async move {
         let _ = stopped.wait_for(|stop| *stop).await;

@@ -120,6 +120,9 @@ impl Names {
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 format!("`{text}` is a block: `{text}.Running` is its bit")
             }
+            Ok(Found { thing: Thing::Device(_), .. }) => {
+                format!("`{text}` is a device: `{text}.Ok` and `{text}.Stale` are its bits")
+            }
             Err(Mistake::Reported) => format!("`{text}` stands for nothing"),
             Err(Mistake::New { message, help, .. }) => {
                 // What helps an author who can declare a tag does not help here.
@@ -144,6 +147,9 @@ impl Names {
             Address::Bit(Bit::Stage(id)) => self.symbols.stage(id).to_owned(),
             Address::Bit(Bit::Running(id)) => format!("{}.Running", self.symbols.block(id)),
             Address::Bit(Bit::Done(id)) => format!("{}.Done", self.symbols.block(id)),
+            Address::Bit(Bit::Device(id, health)) => {
+                format!("{}.{}", self.symbols.device(id), health.name())
+            }
             other => other.to_string(),
         }
     }
@@ -249,6 +255,7 @@ fn read_only(operand: &Operand, done: &str) -> Refusal {
         Address::Bit(Bit::Running(_) | Bit::Done(_)) => {
             "a block is started and stopped by the ladder"
         }
+        Address::Bit(Bit::Device(..)) => "it says how the device is; it can be forced",
         Address::Bit(Bit::Flag(..)) => {
             "its instruction writes it at every execution; it can be forced"
         }

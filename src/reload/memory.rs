@@ -171,7 +171,7 @@ pub(super) fn initial(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Si
 }
 
 fn sizes(sizes: &MemorySizes) -> [(&'static str, u32); 11] {
-    let MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t } = *sizes;
+    let MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t, devices: _ } = *sizes;
     [
         ("X", x),
         ("Y", y),

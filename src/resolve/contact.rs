@@ -120,6 +120,7 @@ impl Resolver<'_> {
             Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
             Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
             Thing::Constant(..) => "a constant",
+            Thing::Device(_) => "a device",
             Thing::Block(id) => match self.scope.block_of(id) {
                 Some((_, block)) if block.kind == super::program::BlockKind::Program => "a program",
                 _ => "a task",

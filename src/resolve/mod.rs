@@ -7,6 +7,7 @@ mod claims;
 mod contact;
 pub mod controller;
 mod declare;
+pub mod device;
 mod operand;
 pub mod operator;
 mod order;
@@ -32,6 +33,10 @@ pub struct LoadOptions {
     pub sizes: MemorySizes,
     /// `order` of a controller file.
     pub order: Option<Located<Vec<Text>>>,
+    /// Whether the ladders are those of a controller file.
+    pub has_controller: bool,
+    /// The field devices of a controller file, in its order.
+    pub devices: Vec<Text>,
     /// The number of the first file: spans of the ladder at index k say `first_file + k`.
     pub first_file: FileId,
 }
@@ -133,6 +138,7 @@ impl<'a> Resolver<'a> {
             program.allow.extend(names.collect::<Vec<_>>());
         }
         self.declare(ladders, &mut program);
+        program.sizes.devices = program.devices.len() as u32;
         let written = ladders.iter().flat_map(|(_, ladder)| &ladder.blocks);
         for (at, block) in written.enumerate() {
             self.rungs(block, &mut program.blocks[at]);

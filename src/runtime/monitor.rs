@@ -15,6 +15,7 @@ use std::sync::atomic::Ordering;
 use super::beat::{Beat, Life};
 use super::exchange::{FaultReason, Port, Snapshot};
 use super::link::WorldSide;
+use super::local::Rescue;
 use super::record::{JournalReader, Record};
 use super::statistics::Statistics;
 
@@ -47,6 +48,8 @@ pub struct Monitor<O> {
     /// When it looked last.
     pub(super) looked_ns: u64,
     pub(super) grace: Grace,
+    /// Of local devices.
+    pub(super) rescues: Vec<Rescue>,
 }
 
 /// Time given to one scan that is due, since the monitor itself did not run.
@@ -102,6 +105,8 @@ impl<O: Observer> Monitor<O> {
         };
         self.looked_ns = now_ns;
         self.world.trip(reason, now_ns);
+        let latest = self.port.latest();
+        self.rescues.iter().for_each(|rescue| rescue.make_safe(&latest));
         self.observer.tripped(reason, now_ns);
     }
 

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use super::beat::Beat;
 use super::command::Forces;
 use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Write};
+use super::field::Field;
 use super::link::{Facts, ScanSide};
 use super::machine::Machine;
 use super::pacing::{Clock, Grid};
@@ -67,6 +68,7 @@ pub struct Scanner<M, C> {
     books: Books,
     watches: Watches,
     pub(super) swaps: Swaps<M>,
+    field: Field,
     overruns: OverrunSummary,
     pub(super) mode: Mode,
     /// When it was entered.
@@ -93,11 +95,12 @@ pub(super) struct Parts<M, C> {
     pub pace: Pace,
     pub watched: Watched,
     pub swaps: Swaps<M>,
+    pub field: Field,
 }
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
     pub(super) fn new(parts: Parts<M, C>) -> Scanner<M, C> {
-        let Parts { machine, clock, side, journal, beat, pace, watched, swaps } = parts;
+        let Parts { machine, clock, side, journal, beat, pace, watched, swaps, field } = parts;
         let now_ns = clock.now_ns();
         Scanner {
             watches: Watches::new(&watched, machine.image().1, now_ns),
@@ -114,6 +117,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             next_report_ns: 0,
             ended_ns: now_ns,
             swaps,
+            field,
             machine,
             clock,
             side,
@@ -130,6 +134,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             Some(reason) => {
                 let now_ns = self.clock.now_ns();
                 self.enter(Mode::Stop(reason), now_ns);
+                self.field.make_safe(Some(self.machine.image()));
                 self.unpublished = true;
                 self.publish_stop(now_ns);
             }
@@ -153,12 +158,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
         let running = self.mode == Mode::Run || faulted;
         std::mem::swap(&mut self.machine, &mut package.machine);
-        let Package { machine: old, transfer, watches, carried, fresh, .. } = &mut *package;
+        let Package { machine: old, transfer, watches, carried, fresh, safe, .. } = &mut *package;
         self.machine.adopt(old, transfer, running, self.forces.list());
         self.forces.renumber(|cell| transfer.cell(cell));
         watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
         std::mem::swap(&mut self.watches, watches);
         std::mem::swap(&mut self.side.fresh, fresh);
+        self.field.exchange_safe(safe);
         let generation = package.generation;
         self.side.generation = generation;
         let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
@@ -251,6 +257,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         for (x, on) in self.side.inputs() {
             self.machine.set_input(x, on);
         }
+        self.bring_in(now_ns);
         let mut writes_left = SCAN_WRITES_MAX;
         while let Some(writes) = self.side.next_batch(writes_left) {
             writes_left -= writes.len();
@@ -265,8 +272,15 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.machine.execute()
     }
 
+    /// The rest of the input step: field devices.
+    fn bring_in(&mut self, now_ns: u64) {
+        let Scanner { field, machine, journal, scans, .. } = self;
+        field.bring_in(machine, (now_ns, *scans), |what| journal.tell(*scans, now_ns, what));
+    }
+
     /// Steps 8 and 9.
     fn complete(&mut self, now_ns: u64) {
+        self.field.bring_out(&self.machine);
         self.scans += 1;
         // Where the monitor closed the door by mistake, it is open again.
         self.side.set_running(true);
@@ -282,6 +296,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         match self.terminate(now_ns) {
             Err(fault) => self.fail(fault, now_ns),
             Ok(()) => {
+                self.field.make_safe(Some(self.machine.image()));
                 self.leave_run(now_ns);
                 self.enter(Mode::Stop(self.stopping.unwrap_or(StopReason::Instruction)), now_ns);
                 self.unpublished = true;
@@ -308,6 +323,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     pub(super) fn fail(&mut self, reason: FaultReason, now_ns: u64) {
+        self.field.make_safe(None);
         self.side.set_running(false);
         self.side.answer(false);
         self.side.publish_fault(reason, now_ns);
@@ -320,6 +336,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// STOP and FAULT: nothing is scanned, the thread shows that it lives.
     fn tick(&mut self, now_ns: u64) {
         self.side.refuse_waiting();
+        self.field.tick((!matches!(self.mode, Mode::Fault(_))).then(|| self.machine.image()));
         if self.guarded(|scanner| scanner.obey(now_ns)).is_none() {
             self.fail(FaultReason::EnginePanic, now_ns);
         }

@@ -32,6 +32,8 @@ pub struct Package<M> {
     pub(super) watches: Watches,
     /// By watch: which watch of the old program it goes on from.
     pub(super) carried: Carried,
+    /// What each Y does outside RUN.
+    pub(super) safe: Vec<Safe>,
     /// Snapshots of its shape.
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
@@ -67,19 +69,19 @@ impl<M> Package<M> {
     /// A package; `latest` gives its snapshots what is not the program's.
     pub fn new(machine: M, contents: Contents, latest: &Snapshot) -> Package<M> {
         let Contents { transfer, generation, watched, carried, bits, words, safe } = contents;
-        let safe: Arc<[Safe]> = safe.into();
+        let shown: Arc<[Safe]> = safe.clone().into();
         let fresh = |_| {
             Arc::new(Snapshot {
                 generation,
                 bits: vec![0; bits].into(),
                 words: vec![0; words].into(),
-                safe: Arc::clone(&safe),
+                safe: Arc::clone(&shown),
                 ..latest.clone()
             })
         };
         let fresh = (0..SPARES).map(fresh).collect();
         let watches = Watches::new(&watched, &vec![0; words], 0);
-        Package { machine, transfer, generation, swap_ns: None, watches, carried, fresh }
+        Package { machine, transfer, generation, swap_ns: None, watches, carried, safe, fresh }
     }
 }
 

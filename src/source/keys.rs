@@ -29,6 +29,7 @@ const fn limited(mut row: Key, more: &'static str) -> Key {
 /// A name of a tag or block; the grammar in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 const BLOCK_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}"#;
+const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 const RUNG_NAME: &str = r#"{"pattern":"^[a-z0-9]+(-[a-z0-9]+)*$"}"#;
 const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en"]}}"#;
 const NOT_EMPTY: &str = r#"{"minItems":1}"#;
@@ -51,6 +52,10 @@ pub const LADDER: &[Key] = &[
     key("`[ladder]`", "doc", "What the program is for."),
     key("`[ladder]`", "order", "The scan order: every Program and Task once."),
     key("`[ladder]`", "allow", "Names of warnings that are silenced in this file."),
+    limited(
+        key("`[ladder]`", "devices", "Names of field devices that a controller file has."),
+        DEVICE_NAMES,
+    ),
     key("`[tags]`", "*", "A tag: an address with a name (`at`), or a constant with one (`value`)."),
     key(TAG, "at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."),
     key(TAG, "value", "A constant: a number, or a duration as `\"2s500ms\"`."),

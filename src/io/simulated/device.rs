@@ -6,7 +6,7 @@
 //! given, so a step that comes late shifts nothing that follows.
 
 use crate::isa::Bit;
-use crate::resolve::controller::{Device as Rule, Motion};
+use crate::resolve::controller::{Motion, Rule};
 
 /// All rules with their state.
 #[derive(Clone, Debug)]

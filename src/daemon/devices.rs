@@ -1,0 +1,89 @@
+//! Field devices: what the controller file asks for → drivers with their lines to the scan.
+//!
+//! The one place that knows every driver. What a device's task does is `io::device`'s business.
+
+use std::time::Duration;
+
+use tokio::task::JoinSet;
+use tracing::info;
+
+use super::config::Setup;
+use crate::io::device;
+use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
+use crate::resolve::device::{Device, Driver as Settings};
+use crate::runtime::exchange::Port;
+use crate::runtime::field::{Ends, Wiring};
+
+/// How all devices are, by number.
+pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
+    let health = |device: &Device| {
+        let (driver, peer) = match &device.driver {
+            Settings::Modbus(_) => ("modbus", String::new()),
+            Settings::Gpio(_) => ("gpio", String::new()),
+            Settings::Simulated(_) => ("simulated", "this process".to_owned()),
+        };
+        Health::new(&device.name, driver, peer)
+    };
+    devices.iter().map(health).collect()
+}
+
+/// What the devices' tasks are started with.
+pub(super) struct Starter<'a> {
+    pub setup: &'a Setup,
+    pub port: &'a Port,
+    pub healths: &'a [Health],
+    pub stop: tokio::sync::watch::Receiver<bool>,
+}
+
+impl Starter<'_> {
+    /// Starts a task for each device.
+    pub fn start(&self, ends: Vec<Ends>, tasks: &mut JoinSet<()>) {
+        let devices = self.setup.devices.iter().zip(&self.setup.field);
+        for ((device, wiring), ends) in devices.zip(ends) {
+            let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
+            info!(event = "device", device = %name, points, "device {name}: {points} points");
+            self.one(device, wiring, ends, tasks);
+        }
+    }
+
+    fn one(&self, device: &Device, wiring: &Wiring, ends: Ends, tasks: &mut JoinSet<()>) {
+        match &device.driver {
+            Settings::Modbus(_) | Settings::Gpio(_) | Settings::Simulated(_) => {}
+        }
+    }
+
+    /// A device that is exchanged beside the scan.
+    fn beside<D: Driver>(
+        &self,
+        driver: D,
+        (device, wiring): (&Device, &Wiring),
+        ends: Ends,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let parts = Parts {
+            driver,
+            line: ends.line,
+            port: self.port.clone(),
+            inputs: wiring.inputs.len(),
+            outputs: wiring.outputs.clone(),
+            health: self.healths[device.id.0 as usize].clone(),
+            poll: Duration::from_millis(device.poll_ms.into()),
+        };
+        tasks.spawn(device::Device::new(parts).run(super::shell::told(&self.stop)));
+    }
+
+    /// A device that the scan itself exchanges.
+    fn within(
+        &self,
+        opener: std::sync::Arc<dyn Opener>,
+        device: &Device,
+        ends: Ends,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let Some(line) = ends.local else { return };
+        let health = self.healths[device.id.0 as usize].clone();
+        let mut keeper = Keeper::new(opener, line, health, self.port.clone());
+        keeper.open();
+        tasks.spawn(keeper.run(super::shell::told(&self.stop)));
+    }
+}
