@@ -198,6 +198,7 @@ fn settings(symbols: &Symbols, scans: u64) -> Settings {
         },
         watched,
         posture: Posture::default(),
+        field: Vec::new(),
     }
 }
 

@@ -76,6 +76,19 @@ pub struct LadderFacts {
     pub rungs: usize,
 }
 
+impl Setup {
+    /// Whether a field device is another than in `other`, by what is running.
+    pub(super) fn devices_differ(&self, other: &Setup) -> bool {
+        let same = |(a, b): (&Device, &Device)| {
+            a.name == b.name && a.poll_ms == b.poll_ms && a.driver == b.driver
+        };
+        let (ours, theirs) = (&self.devices, &other.devices);
+        self.field != other.field
+            || ours.len() != theirs.len()
+            || !ours.iter().zip(theirs).all(same)
+    }
+}
+
 /// Makes what was loaded ready to run, with the cross-checks that only running needs; `Err` is
 /// why it cannot be run by this version. `loaded` has no errors.
 ///

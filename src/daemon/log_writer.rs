@@ -425,7 +425,7 @@ mod tests {
             heartbeat_ns: None,
             has_operator: true,
         };
-        LogWriter::new(Generations::new(narration), facts)
+        LogWriter::new(Generations::new(narration), facts, Vec::new())
     }
 
     #[test]

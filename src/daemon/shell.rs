@@ -304,6 +304,7 @@ async fn start_drivers(
     let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
     let patience = Duration::from_nanos(patience_ns);
     let mut about = operator::AboutParts::new(prepared, pace, retention.clone());
+    about.devices.clone_from(&healths);
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {
         let (server, maps) = bind_modbus(settings, setup, port, patience).await?;

@@ -57,7 +57,7 @@ pub enum Source {
 }
 
 /// A device, as the scan has to know it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
     /// One a point that comes in.
     pub inputs: Vec<Target>,

@@ -94,6 +94,8 @@ const SCAN: &str = "`[scan]`";
 const REALTIME: &str = "`[realtime]`";
 const MODBUS: &str = "`[modbus-server]`";
 const DEVICE: &str = "a simulated device";
+const FIELD: &str = "a device";
+const MAP: &str = "a device's map";
 const OPERATOR: &str = "`[operator]`";
 const MEMORY: &str = "`[memory]`";
 
@@ -111,6 +113,7 @@ pub const CONTROLLER: &[Key] = &[
     key(FILE, "retain", "What a restart keeps."),
     key(FILE, "modbus-server", "A Modbus TCP server; none where this is absent."),
     key(FILE, "simulated-device", "Inputs that move by themselves, instead of a plant."),
+    key(FILE, "device", "Field devices: remote I/O, local lines, a simulated plant."),
     key(FILE, "operator", "The socket by which operators ask and command."),
     key(FILE, "reload", "How a reload goes."),
     key(FILE, "log", "What the log tells by itself."),
@@ -125,6 +128,27 @@ pub const CONTROLLER: &[Key] = &[
     key(MEMORY, "MIR", "Modbus input registers."),
     key(MEMORY, "CT", "Counters."),
     key(MEMORY, "T", "Timers."),
+    limited(key(FIELD, "name", "Its name: `NAME.Ok` and `NAME.Stale` are its bits."), BLOCK_NAME),
+    limited(
+        key(FIELD, "driver", "How it is reached."),
+        r#"{"enum":["modbus-tcp","modbus-rtu","gpio","simulated"]}"#,
+    ),
+    limited(key(FIELD, "poll", "From exchange to exchange; 20ms if not given."), LEAST_1MS),
+    limited(
+        key(FIELD, "on-loss", "What becomes of its inputs when it is lost; `hold` if not given."),
+        r#"{"enum":["hold","zero"]}"#,
+    ),
+    limited(
+        key(FIELD, "loss-after", "So old may its last good exchange be; 1s if not given."),
+        LEAST_1MS,
+    ),
+    key(FIELD, "map", "Which of its points goes with which bit or word."),
+    key(MAP, "from", "Where the values come from: points of the device, or bits and words."),
+    key(MAP, "to", "Where they go."),
+    key(MAP, "safe", "What an output that is no Y is in STOP and FAULT; 0 if not given."),
+    key(MAP, "hold", "An output that is no Y stays in STOP and FAULT as it was."),
+    key(FIELD, "address", "`modbus-tcp`: its address and port."),
+    key(FIELD, "chip", "`gpio`: the character device of its chip."),
     limited(key(SCAN, "period", "From one scan to the next; 10ms if not given."), LEAST_1MS),
     limited(
         key(SCAN, "watchdog", "A scan longer than this is a fault; 200ms if not given."),

@@ -12,11 +12,12 @@ use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
 use crate::daemon::retain_thread::Retention;
 use crate::engine::Layout;
-use crate::isa::{Bit, BlockId, StageId};
+use crate::io::device::Health;
+use crate::isa::{self, Bit, BlockId, DeviceId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
-    self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan, Spread,
-    Status, Value,
+    self, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan,
+    Spread, Status, Value,
 };
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{self, Gauge, Grant, Pace, Prepared, monotonic_ns};
@@ -32,6 +33,8 @@ pub(in super::super) struct AboutParts {
     pub period_ns: u64,
     pub watchdog_ns: u64,
     pub retention: Option<Retention>,
+    /// The field devices, by number.
+    pub devices: Vec<Health>,
 }
 
 impl AboutParts {
@@ -45,6 +48,7 @@ impl AboutParts {
             period_ns: pace.period_ns,
             watchdog_ns: pace.watchdog_ns,
             retention,
+            devices: Vec::new(),
         }
     }
 }
@@ -148,6 +152,7 @@ impl About {
                     }
                 }),
                 simulated_rules: (self.rules > 0).then_some(self.rules),
+                field: self.field(latest),
             },
             retain: self.parts.retention.as_ref().map(retain),
             log: Log {
@@ -156,6 +161,26 @@ impl About {
                 records_dropped: self.parts.gauge.records_dropped(),
             },
         }
+    }
+
+    fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {
+        let is_on = |bit| latest.bit(self.layout.bit(bit));
+        let device = |(at, health): (usize, &Health)| {
+            let (id, reading) = (DeviceId(at as u32), health.reading());
+            FieldDevice {
+                name: reading.name,
+                driver: reading.driver.to_owned(),
+                peer: reading.peer,
+                ok: is_on(Bit::Device(id, isa::Health::Ok)),
+                stale: is_on(Bit::Device(id, isa::Health::Stale)),
+                exchanges: reading.exchanges,
+                failures: reading.failures,
+                took_us: reading.took.as_micros() as u64,
+                took_max_us: reading.took_max.as_micros() as u64,
+                trouble: reading.trouble,
+            }
+        };
+        self.parts.devices.iter().enumerate().map(device).collect()
     }
 
     fn block(&self, block: &NamedBlock, latest: &Snapshot) -> Block {

@@ -35,6 +35,13 @@ impl Ready {
         let path = Path::new(&old.setup.controller);
         let loaded = config::load(path, style).map_err(|failure| format!("{failure:#}"))?;
         let (program, setup) = loaded?;
+        if old.setup.symbols.devices != setup.symbols.devices {
+            return Err(format!(
+                "{}: its devices are others than the running ones, or in another order: they need \
+                 a restart, and nothing is reloaded until then",
+                setup.controller
+            ));
+        }
         let (before, now) = (old.setup.symbols.layout.sizes(), setup.symbols.layout.sizes());
         if before != now {
             return Err(format!(
@@ -106,6 +113,7 @@ fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
             "`[modbus-server]` listen, connections and timeouts, or whether there is one",
             modbus(old) != modbus(new),
         ),
+        ("`[[device]]`", old.devices_differ(new)),
         ("the first `[[simulated-device]]`", old.rules.is_empty() && !new.rules.is_empty()),
     ];
     let named = differs.into_iter().filter(|(_, differs)| *differs);

@@ -8,7 +8,7 @@ use crate::source::finding::Finding;
 pub(super) const EXAMPLE: &str = "line 17";
 
 /// Local lines.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Gpio {}
 
 /// Whether a text reads as lines.

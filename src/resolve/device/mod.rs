@@ -88,8 +88,8 @@ pub enum SafeValue {
     Hold,
 }
 
-/// A driver's settings, with its points.
-#[derive(Clone, Debug)]
+/// A driver's settings, with its points; no places, since these move with every edit of the file.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Driver {
     /// Remote I/O over Modbus, by TCP or a serial line.
     Modbus(modbus::Client),

@@ -8,7 +8,7 @@ use crate::source::finding::Finding;
 pub(super) const EXAMPLE: &str = "discrete-input 0";
 
 /// A Modbus client's settings.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Client {}
 
 /// Whether a text reads as points of a Modbus device.

@@ -8,7 +8,7 @@ use crate::source::finding::Finding;
 pub(super) const EXAMPLE: &str = "belt.eye";
 
 /// A simulated plant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Plant {}
 
 /// Whether a text reads as points of the plant.
