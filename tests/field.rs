@@ -2,181 +2,18 @@
 //! (`docs/devices.md`). The engine and the scanner on a simulated clock; the devices' ends are held
 //! by the test.
 
-use std::cell::Cell;
+#[allow(dead_code, reason = "each user takes what it needs")]
+#[path = "support/field.rs"]
+mod support;
+
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 
-use rungd::engine::Engine;
-use rungd::isa::{Address, Bit, BitSpace, Word};
-use rungd::lower::lower;
-use rungd::resolve::program::Program;
-use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
-use rungd::runtime::field::{Ends, Source, Target, Wiring, last_words, outgoing};
-use rungd::runtime::pacing::Clock;
-use rungd::runtime::{
-    DeviceEdge, Memory, Monitor, Observer, Pace, Posture, Record, Safe, Scanner, Settings,
-    Statistics, Watched, What, Whole, assemble_whole,
-};
-use rungd::source::span::SourceFile;
-
-const MS: u64 = 1_000_000;
-const PERIOD_NS: u64 = 10 * MS;
-const LOSS_NS: u64 = 100 * MS;
-
-#[derive(Clone, Default)]
-struct SimulatedClock(Rc<Cell<u64>>);
-
-impl Clock for SimulatedClock {
-    fn now_ns(&self) -> u64 {
-        self.0.get()
-    }
-
-    fn sleep_until(&mut self, deadline_ns: u64) {
-        self.0.set(self.0.get().max(deadline_ns));
-    }
-}
-
-/// Keeps what is told of devices.
-#[derive(Clone, Default)]
-struct Heard(Arc<Mutex<Vec<(u64, DeviceEdge)>>>);
-
-impl Observer for Heard {
-    fn record(&mut self, record: &Record) {
-        if let What::Device { device: 0, edge } = record.what {
-            self.0.lock().unwrap().push((record.scan, edge));
-        }
-    }
-
-    fn statistics(&mut self, _: &Statistics) {}
-    fn dropped(&mut self, _: u64) {}
-    fn tripped(&mut self, _: FaultReason, _: u64) {}
-    fn turn(&mut self, _: &Snapshot, _: u64) {}
-    fn ended(&mut self, _: u64) {}
-}
-
-const LADDER: &str = r#"
-[ladder]
-devices = ["line1"]
-
-[tags]
-ready = { at = "X3", initial = true }
-
-[[program]]
-name = "Main"
-rung = [
-  { when = ["line1.Ok"], do = ["OUT Y0"] },
-  { when = ["line1.Stale"], do = ["OUT Y1"] },
-  { when = ["X0"], do = ["OUT Y2"] },
-  { when = ["ready"], do = ["OUT Y3"] },
-  { when = ["$On"], do = ["MOVE D0 to=D1", "ADD V0 1 to=V0"] },
-]
-"#;
-
-struct Rig {
-    program: Program,
-    symbols: rungd::lower::Symbols,
-    scanner: Scanner<Engine, SimulatedClock>,
-    monitor: Monitor<Heard>,
-    port: Port,
-    heard: Heard,
-    ends: Ends,
-    clock: SimulatedClock,
-}
-
-/// X0, X3, D0 and V0 come from the device; Y2, D1 and C0 go to it.
-fn rig(zero_on_loss: bool) -> Rig {
-    let file = SourceFile { name: "line.toml".into(), text: LADDER.into() };
-    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-    let (code, symbols) = lower(&program);
-    let layout = &symbols.layout;
-    let bit = |name: &str| match resolve_operand(&program, name) {
-        Ok(Address::Bit(bit)) => layout.bit(bit),
-        other => panic!("{name}: {other:?}"),
-    };
-    let word = |name: &str| match resolve_operand(&program, name) {
-        Ok(Address::Word(word)) => (layout.word(word), word.range()),
-        other => panic!("{name}: {other:?}"),
-    };
-    let target = |name: &str| {
-        let (cell, (min, max)) = word(name);
-        Target::Word { cell, min, max }
-    };
-    let wiring = Wiring {
-        inputs: vec![Target::Input(0), Target::Input(3), target("D0"), target("V0")],
-        outputs: vec![
-            Source::Output(2),
-            Source::Cell(rungd::engine::Cell::Word(word("D1").0), Some(-1)),
-            Source::Cell(rungd::engine::Cell::Word(word("V0").0), None),
-        ],
-        ok: bit("line1.Ok"),
-        stale: bit("line1.Stale"),
-        loss_after_ns: LOSS_NS,
-        zero_on_loss,
-        local_budget_ns: None,
-    };
-    let mut safe = vec![Safe::Off; program.sizes.y as usize];
-    safe[3] = Safe::Hold;
-    let settings = Settings {
-        pace: Pace {
-            period_ns: PERIOD_NS,
-            watchdog_ns: 200 * MS,
-            scans: None,
-            statistics_every_ns: None,
-            start_in_stop: None,
-        },
-        memory: Memory {
-            inputs: program.sizes.x,
-            bits: layout.bit_count() as usize,
-            words: layout.word_count() as usize,
-            first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
-            forces_active: layout.bit(Bit::Space(BitSpace::St, 9)).0 as usize,
-            safe,
-        },
-        watched: Watched::default(),
-        posture: Posture::default(),
-        field: vec![wiring],
-    };
-    let (clock, heard) = (SimulatedClock::default(), Heard::default());
-    clock.0.set(1000 * MS);
-    let engine = Engine::new(code);
-    let whole = assemble_whole(engine, clock.clone(), &settings, heard.clone());
-    let Whole { mut scanner, monitor, port, mut lines, .. } = whole;
-    port.set_input(3, true);
-    scanner.start();
-    Rig { ends: lines.remove(0), program, symbols, scanner, monitor, port, heard, clock }
-}
-
-impl Rig {
-    /// A good exchange, now.
-    fn deliver(&mut self, x0: i32, x3: i32, d0: i32, v0: i32) {
-        let now_ns = self.clock.now_ns();
-        assert!(self.ends.line.deliver(&[x0, x3, d0, v0], now_ns));
-    }
-
-    fn scans(&mut self, count: u64) {
-        for _ in 0..count {
-            assert!(self.scanner.step());
-            self.monitor.turn(self.clock.now_ns());
-        }
-    }
-
-    fn value(&self, name: &str) -> i32 {
-        let image = self.port.latest();
-        let address = resolve_operand(&self.program, name).expect(name);
-        image.value(self.symbols.layout.cell(address).expect(name))
-    }
-
-    fn values(&self, names: &[&str]) -> Vec<i32> {
-        names.iter().map(|name| self.value(name)).collect()
-    }
-
-    fn told(&self) -> Vec<(u64, DeviceEdge)> {
-        std::mem::take(&mut self.heard.0.lock().unwrap())
-    }
-}
+use rungd::isa::{Bit, BitSpace, Word, WordSpace};
+use rungd::runtime::DeviceEdge;
+use rungd::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
+use rungd::runtime::field::{last_words, outgoing};
+use support::{MS, PERIOD_NS, Rig, rig};
 
 #[test]
 fn an_image_is_seen_by_the_next_scan_and_whole() {
@@ -204,8 +41,8 @@ fn the_newest_of_several_images_is_taken() {
 #[test]
 fn images_do_not_pile_up_where_no_scan_takes_them() {
     let mut rig = rig(false);
-    let now_ns = rig.clock.now_ns();
-    let taken = (0..10).filter(|d0| rig.ends.line.deliver(&[0, 0, *d0, 0], now_ns)).count();
+    let now_ns = rig.clock.0.get();
+    let taken = (0..10).filter(|d0| rig.line().deliver(&[0, 0, *d0, 0], now_ns)).count();
     assert_eq!(taken, 4, "then it says so, and the driver may try again");
     rig.scans(1);
     assert_eq!(rig.value("D0"), 3);
@@ -255,7 +92,7 @@ fn trouble_ends_ok_at_once_and_a_good_exchange_brings_it_back() {
     let mut rig = rig(true);
     rig.deliver(1, 0, 5, 0);
     rig.scans(1);
-    rig.ends.line.trouble();
+    rig.line().trouble();
     rig.scans(1);
     assert_eq!(rig.values(&["line1.Ok", "line1.Stale", "X0", "D0"]), [0, 0, 1, 5]);
     rig.deliver(1, 0, 5, 0);
@@ -315,28 +152,24 @@ fn outputs_are_the_scans_in_run_and_safe_outside() {
     let mut rig = rig(false);
     rig.deliver(1, 0, 42, 7);
     rig.scans(1);
-    let sources = {
-        let word = |n| rig.symbols.layout.word(Word::Space(rungd::isa::WordSpace::D, n));
-        let cell = |n| rungd::engine::Cell::Word(word(n));
-        [Source::Output(2), Source::Cell(cell(1), Some(-1)), Source::Cell(cell(0), None)]
-    };
+    let sources = &rig.sources;
     let out = |image: &Snapshot| {
         let mut values = [9; 3];
-        outgoing(&sources, image, &mut values);
+        outgoing(sources, image, &mut values);
         values
     };
     let running = rig.port.latest();
-    assert_eq!(out(&running), [1, 42, 42]);
+    assert_eq!(out(&running), [1, 42, 8]);
     for mode in [Mode::Stop(StopReason::Operator), Mode::Fault(FaultReason::ScanNeverEnds)] {
         // As the world's end of the link shows it.
         let mut outputs = running.outputs.clone();
         outputs[2] = 0;
         let image = Snapshot { mode, outputs, ..(*running).clone() };
-        assert_eq!(out(&image), [0, -1, 42]);
+        assert_eq!(out(&image), [0, -1, 8]);
     }
     let mut values = [9; 3];
-    last_words(&sources, &running, &mut values);
-    assert_eq!(values, [0, -1, 42], "at the end of the process, though it shows RUN");
+    last_words(sources, &running, &mut values);
+    assert_eq!(values, [0, -1, 8], "at the end of the process, though it shows RUN");
 }
 
 /// A driver beside the scan hands in patterns as fast as it can; no scan sees half of one.
@@ -346,10 +179,10 @@ fn no_image_is_torn() {
     let mut rig = rig(false);
     let clock = Rc::clone(&rig.clock.0);
     let over = AtomicBool::new(false);
-    let Rig { ends, scanner, symbols, monitor, port, .. } = &mut rig;
+    let mut line = rig.take_line();
+    let Rig { scanner, symbols, monitor, port, .. } = &mut rig;
     let seen = std::thread::scope(|scope| {
         let over = &over;
-        let line = &mut ends.line;
         scope.spawn(move || {
             let mut n = 0;
             while n < exchanges {
@@ -366,8 +199,8 @@ fn no_image_is_torn() {
             let (image, layout) = (port.latest(), &symbols.layout);
             let word = |space, n| image.word(layout.word(Word::Space(space, n)));
             let bit = |n| i32::from(image.bit(layout.bit(Bit::Space(BitSpace::X, n))));
-            let n = word(rungd::isa::WordSpace::D, 0);
-            let counted = word(rungd::isa::WordSpace::V, 0) - 1;
+            let n = word(WordSpace::D, 0);
+            let counted = word(WordSpace::V, 0) - 1;
             if n > 0 {
                 assert_eq!((bit(0), bit(3), counted), (n & 1, n & 1, n & 0x7fff), "scan of {n}");
                 seen += 1;
