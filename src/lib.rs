@@ -10,6 +10,7 @@ pub mod cli;
 pub mod daemon;
 pub mod engine;
 pub mod events;
+pub mod faults;
 pub mod io;
 pub mod isa;
 pub mod load;

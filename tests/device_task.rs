@@ -45,6 +45,10 @@ impl Scripted {
     }
 }
 
+/// Why a driver of these tests panics.
+const BUG: &str = "a bug of this driver";
+
+/// The next answer, which is taken out of the script.
 fn next(answers: &mut Vec<Result<(), Trouble>>) -> Result<(), Trouble> {
     if answers.is_empty() { Ok(()) } else { answers.remove(0) }
 }
@@ -57,9 +61,11 @@ impl Driver for Scripted {
     async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<(), Trouble> {
         let call = Call::Exchange(exchange.occasion, exchange.outputs.to_vec());
         let mut script = self.note(call);
-        next(&mut script.exchanges)?;
+        let answer = next(&mut script.exchanges);
         exchange.inputs.copy_from_slice(&script.inputs);
-        Ok(())
+        drop(script);
+        assert!(!answer.as_ref().is_err_and(|trouble| trouble.reason == BUG), "{BUG}");
+        answer
     }
 
     fn disconnect(&mut self) {
@@ -192,6 +198,25 @@ fn a_connection_that_is_lost_is_made_again_and_all_outputs_are_written() {
         let begin = [Call::Connect, poll(0, 0, 1), poll(0, 0, 1), Call::Disconnect];
         assert_eq!(calls[..4], begin);
         assert_eq!(calls[4..6], [Call::Connect, poll(0, 0, 1)]);
+    });
+}
+
+#[test]
+fn a_panic_of_a_driver_costs_its_connection_and_nothing_else() {
+    run(async {
+        let bug = || Err(Trouble::kept(BUG));
+        let script = Script { exchanges: vec![Ok(()), bug()], ..Script::default() };
+        let mut bench = Bench::start(script);
+        sleep(Duration::from_millis(30)).await;
+        let trouble = bench.health.reading().trouble.unwrap();
+        assert!(trouble.contains("a bug in its driver"), "{trouble}");
+        sleep(Duration::from_millis(370)).await;
+        let calls = bench.calls();
+        let begin = [Call::Connect, poll(0, 0, 1), poll(0, 0, 1), Call::Disconnect];
+        assert_eq!(calls[..4], begin);
+        assert_eq!(calls[4..6], [Call::Connect, poll(0, 0, 1)]);
+        assert_eq!(bench.health.reading().trouble, None);
+        bench.end().await;
     });
 }
 

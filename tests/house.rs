@@ -6,9 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
-const ORDER: [&str; 17] = [
+const ORDER: [&str; 18] = [
     "main", "cli", "daemon", "operator", "load", "io", "retain", "runtime", "sim", "reload",
-    "lower", "check", "resolve", "source", "engine", "isa", "events",
+    "lower", "check", "resolve", "source", "engine", "isa", "events", "faults",
 ];
 
 /// Modules that may know tokio and tracing.

@@ -27,6 +27,8 @@ use super::retain_thread::Retention;
 use super::signals::{Host, Signals, Told};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
+use crate::faults::{self, Point};
+use crate::io::caught::caught;
 use crate::io::device::Health;
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
@@ -94,6 +96,7 @@ pub fn run(
 ) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
+    faults::listen();
     let inputs = initial_inputs(&program, &setup);
     let mut engine = Engine::new(program.clone());
     let retained = setup.retain.as_ref().map(|wanted| retain::begin(wanted, &mut engine));
@@ -177,7 +180,12 @@ async fn shell(
         return Ok(Ending::Orderly);
     }
     let runtime = prepared.start()?;
-    let over = attend(&runtime, &reloads, &mut attendance).await;
+    let attended = caught(attend(&runtime, &reloads, &mut attendance)).await;
+    let over = attended.unwrap_or(Over { asked: false, waiting: Waiting::Stuck });
+    if over.waiting == Waiting::Stuck {
+        // Whatever it is that does not end: drivers write safe values, and no scan others.
+        runtime.request_stop();
+    }
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
@@ -242,6 +250,7 @@ async fn attend(
                 runtime.request_stop();
             }
             _ = look.tick() => {
+                faults::point(Point::Shell);
                 let (now, pulses) = (started.elapsed(), runtime.pulses());
                 let latest = port.latest();
                 notices.tell(now, pulses, &latest, |notice| systemd.send(notice));

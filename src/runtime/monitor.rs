@@ -18,6 +18,7 @@ use super::link::WorldSide;
 use super::local::Rescue;
 use super::record::{JournalReader, Record};
 use super::statistics::Statistics;
+use crate::faults::{self, Point};
 
 /// Who wants to know: the log writer. Called on the monitor thread; none of it may block.
 pub trait Observer: Send {
@@ -62,6 +63,7 @@ pub(super) struct Grace {
 impl<O: Observer> Monitor<O> {
     /// One turn; false once the scan thread has ended and all it left is handed on.
     pub fn turn(&mut self, now_ns: u64) -> bool {
+        faults::point(Point::Monitor);
         let life = self.beat.life();
         self.world.pump();
         self.read_journal();

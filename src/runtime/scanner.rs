@@ -21,6 +21,7 @@ use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Meter, Statistics};
 use super::swap::{Package, Swaps};
+use crate::faults::{self, Point};
 
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
@@ -190,6 +191,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// Waits for the next grid point and does what is due; false once the thread is to end.
     pub fn step(&mut self) -> bool {
+        faults::point(Point::Thread);
         let deadline_ns = self.grid.deadline_ns();
         let scans = self.mode == Mode::Run;
         if scans {
@@ -252,6 +254,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// An operator's commands, then steps 1 to 7.
     fn execute(&mut self, now_ns: u64) -> bool {
+        faults::point(Point::Scan);
+        faults::point(Point::Stall);
         self.obey(now_ns);
         self.machine.begin_scan(now_ns, &self.books.scan_times());
         for (x, on) in self.side.inputs() {

@@ -1,6 +1,6 @@
 //! One device's task: exchange on time, at once when an output changes, and after trouble again.
 //!
-//! It outlives everything its driver does but a panic, and even then the scan sees its age. Log
+//! It outlives everything its driver does: a panic costs the connection, as trouble does. Log
 //! lines are edges: trouble begins, trouble ends. Outputs are what the last published image says:
 //! in STOP and FAULT the safe values; and when the process ends, the safe values once more.
 
@@ -15,6 +15,8 @@ use tracing::{info, warn};
 use super::driver::{Driver, Exchange, Occasion, Trouble};
 use super::health::Health;
 use super::retry::Retry;
+use crate::faults::{self, Point};
+use crate::io::caught::caught;
 use crate::runtime::exchange::{Port, Snapshot};
 use crate::runtime::field::{Line, Source, last_words, outgoing};
 use crate::runtime::monotonic_ns;
@@ -107,7 +109,7 @@ impl<D: Driver> Device<D> {
         loop {
             let connected = tokio::select! {
                 () = &mut stop => return false,
-                connected = self.driver.connect() => connected,
+                connected = caught(self.driver.connect()) => connected.unwrap_or_else(bug),
             };
             match connected {
                 Ok(()) => {
@@ -171,7 +173,12 @@ impl<D: Driver> Device<D> {
     async fn exchange(&mut self, occasion: Occasion) -> Result<(), Trouble> {
         let begun = Instant::now();
         let Device { driver, values, inputs, .. } = self;
-        driver.exchange(Exchange { occasion, outputs: values, inputs }).await?;
+        let exchange = Exchange { occasion, outputs: values, inputs };
+        let call = async {
+            faults::point(Point::Device);
+            driver.exchange(exchange).await
+        };
+        caught(call).await.unwrap_or_else(bug)?;
         self.written.copy_from_slice(&self.values);
         if occasion == Occasion::Poll {
             self.retry.reset();
@@ -203,4 +210,9 @@ impl<D: Driver> Device<D> {
             %device, %peer, lasted_ms, "{device} exchanges again after {seconds:.1} s of trouble"
         );
     }
+}
+
+/// A driver that panicked, whose connection is as it left it.
+fn bug() -> Result<(), Trouble> {
+    Err(Trouble::disconnected("a bug in its driver, which the line before tells"))
 }
