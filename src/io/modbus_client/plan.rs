@@ -49,16 +49,16 @@ pub fn reads(points: &[Point], gap: u16) -> Vec<Group> {
 impl Group {
     /// Whether a point, not before the first one, belongs to the same request.
     fn takes(&self, point: &Point, gap: u16) -> bool {
-        let is_bits = self.table.is_bits();
-        let (max, gap) = match is_bits {
+        if (self.unit, self.table) != (point.unit, point.table) {
+            return false;
+        }
+        let (max, gap) = match self.table.is_bits() {
             true => (READ_BITS_MAX, u32::from(gap) * 16),
             false => (READ_WORDS_MAX, u32::from(gap)),
         };
         let end = u32::from(self.first) + u32::from(self.count);
         let count = u32::from(point.at - self.first) + u32::from(point.width());
-        (self.unit, self.table) == (point.unit, point.table)
-            && u32::from(point.at) <= end + gap
-            && count <= u32::from(max)
+        u32::from(point.at) <= end + gap && count <= u32::from(max)
     }
 
     /// Puts what was read where its points are; `data` is as long as [`super::answer::check`]
