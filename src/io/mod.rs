@@ -8,4 +8,5 @@
 pub mod caught;
 pub mod device;
 pub mod modbus;
+pub mod modbus_client;
 pub mod simulated;
