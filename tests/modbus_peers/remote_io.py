@@ -28,7 +28,8 @@ def say(*words):
 async def act(unit, tables, function, start, address, count, registers, values):
     if function in OF_WRITE:
         table = OF_WRITE[function]
-        for at, value in enumerate(values, address):
+        # Once more without values: pymodbus reads back what it answers.
+        for at, value in enumerate(values or [], address):
             if tables[table][at] != int(value):
                 tables[table][at] = int(value)
                 say(unit, table, at, int(value))
