@@ -16,8 +16,8 @@ use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep, timeout, timeout_at};
 
 use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
-use super::map::Read;
-use super::pdu::{self, Request};
+use super::map::{Asker, Read};
+use super::pdu::{self, Exception, Request, Table};
 use super::refusal::Refusal;
 use super::server::Shared;
 use crate::runtime::exchange::{Outcome, Ticket};
@@ -119,7 +119,7 @@ impl Connection {
 
     /// Answers one request, and starts the wait for the next.
     async fn answer(&mut self, header: Header, pdu: &[u8]) -> Result<(), Closed> {
-        let reply = self.reply(pdu).await;
+        let reply = self.reply(header.unit, pdu).await;
         let frame = frame::reply(header, |bytes| bytes.extend_from_slice(&reply));
         let limits = &self.shared;
         match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
@@ -133,9 +133,14 @@ impl Connection {
     }
 
     /// The reply's PDU.
-    async fn reply(&self, pdu: &[u8]) -> Vec<u8> {
+    async fn reply(&self, unit: u8, pdu: &[u8]) -> Vec<u8> {
         let mut reply = Vec::with_capacity(FRAME_BYTES_MAX);
         let function = pdu.first().copied().unwrap_or(0);
+        let latest = self.shared.port.latest();
+        if !self.shared.maps.of(latest.generation).answers(unit) {
+            pdu::push_exception(&mut reply, function, Exception::NoSuchUnit);
+            return reply;
+        }
         let request = match pdu::parse(pdu) {
             Ok(request) => request,
             Err(exception) => {
@@ -143,30 +148,56 @@ impl Connection {
                 return reply;
             }
         };
-        let done = match request {
-            Request::Read { table, first, count } => {
-                let read = Read { function, table, first, count };
-                let latest = self.shared.port.latest();
-                self.shared.maps.of(latest.generation).read(read, &latest, &mut reply)
-            }
-            _ => self.write(&request).await,
-        };
-        match (done, request) {
-            (Ok(()), Request::Read { .. }) => {}
-            (Ok(()), _) => pdu::push_written(&mut reply, pdu),
-            (Err(refusal), _) => {
-                self.shared.log_refusal(self.client, &request, refusal);
-                pdu::push_exception(&mut reply, function, refusal.exception());
-            }
+        let asker = Asker { unit, client: self.client.ip() };
+        if let Err(refusal) = self.done(asker, pdu, &request, &mut reply).await {
+            self.shared.log_refusal(asker, self.client, &request, refusal);
+            reply.clear();
+            pdu::push_exception(&mut reply, function, refusal.exception());
         }
         reply
     }
 
+    /// Does what a request asks for, and appends its reply.
+    async fn done(
+        &self,
+        asker: Asker,
+        pdu: &[u8],
+        request: &Request<'_>,
+        reply: &mut Vec<u8>,
+    ) -> Result<(), Refusal> {
+        let function = pdu.first().copied().unwrap_or(0);
+        let table = Table::HoldingRegisters;
+        match *request {
+            Request::Read { table, first, count } => {
+                self.read(asker, Read { function, table, first, count }, reply)
+            }
+            Request::ReadWrite { read_first: first, read_count: count, .. } => {
+                let read = Read { function, table, first, count };
+                // What cannot be read is not to be found out behind the write.
+                self.read(asker, read, reply)?;
+                self.write(asker, request).await?;
+                reply.clear();
+                self.read(asker, read, reply)
+            }
+            _ => {
+                self.write(asker, request).await?;
+                pdu::push_written(reply, pdu);
+                Ok(())
+            }
+        }
+    }
+
+    /// Reads from the last complete scan's image.
+    fn read(&self, asker: Asker, read: Read, reply: &mut Vec<u8>) -> Result<(), Refusal> {
+        let latest = self.shared.port.latest();
+        self.shared.maps.of(latest.generation).read(asker.unit, read, &latest, reply)
+    }
+
     /// Hands a write in, whole, and waits until a complete scan has seen it.
-    async fn write(&self, request: &Request<'_>) -> Result<(), Refusal> {
+    async fn write(&self, asker: Asker, request: &Request<'_>) -> Result<(), Refusal> {
         let port = &self.shared.port;
         // A reload in between changes no cell that a client can write.
-        let batch = self.shared.maps.of(port.latest().generation).writes(request)?;
+        let batch = self.shared.maps.of(port.latest().generation).writes(asker, request)?;
         let ticket =
             port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
         timeout(self.shared.write_wait, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))

@@ -18,7 +18,7 @@ use tokio::time::sleep;
 use tracing::{debug, error, info, warn};
 
 use super::connection::{Closed, Connection};
-use super::map::Map;
+use super::map::{Asker, Map};
 use super::pdu::Request;
 use super::refusal::Refusal;
 use crate::resolve::controller::Modbus;
@@ -147,13 +147,21 @@ type Ended = (SocketAddr, Closed);
 
 impl Shared {
     /// Logs a request that was well-formed and not done.
-    pub fn log_refusal(&self, client: SocketAddr, request: &Request<'_>, why: Refusal) {
+    pub fn log_refusal(
+        &self,
+        asker: Asker,
+        client: SocketAddr,
+        request: &Request<'_>,
+        why: Refusal,
+    ) {
         let exception = why.exception() as u8;
+        let map = self.maps.of(self.port.latest().generation);
+        let place = map.place(asker.unit, request);
         if let Request::Read { .. } = request {
             debug!(
                 event = "modbus-read-refused",
                 %client,
-                place = %request,
+                %place,
                 exception,
                 "Modbus read refused: {why}"
             );
@@ -161,7 +169,7 @@ impl Shared {
             warn!(
                 event = "modbus-write-refused",
                 %client,
-                place = %request,
+                %place,
                 exception,
                 "Modbus write refused: {why}"
             );
