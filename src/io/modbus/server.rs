@@ -18,7 +18,7 @@ use tokio::time::sleep;
 use tracing::{debug, error, info, warn};
 
 use super::connection::{Closed, Connection};
-use super::map::{Asker, Map};
+use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
 use crate::resolve::controller::Modbus;
@@ -149,14 +149,12 @@ impl Shared {
     /// Logs a request that was well-formed and not done.
     pub fn log_refusal(
         &self,
-        asker: Asker,
         client: SocketAddr,
+        place: &str,
         request: &Request<'_>,
         why: Refusal,
     ) {
         let exception = why.exception() as u8;
-        let map = self.maps.of(self.port.latest().generation);
-        let place = map.place(asker.unit, request);
         if let Request::Read { .. } = request {
             debug!(
                 event = "modbus-read-refused",
