@@ -1,8 +1,8 @@
 //! Every address with every function and the quantities at its edges, against the oracle.
 //!
-//! In the process, on the map that `tests/oracle/controller.toml` gives: each request is judged as a
-//! connection does, its batch is applied to an image, and the reply and all of memory must be what
-//! the oracle says. Part of it goes through a socket to the real program too (`modbus_hostile.rs`).
+//! In the process, on the map that `tests/oracle/controller.toml` gives: each request is judged as
+//! a connection does, its batch is applied to an image, and the reply and all of memory must be
+//! what the oracle says. Part of it goes through a socket to the real program (`modbus_live.rs`).
 //!
 //! CI takes all addresses near an edge and some of the others; all of them, with figures:
 //! `cargo test --release --test modbus_sweep -- --ignored --nocapture`.

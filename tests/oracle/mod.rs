@@ -232,12 +232,6 @@ impl Oracle {
         let word = |at: usize| usize::from(pdu[at]) << 8 | usize::from(pdu[at + 1]);
         let (function, length) = (pdu[0], pdu.len());
         let fits = |wanted: usize| if length == wanted { Ok(()) } else { Err(3) };
-        let within = |n: usize, most: usize| if n >= 1 && n <= most { Ok(()) } else { Err(3) };
-        // Everything behind a byte that says how much it is.
-        let counted = |at: usize, bytes: usize| match pdu.get(at) {
-            Some(said) if usize::from(*said) == bytes => fits(at + 1 + bytes),
-            _ => Err(3),
-        };
         let tables = &self.tables[unit];
         match function {
             1..=4 => {
@@ -262,6 +256,26 @@ impl Oracle {
                 let changes = self.write_words(&tables[HOLDING], client, word(1), &[word(3)])?;
                 Ok((pdu.to_vec(), changes))
             }
+            22 => {
+                fits(7)?;
+                let changes = self.mask(&tables[HOLDING], client, word(1), (word(3), word(5)))?;
+                Ok((pdu.to_vec(), changes))
+            }
+            15 | 16 | 23 => self.ask_with_values(tables, client, pdu),
+            _ => Err(1),
+        }
+    }
+
+    /// The functions that carry several values.
+    fn ask_with_values(&self, tables: &[Table; 4], client: Client, pdu: &[u8]) -> Result<Done, u8> {
+        let word = |at: usize| usize::from(pdu[at]) << 8 | usize::from(pdu[at + 1]);
+        let length = pdu.len();
+        // Everything behind a byte that says how much it is.
+        let counted = |at: usize, bytes: usize| match pdu.get(at) {
+            Some(said) if usize::from(*said) == bytes && length == at + 1 + bytes => Ok(()),
+            _ => Err(3),
+        };
+        match pdu[0] {
             15 => {
                 if length < 6 {
                     return Err(3);
@@ -283,12 +297,7 @@ impl Oracle {
                 let changes = self.write_words(&tables[HOLDING], client, word(1), &values)?;
                 Ok((pdu[..5].to_vec(), changes))
             }
-            22 => {
-                fits(7)?;
-                let changes = self.mask(&tables[HOLDING], client, word(1), (word(3), word(5)))?;
-                Ok((pdu.to_vec(), changes))
-            }
-            23 => {
+            _ => {
                 if length < 10 {
                     return Err(3);
                 }
@@ -301,7 +310,6 @@ impl Oracle {
                 let bytes = self.read(&tables[HOLDING], word(1), word(3), &changes)?;
                 Ok(([vec![23, bytes.len() as u8], bytes].concat(), changes))
             }
-            _ => Err(1),
         }
     }
 
@@ -416,6 +424,11 @@ impl Oracle {
         let result = (bits & and) | (or & (65_535 - and));
         Ok(vec![(place.cell, if result > place.to { result - 65_536 } else { result })])
     }
+}
+
+/// Whether a quantity is one.
+fn within(n: usize, most: usize) -> Result<(), u8> {
+    if n >= 1 && n <= most { Ok(()) } else { Err(3) }
 }
 
 type Changes = Vec<(usize, i64)>;
