@@ -7,4 +7,5 @@
 
 pub mod device;
 pub mod modbus;
+pub mod modbus_client;
 pub mod simulated;

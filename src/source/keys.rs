@@ -149,7 +149,60 @@ pub const CONTROLLER: &[Key] = &[
     key(MAP, "to", "Where they go."),
     key(MAP, "safe", "What an output that is no Y is in STOP and FAULT; 0 if not given."),
     key(MAP, "hold", "An output that is no Y stays in STOP and FAULT as it was."),
-    key(FIELD, "address", "`modbus-tcp`: its address and port."),
+    key(FIELD, "address", "`modbus-tcp`: its IP address and port; port 502 if not given."),
+    limited(
+        key(
+            FIELD,
+            "connect-timeout",
+            "`modbus-tcp`: a connection is made by then; 1s if not given.",
+        ),
+        LEAST_1MS,
+    ),
+    key(FIELD, "port", "`modbus-rtu`: the character device of its serial line."),
+    key(FIELD, "baud", "`modbus-rtu`: bits a second; 19200 if not given."),
+    limited(
+        key(FIELD, "parity", "`modbus-rtu`: its parity bit; `even` if not given."),
+        r#"{"enum":["none","even","odd"]}"#,
+    ),
+    key(FIELD, "stop-bits", "`modbus-rtu`: 1 if not given, without parity 2."),
+    key(FIELD, "unit", "Modbus: the unit of rows that name none; 1 if not given."),
+    limited(
+        key(FIELD, "timeout", "Modbus: an answer is whole by then; 200ms if not given."),
+        LEAST_1MS,
+    ),
+    key(
+        FIELD,
+        "write-every",
+        "Modbus: all outputs are written so often; 1s if not given; 0ms: never.",
+    ),
+    limited(
+        key(FIELD, "writes", "Modbus: functions 5 and 6, 15 and 16, or which fits."),
+        r#"{"enum":["fitting","single","multiple"]}"#,
+    ),
+    key(
+        FIELD,
+        "gap",
+        "Modbus: registers between two points that are read with them; 0 if not given.",
+    ),
+    key(FIELD, "watchdog", "Modbus: a holding register to which a counter is written."),
+    key("a watchdog", "register", "Its protocol address, from 0."),
+    limited(key("a watchdog", "every", "How often it is fed; 500ms if not given."), LEAST_1MS),
+    key("a watchdog", "unit", "Its unit; else the device's."),
+    key(MAP, "unit", "Modbus: whose points; else the device's."),
+    limited(
+        key(MAP, "type", "Modbus: what the bits of a register, or two, are; `u16` if not given."),
+        r#"{"enum":["u16","i16","u32","i32","f32"]}"#,
+    ),
+    limited(
+        key(MAP, "word-order", "Modbus: which of two registers has the higher 16 bits."),
+        r#"{"enum":["high-first","low-first"]}"#,
+    ),
+    limited(
+        key(MAP, "multiply", "Modbus: the number is multiplied by it."),
+        r#"{"not":{"const":0}}"#,
+    ),
+    key(MAP, "divide", "Modbus: then divided by it."),
+    key(MAP, "offset", "Modbus: then this is added: what memory has."),
     key(FIELD, "chip", "`gpio`: the character device of its chip."),
     limited(key(SCAN, "period", "From one scan to the next; 10ms if not given."), LEAST_1MS),
     limited(
