@@ -176,7 +176,9 @@ mod tests {
 
         #[test]
         fn data_is_as_long_as_the_request_wants(
-            function in 1u8..5, count in 1u16..=125, data in prop::collection::vec(any::<u8>(), 0..=255),
+            function in 1u8..5,
+            count in 1u16..=125,
+            data in prop::collection::vec(any::<u8>(), 0..=255),
         ) {
             let [high, low] = count.to_be_bytes();
             let request = [function, 0, 0, high, low];
