@@ -7,4 +7,5 @@
 
 pub mod device;
 pub mod modbus;
+pub mod plant;
 pub mod simulated;
