@@ -43,7 +43,7 @@ fn plant(change: impl Fn(&mut [Rule])) -> Plant {
     let (code, symbols) = lower(&program);
     let mut engine = Engine::new(code);
     engine.start(0);
-    let mut rules = controller.devices;
+    let mut rules = controller.rules;
     change(&mut rules);
     Plant { engine, symbols, device: Device::new(&rules), program, now_ms: 0 }
 }
