@@ -10,6 +10,7 @@ use tracing::info;
 use super::config::Setup;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
+use crate::io::plant::Plant;
 use crate::resolve::device::{Device, Driver as Settings};
 use crate::runtime::exchange::Port;
 use crate::runtime::field::{Ends, Wiring};
@@ -48,7 +49,10 @@ impl Starter<'_> {
 
     fn one(&self, device: &Device, wiring: &Wiring, ends: Ends, tasks: &mut JoinSet<()>) {
         match &device.driver {
-            Settings::Modbus(_) | Settings::Gpio(_) | Settings::Simulated(_) => {}
+            Settings::Simulated(plant) => {
+                self.beside(Plant::new(plant), (device, wiring), ends, tasks);
+            }
+            Settings::Modbus(_) | Settings::Gpio(_) => {}
         }
     }
 

@@ -71,12 +71,7 @@ impl Model {
     ///
     /// # Errors
     /// A fault wants the device to be lost; inputs stay as they are.
-    pub fn step(
-        &mut self,
-        now_ms: u64,
-        outputs: &[i32],
-        inputs: &mut [i32],
-    ) -> Result<(), Lost> {
+    pub fn step(&mut self, now_ms: u64, outputs: &[i32], inputs: &mut [i32]) -> Result<(), Lost> {
         let elapsed_ms = self.given_ms.map(|given_ms| now_ms.saturating_sub(given_ms));
         self.given_ms = Some(now_ms);
         let end_ms = self.time_ms + elapsed_ms.unwrap_or(0).min(CATCH_UP_MS);

@@ -174,9 +174,9 @@ pub(super) fn resolve(
     let parts = kinds.into_iter().zip(&points.firsts);
     Some(Plant {
         seed: keys.seed.as_ref().map_or(1, |seed| seed.value.unsigned_abs()),
-        parts: parts.map(|(kind, first)| Some(Part { first: *first, kind: kind? })).collect::<
-            Option<Vec<_>>,
-        >()?,
+        parts: parts
+            .map(|(kind, first)| Some(Part { first: *first, kind: kind? }))
+            .collect::<Option<Vec<_>>>()?,
         faults: faults.into_iter().collect::<Option<Vec<_>>>()?,
         commands,
         points: points.all.len(),

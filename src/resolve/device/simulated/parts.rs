@@ -124,7 +124,15 @@ impl Reader<'_> {
         let scale = match (range, raw) {
             (Some(range), Some(raw)) => Some(Scale { range: range?, raw: raw? }),
             (None, None) => None,
-            _ => return self.missing("range` and `raw", "[0, 1000]"),
+            (range, _) => {
+                let (there, missing) =
+                    if range.is_some() { ("range", "raw") } else { ("raw", "range") };
+                let span = self.part.pair(there).map_or(self.part.span, |pair| pair.span);
+                let help = format!("give it `{missing}` too: `{missing} = [0, 1000]`");
+                let message = format!("`{there}` without `{missing}`");
+                self.find(Code::MissingKey, span, message, &help);
+                return None;
+            }
         };
         Some(Kind::Sensor { on_at, off_at, delays, invert: self.part.invert, scale })
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::source::device::simulated::{Keys, PartKind};
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::did_you_mean;
+use crate::source::nearest::nearest;
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
@@ -76,44 +76,52 @@ const fn point(name: &'static str, holds: Holds, role: Role) -> Fixed {
 
 /// The points of a kind, as `io::plant` counts them; named places follow.
 fn fixed(kind: PartKind) -> &'static [Fixed] {
-    use Holds::{Bit, Either, Opening, Word};
-    use Role::{Command, Needed, Told};
     match kind {
-        PartKind::Delay => const { &[point("in", Bit, Needed), point("out", Bit, Told)] },
-        PartKind::Motor => const {
-            &[
-                point("run", Bit, Needed),
-                point("trip", Bit, Command(0)),
-                point("reset", Bit, Command(1)),
-                point("running", Bit, Told),
-                point("tripped", Bit, Told),
-            ]
-        },
-        PartKind::Conveyor => const {
-            &[
-                point("run", Opening, Needed),
-                point("feed", Bit, Command(0)),
-                point("jam", Bit, Command(0)),
-                point("parts", Word, Told),
-                point("out", Bit, Told),
-            ]
-        },
-        PartKind::Tank => const {
-            &[
-                point("fill", Opening, Command(0)),
-                point("drain", Opening, Command(0)),
-                point("level", Word, Told),
-                point("overflow", Bit, Told),
-                point("empty", Bit, Told),
-                point("outflow", Opening, Told),
-            ]
-        },
-        PartKind::Sensor => const {
-            &[point("of", Either, Needed), point("out", Bit, Told), point("value", Word, Told)]
-        },
-        PartKind::Pulse => const { &[point("run", Bit, Command(1)), point("out", Bit, Told)] },
+        PartKind::Delay => &DELAY,
+        PartKind::Motor => &MOTOR,
+        PartKind::Conveyor => &CONVEYOR,
+        PartKind::Tank => &TANK,
+        PartKind::Sensor => &SENSOR,
+        PartKind::Pulse => &PULSE,
     }
 }
+
+const DELAY: [Fixed; 2] =
+    [point("in", Holds::Bit, Role::Needed), point("out", Holds::Bit, Role::Told)];
+
+const MOTOR: [Fixed; 5] = [
+    point("run", Holds::Bit, Role::Needed),
+    point("trip", Holds::Bit, Role::Command(0)),
+    point("reset", Holds::Bit, Role::Command(1)),
+    point("running", Holds::Bit, Role::Told),
+    point("tripped", Holds::Bit, Role::Told),
+];
+
+const CONVEYOR: [Fixed; 5] = [
+    point("run", Holds::Opening, Role::Needed),
+    point("feed", Holds::Bit, Role::Command(0)),
+    point("jam", Holds::Bit, Role::Command(0)),
+    point("parts", Holds::Word, Role::Told),
+    point("out", Holds::Bit, Role::Told),
+];
+
+const TANK: [Fixed; 6] = [
+    point("fill", Holds::Opening, Role::Command(0)),
+    point("drain", Holds::Opening, Role::Command(0)),
+    point("level", Holds::Word, Role::Told),
+    point("overflow", Holds::Bit, Role::Told),
+    point("empty", Holds::Bit, Role::Told),
+    point("outflow", Holds::Opening, Role::Told),
+];
+
+const SENSOR: [Fixed; 3] = [
+    point("of", Holds::Either, Role::Needed),
+    point("out", Holds::Bit, Role::Told),
+    point("value", Holds::Word, Role::Told),
+];
+
+const PULSE: [Fixed; 2] =
+    [point("run", Holds::Bit, Role::Command(1)), point("out", Holds::Bit, Role::Told)];
 
 /// Whether a text can be the name of a part or a point.
 pub fn is_name(text: &str) -> bool {
@@ -124,8 +132,7 @@ pub fn is_name(text: &str) -> bool {
 impl Points {
     /// The points of all parts, and of all faults behind them.
     pub fn new(keys: &Keys, findings: &mut Vec<Finding>) -> Points {
-        let mut points =
-            Points { all: Vec::new(), firsts: Vec::new(), by_name: HashMap::new() };
+        let mut points = Points { all: Vec::new(), firsts: Vec::new(), by_name: HashMap::new() };
         let mut names = Vec::new();
         for part in &keys.parts {
             points.firsts.push(points.next());
@@ -183,17 +190,17 @@ impl Points {
             return Ok((*id, &self.all[id.0 as usize]));
         }
         let message = format!("the plant has no point `{}`", text.text);
-        let part = text.text.split('.').next().unwrap_or_default();
-        let of_part = || {
-            let points = self.all.iter().map(|point| point.name.as_str());
-            points.filter(move |name| name.split('.').next() == Some(part))
-        };
-        let near = did_you_mean(&text.text, self.all.iter().map(|point| point.name.as_str()));
-        let list = of_part().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        let help = match near {
-            Some(near) => near,
-            None if list.is_empty() => format!("there is no part `{part}`"),
-            None => format!("there are {list}"),
+        let (part, name) = text.text.split_once('.').unwrap_or_default();
+        let known = || self.all.iter().filter_map(|point| point.name.split_once('.'));
+        let of_part = || known().filter(|(of, _)| *of == part).map(|(_, name)| name);
+        let list = of_part().map(|name| format!("`{part}.{name}`")).collect::<Vec<_>>().join(", ");
+        let help = match nearest(name, of_part()) {
+            Some(near) => format!("did you mean `{part}.{near}`?"),
+            None if !list.is_empty() => format!("there are {list}"),
+            None => match nearest(part, known().map(|(part, _)| part)) {
+                Some(near) => format!("did you mean `{near}.{name}`?"),
+                None => format!("there is no part `{part}`"),
+            },
         };
         Err(Finding::new(Code::UnknownName, text.span, message).help(help))
     }
@@ -201,18 +208,21 @@ impl Points {
 
 fn no_name(name: &Text, what: &str) -> Finding {
     let message = format!("`{}` cannot be the name of {what}", name.text);
-    let help = "write a small letter first, then letters, digits and `_`";
+    let help = match what {
+        "a part" => "write a letter first, then letters, digits and `_`",
+        _ => "write a small letter first, then letters, digits and `_`",
+    };
     Finding::new(Code::ForbiddenName, name.span, message).help(help)
 }
 
-fn check_name(
-    name: &Text,
-    what: &str,
-    names: &mut Vec<Text>,
-    findings: &mut Vec<Finding>,
-) {
-    if !is_name(&name.text) || (what == "a part" && name.text == FAULT) {
+fn check_name(name: &Text, what: &str, names: &mut Vec<Text>, findings: &mut Vec<Finding>) {
+    if !is_name(&name.text) {
         findings.push(no_name(name, what));
+    }
+    if what == "a part" && name.text == FAULT {
+        let message = "`fault` is where the faults are: `fault.NAME`";
+        let finding = Finding::new(Code::ForbiddenName, name.span, message);
+        findings.push(finding.help("take another name for the part"));
     }
     if let Some(first) = names.iter().find(|known| known.text == name.text) {
         let message = format!("{what} is called `{}` already", name.text);

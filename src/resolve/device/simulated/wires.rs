@@ -124,7 +124,7 @@ fn undriven(point: &Point) -> Finding {
     let (part, command) = point.name.split_once('.').unwrap_or_default();
     let key = if part == FAULT { "when" } else { command };
     let help = format!(
-        "add a row to the map: `{{ from = \"Y0\", to = \"{}\" }}`; or to the part what drives it \
+        "add a row to the map: `{{ from = \"Y0\", to = \"{}\" }}`; or name what drives it \
          within the plant: `{key} = \"pump.running\"`",
         point.name
     );
@@ -139,7 +139,8 @@ fn gain(point: &Point, from_bit: bool) -> i32 {
 
 fn one_point<'a>(row: &Row<'_>, points: &'a Points) -> Result<(PointId, &'a Point), Finding> {
     if row.addresses.len() != 1 {
-        let message = format!("`{}` is one point, and `{}` are more", row.points.text, row.text.text);
+        let message =
+            format!("`{}` is one point, and `{}` are more", row.points.text, row.text.text);
         return Err(row.find(message).help("write a row each"));
     }
     points.find(row.points)
@@ -191,11 +192,7 @@ pub fn fault(
     }
 }
 
-fn effect(
-    fault: &written::Fault,
-    kind: FaultKind,
-    points: &Points,
-) -> Result<Effect, Finding> {
+fn effect(fault: &written::Fault, kind: FaultKind, points: &Points) -> Result<Effect, Finding> {
     let missing = |key: &str, example: &str| {
         let message = format!("a fault `{}` has no `{key}`", kind.name());
         let help = format!("give it one: `{key} = {example}`");
