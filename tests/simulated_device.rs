@@ -7,7 +7,7 @@ use rungd::engine::Engine;
 use rungd::io::simulated::Device;
 use rungd::isa::Address;
 use rungd::lower::{Symbols, lower};
-use rungd::resolve::controller::{Controller, Device as Rule, Motion, resolve_controller};
+use rungd::resolve::controller::{Controller, Motion, Rule, resolve_controller};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::source::controller::read;

@@ -73,7 +73,7 @@ impl Starter<'_> {
             health: self.healths[device.id.0 as usize].clone(),
             poll: Duration::from_millis(device.poll_ms.into()),
         };
-        tasks.spawn(device::Device::new(parts).run(super::shell::told(&self.stop)));
+        self.spawn(device::Device::new(parts).run(super::shell::told(&self.stop)), device, tasks);
     }
 
     /// A device that the scan itself exchanges.
@@ -88,6 +88,22 @@ impl Starter<'_> {
         let health = self.healths[device.id.0 as usize].clone();
         let mut keeper = Keeper::new(opener, line, health, self.port.clone());
         keeper.open();
-        tasks.spawn(keeper.run(super::shell::told(&self.stop)));
+        self.spawn(keeper.run(super::shell::told(&self.stop)), device, tasks);
+    }
+
+    /// A task that ends in a panic is one device gone (the scan sees its age), never the others'
+    /// end or the daemon's.
+    fn spawn(
+        &self,
+        task: impl Future<Output = ()> + Send + 'static,
+        device: &Device,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let health = self.healths[device.id.0 as usize].clone();
+        tasks.spawn(async move {
+            if let Err(gone) = tokio::spawn(task).await {
+                health.end(&format!("its task is gone: {gone}; restart rungd"));
+            }
+        });
     }
 }

@@ -78,8 +78,8 @@ impl From<io::Error> for Failure {
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How much longer than a scan may take its end is waited for.
 const STOP_SLACK: Duration = Duration::from_secs(2);
-/// How long drivers may take to end.
-const DRIVERS_END_MAX: Duration = Duration::from_secs(1);
+/// How long drivers may take to end: a field device's exchange under way, and its last one.
+const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 
 /// Runs a controller until it ends.
 ///

@@ -79,4 +79,14 @@ pub(super) const EVENTS: &[Event] = &[
                  not.",
         remedy: "Nothing.",
     },
+    Event {
+        number: 1108,
+        name: "device-ended",
+        level: Level::Error,
+        id: "e873095093724c6ea8687a069bf6fbdf",
+        limit: Limit::NONE,
+        meaning: "The task of a field device ended in a panic, which is a bug in rungd. The device \
+                  is lost until a restart; all else goes on.",
+        remedy: "Restart rungd when the plant allows it, and report the lines before this one.",
+    },
 ];

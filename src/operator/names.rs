@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::protocol::{Given, Held, Name, Refusal, RefusalKind, Value};
 use crate::engine::Cell;
-use crate::isa::{Address, Bit, BitSpace, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, Health, Word, WordSpace};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::scope::{Found, Mistake, Scope, Thing};
@@ -62,6 +62,11 @@ impl Names {
             names.offer(format!("{}.Running", block.name), "a block");
             for stage in &block.stages {
                 names.offer(format!("{}.{}", block.name, stage.name), "a Stage");
+            }
+        }
+        for device in &program.devices {
+            for health in Health::ALL {
+                names.offer(format!("{}.{}", device.name, health.name()), "a field device");
             }
         }
         for operand in &program.operands {
@@ -190,7 +195,7 @@ impl Names {
     pub fn may_force(&self, operand: &Operand) -> Result<(), Refusal> {
         let forcible = match operand.what {
             Address::Bit(Bit::Space(space, _)) => space != BitSpace::St,
-            Address::Bit(Bit::Flag(..)) => true,
+            Address::Bit(Bit::Flag(..) | Bit::Device(..)) => true,
             Address::Bit(_) | Address::Structure(_) => false,
             Address::Word(word) => word.writable(),
         };

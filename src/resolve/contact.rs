@@ -55,6 +55,7 @@ impl Resolver<'_> {
                 format!("name one of its flags: `{name}.{flag}`")
             }
             Thing::Constant(..) => format!("compare something with it: `D0 == {name}`"),
+            Thing::Device(_) => format!("`{name}.Ok` is ON while it exchanges"),
             _ => format!("`{name}.Running` is ON while it runs"),
         };
         self.wrong_kind(name, span, thing, "a bit", &help);

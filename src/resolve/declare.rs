@@ -129,7 +129,10 @@ impl Resolver<'_> {
             let finding = Finding::new(Code::DuplicateName, name.span, message)
                 .label("again here")
                 .related(*first, "first here")
-                .help("tags, programs and tasks share one set of names, over all files");
+                .help(match role {
+                    Role::Device => "devices share one set of names with tags, programs and tasks",
+                    _ => "tags, programs and tasks share one set of names, over all files",
+                });
             self.find(finding);
             return;
         }

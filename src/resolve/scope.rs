@@ -204,6 +204,7 @@ impl Scope {
     fn sorted_names(&self) -> Vec<&str> {
         let mut names: Vec<&str> =
             self.tags.keys().chain(self.blocks.keys()).map(String::as_str).collect();
+        names.extend(self.devices.keys().map(String::as_str));
         names.sort_unstable();
         names
     }

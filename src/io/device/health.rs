@@ -3,6 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use tracing::error;
+
 /// How a device is. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Health {
@@ -49,6 +51,14 @@ impl Health {
         reading.took = took;
         reading.took_max = reading.took_max.max(took);
         reading.trouble.take()
+    }
+
+    /// Its task is gone, for this reason: nothing is exchanged any more.
+    pub fn end(&self, reason: &str) {
+        self.bad(reason);
+        let reading = self.reading();
+        let (device, peer) = (&reading.name, &reading.peer);
+        error!(event = "device-ended", %device, %peer, "{device}: {reason}");
     }
 
     /// An exchange failed; true if the one before it had not, or for another reason.

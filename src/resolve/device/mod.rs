@@ -10,7 +10,7 @@ pub mod modbus;
 pub mod simulated;
 mod wiring;
 
-use super::range::{Range, Space, resolve_range};
+use super::operands::resolve_operands;
 use super::scope::Scope;
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Word, WordSpace};
 use crate::source::device::{self as written, Entry, Kind};
@@ -234,40 +234,18 @@ fn row<'a>(
             return None;
         }
     };
-    let addresses = addresses(text, scope, findings)?;
+    let addresses: Vec<Address> = match resolve_operands(scope, text) {
+        Ok(operands) => operands.addresses().collect(),
+        Err(finding) => {
+            findings.push(finding);
+            return None;
+        }
+    };
     if let Some(finding) = wrong_way(direction, &addresses, text) {
         findings.push(finding);
         return None;
     }
     Some(Row { entry, direction, points, addresses, text })
-}
-
-/// `X0..X7`, `D5`, `CT0.Acc`, a tag: what stands there, one by one.
-fn addresses(text: &Text, scope: &Scope, findings: &mut Vec<Finding>) -> Option<Vec<Address>> {
-    if let Ok(address @ (Address::Bit(_) | Address::Word(_))) = scope.address(&text.text) {
-        return Some(vec![address]);
-    }
-    match resolve_range(scope, text) {
-        Ok(range) => of_range(&range, text, findings),
-        Err(finding) => {
-            findings.push(finding);
-            None
-        }
-    }
-}
-
-fn of_range(range: &Range, text: &Text, findings: &mut Vec<Finding>) -> Option<Vec<Address>> {
-    let numbers = range.first..=range.last;
-    match range.space {
-        Space::Bit(space) => Some(numbers.map(|n| Address::Bit(Bit::Space(space, n))).collect()),
-        Space::Word(space) => Some(numbers.map(|n| Address::Word(Word::Space(space, n))).collect()),
-        Space::Counter | Space::Timer | Space::Sensaphone => {
-            let message = format!("`{range}` are whole structures");
-            let help = "name a member: `CT0.Acc`, `T0.Done`, a row each";
-            findings.push(Finding::new(Code::Controller, text.span, message).help(help));
-            None
-        }
-    }
 }
 
 /// What cannot be moved by a device.
