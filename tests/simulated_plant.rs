@@ -242,7 +242,16 @@ fn a_sensor_has_thresholds_delays_and_a_signal() {
     // 50 at 1000, seen a tick later; 70 at 1500; below 40 behind 3000.
     assert_eq!(bench.of("float.out"), [(0, 0), (1101, 1), (3102, 0)]);
     assert_eq!(bench.of("dry.out"), [(0, 1), (126, 0)]);
-    assert_eq!(bench.of("float.value")[..3], [(0, 4000), (1, 5600), (26, 5760)]);
+    assert_eq!(bench.of("float.value")[..3], [(0, 5600), (26, 5760), (51, 5920)]);
+}
+
+#[test]
+fn what_stands_at_the_begin_is_measured_at_once() {
+    let sensor = r#"{ name = "gauge", kind = "sensor", of = "tank.level", on-at = 5 }]"#;
+    let parts = format!("{},{sensor}", TANK.trim_end_matches(']'));
+    let mut bench = bench(&parts, &[], &["#gauge.value", "gauge.out"]);
+    bench.run(5, &[]);
+    assert_eq!((bench.of("gauge.value"), bench.of("gauge.out")), (vec![(0, 10)], vec![(0, 1)]));
 }
 
 #[test]

@@ -10,7 +10,9 @@ use tracing::info;
 use super::config::Setup;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
+use crate::io::modbus_client::{Client, Tcp};
 use crate::io::plant::Plant;
+use crate::resolve::device::modbus::{self, Link};
 use crate::resolve::device::{Device, Driver as Settings};
 use crate::runtime::exchange::Port;
 use crate::runtime::field::{Ends, Wiring};
@@ -19,13 +21,20 @@ use crate::runtime::field::{Ends, Wiring};
 pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
     let health = |device: &Device| {
         let (driver, peer) = match &device.driver {
-            Settings::Modbus(_) => ("modbus", String::new()),
+            Settings::Modbus(client) => modbus(client),
             Settings::Gpio(_) => ("gpio", String::new()),
             Settings::Simulated(_) => ("simulated", "this process".to_owned()),
         };
         Health::new(&device.name, driver, peer)
     };
     devices.iter().map(health).collect()
+}
+
+fn modbus(client: &modbus::Client) -> (&'static str, String) {
+    match &client.link {
+        Link::Tcp { address, .. } => ("modbus-tcp", address.to_string()),
+        Link::Serial(serial) => ("modbus-rtu", serial.port.clone()),
+    }
 }
 
 /// What the devices' tasks are started with.
@@ -49,10 +58,18 @@ impl Starter<'_> {
 
     fn one(&self, device: &Device, wiring: &Wiring, ends: Ends, tasks: &mut JoinSet<()>) {
         match &device.driver {
+            Settings::Modbus(client) => match &client.link {
+                Link::Tcp { address, connect_timeout_ms } => {
+                    let ms = |ms: u32| Duration::from_millis(ms.into());
+                    let link = Tcp::new(*address, ms(*connect_timeout_ms), ms(client.timeout_ms));
+                    self.beside(Client::new(client, link), (device, wiring), ends, tasks);
+                }
+                Link::Serial(_) => {}
+            },
             Settings::Simulated(plant) => {
                 self.beside(Plant::new(plant), (device, wiring), ends, tasks);
             }
-            Settings::Modbus(_) | Settings::Gpio(_) => {}
+            Settings::Gpio(_) => {}
         }
     }
 

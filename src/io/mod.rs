@@ -7,5 +7,6 @@
 
 pub mod device;
 pub mod modbus;
+pub mod modbus_client;
 pub mod plant;
 pub mod simulated;

@@ -14,4 +14,5 @@ mod task;
 pub use driver::{Driver, Exchange, Occasion, Trouble};
 pub use health::{Health, Reading};
 pub use keeper::{Keeper, Opener};
+pub(super) use retry::Retry;
 pub use task::{Device, Parts};

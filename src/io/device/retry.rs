@@ -11,7 +11,7 @@ const LONGEST: Duration = Duration::from_secs(5);
 /// The waits between attempts to connect: doubled each time, up to five seconds, each between
 /// half and three halves of that.
 #[derive(Debug)]
-pub(super) struct Retry {
+pub(in crate::io) struct Retry {
     wait: Duration,
     random: RandomState,
     attempts: u64,

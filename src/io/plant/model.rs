@@ -51,14 +51,20 @@ impl Model {
         let lost = |effect: &Effect| matches!(effect, Effect::Lost);
         let losses = settings.faults.iter().filter(|fault| lost(&fault.effect));
         let parts = settings.parts.iter();
+        let parts: Vec<_> =
+            parts.map(|part| (part.first.0 as usize, Part::new(&part.kind))).collect();
+        let mut values = vec![0; settings.points];
+        for (first, part) in &parts {
+            part.begin(&mut values[*first..]);
+        }
         Model {
-            parts: parts.map(|part| (part.first.0 as usize, Part::new(&part.kind))).collect(),
+            parts,
             faults: faults.collect(),
             losses: losses.map(|fault| fault.when).collect(),
             commands: settings.commands.clone(),
             first_fault: settings.points - settings.faults.len(),
             inputs: settings.inputs.iter().map(|point| point.0 as usize).collect(),
-            values: vec![0; settings.points],
+            values,
             before: vec![0; settings.points],
             outputs: vec![0; settings.outputs],
             given_ms: None,

@@ -110,6 +110,17 @@ impl Part {
         }
     }
 
+    /// What it tells before the first tick, so that this finds it as it begins.
+    pub fn begin(&self, points: &mut [i32]) {
+        match self {
+            Part::Delay { invert, .. } | Part::Sensor(Sensor { invert, .. }) => {
+                points[1] = i32::from(*invert);
+            }
+            Part::Tank(tank) => tank.tell(points),
+            Part::Motor { .. } | Part::Conveyor(_) | Part::Pulse { .. } => {}
+        }
+    }
+
     /// One millisecond. `points` begins with the part's own.
     pub fn tick(&mut self, now_ms: u64, points: &mut [i32]) {
         match self {
@@ -183,13 +194,14 @@ impl Tank {
         let outflow = if filled > 0 && self.drain_rate > 0 { drain } else { 0 };
         let left = filled.saturating_sub(drain * self.drain_rate);
         self.level = left.min(self.capacity);
-        let level = (self.level / MILLION) as i32;
-        points[2..6].copy_from_slice(&[
-            level,
-            i32::from(left > self.capacity),
-            i32::from(self.level == 0),
-            outflow as i32,
-        ]);
+        points[3] = i32::from(left > self.capacity);
+        points[5] = outflow as i32;
+        self.tell(points);
+    }
+
+    fn tell(&self, points: &mut [i32]) {
+        points[2] = (self.level / MILLION) as i32;
+        points[4] = i32::from(self.level == 0);
         for (switch, point) in self.switches.iter().zip(&mut points[6..]) {
             *point = i32::from(self.level >= *switch);
         }

@@ -144,7 +144,9 @@ pub(super) fn resolve(
     let resolved = numbered.filter_map(|(at, (device, name))| {
         one(device, (DeviceId(at as u32), name), scope, findings)
     });
-    resolved.collect()
+    let resolved: Vec<Device> = resolved.collect();
+    findings.extend(modbus::at_odds(&resolved, devices));
+    resolved
 }
 
 fn one(

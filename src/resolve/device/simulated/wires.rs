@@ -36,24 +36,24 @@ pub fn commands(
 ) -> Vec<Command> {
     let mut wires = Wires { points, feeds: HashMap::new(), findings };
     for (at, row) in outgoing(rows).enumerate() {
-        wires.from_row(at, row);
+        wires.by_row(at, row);
     }
     for part in &keys.parts {
         let Some(name) = &part.name else { continue };
         for (command, from) in &part.driven {
-            wires.from_point(&format!("{}.{command}", name.text), from);
+            wires.by_point(&format!("{}.{command}", name.text), from);
         }
     }
     for fault in &keys.faults {
         if let (Some(name), Some(from)) = (&fault.name, &fault.when) {
-            wires.from_point(&format!("{FAULT}.{}", name.text), from);
+            wires.by_point(&format!("{FAULT}.{}", name.text), from);
         }
     }
     wires.finish()
 }
 
 impl Wires<'_> {
-    fn from_row(&mut self, at: usize, row: &Row<'_>) {
+    fn by_row(&mut self, at: usize, row: &Row<'_>) {
         let (id, point) = match one_point(row, self.points) {
             Ok(found) => found,
             Err(finding) => return self.findings.push(finding),
@@ -70,7 +70,7 @@ impl Wires<'_> {
         self.enter(Command { point: id, feed: Feed::Output(at), gain }, row.points.span);
     }
 
-    fn from_point(&mut self, command: &str, from: &Text) {
+    fn by_point(&mut self, command: &str, from: &Text) {
         // A command is missing where its part has a finding of its own.
         let text = Text { text: command.to_owned(), span: from.span, exact: false };
         let Ok((id, point)) = self.points.find(&text) else { return };

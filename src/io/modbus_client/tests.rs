@@ -1,0 +1,1 @@
+//! The client before peers of its own making.

@@ -1,0 +1,228 @@
+//! Modbus devices before peers that this project did not write: pymodbus as remote I/O.
+//!
+//! The real binary runs a ladder whose inputs and outputs are the peer's. What the field would do
+//! the test tells the peer, and what rungd writes the peer tells the test. Where pymodbus is not
+//! installed a test says so and does nothing, unless `RUNGD_REQUIRE_CLIENTS=1`.
+
+#[path = "support/process.rs"]
+mod process;
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpListener;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use process::{PATIENCE, Plant, Running, not_installed};
+
+/// Remote I/O in a process of its own.
+struct Peer {
+    child: Child,
+    lines: Receiver<String>,
+    seen: Vec<String>,
+}
+
+impl Peer {
+    fn start(way: &str, place: &str, units: &[&str]) -> Peer {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/modbus_peers/remote_io.py");
+        let mut command = Command::new("python3");
+        command.args([script, way, place]).args(units);
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        let (sender, lines) = channel();
+        let stdout = child.stdout.take().unwrap();
+        std::thread::spawn(move || {
+            let lines = BufReader::new(stdout).lines().map_while(Result::ok);
+            lines.for_each(|line| drop(sender.send(line)));
+        });
+        let mut peer = Peer { child, lines, seen: Vec::new() };
+        peer.told("ready");
+        peer
+    }
+
+    /// What the field does.
+    fn set(&mut self, what: &str) {
+        writeln!(self.child.stdin.as_mut().unwrap(), "{what}").unwrap();
+    }
+
+    /// Waits until the peer has told this.
+    fn told(&mut self, line: &str) {
+        let deadline = Instant::now() + PATIENCE;
+        while let Ok(told) = self.lines.recv_timeout(deadline - Instant::now()) {
+            self.seen.push(told);
+            if self.seen.last().is_some_and(|told| told == line) {
+                return;
+            }
+        }
+        panic!("the peer never told {line:?}: {:#?}", self.seen);
+    }
+
+    /// How much it tells of this within a time.
+    fn tells(&mut self, start: &str, within: Duration) -> usize {
+        let deadline = Instant::now() + within;
+        let mut count = 0;
+        while let Ok(told) = self.lines.recv_timeout(deadline - Instant::now().min(deadline)) {
+            count += usize::from(told.starts_with(start));
+        }
+        count
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn is_installed() -> bool {
+    let probe = Command::new("python3").args(["-c", "import pymodbus.simulator"]).output();
+    let is_there = probe.is_ok_and(|output| output.status.success());
+    if !is_there {
+        not_installed("pymodbus");
+    }
+    is_there
+}
+
+/// A port that nobody had a moment ago.
+fn free_port() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    listener.local_addr().unwrap().port().to_string()
+}
+
+const LADDER: &str = r#"
+[ladder]
+devices = ["line1"]
+
+[[program]]
+name = "Main"
+
+[[program.rung]]
+when = ["X0"]
+do   = ["OUT Y0"]
+
+[[program.rung]]
+when = ["X3"]
+do   = ["OUT Y1"]
+
+[[program.rung]]
+when = ["line1.Ok"]
+do   = ["OUT Y2"]
+
+[[program.rung]]
+when = ["$On"]
+do   = ["MOVE D0 to=D10", "MOVE D1 to=D11", "MOVE V0 to=V10"]
+"#;
+
+const MAP: &str = r#"
+map = [
+  { from = "discrete 0..3", to = "X0..X3" },
+  { from = "input 10..11", to = "D0", type = "i32", word-order = "low-first" },
+  { from = "input 20", to = "D1", type = "i16", multiply = 10, divide = 4, offset = 5 },
+  { from = "holding 50", to = "V0", unit = 2 },
+  { from = "Y0..Y2", to = "coil 0..2" },
+  { from = "D10", to = "holding 30..31", type = "i32" },
+  { from = "D11", to = "holding 40", type = "i16", multiply = 10, divide = 4, offset = 5, safe = 15 },
+  { from = "V10", to = "holding 60", unit = 2, hold = true },
+]
+watchdog = { register = 99, every = "50ms" }
+"#;
+
+fn controller(port: &str, more: &str) -> String {
+    format!(
+        "[scan]\nperiod = \"5ms\"\n[outputs]\non = [\"Y1\"]\n[[device]]\nname = \"line1\"\n\
+         driver = \"modbus-tcp\"\naddress = \"127.0.0.1:{port}\"\nloss-after = \"300ms\"\n\
+         {more}\n{MAP}"
+    )
+}
+
+fn run(controller: &str) -> (Plant, Running) {
+    let plant = Plant::new(LADDER, controller);
+    let running = Running::new(&mut plant.command::<&str>(&[]));
+    (plant, running)
+}
+
+#[test]
+fn bits_and_numbers_go_there_and_back_over_tcp() {
+    if !is_installed() {
+        return;
+    }
+    let port = free_port();
+    let mut peer = Peer::start("tcp", &port, &["1", "2"]);
+    let (_plant, mut rungd) = run(&controller(&port, ""));
+    peer.told("1 coil 2 1");
+    peer.set("1 discrete 0 1");
+    peer.told("1 coil 0 1");
+    peer.set("1 discrete 0 0");
+    peer.told("1 coil 0 0");
+    // 70000 = 1 * 65536 + 4464, the low word first; written with the high word first.
+    peer.set("1 input 10 4464");
+    peer.set("1 input 11 1");
+    peer.told("1 holding 30 1");
+    peer.told("1 holding 31 4464");
+    // -8 * 10 / 4 + 5 = -15, and back.
+    peer.set("1 input 20 65528");
+    peer.told("1 holding 40 65528");
+    peer.set("2 holding 50 1234");
+    peer.told("2 holding 60 1234");
+    peer.told("1 holding 99 10");
+    // Y1 is safe ON, D11 safe 15, which is (15 - 5) * 4 / 10 = 4; D10 safe 0; V10 holds.
+    rungd.stop();
+    let told =
+        [peer.tells("1 coil 1 1", Duration::from_millis(300)), peer.tells("", Duration::ZERO)];
+    assert_eq!(told, [1, 0], "a Y that is safe ON");
+}
+
+#[test]
+fn safe_values_are_what_the_peer_has_at_the_end() {
+    if !is_installed() {
+        return;
+    }
+    let port = free_port();
+    let mut peer = Peer::start("tcp", &port, &["1", "2"]);
+    let (_plant, mut rungd) = run(&controller(&port, ""));
+    peer.set("1 input 10 7");
+    peer.set("2 holding 50 1234");
+    peer.told("1 holding 31 7");
+    peer.told("2 holding 60 1234");
+    rungd.stop();
+    for line in ["1 coil 1 1", "1 holding 31 0", "1 holding 40 4"] {
+        peer.told(line);
+    }
+    assert_eq!(peer.tells("2 holding 60", Duration::from_millis(300)), 0, "it holds");
+}
+
+#[test]
+fn a_killed_rungd_feeds_no_watchdog() {
+    if !is_installed() {
+        return;
+    }
+    let port = free_port();
+    let mut peer = Peer::start("tcp", &port, &["1", "2"]);
+    let (_plant, rungd) = run(&controller(&port, ""));
+    peer.told("1 holding 99 3");
+    rungd.signal("KILL");
+    peer.tells("", Duration::from_millis(300));
+    assert_eq!(peer.tells("1 holding 99", Duration::from_millis(500)), 0);
+}
+
+#[test]
+fn a_peer_that_goes_and_comes_has_its_outputs_again() {
+    if !is_installed() {
+        return;
+    }
+    let port = free_port();
+    let mut peer = Peer::start("tcp", &port, &["1", "2"]);
+    let (_plant, mut rungd) = run(&controller(&port, ""));
+    // Well, and Y1 no longer as before the first scan, when it is safe.
+    peer.told("1 coil 2 1");
+    peer.set("1 discrete 3 1");
+    peer.told("1 coil 1 1");
+    drop(peer);
+    rungd.line("line1 is lost");
+    let mut peer = Peer::start("tcp", &port, &["1", "2"]);
+    // The new peer knows nothing; X3 is read as OFF, and Y2 says that the line is well.
+    peer.told("1 coil 2 1");
+    rungd.line("line1 is back");
+    rungd.stop();
+}
