@@ -11,6 +11,7 @@ use super::config::Setup;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
 use crate::io::modbus_client::{Client, Tcp};
+use crate::io::plant::Plant;
 use crate::resolve::device::modbus::{self, Link};
 use crate::resolve::device::{Device, Driver as Settings};
 use crate::runtime::exchange::Port;
@@ -65,7 +66,10 @@ impl Starter<'_> {
                 }
                 Link::Serial(_) => {}
             },
-            Settings::Gpio(_) | Settings::Simulated(_) => {}
+            Settings::Simulated(plant) => {
+                self.beside(Plant::new(plant), (device, wiring), ends, tasks);
+            }
+            Settings::Gpio(_) => {}
         }
     }
 
