@@ -9,4 +9,5 @@ pub mod caught;
 pub mod device;
 pub mod modbus;
 pub mod modbus_client;
+pub mod plant;
 pub mod simulated;
