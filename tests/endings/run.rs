@@ -250,8 +250,9 @@ fn wait_for_run(watcher: &mut Watcher, devices: [bool; 2]) {
     let beat = |watcher: &mut Watcher| watcher.values(0, BEAT.0, BEAT.1 as u16, 1)[0];
     let before = beat(watcher);
     let is_there = |watcher: &mut Watcher| {
-        let is_as_in_run = |device| !devices[device] || in_run(watcher, device) == IN_RUN;
-        [0, 1].into_iter().all(is_as_in_run) && beat(watcher) != before
+        let mut is_as_in_run =
+            |device: usize| !devices[device] || in_run(watcher, device) == IN_RUN;
+        [0, 1].into_iter().all(&mut is_as_in_run) && beat(watcher) != before
     };
     while !is_there(watcher) {
         assert!(Instant::now() < deadline, "no RUN: {:?}", [0, 1].map(|at| in_run(watcher, at)));
