@@ -13,7 +13,9 @@ const DEVICE_WATCHDOG_MS: u32 = 400;
 /// RUN lasts so long at least.
 const SETTLED: Duration = Duration::from_millis(200);
 /// So long is watched behind the cause: longer than all that is to happen.
-const AFTER: Duration = Duration::from_millis(1300);
+const AFTER: Duration = Duration::from_millis(800);
+/// And behind a scan that goes on for a second.
+const AFTER_STALL: Duration = Duration::from_millis(1300);
 /// And so long behind the return, once all is as in RUN.
 const AFTER_RETURN: Duration = Duration::from_millis(100);
 /// The scans of [`Way::LastScan`].
@@ -125,7 +127,9 @@ fn controller(ports: &[u64]) -> String {
          { from = \"Y0..Y2\", to = \"coil 0..2\" },\n  \
          { from = \"D0\", to = \"holding 0\", safe = 17 },\n  \
          { from = \"$ScanCounter\", to = \"holding 1\", hold = true },\n]";
-    let guarded = "watchdog = { register = 100, every = \"100ms\" }\nmap = [\n  \
+    // What its watchdog drops is written again though no scan changes it, nor `write-every`.
+    let guarded = "write-every = \"0ms\"\n\
+         watchdog = { register = 100, every = \"100ms\" }\nmap = [\n  \
          { from = \"Y10..Y12\", to = \"coil 0..2\" },\n  \
          { from = \"D2\", to = \"holding 0\", safe = 17 },\n  \
          { from = \"plain.Ok\", to = \"coil 8\", hold = true },\n  \
@@ -144,7 +148,7 @@ pub fn play(way: Way) -> Story {
     sleep(SETTLED);
     let _ = [0, 1].map(|device| watcher.seen(device, 0));
     let cause_us = cause(way, &mut watcher, &stage, &mut rungd);
-    sleep(AFTER);
+    sleep(if way == Way::Watchdog { AFTER_STALL } else { AFTER });
     let code = rungd.child.try_wait().unwrap().and_then(|status| status.code());
     let plain = watcher.seen(0, cause_us).changes;
     let guarded = watcher.seen(1, cause_us).changes;

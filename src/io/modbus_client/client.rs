@@ -1,7 +1,7 @@
 //! The driver: what one exchange with a Modbus device is.
 //!
 //! Writes first, then the watchdog, then reads, so that a peer in trouble has its outputs as soon
-//! as can be. Several units may stand behind one link: one that refuses or is silent does not keep
+//! as can be; and writes again where the watchdog may have run out. Several units may stand behind one link: one that refuses or is silent does not keep
 //! the others from their outputs, though the exchange as a whole has failed. A silent one is asked
 //! once more at the next exchange, then ever less often, and has all its outputs when it is back.
 
@@ -112,15 +112,18 @@ impl<L: Link> Client<L> {
         Ok(())
     }
 
-    /// Feeds the watchdog where it is due, and its unit took its outputs.
-    async fn feed(&mut self) -> Result<(), Trouble> {
-        let Some(feeding) = &mut self.feeding else { return Ok(()) };
+    /// Feeds the watchdog where it is due, and its unit took its outputs. True where that may
+    /// have been too late for it, as after this process stood still; and the first time.
+    async fn feed(&mut self) -> Result<bool, Trouble> {
+        let Some(feeding) = &mut self.feeding else { return Ok(false) };
         let Watchdog { unit, register, every_ms } = feeding.watchdog;
         let now = Instant::now();
         let is_due = feeding.due.is_none_or(|due| due <= now);
         if !is_due || self.talk.unit(unit).trouble.is_some() {
-            return Ok(());
+            return Ok(false);
         }
+        let every = Duration::from_millis(every_ms.into());
+        let is_late = feeding.due.is_none_or(|due| due + every < now);
         let counter = feeding.counter.wrapping_add(1);
         self.talk.request.clear();
         match self.writes {
@@ -133,9 +136,19 @@ impl<L: Link> Client<L> {
         let what = What { verb: "feeding the watchdog at", unit, table, first: register, count: 1 };
         if self.talk.ask(&what).await?.is_some() {
             feeding.counter = counter;
-            feeding.due = Some(now + Duration::from_millis(every_ms.into()));
+            feeding.due = Some(now + every);
+            return Ok(is_late);
         }
-        Ok(())
+        Ok(false)
+    }
+
+    /// All outputs once more, behind a watchdog that may have run out: its unit has dropped them
+    /// then, and some take none until they are fed. They were written before it was fed too, since
+    /// others go back to what they were given last.
+    async fn write_again(&mut self, outputs: &[i32]) -> Result<(), Trouble> {
+        let unit = self.feeding.as_ref().map(|feeding| feeding.watchdog.unit);
+        self.runs.iter_mut().filter(|run| Some(run.unit) == unit).for_each(Run::forget);
+        self.write(Occasion::Change, outputs).await
     }
 
     async fn read(&mut self, inputs: &mut [i32]) -> Result<(), Trouble> {
@@ -208,7 +221,9 @@ impl<L: Link> Driver for Client<L> {
         self.talk.units.iter_mut().for_each(|unit| unit.begin(occasion, now));
         self.write(occasion, outputs).await?;
         if occasion == Occasion::Poll {
-            self.feed().await?;
+            if self.feed().await? {
+                self.write_again(outputs).await?;
+            }
             self.read(inputs).await?;
         }
         self.verdict()
