@@ -87,7 +87,12 @@ impl Way {
 
     /// Whether RUN is to be seen again.
     pub fn comes_back(self) -> bool {
-        self.starts_again() || matches!(self, Way::Stand | Way::Silent | Way::Cut)
+        self.starts_again() || self.loses_one() || self == Way::Stand
+    }
+
+    /// Whether the first device alone is lost.
+    pub fn loses_one(self) -> bool {
+        matches!(self, Way::Silent | Way::Cut)
     }
 }
 
@@ -229,7 +234,7 @@ fn come_back(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running
             since_us
         }
     };
-    wait_for_run(watcher, [true, way != Way::Silent && way != Way::Cut]);
+    wait_for_run(watcher, [true, true]);
     sleep(AFTER_RETURN);
     let last = in_run(watcher, 0).map(Some);
     let (plain, guarded) = (watcher.seen(0, since_us).changes, watcher.seen(1, since_us).changes);
