@@ -24,6 +24,9 @@ pub fn row(way: Way, stories: &[Story]) -> String {
         true => time(0),
         false => format!("{}; {}", time(0), time(1)),
     };
+    let faulted = stories.iter().filter(|story| story.faulted).count();
+    let also = format!(" ({faulted}: FAULT)");
+    let back = back + if faulted > 0 { &also } else { "" };
     let back = if backs.is_empty() { String::new() } else { back };
     let _ = write!(row, " {} | {back} |", times(dropped.collect()));
     row

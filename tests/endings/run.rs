@@ -23,12 +23,17 @@ const SCANS: &str = "150";
 
 /// Coils 0 to 2 and holding register 0 in RUN.
 const IN_RUN: [u64; 4] = [1, 0, 1, 1234];
+/// And outside, where the held one was ON.
+const SAFE: [u64; 4] = [0, 1, 1, 17];
 /// The points that are judged, of either device.
 const POINTS: [(&str, u64); 4] = [("coil", 0), ("coil", 1), ("coil", 2), ("holding", 0)];
 /// Where the scans are counted, at the first device.
 const BEAT: (&str, u64) = ("holding", 1);
 /// Where the second device shows how the ladder sees the first: `.Ok`, `.Stale`.
 const SHOWN: [(&str, u64); 2] = [("coil", 8), ("coil", 9)];
+
+/// A line of the log about it.
+const FAULT: &str = "\"mode-fault\"";
 
 const LADDER: &str = r#"
 [[program]]
@@ -62,6 +67,8 @@ pub struct Story {
     /// The outputs of the first device then.
     pub last: [Option<u64>; 4],
     pub log: Vec<String>,
+    /// It stood still within a scan, and was in FAULT when it went on.
+    pub faulted: bool,
 }
 
 impl Outputs {
@@ -149,29 +156,34 @@ pub fn play(way: Way) -> Story {
     let mut watcher = Watcher::start(DEVICE_WATCHDOG_MS);
     let stage = Stage::new(&watcher.ports.clone());
     let mut rungd = stage.start(way);
-    wait_for_run(&mut watcher, [true, true]);
+    let deadline = Instant::now() + PATIENCE;
+    while !wait_for_run(&mut watcher) {
+        assert!(Instant::now() < deadline, "outputs stay safe");
+    }
     sleep(SETTLED);
     let _ = [0, 1].map(|device| watcher.seen(device, 0));
     let cause_us = cause(way, &mut watcher, &stage, &mut rungd);
     sleep(if way == Way::Watchdog { AFTER_STALL } else { AFTER });
     let code = rungd.child.try_wait().unwrap().and_then(|status| status.code());
-    let plain = watcher.seen(0, cause_us).changes;
-    let guarded = watcher.seen(1, cause_us).changes;
+    let plain = watcher.seen(0, cause_us);
+    let guarded = watcher.seen(1, cause_us);
     let (back, last, seen) = come_back(way, &mut watcher, &stage, &mut rungd);
     let shown = |point| {
         let all = [of(&guarded, point), of(&seen, point)].concat();
         all.iter().filter(|change| !change.by_watchdog).map(|change| change.value).collect()
     };
     let _ = rungd.child.kill();
+    let log: Vec<String> = rungd.rest().iter().map(ToString::to_string).collect();
     let mut story = Story {
         outputs: [Outputs::of(&plain), Outputs::of(&guarded)],
         live_ms: last_live(&plain),
         ok: shown(SHOWN[0]),
         stale: shown(SHOWN[1]),
         code,
-        back,
         last,
-        log: rungd.rest().iter().map(ToString::to_string).collect(),
+        faulted: back.is_none() && way == Way::Stand && log.iter().any(|l| l.contains(FAULT)),
+        back,
+        log,
     };
     if way == Way::LastScan {
         story.count_from_the_last_scan();
@@ -234,10 +246,14 @@ fn come_back(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running
             since_us
         }
     };
-    wait_for_run(watcher, [true, true]);
+    let is_in_run = wait_for_run(watcher);
+    if way == Way::Stand && !is_in_run {
+        // It stood still within a scan, which was longer than the watchdog.
+        return (None, [None; 4], watcher.seen(1, since_us));
+    }
     sleep(AFTER_RETURN);
     let last = in_run(watcher, 0).map(Some);
-    let (plain, guarded) = (watcher.seen(0, since_us).changes, watcher.seen(1, since_us).changes);
+    let (plain, guarded) = (watcher.seen(0, since_us), watcher.seen(1, since_us));
     let beat_ms = of(&plain, BEAT).first().map_or(f64::NAN, |beat| beat.ms);
     let is_output =
         |change: &&Change| POINTS.iter().any(|(b, a)| change.point == (b.to_string(), *a));
@@ -253,18 +269,22 @@ fn in_run(watcher: &mut Watcher, device: usize) -> [u64; 4] {
     [coils[0], coils[1], coils[2], word[0]]
 }
 
-/// Waits until devices are as in RUN, and the first one's scans are counted on.
-fn wait_for_run(watcher: &mut Watcher, devices: [bool; 2]) {
+/// Waits until both devices are as in RUN, and the first one's scans are counted on. False where
+/// they are safe instead.
+fn wait_for_run(watcher: &mut Watcher) -> bool {
     let deadline = Instant::now() + PATIENCE;
     let beat = |watcher: &mut Watcher| watcher.values(0, BEAT.0, BEAT.1 as u16, 1)[0];
     let before = beat(watcher);
-    let is_there = |watcher: &mut Watcher| {
-        let mut is_as_in_run =
-            |device: usize| !devices[device] || in_run(watcher, device) == IN_RUN;
-        [0, 1].into_iter().all(&mut is_as_in_run) && beat(watcher) != before
-    };
-    while !is_there(watcher) {
-        assert!(Instant::now() < deadline, "no RUN: {:?}", [0, 1].map(|at| in_run(watcher, at)));
+    loop {
+        let both = [0, 1].map(|device| in_run(watcher, device));
+        if both == [IN_RUN; 2] && beat(watcher) != before {
+            return true;
+        }
+        // The held one of a device that dropped it is ON again too.
+        if both == [SAFE; 2] {
+            return false;
+        }
+        assert!(Instant::now() < deadline, "no RUN: {both:?}");
         sleep(Duration::from_millis(5));
     }
 }

@@ -24,13 +24,6 @@ pub struct Change {
     pub by_watchdog: bool,
 }
 
-/// What a device saw since it was asked last.
-pub struct Seen {
-    pub changes: Vec<Change>,
-    /// Connections and its watchdog, by their names.
-    pub events: Vec<String>,
-}
-
 impl Watcher {
     /// The second device's watchdog is register 100, which has to be written every `limit_ms`.
     pub fn start(limit_ms: u32) -> Watcher {
@@ -67,7 +60,7 @@ impl Watcher {
     }
 
     /// What a device saw since it was asked last, by a moment.
-    pub fn seen(&mut self, device: usize, since_us: u64) -> Seen {
+    pub fn seen(&mut self, device: usize, since_us: u64) -> Vec<Change> {
         let story = self.ask(&format!("history {device}"));
         let list = |name: &str| story[name].as_array().unwrap().clone();
         let change = |change: Value| Change {
@@ -76,11 +69,7 @@ impl Watcher {
             value: change[3].as_u64().unwrap(),
             by_watchdog: change[4] == "watchdog",
         };
-        let event = |event: &Value| event[1].as_str().unwrap().to_owned();
-        Seen {
-            changes: list("changes").into_iter().map(change).collect(),
-            events: list("events").iter().map(event).collect(),
-        }
+        list("changes").into_iter().map(change).collect()
     }
 
     /// What a device's points hold.
