@@ -55,9 +55,10 @@ fn images_do_not_pile_up_where_no_scan_takes_them() {
 fn before_the_first_exchange_inputs_are_what_their_tags_say() {
     let mut rig = rig(true);
     rig.scans(5);
-    assert_eq!(rig.values(&["X3", "Y3", "line1.Ok", "line1.Stale"]), [1, 1, 0, 1]);
+    assert_eq!(rig.values(&["X3", "Y3", "line1.Ok", "line1.Stale"]), [1, 1, 0, 0]);
     assert_eq!(rig.told(), []);
     rig.scans(7);
+    assert_eq!(rig.values(&["X3", "line1.Ok", "line1.Stale"]), [1, 0, 1]);
     assert_eq!(rig.told(), [(11, DeviceEdge::Absent)], "told once, after `loss-after`");
     rig.scans(20);
     rig.deliver(1, 0, 0, 0);
@@ -175,7 +176,7 @@ fn outputs_are_the_scans_in_run_and_safe_outside() {
 /// A driver beside the scan hands in patterns as fast as it can; no scan sees half of one.
 #[test]
 fn no_image_is_torn() {
-    let exchanges: i32 = if cfg!(debug_assertions) { 20_000 } else { 1_000_000 };
+    let exchanges: i32 = if cfg!(debug_assertions) { 5_000 } else { 1_000_000 };
     let mut rig = rig(false);
     let clock = Rc::clone(&rig.clock.0);
     let over = AtomicBool::new(false);

@@ -160,7 +160,9 @@ fn functions(lines: &[&str]) -> Vec<(String, usize)> {
     for (at, line) in lines.iter().enumerate() {
         let indent = line.len() - line.trim_start().len();
         let words: Vec<&str> = line.split_whitespace().take(5).collect();
-        if !words.contains(&"fn") || line.trim_start().starts_with("//") {
+        // A trait's method without a body has no closing brace of its own.
+        let has_body = !line.ends_with(';');
+        if !words.contains(&"fn") || line.trim_start().starts_with("//") || !has_body {
             continue;
         }
         let closing = format!("{}}}", " ".repeat(indent));

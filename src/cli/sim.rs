@@ -150,7 +150,7 @@ fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stim
     Stimulus::parse(&text, &lookup).map_err(|e| anyhow::anyhow!("{name}:{}: {}", e.line, e.message))
 }
 
-/// The `.Ok` of every field device that the ladder names: nothing is lost unless a stimulus says so.
+/// The `.Ok` of every field device that the ladder names: none is lost unless a stimulus says so.
 fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
     let ids = (0..program.devices.len() as u32).map(DeviceId);
     ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()

@@ -187,7 +187,7 @@ fn devices(status: &Status) -> Vec<String> {
         };
         let (name, driver, peer) = (&device.name, &device.driver, &device.peer);
         let (exchanges, failures) = (device.exchanges, device.failures);
-        let took = format!("{}, at most {} us", device.took_us, device.took_max_us);
+        let took = format!("{} us, at most {}", device.took_us, device.took_max_us);
         lines.push(format!("{name} ({driver}, {peer}): {state}"));
         lines.push(format!("  {exchanges} exchanges ({took}), {failures} failures"));
         lines.extend(device.trouble.iter().map(|why| format!("  {why}")));

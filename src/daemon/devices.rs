@@ -11,6 +11,7 @@ use super::config::Setup;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
 use crate::io::modbus_client::{Client, Lines, Tcp};
+use crate::io::plant::Plant;
 use crate::resolve::device::modbus::{self, Link};
 use crate::resolve::device::{Device, Driver as Settings};
 use crate::runtime::exchange::Port;
@@ -75,7 +76,10 @@ impl Starter<'_> {
                     self.beside(Client::new(client, link), (device, wiring), ends, tasks);
                 }
             },
-            Settings::Gpio(_) | Settings::Simulated(_) => {}
+            Settings::Simulated(plant) => {
+                self.beside(Plant::new(plant), (device, wiring), ends, tasks);
+            }
+            Settings::Gpio(_) => {}
         }
     }
 

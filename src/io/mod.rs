@@ -8,4 +8,5 @@
 pub mod device;
 pub mod modbus;
 pub mod modbus_client;
+pub mod plant;
 pub mod simulated;

@@ -25,7 +25,7 @@ pub struct DeviceId(pub u32);
 pub enum Health {
     /// Its last exchange succeeded.
     Ok,
-    /// Its last good exchange is longer ago than its `loss-after`, or there was none.
+    /// Its last good exchange, or else the start, is longer ago than its `loss-after`.
     Stale,
 }
 

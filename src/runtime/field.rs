@@ -120,6 +120,10 @@ struct Device {
     /// The newest image; empty before the first.
     current: Box<[i32]>,
     local: Option<LocalSide>,
+    /// When the field was made, from which a first exchange is awaited.
+    start_ns: u64,
+    /// There was a good exchange.
+    has_exchanged: bool,
     state: State,
 }
 
@@ -129,7 +133,6 @@ enum State {
     /// No good exchange since the start.
     Awaited {
         since_ns: u64,
-        scans: u64,
         told: bool,
     },
     Well,
@@ -175,7 +178,9 @@ fn device(wiring: &Wiring, now_ns: u64) -> (Device, Ends) {
         spares: spare_in,
         current,
         local,
-        state: State::Awaited { since_ns: now_ns, scans: 0, told: false },
+        start_ns: now_ns,
+        has_exchanged: false,
+        state: State::Awaited { since_ns: now_ns, told: false },
     };
     let targets = wiring.inputs.clone();
     let line = Line { pulse, images: image_in, spares, targets, given: None };
@@ -264,11 +269,11 @@ impl Field {
     ) {
         for (at, device) in self.devices.iter_mut().enumerate() {
             let stale = device.take(now_ns);
-            let ok = !stale && !device.pulse.troubled.load(Ordering::Acquire);
+            let ok = device.has_exchanged && !stale && !device.pulse.is_troubled();
             machine.write_bit(device.wiring.ok, ok);
             machine.write_bit(device.wiring.stale, stale);
-            if let Some(edge) = device.state.step(stale, now_ns, scan, device.wiring.loss_after_ns)
-            {
+            let exchanged = device.has_exchanged;
+            if let Some(edge) = device.state.step(Seen { exchanged, stale, now_ns, scan }) {
                 tell(What::Device { device: at as u32, edge });
             }
             device.move_inputs(machine, stale);
@@ -320,6 +325,10 @@ impl Field {
 }
 
 impl Pulse {
+    fn is_troubled(&self) -> bool {
+        self.troubled.load(Ordering::Acquire)
+    }
+
     fn note_failure(&self, done: bool) {
         if !done {
             self.troubled.store(true, Ordering::Release);
@@ -343,7 +352,8 @@ impl Device {
                 Some(false) | None => self.pulse.troubled.store(true, Ordering::Release),
             }
         }
-        good_ns == 0 || now_ns.saturating_sub(good_ns) > self.wiring.loss_after_ns
+        self.has_exchanged |= good_ns > 0;
+        now_ns.saturating_sub(good_ns.max(self.start_ns)) > self.wiring.loss_after_ns
     }
 
     fn newest(&mut self) {
@@ -358,7 +368,7 @@ impl Device {
     }
 
     fn move_inputs<M: Machine>(&self, machine: &mut M, stale: bool) {
-        if matches!(self.state, State::Awaited { .. }) {
+        if !self.has_exchanged {
             // Before the first exchange inputs are what their tags' `initial` says.
             return;
         }
@@ -374,31 +384,38 @@ impl Device {
     }
 }
 
+/// What a scan sees of a device.
+struct Seen {
+    exchanged: bool,
+    stale: bool,
+    now_ns: u64,
+    scan: u64,
+}
+
 impl State {
     /// What is to be told of this scan.
-    fn step(&mut self, stale: bool, now_ns: u64, scan: u64, patience: u64) -> Option<DeviceEdge> {
-        match (*self, stale) {
-            (State::Awaited { since_ns, scans, told }, true) => {
-                if told || now_ns.saturating_sub(since_ns) <= patience {
-                    return None;
-                }
-                *self = State::Awaited { since_ns, scans, told: true };
-                Some(DeviceEdge::Absent)
-            }
-            (State::Awaited { told: false, .. }, false) => {
-                *self = State::Well;
-                Some(DeviceEdge::Present)
-            }
-            (State::Well, false) | (State::Lost { .. }, true) => None,
-            (State::Well, true) => {
-                *self = State::Lost { since_ns: now_ns, scans: scan };
-                Some(DeviceEdge::Lost)
-            }
-            (State::Awaited { since_ns, scans, .. } | State::Lost { since_ns, scans }, false) => {
-                *self = State::Well;
+    fn step(&mut self, seen: Seen) -> Option<DeviceEdge> {
+        let Seen { exchanged, stale, now_ns, scan } = seen;
+        let (next, edge) = match *self {
+            State::Awaited { told: false, .. } if exchanged => (State::Well, DeviceEdge::Present),
+            State::Awaited { since_ns, told: true } if exchanged => {
                 let lost_ns = now_ns.saturating_sub(since_ns);
-                Some(DeviceEdge::Back { lost_ns, scans: scan.saturating_sub(scans) })
+                (State::Well, DeviceEdge::Back { lost_ns, scans: scan })
             }
-        }
+            State::Awaited { since_ns, told: false } if stale => {
+                (State::Awaited { since_ns, told: true }, DeviceEdge::Absent)
+            }
+            State::Well if stale => {
+                (State::Lost { since_ns: now_ns, scans: scan }, DeviceEdge::Lost)
+            }
+            State::Lost { since_ns, scans } if !stale => {
+                let lost_ns = now_ns.saturating_sub(since_ns);
+                let scans = scan.saturating_sub(scans);
+                (State::Well, DeviceEdge::Back { lost_ns, scans })
+            }
+            _ => return None,
+        };
+        *self = next;
+        Some(edge)
     }
 }

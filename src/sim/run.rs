@@ -17,7 +17,7 @@ pub struct Plan {
     pub scans: u64,
     /// Whether the last of them is the last scan of an orderly stop.
     pub stop: bool,
-    /// Bits that are ON from the first scan on, until a stimulus writes them: field devices are well.
+    /// Bits that are ON from the first scan on, until a stimulus writes them: devices are well.
     pub well: Vec<BitCell>,
     /// What comes from outside.
     pub stimulus: Stimulus,

@@ -29,6 +29,8 @@ const fn limited(mut row: Key, more: &'static str) -> Key {
 /// A name of a tag or block; the grammar in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 const BLOCK_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}"#;
+const PART_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}"#;
+const FAULT_NAME: &str = r#"{"pattern":"^[a-z][A-Za-z0-9_]*$"}"#;
 const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 const RUNG_NAME: &str = r#"{"pattern":"^[a-z0-9]+(-[a-z0-9]+)*$"}"#;
 const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en"]}}"#;
@@ -98,6 +100,9 @@ const WRITES: &str = "a list of writes";
 const DEVICE: &str = "a simulated device";
 const FIELD: &str = "a device";
 const MAP: &str = "a device's map";
+const PART: &str = "a part";
+const PLACES: &str = "the places of a part";
+const FAULT: &str = "a fault";
 const OPERATOR: &str = "`[operator]`";
 const MEMORY: &str = "`[memory]`";
 
@@ -203,6 +208,54 @@ pub const CONTROLLER: &[Key] = &[
     ),
     key(MAP, "divide", "Modbus: then divided by it."),
     key(MAP, "offset", "Modbus: then this is added: what memory has."),
+    key(FIELD, "part", "`simulated`: the parts of its plant."),
+    key(FIELD, "fault", "`simulated`: what goes wrong, on demand."),
+    key(FIELD, "seed", "`simulated`: another number, another noise; 1 if not given."),
+    limited(key(PART, "name", "Its name: `NAME.point` is one of its points."), PART_NAME),
+    limited(
+        key(PART, "kind", "What it is."),
+        r#"{"enum":["delay","motor","conveyor","tank","sensor","pulse"]}"#,
+    ),
+    key(PART, "in", "A delay's: the point of the plant that it follows, if no row of the map is."),
+    key(PART, "of", "A sensor's: the point of the plant that it measures."),
+    key(PART, "run", "The point of the plant by which it runs."),
+    key(PART, "trip", "A motor's: the point of the plant by which it trips."),
+    key(PART, "reset", "A motor's: the point of the plant by which it is reset."),
+    key(PART, "feed", "A conveyor's: the point of the plant by which a part is laid on."),
+    key(PART, "jam", "A conveyor's: the point of the plant by which its parts stand."),
+    key(PART, "fill", "A tank's: the point of the plant that opens its inlet."),
+    key(PART, "drain", "A tank's: the point of the plant that opens its outlet."),
+    key(PART, "after", "So long it must be told to be ON before it is."),
+    key(PART, "release", "So long it must be told to be OFF before it is; else as `after`."),
+    key(PART, "pulse", "How long a pulse is ON."),
+    key(PART, "every", "From pulse to pulse; from one part on the belt to the next."),
+    key(PART, "offset", "When the first pulse begins."),
+    key(PART, "length", "A conveyor's, in mm."),
+    key(PART, "speed", "A conveyor's, in mm/s."),
+    key(PART, "part-length", "Of the parts on a conveyor, in mm; 100 if not given."),
+    key(PART, "eyes", "A conveyor's eyes: names, and where they look, in mm."),
+    key(PART, "capacity", "What a tank holds."),
+    key(PART, "fill-rate", "What comes in each second while the inlet is open."),
+    key(PART, "drain-rate", "What goes out each second while the outlet is open."),
+    key(PART, "initial", "What is in the tank at the start."),
+    key(PART, "switches", "A tank's switches: names, and the levels from which they are ON."),
+    key(PART, "on-at", "A sensor is ON from this value; 1 if not given."),
+    key(PART, "off-at", "It is OFF below this value; else as `on-at`."),
+    key(PART, "range", "What a sensor measures, from and to."),
+    key(PART, "raw", "What it tells of that, from and to."),
+    key(PART, "invert", "ON where it would be OFF."),
+    key(PLACES, "*", "Where it is."),
+    limited(key(FAULT, "name", "Its name: `fault.NAME` brings it about."), FAULT_NAME),
+    key(FAULT, "point", "The point of the plant that it falsifies."),
+    limited(
+        key(FAULT, "kind", "What it does."),
+        r#"{"enum":["stuck-on","stuck-off","stuck","noisy","late","lost"]}"#,
+    ),
+    key(FAULT, "when", "The point of the plant that brings it about."),
+    key(FAULT, "value", "What a stuck point is; else what it was."),
+    key(FAULT, "every", "How often noise is another; 20ms if not given."),
+    key(FAULT, "amplitude", "By how much a number is off, at most."),
+    key(FAULT, "by", "By how long a point is late."),
     key(FIELD, "chip", "`gpio`: the character device of its chip."),
     limited(key(SCAN, "period", "From one scan to the next; 10ms if not given."), LEAST_1MS),
     limited(

@@ -89,7 +89,7 @@ pub(super) fn read(mut table: Table<'_>) -> Device {
     let name = table.required_string("name");
     table.require("driver", "\"modbus-tcp\"");
     let text = table.string("driver");
-    let driver = text.and_then(|text| kind(&table, &text));
+    let driver = text.and_then(|text| named(&table, &text, "driver", &Kind::NAMES));
     let poll_ms = table.duration("poll");
     let on_loss = table.string("on-loss");
     let loss_after_ms = table.duration("loss-after");
@@ -111,13 +111,19 @@ pub(super) fn read(mut table: Table<'_>) -> Device {
     device
 }
 
-fn kind(table: &Table<'_>, text: &Text) -> Option<Kind> {
-    let found = Kind::NAMES.iter().find(|(name, _)| *name == text.text);
-    if let Some((_, kind)) = found {
-        return Some(*kind);
+/// What a text names, of those that there are; `what` they are, for a finding.
+fn named<T: Copy>(
+    table: &Table<'_>,
+    text: &Text,
+    what: &str,
+    known: &[(&'static str, T)],
+) -> Option<T> {
+    let found = known.iter().find(|(name, _)| *name == text.text);
+    if let Some((_, thing)) = found {
+        return Some(*thing);
     }
-    let message = format!("no driver is called `{}`", text.text);
-    let names = || Kind::NAMES.iter().map(|(name, _)| *name);
+    let message = format!("no {what} is called `{}`", text.text);
+    let names = || known.iter().map(|(name, _)| *name);
     let list = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let help = did_you_mean(&text.text, names()).unwrap_or_else(|| format!("there are {list}"));
     table.find(Finding::new(Code::Controller, text.span, message).help(help));
