@@ -9,6 +9,7 @@ mod process;
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
@@ -75,6 +76,15 @@ impl Drop for Peer {
     }
 }
 
+fn are_installed() -> bool {
+    let socat = Command::new("socat").arg("-V").stdout(Stdio::null()).status();
+    let is_there = socat.is_ok_and(|status| status.success());
+    if !is_there {
+        not_installed("socat");
+    }
+    is_there && is_installed()
+}
+
 fn is_installed() -> bool {
     let probe = Command::new("python3").args(["-c", "import pymodbus.simulator"]).output();
     let is_there = probe.is_ok_and(|output| output.status.success());
@@ -133,6 +143,46 @@ fn controller(port: &str, more: &str) -> String {
         "[scan]\nperiod = \"5ms\"\n[outputs]\non = [\"Y1\"]\n[[device]]\nname = \"line1\"\n\
          driver = \"modbus-tcp\"\naddress = \"127.0.0.1:{port}\"\nloss-after = \"300ms\"\n\
          {more}\n{MAP}"
+    )
+}
+
+/// Two ends of a serial line, by socat.
+struct Wire {
+    socat: Child,
+    ends: [String; 2],
+}
+
+impl Wire {
+    fn new(name: &str) -> Wire {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        let id = std::process::id();
+        let ends = ["rungd", "peer"]
+            .map(|end| folder.join(format!("{name}-{end}-{id}")).to_str().unwrap().to_owned());
+        let [a, b] = &ends;
+        let pty = |end: &str| format!("pty,raw,echo=0,link={end}");
+        let socat = Command::new("socat").args([pty(a), pty(b)]).spawn().unwrap();
+        let deadline = Instant::now() + PATIENCE;
+        while !ends.iter().all(|end| Path::new(end).exists()) {
+            assert!(Instant::now() < deadline, "socat makes no line");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Wire { socat, ends }
+    }
+}
+
+impl Drop for Wire {
+    fn drop(&mut self) {
+        let _ = self.socat.kill();
+        let _ = self.socat.wait();
+        self.ends.iter().for_each(|end| drop(std::fs::remove_file(end)));
+    }
+}
+
+fn serial(name: &str, wire: &Wire, more: &str) -> String {
+    format!(
+        "[[device]]\nname = \"{name}\"\ndriver = \"modbus-rtu\"\nport = \"{}\"\n\
+         parity = \"none\"\nloss-after = \"500ms\"\n{more}\n",
+        wire.ends[0]
     )
 }
 
@@ -225,4 +275,59 @@ fn a_peer_that_goes_and_comes_has_its_outputs_again() {
     peer.told("1 coil 2 1");
     rungd.line("line1 is back");
     rungd.stop();
+}
+
+#[test]
+fn bits_and_numbers_go_there_and_back_over_a_serial_line_that_is_unplugged_once() {
+    if !are_installed() {
+        return;
+    }
+    let wire = Wire::new("wire");
+    let mut peer = Peer::start("rtu", &wire.ends[1], &["1", "2"]);
+    let controller = format!("[outputs]\non = [\"Y1\"]\n{}", serial("line1", &wire, MAP));
+    let (_plant, mut rungd) = run(&controller);
+    peer.told("1 coil 2 1");
+    peer.set("1 discrete 0 1");
+    peer.told("1 coil 0 1");
+    peer.set("1 input 10 4464");
+    peer.set("1 input 11 1");
+    peer.told("1 holding 30 1");
+    peer.set("2 holding 50 1234");
+    peer.told("2 holding 60 1234");
+    drop((peer, wire));
+    rungd.line("line1 is lost");
+    let wire = Wire::new("wire");
+    let mut peer = Peer::start("rtu", &wire.ends[1], &["1", "2"]);
+    peer.told("1 coil 2 1");
+    rungd.line("line1 is back");
+    peer.set("1 input 10 9");
+    peer.told("1 holding 31 9");
+    rungd.stop();
+    // Safe 15 is (15 - 5) * 4 / 10.
+    peer.told("1 holding 40 4");
+}
+
+#[test]
+fn devices_share_a_line_and_a_silent_one_is_silent_alone() {
+    if !are_installed() {
+        return;
+    }
+    let wire = Wire::new("shared");
+    let mut peer = Peer::start("rtu", &wire.ends[1], &["1"]);
+    let map = "map = [{ from = \"discrete 0\", to = \"X0\" }, \
+               { from = \"Y0..Y2\", to = \"coil 0..2\" }]";
+    let absent = "unit = 9\nmap = [{ from = \"discrete 0\", to = \"X8\" }]";
+    let controller = serial("line1", &wire, map) + &serial("line9", &wire, absent);
+    let (_plant, mut rungd) = run(&controller);
+    rungd.line("line9: reading discrete 0 of unit 9: no answer in 200 ms");
+    peer.told("1 coil 2 1");
+    for _ in 0..3 {
+        peer.set("1 discrete 0 1");
+        peer.told("1 coil 0 1");
+        peer.set("1 discrete 0 0");
+        peer.told("1 coil 0 0");
+    }
+    let lines = rungd.stop();
+    let lost = lines.iter().filter(|line| process::message(line).starts_with("line1 is lost"));
+    assert_eq!(lost.count(), 0);
 }

@@ -9,6 +9,7 @@ mod points;
 use std::net::{IpAddr, SocketAddr};
 
 use super::{Direction, Row, at_least_one};
+pub use crate::resolve::modbus_server::Table;
 use crate::source::device::modbus::{EntryKeys, Keys, Watchdog as WrittenWatchdog};
 use crate::source::device::{self as written, Kind as Driver};
 use crate::source::finding::{Code, Finding};
@@ -16,7 +17,6 @@ use crate::source::reader::Text;
 use crate::source::span::{Located, Span};
 
 pub(super) use peers::at_odds;
-pub use points::Table;
 pub(super) use points::is_point;
 use points::{Mistake, Stretch};
 
