@@ -2,6 +2,8 @@
 //! and the next good exchange succeeds.
 
 mod liars;
+#[path = "support/process.rs"]
+mod process;
 
 use std::sync::{Arc, Mutex};
 use std::thread::spawn;
@@ -248,4 +250,35 @@ async fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
     client.connect().await.unwrap();
     assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
     std::fs::remove_file(&link).unwrap();
+}
+
+#[test]
+fn a_device_that_lies_disturbs_no_other_and_floods_no_log() {
+    let (liar, honest) = (honest(), honest());
+    for _ in 0..100 {
+        TCP_LIES.iter().filter(|(.., is_kept)| *is_kept).for_each(|(_, told, _)| lie(&liar, told));
+        TCP_LIES.iter().for_each(|(_, told, _)| lie(&liar, told));
+    }
+    let device = |name: &str, script: &Script, input: u32| {
+        let address = listen(script);
+        format!(
+            "[[device]]\nname = \"{name}\"\ndriver = \"modbus-tcp\"\naddress = \"{address}\"\n\
+             map = [{{ from = \"input 0..1\", to = \"D{input}..D{}\" }}]\n",
+            input + 1
+        )
+    };
+    let devices = device("liar", &liar, 0) + &device("honest", &honest, 2);
+    let ladder = "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"D2 == 1000\"]\n\
+                  do = [\"OUT Y0\"]\n";
+    let plant = process::Plant::new(ladder, &devices);
+    let mut rungd = process::Running::new(&mut plant.command::<&str>(&[]));
+    rungd.line("honest exchanges");
+    std::thread::sleep(Duration::from_secs(3));
+    let lines = rungd.stop();
+    process::no_scan_missed(&lines, Duration::from_millis(10), Duration::from_secs(3));
+    let told =
+        |words: &str| lines.iter().filter(|line| process::message(line).starts_with(words)).count();
+    assert!(told("liar: ") > 0, "{lines:#?}");
+    assert!(told("liar") < 60, "{} lines", told("liar"));
+    assert_eq!(told("honest is lost") + told("honest: "), 0, "{lines:#?}");
 }
