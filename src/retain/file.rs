@@ -1,7 +1,8 @@
 //! The device that a real file is: locked, made in full beside its place, kept aside if foreign.
 //!
 //! Called by `keeper` and by `rungd retain show`. Says what went wrong; what that means for the
-//! controller is the keeper's to decide.
+//! controller is the keeper's to decide. Where the place is a symbolic link, all happens beside what
+//! it points at, and the link stays.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -11,6 +12,9 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_with};
 
 use super::device::Device;
+
+/// The most links behind one another, as the kernel has it.
+const LINKS_MAX: usize = 40;
 
 /// A file of retentive memory, open; no other process has it.
 #[derive(Debug)]
@@ -54,10 +58,13 @@ impl FileDevice {
     /// # Errors
     /// The system's.
     pub fn create_beside(path: &Path) -> io::Result<FileDevice> {
-        let path = with_ending(path, ".new");
+        let path = with_ending(&followed(path), ".new");
         let _ = fs::remove_file(&path);
         let mut options = OpenOptions::new();
-        let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path)?;
+        let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path);
+        let named =
+            |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+        let file = file.map_err(named)?;
         let device = FileDevice { path, file };
         device.lock()?;
         Ok(device)
@@ -65,7 +72,7 @@ impl FileDevice {
 
     /// Takes away what [`FileDevice::create_beside`] made.
     pub fn discard_beside(path: &Path) {
-        let _ = fs::remove_file(with_ending(path, ".new"));
+        let _ = fs::remove_file(with_ending(&followed(path), ".new"));
     }
 
     /// Gives the file, whole and durable by now, its name.
@@ -73,9 +80,10 @@ impl FileDevice {
     /// # Errors
     /// The system's.
     pub fn put_in_place(&mut self, path: &Path) -> io::Result<()> {
-        fs::rename(&self.path, path)?;
+        let place = followed(path);
+        fs::rename(&self.path, &place)?;
         path.clone_into(&mut self.path);
-        sync_directory(path)
+        sync_directory(&place)
     }
 
     fn lock(&self) -> io::Result<()> {
@@ -133,6 +141,7 @@ impl Device for FileDevice {
 /// # Errors
 /// The system's.
 pub fn keep_aside(path: &Path) -> io::Result<PathBuf> {
+    let path = &followed(path);
     for number in 1..10_000 {
         let aside = with_ending(path, &format!(".aside-{number}"));
         let here = rustix::fs::CWD;
@@ -151,6 +160,16 @@ pub fn keep_aside(path: &Path) -> io::Result<PathBuf> {
         }
     }
     Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many files are kept aside already"))
+}
+
+/// The place that a symbolic link leads to, though nothing be there; else the place itself.
+fn followed(path: &Path) -> PathBuf {
+    let mut place = path.to_owned();
+    for _ in 0..LINKS_MAX {
+        let Ok(target) = fs::read_link(&place) else { return place };
+        place = place.parent().unwrap_or(Path::new("")).join(target);
+    }
+    path.to_owned()
 }
 
 fn with_ending(path: &Path, ending: &str) -> PathBuf {

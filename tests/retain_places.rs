@@ -1,0 +1,114 @@
+//! Where retentive memory lies: symbolic links, which are followed and never replaced.
+
+mod memory;
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::PathBuf;
+
+use memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message};
+use serde_json::Value;
+
+fn run(plant: &Plant, scans: &str) -> Vec<Value> {
+    let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
+    let lines = running.rest();
+    assert_eq!(running.end().code(), Some(0), "{lines:#?}");
+    lines
+}
+
+/// A plant whose file is a link into another folder.
+fn linked() -> (Plant, PathBuf) {
+    let plant = Plant::new(COUNTS, KEEPS);
+    fs::create_dir(plant.0.join("far")).unwrap();
+    symlink("middle", file(&plant)).unwrap();
+    symlink("far/target", plant.0.join("middle")).unwrap();
+    let target = plant.0.join("far/target");
+    (plant, target)
+}
+
+fn is_link(plant: &Plant) -> bool {
+    fs::symlink_metadata(file(plant)).unwrap().is_symlink()
+}
+
+/// What lies in a folder, in order of name.
+fn names(folder: PathBuf) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_link_to_a_file_that_is_not_there_yet_is_followed() {
+    let (plant, target) = linked();
+    let lines = run(&plant, "30");
+    assert_eq!(find(&lines, "is made: ")["event"], "retain-made");
+    assert!(is_link(&plant) && target.is_file());
+    assert_eq!(names(plant.0.join("far")), ["target"]);
+    let lines = run(&plant, "10");
+    assert_eq!(find(&lines, "restored: image")["restored"], 4001);
+    assert_eq!(held(&target).unwrap().count, 40);
+}
+
+#[test]
+fn a_link_stays_where_a_longer_file_is_made() {
+    let (plant, target) = linked();
+    let controller = plant.0.join("controller.toml");
+    let text = fs::read_to_string(&controller).unwrap();
+    let short = text.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
+    fs::write(&controller, short).unwrap();
+    run(&plant, "30");
+    let before = fs::metadata(&target).unwrap().len();
+    fs::write(&controller, text).unwrap();
+    let lines = run(&plant, "10");
+    assert_eq!(find(&lines, "restored: image")["restored"], 4);
+    assert!(is_link(&plant) && fs::metadata(&target).unwrap().len() > before);
+    assert_eq!(held(&target).unwrap().count, 40);
+}
+
+#[test]
+fn what_a_link_points_at_is_kept_aside_beside_it() {
+    let (plant, target) = linked();
+    fs::write(&target, "my only copy of something else\n").unwrap();
+    let lines = run(&plant, "5");
+    let aside = plant.0.join("far/target.aside-1");
+    assert!(message(find(&lines, "is not written over")).contains("far/target.aside-1"));
+    assert_eq!(fs::read(aside).unwrap(), b"my only copy of something else\n");
+    assert!(is_link(&plant) && held(&target).unwrap().count == 5);
+}
+
+#[test]
+fn a_link_into_a_folder_that_is_not_there_is_told_with_its_target() {
+    let (plant, target) = linked();
+    fs::remove_dir(target.parent().unwrap()).unwrap();
+    let lines = run(&plant, "5");
+    let told = find(&lines, "cannot be written");
+    assert!(message(told).contains("far/target.new: No such file"), "{told}");
+    assert!(is_link(&plant));
+}
+
+#[test]
+fn a_link_that_leads_to_itself_is_told_and_stays() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    symlink("memory", file(&plant)).unwrap();
+    let lines = run(&plant, "5");
+    let told = find(&lines, "cannot be written");
+    assert!(message(told).contains("symbolic links"), "{told}");
+    assert!(is_link(&plant));
+}
+
+#[test]
+fn a_link_that_is_led_elsewhere_under_the_running_controller_is_followed() {
+    let (plant, target) = linked();
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    let other = plant.0.join("far/other");
+    let fresh = plant.0.join("fresh");
+    symlink("far/other", &fresh).unwrap();
+    fs::rename(&fresh, file(&plant)).unwrap();
+    running.line("is written again");
+    running.stop();
+    assert!(held(&other).unwrap().is_final && is_link(&plant));
+    assert!(!held(&target).unwrap().is_final);
+}
