@@ -314,6 +314,26 @@ fn an_operator_has_it_kept_and_status_tells() {
 }
 
 #[test]
+fn who_writes_more_than_the_budget_of_a_day_is_told_at_once() {
+    let budget = "cold-start = \"run\"\nbudget-mb-per-day = 1\n";
+    let plant = Plant::new(COUNTS, &KEEPS.replace("cold-start = \"run\"\n", budget));
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    let wear = running.line("MB a day are written as it goes now");
+    assert_eq!((&wear["event"], &wear["level"]), (&"retain-wear".into(), &"WARN".into()));
+    assert_eq!(wear["budget_mb_per_day"], 1);
+    let a_day = wear["mb_per_day"].as_u64().unwrap();
+    assert!(a_day > 1000, "a MB within seconds: {wear}");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(["status", "--json", "--socket"]).arg(plant.0.join("op")).output();
+    let status: Value = serde_json::from_slice(&output.unwrap().stdout).unwrap();
+    let retain = &status["retain"];
+    assert_eq!(retain["budget_per_day"], 1_000_000);
+    assert!(retain["bytes"].as_u64() > Some(1_000_000), "{retain}");
+    assert!(retain["bytes_per_day"].as_u64() > Some(1_000_000_000), "{retain}");
+    assert!(events(&running.stop(), "retain-wear").is_empty(), "once a day is enough");
+}
+
+#[test]
 fn a_reloaded_program_is_kept_by_its_own_names_and_ranges() {
     let text = keeps("\"D5..D8\"").replace("enabled = false", "socket = \"op\"");
     let plant = Plant::new(TAGGED, &text);
