@@ -1,8 +1,8 @@
 //! The device that a real file is: locked, made in full beside its place, kept aside if foreign.
 //!
 //! Called by `keeper` and by `rungd retain show`. Says what went wrong; what that means for the
-//! controller is the keeper's to decide. Where the place is a symbolic link, all happens beside what
-//! it points at, and the link stays.
+//! controller is the keeper's to decide. Where the place is a symbolic link, all happens beside
+//! what it points at, and the link stays.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
