@@ -345,10 +345,12 @@ fn who_may_do_what() {
     }
     let closed = Live::start(LADDER, "[operator]\nsocket = \"s\"\nmode = \"0600\"\n", &[]);
     let nobody = |live: &Live, words: &str, gid: u32| {
-        // The binary may lie where only root looks: a copy beside the ladder.
+        // The binary may lie where only root looks: a copy beside the ladder. Made by a process of
+        // its own, lest another test's child holds it open for writing while it is started.
         let copy = live.folder.join("rungd");
         if !copy.exists() {
-            std::fs::copy(env!("CARGO_BIN_EXE_rungd"), &copy).unwrap();
+            let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];
+            assert!(Command::new("cp").args(words).status().unwrap().success());
         }
         let mut command = Command::new(copy);
         command.args(words.split_whitespace()).env("RUNGD_SOCKET", &live.socket);
