@@ -3,9 +3,9 @@
 //! The shell binds it before the first scan and runs it among the drivers. One task a client. A
 //! client that sends garbage, or half a line, or reads nothing, or sits there, is closed; where the
 //! seats are taken, the one that has been idle longest goes, so that who comes next is served. All
-//! of them together have a pace, so that they cost no more than a few hundredths of a core. A socket
-//! that somebody took away is made again.
-//! What requests mean is `desk`'s business. Nothing here can make a scan wait.
+//! of them together have a pace, so that a crowd costs some hundredths of a core. A socket that
+//! somebody took away is made again. What requests mean is `desk`'s business. Nothing here can make
+//! a scan wait.
 
 mod desk;
 mod pace;
