@@ -1,12 +1,16 @@
-//! Where retentive memory lies: symbolic links, which are followed and never replaced.
+//! Where retentive memory lies, and what lies there: symbolic links, which are followed and never
+//! replaced; a file whose numbers are used up.
 
 mod memory;
 
 use std::fs;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{FileExt, symlink};
 use std::path::PathBuf;
 
 use memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message};
+use rungd::retain::file::{Access, FileDevice};
+use rungd::retain::format::{Stamp, put_slot};
+use rungd::retain::slots::survey;
 use serde_json::Value;
 
 fn run(plant: &Plant, scans: &str) -> Vec<Value> {
@@ -111,4 +115,25 @@ fn a_link_that_is_led_elsewhere_under_the_running_controller_is_followed() {
     running.stop();
     assert!(held(&other).unwrap().is_final && is_link(&plant));
     assert!(!held(&target).unwrap().is_final);
+}
+
+#[test]
+fn a_file_whose_numbers_are_used_up_is_told_and_not_written() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    run(&plant, "30");
+    let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
+    let survey = survey(&mut device).unwrap();
+    let newest = survey.newest.unwrap();
+    let stamp = Stamp { sequence: u64::MAX, ..newest.stamp };
+    let mut slot = Vec::new();
+    put_slot(&mut slot, survey.geometry.id, &stamp, &newest.content);
+    let at = survey.geometry.slot_at(newest.slot);
+    let bytes = fs::OpenOptions::new().write(true).open(file(&plant)).unwrap();
+    bytes.write_all_at(&slot, at).unwrap();
+    let lines = run(&plant, "5");
+    let told = find(&lines, "cannot be written");
+    assert!(message(told).contains("its numbers are used up: give it another name"), "{told}");
+    assert_eq!(find(&lines, "is not kept")["event"], "retain-lost");
+    let kept = held(&file(&plant)).unwrap();
+    assert_eq!((kept.sequence, kept.count), (u64::MAX, 30));
 }
