@@ -137,3 +137,36 @@ fn a_file_whose_numbers_are_used_up_is_told_and_not_written() {
     let kept = held(&file(&plant)).unwrap();
     assert_eq!((kept.sequence, kept.count), (u64::MAX, 30));
 }
+
+/// Several start at the same moment; one has the file, the others do not start.
+#[track_caller]
+fn one_of_many_has_it(plant: &Plant) {
+    let mut all: Vec<Running> = (0..4)
+        .map(|_| Running::new(plant.command(&[] as &[&str]).args(["--scans", "150"])))
+        .collect();
+    let logs: Vec<Vec<Value>> = all.iter().map(Running::rest).collect();
+    let mut codes: Vec<i32> = all.iter_mut().map(|one| one.end().code().unwrap()).collect();
+    codes.sort_unstable();
+    assert_eq!(codes, [0, 74, 74, 74], "{logs:#?}");
+    assert!(held(&file(plant)).unwrap().is_final);
+}
+
+#[test]
+fn of_several_that_start_at_once_without_a_file_one_runs() {
+    for _ in 0..3 {
+        let controller =
+            KEEPS.replace("[operator]\nsocket = \"op\"\n", "[operator]\nenabled = false\n");
+        let plant = Plant::new(COUNTS, &controller);
+        one_of_many_has_it(&plant);
+        assert_eq!(names(plant.0.clone()), ["controller.toml", "ladder.toml", "memory"]);
+        fs::remove_file(file(&plant)).unwrap();
+        fs::write(file(&plant), "my only copy of something else\n").unwrap();
+        one_of_many_has_it(&plant);
+        let wanted = ["controller.toml", "ladder.toml", "memory", "memory.aside-1"];
+        assert_eq!(names(plant.0.clone()), wanted, "what is good is not kept aside");
+        // What is left of one that was killed while it made the file is in nobody's way.
+        fs::remove_file(file(&plant)).unwrap();
+        fs::write(plant.0.join("memory.new"), "half a file").unwrap();
+        one_of_many_has_it(&plant);
+    }
+}
