@@ -138,6 +138,20 @@ fn a_file_whose_numbers_are_used_up_is_told_and_not_written() {
     assert_eq!((kept.sequence, kept.count), (u64::MAX, 30));
 }
 
+#[test]
+fn a_file_that_was_emptied_under_the_running_controller_is_made_anew() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    fs::OpenOptions::new().write(true).truncate(true).open(file(&plant)).unwrap();
+    let told = running.line("cannot be written");
+    assert!(message(&told).contains("it is not what was written there"), "{told}");
+    running.line("is written again");
+    running.stop();
+    assert!(held(&file(&plant)).unwrap().is_final);
+}
+
 /// Several start at the same moment; one has the file, the others do not start.
 #[track_caller]
 fn one_of_many_has_it(plant: &Plant) {

@@ -147,6 +147,10 @@ impl<D: Device> Slots<D> {
         }
         if self.doubted {
             self.open_anew()?;
+        } else if read_geometry(&mut self.device)? != Ok(self.geometry) {
+            // Emptied or written over by somebody: what is durable now would not be found again.
+            let message = "it is not what was written there";
+            return Err(io::Error::new(io::ErrorKind::NotFound, message));
         }
         let slot = self.next_slot();
         // Nobody writes so many images; a file from elsewhere may say that somebody did.
