@@ -1,20 +1,25 @@
-//! Modbus devices before peers that this project did not write: pymodbus as remote I/O.
+//! Modbus devices before peers that this project did not write: pymodbus and libmodbus as remote
+//! I/O (`tests/modbus_peers/`).
 //!
 //! The real binary runs a ladder whose inputs and outputs are the peer's. What the field would do
-//! the test tells the peer, and what rungd writes the peer tells the test. Where pymodbus is not
+//! the test tells the peer, and what rungd writes the peer tells the test. Where a peer is not
 //! installed a test says so and does nothing, unless `RUNGD_REQUIRE_CLIENTS=1`.
 
+mod page;
 #[path = "support/process.rs"]
 mod process;
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use process::{PATIENCE, Plant, Running, not_installed};
+use rungd::load;
+
+const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/modbus_peers");
 
 /// Remote I/O in a process of its own.
 struct Peer {
@@ -25,9 +30,12 @@ struct Peer {
 
 impl Peer {
     fn start(way: &str, place: &str, units: &[&str]) -> Peer {
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/modbus_peers/remote_io.py");
         let mut command = Command::new("python3");
-        command.args([script, way, place]).args(units);
+        command.args([&format!("{PEERS}/remote_io.py"), way, place]).args(units);
+        Peer::told_by(command)
+    }
+
+    fn told_by(mut command: Command) -> Peer {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().unwrap();
         let (sender, lines) = channel();
@@ -330,4 +338,104 @@ fn devices_share_a_line_and_a_silent_one_is_silent_alone() {
     let lines = rungd.stop();
     let lost = lines.iter().filter(|line| process::message(line).starts_with("line1 is lost"));
     assert_eq!(lost.count(), 0);
+}
+
+/// The server on libmodbus, compiled; none where there is no compiler or no libmodbus.
+fn libmodbus(test: &str) -> Option<PathBuf> {
+    let flags = Command::new("pkg-config").args(["--cflags", "--libs", "libmodbus"]).output();
+    let Some(flags) = flags.ok().filter(|flags| flags.status.success()) else {
+        not_installed("libmodbus-dev");
+        return None;
+    };
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("libmodbus-{test}"));
+    let flags = String::from_utf8(flags.stdout).unwrap();
+    let source = format!("{PEERS}/remote_io.c");
+    let mut cc = Command::new("cc");
+    cc.arg(source).arg("-o").arg(&program).args(flags.split_whitespace());
+    if !cc.status().is_ok_and(|status| status.success()) {
+        not_installed("a C compiler");
+        return None;
+    }
+    Some(program)
+}
+
+/// Y0 is what X0 is not, and a number goes round.
+const ROUND: &str = r#"
+[[program]]
+name = "Main"
+
+[[program.rung]]
+when = ["!X0"]
+do   = ["OUT Y0"]
+
+[[program.rung]]
+when = ["$On"]
+do   = ["MOVE -70000 to=D0"]
+
+[[program.rung]]
+when = ["D1 == -70000"]
+do   = ["OUT Y1"]
+"#;
+
+const ROUND_MAP: &str = r#"
+write-every = "50ms"
+map = [
+  { from = "discrete 0", to = "X0" },
+  { from = "input 4..5", to = "D1", type = "i32", word-order = "low-first" },
+  { from = "Y0..Y1", to = "coil 0..1" },
+  { from = "D0", to = "holding 4..5", type = "i32", word-order = "low-first" },
+]
+"#;
+
+fn goes_round(mut peer: Peer, device: &str) {
+    let plant = Plant::new(ROUND, device);
+    let mut rungd = Running::new(&mut plant.command::<&str>(&[]));
+    // 2^32 - 70000 = 65534 * 65536 + 61072.
+    peer.told("holding 4 61072");
+    peer.told("holding 5 65534");
+    peer.told("coil 1 1");
+    for _ in 0..3 {
+        peer.told("coil 0 1");
+        peer.told("coil 0 0");
+    }
+    rungd.stop();
+    peer.told("holding 5 0");
+}
+
+#[test]
+fn a_server_on_libmodbus_is_remote_io_over_tcp() {
+    let Some(program) = libmodbus("tcp") else { return };
+    let port = free_port();
+    let mut command = Command::new(program);
+    command.args(["tcp", &port]);
+    let device = format!(
+        "[[device]]\nname = \"line1\"\ndriver = \"modbus-tcp\"\n\
+         address = \"127.0.0.1:{port}\"\n{ROUND_MAP}"
+    );
+    goes_round(Peer::told_by(command), &device);
+}
+
+#[test]
+fn a_server_on_libmodbus_is_remote_io_over_a_serial_line() {
+    let Some(program) = libmodbus("rtu") else { return };
+    if !are_installed() {
+        return;
+    }
+    let wire = Wire::new("libmodbus");
+    let mut command = Command::new(program);
+    command.args(["rtu", &wire.ends[1]]);
+    goes_round(Peer::told_by(command), &serial("line1", &wire, ROUND_MAP));
+}
+
+#[test]
+fn the_example_of_the_page_passes_the_check() {
+    let page = page::text("modbus-devices.md");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("modbus-devices-page");
+    std::fs::create_dir_all(&folder).unwrap();
+    for name in ["oven-controller.toml", "oven.toml"] {
+        std::fs::write(folder.join(name), page::file(&page, name)).unwrap();
+    }
+    let loaded = load::controller_file(&folder.join("oven-controller.toml")).unwrap();
+    assert!(loaded.findings.is_empty(), "{:#?}", loaded.findings);
+    let _ = std::fs::remove_dir_all(folder);
 }

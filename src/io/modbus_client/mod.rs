@@ -16,8 +16,6 @@ pub mod request;
 pub mod rtu;
 mod serial;
 mod tcp;
-#[cfg(test)]
-mod tests;
 pub mod values;
 
 pub use client::Client;
