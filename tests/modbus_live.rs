@@ -82,3 +82,47 @@ fn the_program_answers_and_changes_what_the_oracle_says() {
     println!("{} requests", live.requests);
     running.stop();
 }
+
+#[test]
+fn a_reload_brings_its_map_units_and_lists() {
+    let server = "[modbus-server]\nlisten = \"127.0.0.1:0\"\n";
+    let entry = |operand: &str, table: &str, address: u16| {
+        format!(
+            "[[modbus-server.map]]\noperand = \"{operand}\"\ntable = \"{table}\"\n\
+             address = {address}\n"
+        )
+    };
+    let ladder = |stages: &str| {
+        format!(
+            "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"$On\"]\ndo = [\"OUT Y0\"]\n\
+             [[program]]\nname = \"Side\"\nautostart = true\n{stages}\
+             [[program.stage]]\nname = \"Fill\"\n\
+             [[program.stage.rung]]\nwhen = [\"$On\"]\ndo = [\"OUT Y1\"]\n"
+        )
+    };
+    let before = format!("{server}writable = [\"D0\"]\n{}", entry("D0", "holding", 4000));
+    let plant = Plant::new(&ladder(""), &(before + &entry("Side.Fill", "discrete", 2000)));
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    let line = running.line("Modbus server listens");
+    let mut socket = Socket::connect(line["address"].as_str().unwrap());
+    running.line("RUN: scanning");
+    let write = |at: u16| [&[16][..], &at.to_be_bytes(), &[0, 2, 4, 0, 1, 0, 2]].concat();
+    assert_eq!(socket.ask(1, &write(4000))[0], 16);
+    assert_eq!(socket.ask(1, &[2, 7, 0xd0, 0, 1]), [2, 1, 1], "the Stage");
+    // Another Stage stands before it, D0 lies elsewhere and is listed for others, unit 1 is gone.
+    let lists = "[[modbus-server.write]]\nranges = [\"D0\"]\nclients = [\"10.0.0.0/8\"]\n";
+    let after = format!("ladder = [\"ladder.toml\"]\n{server}units = [2]\n{lists}");
+    let after = after + &entry("D0", "holding", 5000) + &entry("Side.Fill", "discrete", 2000);
+    std::fs::write(plant.0.join("controller.toml"), after).unwrap();
+    let first = "[[program.stage]]\nname = \"Wait\"\n[[program.stage.rung]]\nwhen = [\"C0\"]\n\
+                 do = [\"JMP Fill\"]\n";
+    std::fs::write(plant.0.join("ladder.toml"), ladder(first)).unwrap();
+    running.signal("HUP");
+    running.line("reloaded");
+    assert_eq!(socket.ask(1, &[3, 0x13, 0x88, 0, 2]), [0x83, 11]);
+    assert_eq!(socket.ask(2, &[3, 0x0f, 0xa0, 0, 2]), [0x83, 2]);
+    assert_eq!(socket.ask(2, &[3, 0x13, 0x88, 0, 2]), [3, 4, 0, 1, 0, 2], "D0 was kept");
+    assert_eq!(socket.ask(2, &write(5000)), [0x90, 2]);
+    assert_eq!(socket.ask(2, &[2, 7, 0xd0, 0, 1]), [2, 1, 1], "the same Stage, elsewhere");
+    running.stop();
+}
