@@ -212,3 +212,27 @@ fn without_descriptors_who_asks_is_served() {
     println!("no descriptors: the next client served within {slowest:?}");
     ended(&mut running);
 }
+
+/// How punctual scans are beside the worst of it, and by themselves, in turns.
+#[test]
+#[ignore = "half a minute, alone on the machine; run with --release"]
+fn harm_beside_a_control() {
+    const TURN: Duration = Duration::from_secs(4);
+    for turn in 1..=3 {
+        let (_plant, mut running, _) = start("connections = 64", &[]);
+        std::thread::sleep(TURN);
+        println!("turn {turn}, no clients:");
+        ended(&mut running);
+        let (_plant, mut running, address) = start("connections = 64", &[]);
+        let (began, mut slowest, mut connections) = (Instant::now(), Duration::ZERO, 0);
+        while began.elapsed() < TURN {
+            let silent = crowd(&address, 1000, &[]);
+            let slow = crowd(&address, 1000, &READ[..9]);
+            let wrong = crowd(&address, 1000, b"GET / HTTP/1.1\r\n\r\n");
+            slowest = slowest.max(served_within(&address));
+            connections += silent.len() + slow.len() + wrong.len();
+        }
+        println!("turn {turn}, {connections} hostile; the next served within {slowest:?}:");
+        ended(&mut running);
+    }
+}
