@@ -218,12 +218,14 @@ fn without_descriptors_who_asks_is_served() {
 #[ignore = "half a minute, alone on the machine; run with --release"]
 fn harm_beside_a_control() {
     const TURN: Duration = Duration::from_secs(4);
+    // As a controller that is meant to be punctual is run; without the right to it, as any other.
+    const SETTINGS: &str = "connections = 64\n[realtime]\npolicy = \"fifo\"\npriority = 80";
     for turn in 1..=3 {
-        let (_plant, mut running, _) = start("connections = 64", &[]);
+        let (_plant, mut running, _) = start(SETTINGS, &[]);
         std::thread::sleep(TURN);
         println!("turn {turn}, no clients:");
         ended(&mut running);
-        let (_plant, mut running, address) = start("connections = 64", &[]);
+        let (_plant, mut running, address) = start(SETTINGS, &[]);
         let (began, mut slowest, mut connections) = (Instant::now(), Duration::ZERO, 0);
         while began.elapsed() < TURN {
             let silent = crowd(&address, 1000, &[]);
