@@ -35,6 +35,8 @@ pub struct Setup {
     pub controller: String,
     /// What the log tells of the ladder.
     pub ladder: LadderFacts,
+    /// SHA-256 of all files, the controller's too, with their names.
+    pub(super) source: String,
     /// How many warnings the check has.
     pub warnings: usize,
     pub(super) symbols: Symbols,
@@ -85,6 +87,7 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
     let setup = Setup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
+        source: source(files),
         warnings: loaded.findings.len(),
         narration,
         watched,
@@ -206,6 +209,13 @@ fn sha256(files: &[SourceFile]) -> String {
         hash.update(file.text.as_bytes());
     }
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// By what files are the same as others.
+fn source(files: &[SourceFile]) -> String {
+    let parts = files.iter().map(|file| format!("{} {}\n", file.name, file.text.len()));
+    let names = SourceFile { name: String::new(), text: parts.collect() };
+    sha256(std::slice::from_ref(&names)) + &sha256(files)
 }
 
 #[cfg(test)]

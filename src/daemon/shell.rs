@@ -20,7 +20,7 @@ use super::narration::Narration;
 use super::narration::span;
 use super::operator;
 use super::posture;
-use super::reload::{Reloads, Running, Views};
+use super::reload::{self, Reloads, Running, Views};
 use super::retain;
 use super::retain_thread::Retention;
 use super::signals::{Host, Signals, Told};
@@ -39,6 +39,8 @@ pub struct Options {
     pub scans: Option<u64>,
     /// How often the log repeats why the controller does not run.
     pub repeat: Duration,
+    /// How long a reload may take to read and check its files.
+    pub reload_limit: Duration,
     /// Start in STOP, for this reason, and wait for an operator's run.
     pub start_in_stop: Option<StopReason>,
 }
@@ -122,7 +124,8 @@ pub fn run(
     let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
-    let first = First { running: Arc::new(Running { program, setup }), reloader, narration };
+    let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
+    let first = First { running, reloader, narration, limit };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, patience, retention }))
 }
 
@@ -139,6 +142,8 @@ struct First {
     running: Arc<Running>,
     reloader: Reloader<Engine>,
     narration: Generations<Narration>,
+    /// How long a reload may read files.
+    limit: Duration,
 }
 
 /// Who the shell attends to besides the scan thread.
@@ -220,8 +225,7 @@ async fn attend(
         tokio::select! {
             told = signals.next() => {
                 let Told::Stop(name) = told else {
-                    // Its outcome is in the log.
-                    tokio::spawn(Arc::clone(reloads).reload("SIGHUP".to_owned(), false));
+                    reloads.hangup();
                     continue;
                 };
                 if let Some((_, first)) = asked {
@@ -288,7 +292,7 @@ async fn start_drivers(
     retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
-    let First { running, reloader, narration } = first;
+    let First { running, reloader, narration, limit } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
@@ -317,8 +321,9 @@ async fn start_drivers(
     }
     let desk = Generations::new(operator::View::new(setup, &about));
     let views = Views { desk: desk.clone(), about, narration, modbus, device };
-    let reloads = Reloads::new(Arc::clone(&running), reloader, port.clone(), views);
-    let reloads = Arc::new(reloads);
+    let (of, port) = (Arc::clone(&running), port.clone());
+    let parts = reload::Parts { running: of, reloader, port: port.clone(), views, limit };
+    let reloads = Arc::new(Reloads::new(parts));
     if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
         let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads), patience);
         match operator::Server::bind(&place, desk) {

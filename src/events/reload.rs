@@ -86,4 +86,15 @@ pub(super) const EVENTS: &[Event] = &[
                   that took.",
         remedy: "Nothing.",
     },
+    Event {
+        number: 1009,
+        name: "reload-same",
+        level: Level::Info,
+        id: "ba15168d27024a8bbfe54a83c5f7c210",
+        limit: Limit::NONE,
+        meaning: "A reload was asked for, and the files are those that run already: nothing was \
+                  swapped, and the way back is as it was.",
+        remedy: "Nothing. If something was to change, look whether the edited files are those \
+                 that the controller file names.",
+    },
 ];

@@ -43,7 +43,7 @@ pub use posture::{Grant, Held, Policy, Posture, Refusal};
 pub use record::{Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Meter, Reading, Spread, Statistics};
-pub use swap::{Carried, Contents, Generations, Package, Reloader};
+pub use swap::{Carried, Contents, Generations, Package, Reloader, Swapped};
 pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};

@@ -19,7 +19,7 @@ use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Meter, Statistics};
-use super::swap::{Package, Swaps};
+use super::swap::{Package, Swapped, Swaps};
 
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
@@ -162,7 +162,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let generation = package.generation;
         self.side.generation = generation;
         let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
-        package.swap_ns = Some(swap_ns);
+        package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });
         self.journal.tell(self.scans, now_ns, What::Swapped { generation, swap_ns });
         self.swaps.give_back(package);
         match faulted {

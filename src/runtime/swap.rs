@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Command, CommandId, Denial};
-use super::exchange::{Port, Snapshot};
+use super::exchange::{Mode, Port, Snapshot};
 use super::link::{SPARES, Safe};
 use super::record::{Watched, Watches};
 use crate::engine::Transfer;
@@ -27,13 +27,22 @@ pub struct Package<M> {
     pub transfer: Transfer,
     /// Its number: one more than that of any program before it.
     pub generation: u32,
-    /// How long the swap took, behind it.
-    pub swap_ns: Option<u64>,
+    /// What is known of the swap, behind it.
+    pub swapped: Option<Swapped>,
     pub(super) watches: Watches,
     /// By watch: which watch of the old program it goes on from.
     pub(super) carried: Carried,
     /// Snapshots of its shape.
     pub(super) fresh: Vec<Arc<Snapshot>>,
+}
+
+/// How a swap was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Swapped {
+    /// How long it took.
+    pub took_ns: u64,
+    /// The mode that it found.
+    pub mode: Mode,
 }
 
 /// By watch: which watch of the old program it goes on from.
@@ -79,7 +88,7 @@ impl<M> Package<M> {
         };
         let fresh = (0..SPARES).map(fresh).collect();
         let watches = Watches::new(&watched, &vec![0; words], 0);
-        Package { machine, transfer, generation, swap_ns: None, watches, carried, fresh }
+        Package { machine, transfer, generation, swapped: None, watches, carried, fresh }
     }
 }
 

@@ -9,6 +9,7 @@ use super::Running;
 use crate::daemon::config::{self, Setup};
 use crate::daemon::narration::Narration;
 use crate::engine::Engine;
+use crate::isa::MemorySizes;
 use crate::reload::{Plan, Side};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package};
@@ -19,36 +20,25 @@ pub(super) struct Ready {
     pub running: Arc<Running>,
     pub plan: Plan,
     pub package: Box<Package<Engine>>,
-    /// What of the controller file needs a restart.
-    pub restart: Vec<String>,
+}
+
+/// What the files say now; the text of `Err` has all findings.
+pub(super) fn read(path: &Path, sizes: &MemorySizes) -> Result<Running, String> {
+    let style = Style { color: false, deny_warnings: false };
+    let loaded = config::load(path, style).map_err(|failure| format!("{failure:#}"))?;
+    let (program, setup) = loaded?;
+    if setup.symbols.layout.sizes() != sizes {
+        return Err(format!(
+            "{}: `[memory]` says other sizes than the running program has: they need a restart, \
+             and nothing is reloaded until then",
+            setup.controller
+        ));
+    }
+    Ok(Running { program, setup })
 }
 
 impl Ready {
-    /// What the files say now; the text of `Err` has all findings.
-    pub fn of_files(
-        started: &Running,
-        old: &Running,
-        generation: u32,
-        latest: &Snapshot,
-    ) -> Result<Ready, String> {
-        let style = Style { color: false, deny_warnings: false };
-        let path = Path::new(&old.setup.controller);
-        let loaded = config::load(path, style).map_err(|failure| format!("{failure:#}"))?;
-        let (program, setup) = loaded?;
-        let (before, now) = (old.setup.symbols.layout.sizes(), setup.symbols.layout.sizes());
-        if before != now {
-            return Err(format!(
-                "{}: `[memory]` says other sizes than the running program has: they need a \
-                 restart, and nothing is reloaded until then",
-                setup.controller
-            ));
-        }
-        let restart = needs_restart(&started.setup, &setup);
-        let next = Arc::new(Running { program, setup });
-        Ok(Ready { restart, ..Ready::of(old, next, generation, latest) })
-    }
-
-    /// A program that is there already.
+    /// A program behind another one.
     pub fn of(old: &Running, next: Arc<Running>, generation: u32, latest: &Snapshot) -> Ready {
         let plan = Plan::new(side(old), side(&next));
         let mut engine = Engine::new(next.program.clone());
@@ -64,7 +54,7 @@ impl Ready {
             safe: setup.memory.safe.clone(),
         };
         let package = Box::new(Package::new(engine, contents, latest));
-        Ready { running: next, plan, package, restart: Vec::new() }
+        Ready { running: next, plan, package }
     }
 }
 
@@ -85,7 +75,7 @@ fn carried(old: &Narration, new: &Narration) -> Carried {
 }
 
 /// What the controller file says otherwise than at the start, and a reload does not apply.
-fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
+pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
     let pace = |of: &Setup| (of.pace.period_ns, of.pace.watchdog_ns);
     let retain = |of: &Setup| {
         let wanted = of.retain.as_ref()?;

@@ -49,7 +49,7 @@ fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
     assert_eq!((&*latest.bits, &*latest.words), (&[0, 1][..], &[4][..]), "its shape, and memory");
     assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
     let back = rig.reloader.returned().expect("the package comes back");
-    assert!(back.swap_ns.is_some());
+    assert_eq!(back.swapped.map(|swapped| swapped.mode), Some(Mode::Run));
     assert_eq!((back.machine.scans, back.machine.words[0]), (3, 3));
     let told = rig.heard.take();
     assert!(told.iter().any(|line| line.starts_with("3: Swapped { generation: 1")), "{told:?}");
@@ -103,7 +103,7 @@ fn behind_a_panic_another_program_is_taken_if_it_is_the_way_back() {
     rig.step();
     assert_eq!((rig.port.latest().generation, rig.port.latest().mode), (2, Mode::Run));
     let given_back = rig.reloader.returned().expect("the one that was denied");
-    assert_eq!((given_back.generation, given_back.swap_ns), (1, None));
+    assert_eq!((given_back.generation, given_back.swapped), (1, None));
 }
 
 #[test]
