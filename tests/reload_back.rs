@@ -144,6 +144,27 @@ fn to_fault(live: &Live) {
 }
 
 #[test]
+fn a_rollback_by_hand_keeps_the_mode() {
+    let controller = "scan.watchdog = \"4ms\"\nreload.probation = \"0ms\"\n";
+    let live = Live::start(&says(1), controller, &["--stopped"]);
+    load(&live, &faulty(2));
+    live.ok("mode run");
+    to_fault(&live);
+    let said = live.ok("rollback");
+    assert!(
+        said.contains("the mode is FAULT, and nothing is scanned until `rungd mode run`"),
+        "{said}"
+    );
+    let line = live.line("the mode stays FAULT, `rungd mode run` is next");
+    assert_eq!((&line["event"], &line["mode"]), (&"rolled-back".into(), &"FAULT".into()));
+    let status = live.say("status --json").json();
+    assert_eq!(status["mode"], "FAULT");
+    live.ok("unforce --all");
+    live.say("mode run");
+    live.await_values("D0", "1");
+}
+
+#[test]
 fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
     let live = Live::start(&faulty(1), "scan.watchdog = \"4ms\"\n", &[]);
     to_fault(&live);

@@ -61,7 +61,8 @@ pub(super) const EVENTS: &[Event] = &[
         id: "7903d68a24644c03892b8cf735bf8eb5",
         limit: Limit::NONE,
         meaning: "The program before the last reload is back, with memory as it is: since the \
-                  new one faulted within its probation, or because an operator asked for it.",
+                  new one faulted within its probation (then it goes on in RUN), or because an \
+                  operator asked for it (then the mode stays: out of FAULT `rungd mode run` is next).",
         remedy: "Mend the files: they still hold the program that was taken back, and a \
                  restart would run it.",
     },

@@ -268,7 +268,7 @@ impl Reloads {
             return Err(refused(message.to_owned()));
         };
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
-        let (report, swap_us) = self.swap(&mut inner, ready, (true, true)).await?;
+        let (report, swap_us) = self.swap(&mut inner, ready, (true, fault.is_some())).await?;
         let done = self.reloaded(&previous.setup, report, Some(swap_us));
         tell::rolled_back(who, &done, fault.map(|fault| fault.reason));
         Ok(done)
@@ -279,6 +279,7 @@ impl Reloads {
         &self,
         inner: &mut Inner,
         ready: Ready,
+        // Whether it is the way back, and whether it leaves FAULT.
         (back, resume): (bool, bool),
     ) -> Done<(Vec<String>, f64)> {
         let Ready { running, plan, package, .. } = ready;
