@@ -175,3 +175,18 @@ fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
     assert_eq!(live.say("status --json").json()["mode"], "FAULT", "nothing moves by itself");
     live.ok("rollback");
 }
+
+#[test]
+fn a_tag_that_moves_is_a_warning() {
+    let tagged = |at: &str| {
+        format!("[tags]\nLevel = {{ at = \"{at}\" }}\n{}", says(1).replace("D2 1", "D2 Level"))
+    };
+    let live = Live::start(&tagged("V10"), "", &[]);
+    live.ok("write V10 17");
+    live.ok("force V20 3");
+    let said = load(&live, &tagged("V20"));
+    let words = "tag Level moved from V10 to V20: V20 keeps its own value 3 (forced); V10's was 17";
+    assert!(said.contains(&format!("warning: {words}\n")), "{said}");
+    let line = live.line(words);
+    assert_eq!((&line["event"], &line["level"]), (&"reload-warning".into(), &"WARN".into()));
+}

@@ -296,6 +296,7 @@ fn a_hundred_reloads() {
         };
         let carried = Carried { bits: vec![Some(0); watched.bits.len()], words: vec![Some(0)] };
         let contents = Contents {
+            asked: plan.asked(),
             transfer: plan.transfer,
             generation,
             watched,
@@ -316,7 +317,7 @@ fn a_hundred_reloads() {
         }
         // Where the queue of commands is full it is not handed in, and given back later.
         while let Some(package) = reloader.returned() {
-            if package.swap_ns.is_some() {
+            if package.swapped.is_some() {
                 assert!(handed_in.is_ok());
                 (running, symbols) = (code.clone(), next.clone());
             }

@@ -98,4 +98,16 @@ pub(super) const EVENTS: &[Event] = &[
         remedy: "Nothing. If something was to change, look whether the edited files are those \
                  that the controller file names.",
     },
+    Event {
+        number: 1010,
+        name: "reload-warning",
+        level: Level::Warn,
+        id: "beaf937d54fe4230bfbba28539a97f17",
+        limit: Limit::PLANT,
+        meaning: "A difference between the program before a reload (or rollback) and the one \
+                  after it that wants a look: a tag has another address now, and the value that \
+                  it had stays at the old one.",
+        remedy: "See whether the value at the new address is the one that is meant: `rungd read` \
+                 shows it, `rungd write` puts another one there.",
+    },
 ];

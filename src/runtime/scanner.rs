@@ -152,6 +152,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.tell_events(now_ns);
         }
         let running = self.mode == Mode::Run || faulted;
+        package.note(&self.machine);
         std::mem::swap(&mut self.machine, &mut package.machine);
         let Package { machine: old, transfer, watches, carried, fresh, .. } = &mut *package;
         self.machine.adopt(old, transfer, running, self.forces.list());

@@ -13,8 +13,9 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use super::command::{Command, CommandId, Denial};
 use super::exchange::{Mode, Port, Snapshot};
 use super::link::{SPARES, Safe};
+use super::machine::Machine;
 use super::record::{Watched, Watches};
-use crate::engine::Transfer;
+use crate::engine::{Cell, Transfer};
 
 /// How many packages may be on their way.
 const PACKAGES_MAX: usize = 4;
@@ -27,6 +28,8 @@ pub struct Package<M> {
     pub transfer: Transfer,
     /// Its number: one more than that of any program before it.
     pub generation: u32,
+    /// Cells of the old machine, and what they held before it.
+    pub asked: Vec<(Cell, i32)>,
     /// What is known of the swap, behind it.
     pub swapped: Option<Swapped>,
     pub(super) watches: Watches,
@@ -60,6 +63,8 @@ pub struct Contents {
     pub transfer: Transfer,
     /// Its number.
     pub generation: u32,
+    /// Cells of the old machine that the report asks for.
+    pub asked: Vec<Cell>,
     /// What the log wants to know of.
     pub watched: Watched,
     /// Which of that it wanted to know before.
@@ -72,10 +77,25 @@ pub struct Contents {
     pub safe: Vec<Safe>,
 }
 
+impl<M: Machine> Package<M> {
+    /// Notes what is asked for, as it is. Nothing is allocated.
+    pub(super) fn note(&mut self, old: &M) {
+        let (bits, words) = old.image();
+        for (cell, value) in &mut self.asked {
+            *value = match cell {
+                Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
+                Cell::Word(word) => words[word.0 as usize],
+            };
+        }
+    }
+}
+
 impl<M> Package<M> {
     /// A package; `latest` gives its snapshots what is not the program's.
     pub fn new(machine: M, contents: Contents, latest: &Snapshot) -> Package<M> {
-        let Contents { transfer, generation, watched, carried, bits, words, safe } = contents;
+        let Contents { transfer, generation, asked, watched, carried, bits, words, safe } =
+            contents;
+        let asked = asked.into_iter().map(|cell| (cell, 0)).collect();
         let safe: Arc<[Safe]> = safe.into();
         let fresh = |_| {
             Arc::new(Snapshot {
@@ -88,7 +108,7 @@ impl<M> Package<M> {
         };
         let fresh = (0..SPARES).map(fresh).collect();
         let watches = Watches::new(&watched, &vec![0; words], 0);
-        Package { machine, transfer, generation, swapped: None, watches, carried, fresh }
+        Package { machine, transfer, generation, asked, swapped: None, watches, carried, fresh }
     }
 }
 

@@ -25,11 +25,12 @@ pub(super) use views::Views;
 
 use super::config::Setup;
 use super::systemd::{Notice, Systemd};
-use crate::engine::{self, Engine};
+use crate::engine::{self, Cell, Engine};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
+use crate::reload::{Plan, Seen};
 use crate::runtime::command::{Answer, CommandId, Denial};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
-use crate::runtime::{Reloader, monotonic_ns};
+use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
 use reading::Reading;
 use ready::Ready;
 use trial::{Trial, Verdict};
@@ -219,7 +220,8 @@ impl Reloads {
         let setup = &setup.setup;
         if dry_run {
             let latest = self.port.latest();
-            let report = ready.plan.report(&latest.bits, &latest.words);
+            let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
+            let report = ready.plan.report(&Seen { bits, words, forces, passed: None });
             return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
         let (report, swap_us) = self.swap(&mut inner, ready, (false, false)).await?;
@@ -287,6 +289,7 @@ impl Reloads {
         self.views.insert(generation, &running.setup);
         inner.generation = generation;
         inner.pending = Some(Pending { generation, running, back });
+        let forces = self.port.latest().forces.list().to_vec();
         let handed_in = inner.reloader.hand_in(*package, resume);
         let answer = match handed_in {
             Ok(id) => self.answer(id, inner.patience()).await,
@@ -305,9 +308,8 @@ impl Reloads {
             Some(Ok(())) => {}
         }
         let mut told = (Vec::new(), 0.0);
-        self.settle(inner, |machine, swap_ns| {
-            let image = machine.image();
-            told = (plan.report(image.bits(), image.words()), swap_ns as f64 / 1000.0);
+        self.settle(inner, |package, swapped| {
+            told = (report(&plan, package, &forces), swapped.took_ns as f64 / 1000.0);
         });
         Ok(told)
     }
@@ -350,7 +352,7 @@ impl Reloads {
     }
 
     /// Takes back what the scan thread has let go of, and knows by it which program is in.
-    fn settle(&self, inner: &mut Inner, mut look: impl FnMut(&Engine, u64)) {
+    fn settle(&self, inner: &mut Inner, mut look: impl FnMut(&Package<Engine>, Swapped)) {
         while let Some(package) = inner.reloader.returned() {
             let Some(swapped) = package.swapped else { continue };
             let (generation, on_its_way) = (package.generation, inner.pending.as_ref());
@@ -369,7 +371,7 @@ impl Reloads {
                 (false, _) => inner.way_back = Some(old),
             }
             *trial = Trial::new(probation, swapped.mode).map(|trial| (generation, trial));
-            look(&package.machine, swapped.took_ns);
+            look(&package, swapped);
         }
     }
 
@@ -394,6 +396,20 @@ impl Inner {
         let scans_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
         ANSWER_LEAST.max(Duration::from_nanos(scans_ns))
     }
+}
+
+/// What a swap did, by what was noted before it and what the passes left.
+fn report(plan: &Plan, package: &Package<Engine>, forces: &[Cell]) -> Vec<String> {
+    let image = package.machine.image();
+    let (mut bits, mut words) = (image.bits().to_vec(), image.words().to_vec());
+    for (cell, value) in &package.asked {
+        match cell {
+            Cell::Bit(bit) => bits[bit.0 as usize] = *value as u8,
+            Cell::Word(word) => words[word.0 as usize] = *value,
+        }
+    }
+    let passed = Some(image.bits());
+    plan.report(&Seen { bits: &bits, words: &words, forces, passed })
 }
 
 trait Dry {

@@ -47,6 +47,7 @@ impl Ready {
         let contents = Contents {
             transfer: plan.transfer.clone(),
             generation,
+            asked: plan.asked(),
             watched: setup.watched.clone(),
             carried: carried(&old.setup.narration, &setup.narration),
             bits: setup.memory.bits,

@@ -6,6 +6,7 @@ use super::trial::Trial;
 use crate::daemon::config::Setup;
 use crate::daemon::narration::span;
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
+use crate::reload::WARNING;
 use crate::runtime::exchange::FaultReason;
 
 /// Another program is in.
@@ -69,7 +70,10 @@ fn takes_over(done: &Reloaded) -> String {
 
 fn report(done: &Reloaded) {
     for line in &done.report {
-        info!(event = "reload-difference", "{line}");
+        match line.strip_prefix(WARNING) {
+            Some(line) => warn!(event = "reload-warning", "{line}"),
+            None => info!(event = "reload-difference", "{line}"),
+        }
     }
     for what in &done.restart {
         warn!(event = "reload-restart", "{what}: what the file says now needs a restart");

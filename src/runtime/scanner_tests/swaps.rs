@@ -3,7 +3,7 @@
 use super::super::command::{Answer, CommandId, Denial};
 use super::super::swap::{Carried, Contents, Package};
 use super::*;
-use crate::engine::Transfer;
+use crate::engine::{Cell, Transfer, WordCell};
 
 impl Rig {
     /// A program with a bit more, whose scans take as long as told.
@@ -22,6 +22,7 @@ impl Rig {
         let contents = Contents {
             transfer: Transfer::default(),
             generation,
+            asked: vec![Cell::Word(WordCell(0))],
             watched: Watched { bits: vec![BitCell(1)], words: vec![] },
             carried: Carried { bits: vec![None], words: vec![] },
             bits: 2,
@@ -51,6 +52,7 @@ fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
     let back = rig.reloader.returned().expect("the package comes back");
     assert_eq!(back.swapped.map(|swapped| swapped.mode), Some(Mode::Run));
     assert_eq!((back.machine.scans, back.machine.words[0]), (3, 3));
+    assert_eq!(back.asked, [(Cell::Word(WordCell(0)), 3)], "as it was before the swap");
     let told = rig.heard.take();
     assert!(told.iter().any(|line| line.starts_with("3: Swapped { generation: 1")), "{told:?}");
     assert!(told.contains(&"4: Bit { watch: 0, on: true, after_ns: 0 }".to_owned()), "{told:?}");
