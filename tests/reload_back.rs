@@ -18,7 +18,7 @@ fn says(number: u32) -> String {
 /// The same, with a scan that is far too long when X0 is ON.
 fn faulty(number: u32) -> String {
     let mut text = says(number) + "[[program]]\nname = \"Long\"\nrung = [\n";
-    let rungs = if cfg!(debug_assertions) { 60_000 } else { 400_000 };
+    let rungs = if cfg!(debug_assertions) { 30_000 } else { 400_000 };
     for n in 0..rungs {
         let (x, d, c) = (n % 64, n % 900, n % 9);
         let contact = format!("rise(X{x}) | rise(X2) | D5 < 3 | D{d} == 4");
@@ -29,7 +29,7 @@ fn faulty(number: u32) -> String {
 
 /// So long that reading it takes seconds.
 fn long(number: u32) -> String {
-    let more = "{ when = [\"X0\"], do = [\"SET C9\"] },\n".repeat(200_000);
+    let more = "{ when = [\"X0\"], do = [\"SET C9\"] },\n".repeat(80_000);
     format!("{}\n{more}]\n", says(number).trim_end().trim_end_matches(']'))
 }
 
@@ -189,4 +189,29 @@ fn a_tag_that_moves_is_a_warning() {
     assert!(said.contains(&format!("warning: {words}\n")), "{said}");
     let line = live.line(words);
     assert_eq!((&line["event"], &line["level"]), (&"reload-warning".into(), &"WARN".into()));
+}
+
+#[test]
+fn ranges_of_retentive_memory_can_be_taken_away() {
+    let live = Live::start(
+        &says(1),
+        "[retain]\nfile = \"kept\"\nranges = [\"D100..D101\"]\ncold-start = \"run\"\n",
+        &[],
+    );
+    live.ok("write D100 17");
+    live.ok("retain save");
+    let show = || live.ok(&format!("retain show {}", live.folder.join("kept").display()));
+    assert!(show().contains("D100"), "{}", show());
+    let controller = live.folder.join("controller.toml");
+    let text = std::fs::read_to_string(&controller).unwrap();
+    std::fs::write(&controller, text.replace("\"D100..D101\"", "")).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("retained elements 2 → 0") && !said.contains("restart"), "{said}");
+    live.ok("retain save");
+    assert!(!show().contains("D100"), "{}", show());
+    std::fs::write(&controller, text).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("retained elements 0 → 2") && !said.contains("restart"), "{said}");
+    live.ok("retain save");
+    assert!(show().contains("D100"), "{}", show());
 }

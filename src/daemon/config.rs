@@ -19,6 +19,7 @@ use crate::resolve::controller::{self as resolved, Controller};
 use crate::resolve::operator::Operator;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
+use crate::runtime::exchange::Tempo;
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::realtime::{self, Realtime};
 use crate::source::render::{Style, refuses, render};
@@ -83,7 +84,9 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         return Err("nothing was loaded".to_owned());
     };
     let (code, symbols) = lower(program);
+    let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
+    let narration = narration.at(pace.tempo);
     let setup = Setup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
@@ -94,7 +97,7 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         names: Arc::new(Names::new(program, &symbols)),
         blocks: blocks(program),
         operator: controller.operator.clone(),
-        pace: pace(controller),
+        pace,
         memory: memory(controller, program, &symbols),
         posture: posture(&controller.realtime),
         modbus: controller.modbus.clone(),
@@ -156,8 +159,10 @@ fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memo
 fn pace(controller: &Controller) -> Pace {
     let statistics_ms = u64::from(controller.statistics_ms);
     Pace {
-        period_ns: u64::from(controller.period_ms) * MS_NS,
-        watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
+        tempo: Tempo {
+            period_ns: u64::from(controller.period_ms) * MS_NS,
+            watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
+        },
         scans: None,
         statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
         start_in_stop: None,

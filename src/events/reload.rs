@@ -31,7 +31,8 @@ pub(super) const EVENTS: &[Event] = &[
         id: "92b5cbad520a444eb4e445544a6a0d6b",
         limit: Limit::NONE,
         meaning: "A reload or rollback was asked for and is not done: the program that ran \
-                  goes on untouched. Where files are wrong, finding lines before it say what.",
+                  goes on untouched. Where files are wrong, it names the first error, and the \
+                  reload-finding lines behind it say all.",
         remedy: "Mend what the lines name (`rungd check`), and reload again.",
     },
     Event {
@@ -62,7 +63,8 @@ pub(super) const EVENTS: &[Event] = &[
         limit: Limit::NONE,
         meaning: "The program before the last reload is back, with memory as it is: since the \
                   new one faulted within its probation (then it goes on in RUN), or because an \
-                  operator asked for it (then the mode stays: out of FAULT `rungd mode run` is next).",
+                  operator asked for it (then the mode stays: out of FAULT `rungd mode run` is \
+                  next).",
         remedy: "Mend the files: they still hold the program that was taken back, and a \
                  restart would run it.",
     },
@@ -109,5 +111,16 @@ pub(super) const EVENTS: &[Event] = &[
                   it had stays at the old one.",
         remedy: "See whether the value at the new address is the one that is meant: `rungd read` \
                  shows it, `rungd write` puts another one there.",
+    },
+    Event {
+        number: 1011,
+        name: "reload-finding",
+        level: Level::Info,
+        id: "65a7d5150e824638a1fdb4d9372094ce",
+        limit: Limit::NONE,
+        meaning: "A part of what is wrong with the files of a reload that was refused: the \
+                  findings of `rungd check`, line by line, behind reload-refused.",
+        remedy: "Mend what the lines name; `rungd explain NAME` says more about a finding by its \
+                 name.",
     },
 ];

@@ -1,8 +1,8 @@
 //! The difference report: the facts of a plan in words, with what memory held.
 //!
-//! Each line is a claim about what the swap does, or did. Before it, `Seen` is the latest image, and
-//! the lines are a forecast: what happens in a pass hangs on what executed, which no image shows.
-//! Behind it, it has what the passes left as well, and the lines are what happened.
+//! Each line is a claim about what the swap does, or did. Before it, `Seen` is the latest image,
+//! and the lines are a forecast: what happens in a pass hangs on what executed, which no image
+//! shows. Behind it, it has what the passes left as well, and the lines are what happened.
 
 use super::{Difference, Elsewhere, Plan, Start, State};
 use crate::engine::{BitCell, Cell, WordCell};

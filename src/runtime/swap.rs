@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Command, CommandId, Denial};
-use super::exchange::{Mode, Port, Snapshot};
+use super::exchange::{Mode, Port, Snapshot, Tempo};
 use super::link::{SPARES, Safe};
 use super::machine::Machine;
 use super::record::{Watched, Watches};
@@ -28,6 +28,8 @@ pub struct Package<M> {
     pub transfer: Transfer,
     /// Its number: one more than that of any program before it.
     pub generation: u32,
+    /// How often it is scanned.
+    pub tempo: Tempo,
     /// Cells of the old machine, and what they held before it.
     pub asked: Vec<(Cell, i32)>,
     /// What is known of the swap, behind it.
@@ -63,6 +65,8 @@ pub struct Contents {
     pub transfer: Transfer,
     /// Its number.
     pub generation: u32,
+    /// How often it is scanned.
+    pub tempo: Tempo,
     /// Cells of the old machine that the report asks for.
     pub asked: Vec<Cell>,
     /// What the log wants to know of.
@@ -93,7 +97,7 @@ impl<M: Machine> Package<M> {
 impl<M> Package<M> {
     /// A package; `latest` gives its snapshots what is not the program's.
     pub fn new(machine: M, contents: Contents, latest: &Snapshot) -> Package<M> {
-        let Contents { transfer, generation, asked, watched, carried, bits, words, safe } =
+        let Contents { transfer, generation, tempo, asked, watched, carried, bits, words, safe } =
             contents;
         let asked = asked.into_iter().map(|cell| (cell, 0)).collect();
         let safe: Arc<[Safe]> = safe.into();
@@ -108,7 +112,17 @@ impl<M> Package<M> {
         };
         let fresh = (0..SPARES).map(fresh).collect();
         let watches = Watches::new(&watched, &vec![0; words], 0);
-        Package { machine, transfer, generation, asked, swapped: None, watches, carried, fresh }
+        Package {
+            machine,
+            transfer,
+            generation,
+            tempo,
+            asked,
+            swapped: None,
+            watches,
+            carried,
+            fresh,
+        }
     }
 }
 

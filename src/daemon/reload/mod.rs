@@ -32,7 +32,7 @@ use crate::runtime::command::{Answer, CommandId, Denial};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
 use reading::Reading;
-use ready::Ready;
+use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
 
 /// How soon it is looked again whether the scan thread has answered.
@@ -215,6 +215,7 @@ impl Reloads {
         if next.setup.source == running.setup.source {
             return Ok(self.same(who, &next.setup, restart, dry_run));
         }
+        let settings = ready::settings(&started.setup, &running.setup, &next.setup);
         let ready = self.ready(&mut inner, Arc::new(next)).await?;
         let setup = Arc::clone(&ready.running);
         let setup = &setup.setup;
@@ -222,9 +223,11 @@ impl Reloads {
             let latest = self.port.latest();
             let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
             let report = ready.plan.report(&Seen { bits, words, forces, passed: None });
+            let report = [report, settings].concat();
             return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
         let (report, swap_us) = self.swap(&mut inner, ready, (false, false)).await?;
+        let report = [report, settings].concat();
         let done = Reloaded { restart, ..self.reloaded(setup, report, Some(swap_us)) };
         tell::done(who, &done, setup, self.on_trial().map(|(_, trial)| trial));
         Ok(done)
@@ -234,7 +237,8 @@ impl Reloads {
     async fn read(&self, of: &Running) -> Done<Running> {
         let path = PathBuf::from(&of.setup.controller);
         let sizes = of.setup.symbols.layout.sizes().clone();
-        let read = self.reading.done(move || ready::read(&path, &sizes)).await;
+        let fit = Fit { sizes, systemd_watchdog: sd_notify::watchdog_enabled() };
+        let read = self.reading.done(move || ready::read(&path, &fit)).await;
         let read = read.map_err(|why| refused(format!("{why} The running program goes on")))?;
         read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))
     }
@@ -270,7 +274,9 @@ impl Reloads {
             return Err(refused(message.to_owned()));
         };
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
+        let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
         let (report, swap_us) = self.swap(&mut inner, ready, (true, fault.is_some())).await?;
+        let report = [report, settings].concat();
         let done = self.reloaded(&previous.setup, report, Some(swap_us));
         tell::rolled_back(who, &done, fault.map(|fault| fault.reason));
         Ok(done)
@@ -292,7 +298,7 @@ impl Reloads {
         let forces = self.port.latest().forces.list().to_vec();
         let handed_in = inner.reloader.hand_in(*package, resume);
         let answer = match handed_in {
-            Ok(id) => self.answer(id, inner.patience()).await,
+            Ok(id) => self.answer(id, self.port.patience().max(ANSWER_LEAST)).await,
             Err(denial) => Some(Err(denial)),
         };
         match answer {
@@ -386,15 +392,6 @@ impl Reloads {
             swap_us,
             mode: self.port.latest().mode.name().to_owned(),
         }
-    }
-}
-
-impl Inner {
-    /// How long the scan thread's answer is waited for.
-    fn patience(&self) -> Duration {
-        let pace = &self.running.setup.pace;
-        let scans_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
-        ANSWER_LEAST.max(Duration::from_nanos(scans_ns))
     }
 }
 

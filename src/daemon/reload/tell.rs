@@ -80,16 +80,45 @@ fn report(done: &Reloaded) {
     }
 }
 
-/// Findings line by line, then the refusal.
+/// The refusal: one error, which says what is wrong; behind it the findings line by line.
 pub(super) fn refusal(who: &str, refusal: &Refusal) {
-    if refusal.kind == RefusalKind::BadFiles {
-        for line in refusal.message.lines().filter(|line| !line.trim().is_empty()) {
-            error!(event = "finding", "{line}");
-        }
-        let why = "the files cannot be run as they are";
-        error!(event = "reload-refused", who, "{who} asked for a reload: {why}; nothing changed");
-    } else {
+    if refusal.kind != RefusalKind::BadFiles {
         let why = &refusal.message;
         error!(event = "reload-refused", who, "{who} asked for another program: {why}");
+        return;
+    }
+    let why = summary(&refusal.message);
+    error!(
+        event = "reload-refused",
+        who,
+        "{who} asked for a reload, and the files cannot be run as they are; nothing changed: {why}"
+    );
+    for line in refusal.message.lines().filter(|line| !line.trim().is_empty()) {
+        info!(event = "reload-finding", "{line}");
+    }
+}
+
+/// The first error of what `render` made, its place, and how many there are. A text that is no
+/// finding, as it is.
+fn summary(text: &str) -> String {
+    let mut lines = text.lines().skip_while(|line| !line.starts_with("error"));
+    let Some(error) = lines.next() else { return text.trim().to_owned() };
+    let place = lines.next().and_then(|line| line.trim().strip_prefix("--> "));
+    let place = place.map_or(String::new(), |place| format!("{place}: "));
+    let count = text.trim_end().lines().last().unwrap_or_default();
+    format!("{place}{error} ({count})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_error_stands_for_all() {
+        let text = "warning[unused-tag]: `a` is unused\n  --> l.toml:2:1\n   |\n\n\
+                    error[unknown-name]: no `b`\n  --> l.toml:9:34\n   |\n\n1 error, 1 warning\n";
+        let said = "l.toml:9:34: error[unknown-name]: no `b` (1 error, 1 warning)";
+        assert_eq!(summary(text), said);
+        assert_eq!(summary("controller.toml: gone\n"), "controller.toml: gone");
     }
 }

@@ -22,6 +22,7 @@ impl Rig {
         let contents = Contents {
             transfer: Transfer::default(),
             generation,
+            tempo: self.port.tempo(),
             asked: vec![Cell::Word(WordCell(0))],
             watched: Watched { bits: vec![BitCell(1)], words: vec![] },
             carried: Carried { bits: vec![None], words: vec![] },
@@ -118,4 +119,38 @@ fn in_stop_memory_is_shown_in_the_new_shape() {
     let latest = rig.port.latest();
     assert_eq!((latest.generation, latest.bits.len()), (1, 2));
     assert!(matches!(latest.mode, Mode::Stop(StopReason::Operator)));
+}
+
+#[test]
+fn another_period_counts_from_the_deadline_of_the_swap() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(3);
+    let due = |rig: &Rig| rig.port.latest().now_ns;
+    let begin_ns = due(&rig);
+    for (generation, period_ms, next_ms) in [(1, 25, 35), (2, 5, 65), (3, 10, 80)] {
+        let mut package = rig.package(generation, MS);
+        package.tempo = Tempo { period_ns: period_ms * MS, watchdog_ns: 50 * MS };
+        let _ = rig.reloader.hand_in(package, false).unwrap();
+        rig.step();
+        assert_eq!(rig.port.tempo(), Tempo { period_ns: period_ms * MS, watchdog_ns: 50 * MS });
+        rig.step();
+        assert_eq!(due(&rig) - begin_ns, next_ms * MS);
+    }
+    assert_eq!(rig.port.latest().mode, Mode::Run);
+}
+
+#[test]
+fn a_longer_watchdog_holds_from_the_scan_of_the_swap_on() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(3);
+    let mut package = rig.package(1, 90 * MS);
+    package.tempo.watchdog_ns = 100 * MS;
+    let _ = rig.reloader.hand_in(package, false).unwrap();
+    rig.steps(2);
+    assert_eq!(rig.port.latest().mode, Mode::Run);
+    let mut package = rig.package(2, 90 * MS);
+    package.tempo.watchdog_ns = 80 * MS;
+    let _ = rig.reloader.hand_in(package, false).unwrap();
+    rig.step();
+    assert!(matches!(rig.port.latest().mode, Mode::Fault(_)));
 }
