@@ -3,16 +3,15 @@
 //! Takes what [`crate::source::controller`] read and the program of its ladders; the daemon takes
 //! what comes out. Does no I/O: whether a port is free or a priority is granted shows at run time.
 
-use std::net::SocketAddr;
-
 use super::claims;
+pub use super::modbus_server::Modbus;
 use super::operator::{self, Operator};
 use super::program::Program;
 use super::range::{Range, Space, resolve_range};
 use super::retain::{self, Retention};
 use super::scope::Scope;
 use crate::isa::{Address, Bit, BitSpace, WordSpace};
-use crate::source::controller::{self as written, DeviceRule, Mapping};
+use crate::source::controller::{self as written, DeviceRule};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::realtime::Realtime;
@@ -45,25 +44,6 @@ pub struct Controller {
     pub statistics_ms: u32,
     /// How long a reloaded program is on trial, ms; 0: not at all.
     pub probation_ms: u32,
-}
-
-/// A Modbus server.
-#[derive(Clone, Debug)]
-pub struct Modbus {
-    /// Where it listens.
-    pub listen: SocketAddr,
-    /// What clients may write: ranges of MC and MHR.
-    pub writable: Vec<Range>,
-    /// Coils copied to inputs: (MC, X), equally long.
-    pub inputs: Option<(Range, Range)>,
-    /// Outputs copied to discrete inputs: (Y, MI), equally long.
-    pub outputs: Option<(Range, Range)>,
-    /// How many connections at a time.
-    pub connections: u32,
-    /// A request that begins must be whole by then, ms.
-    pub frame_timeout_ms: u32,
-    /// A connection without requests ends then, ms.
-    pub idle_timeout_ms: u32,
 }
 
 /// A rule by which one input moves.
@@ -103,10 +83,6 @@ pub enum Motion {
         release_ms: u32,
     },
 }
-
-/// Loopback, and no port that wants a privilege as 502 does.
-const LISTEN_DEFAULT: SocketAddr =
-    SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 1502);
 
 /// What may survive a restart: bits and words that only programs and clients write, and
 /// structures.
@@ -163,7 +139,10 @@ pub fn resolve_controller(
         outputs_hold,
         retain,
         retention,
-        modbus: written.modbus_server.as_ref().map(|server| resolver.modbus(server)),
+        modbus: written
+            .modbus_server
+            .as_ref()
+            .map(|server| resolver.modbus(server, &program.sizes)),
         devices: resolver.devices(&written.devices),
         operator: operator.unwrap_or_default(),
         statistics_ms: written.log.statistics_ms.unsigned_abs(),
@@ -174,15 +153,16 @@ pub fn resolve_controller(
 }
 
 /// What ranges may be of.
-struct Wanted<'a> {
-    spaces: &'a [Space],
-    words: &'static str,
-    code: Code,
+pub(super) struct Wanted<'a> {
+    pub spaces: &'a [Space],
+    pub words: &'static str,
+    pub code: Code,
 }
 
-struct Resolver {
-    scope: Scope,
-    findings: Vec<Finding>,
+/// What resolving needs, and what it finds.
+pub(super) struct Resolver {
+    pub scope: Scope,
+    pub findings: Vec<Finding>,
 }
 
 impl Resolver {
@@ -190,7 +170,7 @@ impl Resolver {
         texts.iter().filter_map(|text| self.range(text, wanted)).collect()
     }
 
-    fn range(&mut self, text: &Text, wanted: &Wanted<'_>) -> Option<Range> {
+    pub(super) fn range(&mut self, text: &Text, wanted: &Wanted<'_>) -> Option<Range> {
         let range = match resolve_range(&self.scope, text) {
             Ok(range) => range,
             Err(finding) => {
@@ -206,70 +186,13 @@ impl Resolver {
         Some(range)
     }
 
-    fn at_least_one(&mut self, key: &str, ms: &Located<i32>) -> u32 {
+    pub(super) fn at_least_one(&mut self, key: &str, ms: &Located<i32>) -> u32 {
         if ms.value < 1 {
             let message = format!("`{key}` is at least 1ms");
             let finding = Finding::new(Code::OutOfRange, ms.span, message);
             self.findings.push(finding.help(format!("write `{key} = \"10ms\"`")));
         }
         ms.value.max(1).unsigned_abs()
-    }
-
-    fn modbus(&mut self, server: &written::ModbusServer) -> Modbus {
-        let listen = server.listen.as_ref().map_or(LISTEN_DEFAULT, |listen| {
-            listen.text.parse().unwrap_or_else(|_| {
-                let message = format!("`{}` is no address to listen at", listen.text);
-                let finding = Finding::new(Code::Controller, listen.span, message);
-                self.findings.push(
-                    finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`"),
-                );
-                LISTEN_DEFAULT
-            })
-        });
-        let timeouts =
-            [("frame-timeout", server.frame_timeout_ms), ("idle-timeout", server.idle_timeout_ms)];
-        for (key, ms) in timeouts {
-            self.at_least_one(key, &Located { value: ms, span: server.span });
-        }
-        let wanted = Wanted {
-            spaces: &[Space::Bit(BitSpace::Mc), Space::Word(WordSpace::Mhr)],
-            words: "what Modbus clients write (MC, MHR)",
-            code: Code::Controller,
-        };
-        let writable = self.ranges(&server.writable, &wanted);
-        let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
-        let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
-        Modbus {
-            listen,
-            writable,
-            inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
-            outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
-            connections: server.connections,
-            frame_timeout_ms: server.frame_timeout_ms.unsigned_abs(),
-            idle_timeout_ms: server.idle_timeout_ms.unsigned_abs(),
-        }
-    }
-
-    fn mapping(
-        &mut self,
-        mapping: &Mapping,
-        spaces: [(BitSpace, &'static str); 2],
-    ) -> Option<(Range, Range)> {
-        let mut side = |text: &Option<Text>, (space, words): (BitSpace, &'static str)| {
-            let spaces = [Space::Bit(space)];
-            let wanted = Wanted { spaces: &spaces, words, code: Code::Controller };
-            self.range(text.as_ref()?, &wanted)
-        };
-        let (from, to) = (side(&mapping.from, spaces[0]), side(&mapping.to, spaces[1]));
-        let (from, to) = (from?, to?);
-        if from.count() != to.count() {
-            let message =
-                format!("`{from}` has {} elements, and `{to}` {}", from.count(), to.count());
-            let finding = Finding::new(Code::Controller, mapping.span, message);
-            self.findings.push(finding.help("both ranges are equally long"));
-            return None;
-        }
-        Some((from, to))
     }
 
     fn devices(&mut self, rules: &[DeviceRule]) -> Vec<Device> {

@@ -4,10 +4,14 @@
 //! [`Program`], which the checks judge and `lower` turns into an engine program. It does no I/O.
 
 mod claims;
+pub mod clients;
 mod contact;
 pub mod controller;
 mod declare;
+mod modbus_map;
+pub mod modbus_server;
 mod operand;
+pub mod operands;
 pub mod operator;
 mod order;
 pub mod program;

@@ -100,7 +100,7 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
 }
 
 /// The finding of a range that is written in another way, as `Y8-Y9`.
-fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
+pub(super) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     let (low, high) = ["-", ":", "…", ","].iter().find_map(|sign| text.text.split_once(*sign))?;
     let (low, high) = (low.trim(), high.trim());
     // `Y8-9` too.
@@ -112,18 +112,26 @@ fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     Some(Finding::new(Code::Controller, text.span, message).help(format!("write `{low}..{high}`")))
 }
 
-fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Finding> {
-    let thing = match scope.look_up(name) {
-        Ok(found) => found.thing,
+/// What a name stands for.
+///
+/// # Errors
+/// The finding.
+pub(super) fn look_up(scope: &Scope, name: &str, span: Span) -> Result<Thing, Finding> {
+    match scope.look_up(name) {
+        Ok(found) => Ok(found.thing),
         Err(Mistake::Reported) => {
-            return Err(Finding::new(Code::UnknownName, span, format!("`{name}` is a broken tag")));
+            Err(Finding::new(Code::UnknownName, span, format!("`{name}` is a broken tag")))
         }
         Err(Mistake::New { code, message, help }) => {
             let mut finding = Finding::new(code, span, message);
             finding.help = help;
-            return Err(finding);
+            Err(finding)
         }
-    };
+    }
+}
+
+fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Finding> {
+    let thing = look_up(scope, name, span)?;
     let wrong = |help: &str| {
         let message = format!("`{name}` cannot stand in a range");
         Err(Finding::new(Code::Controller, span, message).help(help))

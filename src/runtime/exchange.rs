@@ -191,9 +191,26 @@ impl Snapshot {
 pub enum Write {
     Bit(BitCell, bool),
     Word(WordCell, i32),
+    /// The low 16 bits of a word that holds no more: those of `and` stay, the others become those
+    /// of `or`. Of what the word holds in the scan, so that nothing comes between.
+    Masked {
+        cell: WordCell,
+        and: u16,
+        or: u16,
+        /// The 16 bits are a signed number.
+        signed: bool,
+    },
     /// An input, as [`Port::set_input`], but together with the rest of the batch. It stays as it
     /// is set until it is set again, in whichever way.
     Input(u32, bool),
+}
+
+impl Write {
+    /// What a word becomes by a mask.
+    pub fn masked(value: i32, (and, or): (u16, u16), signed: bool) -> i32 {
+        let bits = value as u16 & and | or & !and;
+        if signed { i32::from(bits as i16) } else { i32::from(bits) }
+    }
 }
 
 /// Why a batch was not taken.

@@ -266,6 +266,10 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 match *write {
                     Write::Bit(cell, on) => self.machine.write_bit(cell, on),
                     Write::Word(cell, value) => self.machine.write_word(cell, value),
+                    Write::Masked { cell, and, or, signed } => {
+                        let held = self.machine.image().1[cell.0 as usize];
+                        self.machine.write_word(cell, Write::masked(held, (and, or), signed));
+                    }
                     Write::Input(x, on) => self.machine.set_input(x, on),
                 }
             }

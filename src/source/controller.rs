@@ -4,6 +4,7 @@
 //! them: the resolver makes addresses of them once the ladders are loaded.
 
 use super::finding::{Code, Finding};
+use super::modbus_server::{self, ModbusServer};
 use super::operator::{self, Operator};
 use super::reader::{self, Table, Text};
 use super::realtime::{self, Realtime};
@@ -50,38 +51,6 @@ pub struct Scan {
     pub period_ms: Located<i32>,
     /// `watchdog`, ms.
     pub watchdog_ms: Located<i32>,
-}
-
-/// `[modbus-server]`.
-#[derive(Clone, Debug)]
-pub struct ModbusServer {
-    /// The place of its header.
-    pub span: Span,
-    /// `listen`, where it is given.
-    pub listen: Option<Text>,
-    /// `writable`: ranges of MC and MHR.
-    pub writable: Vec<Text>,
-    /// `image.inputs`: coils that stand for inputs.
-    pub inputs: Option<Mapping>,
-    /// `image.outputs`: outputs that show as discrete inputs.
-    pub outputs: Option<Mapping>,
-    /// `connections`: how many at a time.
-    pub connections: u32,
-    /// `frame-timeout`, ms: a request that begins must be whole by then.
-    pub frame_timeout_ms: i32,
-    /// `idle-timeout`, ms: a connection without requests ends then.
-    pub idle_timeout_ms: i32,
-}
-
-/// One range copied to another.
-#[derive(Clone, Debug)]
-pub struct Mapping {
-    /// The place of the table.
-    pub span: Span,
-    /// `from`.
-    pub from: Option<Text>,
-    /// `to`.
-    pub to: Option<Text>,
 }
 
 /// `[[simulated-device]]`: one rule by which an input moves.
@@ -178,7 +147,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
     }
     let retain = root.table("retain", "`[retain]`");
     let retain = retain.map_or_else(|| Retain::absent(file), |table| retain::read(table, file));
-    let modbus_server = root.table("modbus-server", "`[modbus-server]`").map(read_modbus);
+    let modbus_server = root.table("modbus-server", "`[modbus-server]`").map(modbus_server::read);
     let devices = root.tables("simulated-device", "a simulated device");
     let devices = devices.into_iter().map(read_device).collect();
     let mut log = Log { statistics_ms: 60_000 };
@@ -268,37 +237,6 @@ fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
     scan.watchdog_ms = table.duration("watchdog").unwrap_or(scan.watchdog_ms);
     table.finish();
     scan
-}
-
-fn read_modbus(mut table: Table<'_>) -> ModbusServer {
-    let mut server = ModbusServer {
-        span: table.span(),
-        listen: table.string("listen"),
-        writable: strings(&mut table, "writable"),
-        inputs: None,
-        outputs: None,
-        connections: 8,
-        frame_timeout_ms: duration(&mut table, "frame-timeout", 2_000),
-        idle_timeout_ms: duration(&mut table, "idle-timeout", 60_000),
-    };
-    if let Some(connections) = table.integer("connections", (1, 1024)) {
-        server.connections = u32::try_from(connections.value).unwrap_or(8);
-    }
-    if let Some(mut image) = table.table("image", "`[modbus-server.image]`") {
-        server.inputs = image.table("inputs", "`inputs`").map(read_mapping);
-        server.outputs = image.table("outputs", "`outputs`").map(read_mapping);
-        image.finish();
-    }
-    table.finish();
-    server
-}
-
-fn read_mapping(mut table: Table<'_>) -> Mapping {
-    let span = table.span();
-    let from = table.required_string("from");
-    let to = table.required_string("to");
-    table.finish();
-    Mapping { span, from, to }
 }
 
 fn read_device(mut table: Table<'_>) -> DeviceRule {

@@ -88,6 +88,8 @@ pub const LADDER: &[Key] = &[
 const SCAN: &str = "`[scan]`";
 const REALTIME: &str = "`[realtime]`";
 const MODBUS: &str = "`[modbus-server]`";
+const ENTRY: &str = "an entry of the Modbus map";
+const WRITES: &str = "a list of writes";
 const DEVICE: &str = "a simulated device";
 const OPERATOR: &str = "`[operator]`";
 const MEMORY: &str = "`[memory]`";
@@ -167,13 +169,34 @@ pub const CONTROLLER: &[Key] = &[
         "More written than this is a warning; 2000 if not given.",
     ),
     key(MODBUS, "listen", "Address and port; 127.0.0.1:1502 if not given."),
-    key(MODBUS, "writable", "Ranges of MC and MHR that clients may write; else nothing."),
+    key(MODBUS, "units", "The unit identifiers that are answered; all if not given."),
+    key(MODBUS, "standard-map", "MC, MI, MHR and MIR have their places; true if not given."),
+    key(MODBUS, "writable", "What every client may write: ranges; else nothing."),
+    key(MODBUS, "write", "What some clients may write."),
+    key(MODBUS, "map", "Further places for any bits and words."),
     key(MODBUS, "connections", "How many at a time; 8 if not given."),
     key(MODBUS, "frame-timeout", "A request that begins must be whole by then."),
     key(MODBUS, "idle-timeout", "A connection without requests ends then."),
     key(MODBUS, "image", "Inputs and outputs that clients see."),
     key("`[modbus-server.image]`", "inputs", "Coils copied to inputs."),
     key("`[modbus-server.image]`", "outputs", "Outputs copied to discrete inputs."),
+    limited(key(WRITES, "ranges", "What they may write."), NOT_EMPTY),
+    limited(key(WRITES, "clients", "Who: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`."), NOT_EMPTY),
+    key(ENTRY, "operand", "A bit or word, or a range of them: `CT0.Acc`, `X0..X15`, a tag."),
+    limited(
+        key(ENTRY, "table", "Of bits `coil` or `discrete`, of words `holding` or `input`."),
+        r#"{"enum":["coil","discrete","holding","input"]}"#,
+    ),
+    key(ENTRY, "address", "The protocol address of the first element, counted from 0."),
+    limited(
+        key(ENTRY, "type", "Of words: 16 bits are one register, 32 two; else what fits."),
+        r#"{"enum":["u16","i16","u32","i32"]}"#,
+    ),
+    limited(
+        key(ENTRY, "word-order", "Of 32 bits: which half comes first; `high-first` if not given."),
+        r#"{"enum":["high-first","low-first"]}"#,
+    ),
+    key(ENTRY, "unit", "It is there for this unit identifier alone."),
     key("`inputs`", "from", "A range of MC."),
     key("`inputs`", "to", "A range of X, equally long."),
     key("`outputs`", "from", "A range of Y."),

@@ -17,6 +17,7 @@ mod headers;
 pub mod instruction;
 pub mod keys;
 pub mod ladder;
+pub mod modbus_server;
 pub mod nearest;
 pub mod operator;
 pub mod reader;

@@ -27,8 +27,7 @@ impl Views {
         let layout = &setup.symbols.layout;
         if let Some((maps, started)) = &self.modbus {
             // Without one in the file it serves until the restart, and takes no writes.
-            let none =
-                Modbus { writable: Vec::new(), inputs: None, outputs: None, ..started.clone() };
+            let none = started.clone().bare();
             let settings = setup.modbus.as_ref().unwrap_or(&none);
             let limits = |word| setup.symbols.limits(word);
             maps.insert(generation, modbus::Map::new(settings, layout, limits));

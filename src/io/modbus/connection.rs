@@ -1,8 +1,8 @@
 //! One client: bytes in, frames out, one request at a time, within limits of time and memory.
 //!
 //! The server starts one task of this a connection. Memory is one frame in each direction; a
-//! client that sends ahead waits in the kernel's buffers. What the bytes mean is `frame` and
-//! `pdu`, what they may touch is the map, and the scan is met through the port alone: a read
+//! client that sends ahead waits in the kernel's buffers. What the bytes mean and what
+//! becomes of it is `frame`'s and `answer`'s, and the scan is met through the port alone: a read
 //! answers from one snapshot, a write waits until a complete scan has seen it.
 
 use std::fmt;
@@ -15,12 +15,12 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep, timeout, timeout_at};
 
+use super::answer::{self, Answer};
 use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
-use super::map::Read;
-use super::pdu::{self, Request};
+use super::map::Asker;
 use super::refusal::Refusal;
 use super::server::Shared;
-use crate::runtime::exchange::{Outcome, Ticket};
+use crate::runtime::exchange::{Outcome, Ticket, Write};
 
 /// How often a write asks whether a scan has seen it.
 const ASK_AGAIN: Duration = Duration::from_millis(1);
@@ -119,7 +119,7 @@ impl Connection {
 
     /// Answers one request, and starts the wait for the next.
     async fn answer(&mut self, header: Header, pdu: &[u8]) -> Result<(), Closed> {
-        let reply = self.reply(pdu).await;
+        let reply = self.reply(header.unit, pdu).await;
         let frame = frame::reply(header, |bytes| bytes.extend_from_slice(&reply));
         let limits = &self.shared;
         match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
@@ -133,40 +133,32 @@ impl Connection {
     }
 
     /// The reply's PDU.
-    async fn reply(&self, pdu: &[u8]) -> Vec<u8> {
-        let mut reply = Vec::with_capacity(FRAME_BYTES_MAX);
-        let function = pdu.first().copied().unwrap_or(0);
-        let request = match pdu::parse(pdu) {
-            Ok(request) => request,
-            Err(exception) => {
-                pdu::push_exception(&mut reply, function, exception);
-                return reply;
+    async fn reply(&self, unit: u8, pdu: &[u8]) -> Vec<u8> {
+        let asker = Asker { unit, client: self.client.ip() };
+        let latest = self.shared.port.latest();
+        let map = self.shared.maps.of(latest.generation);
+        let (request, done) = match answer::answer(&map, asker, pdu, &latest) {
+            Answer::Reply(reply) => return reply,
+            Answer::Refused(request, refusal) => (request, Err(refusal)),
+            Answer::Write(request, batch) => {
+                let done = self.write(batch).await.and_then(|()| {
+                    let latest = self.shared.port.latest();
+                    let map = self.shared.maps.of(latest.generation);
+                    answer::written(&map, unit, (pdu, &request), &latest)
+                });
+                (request, done)
             }
         };
-        let done = match request {
-            Request::Read { table, first, count } => {
-                let read = Read { function, table, first, count };
-                let latest = self.shared.port.latest();
-                self.shared.maps.of(latest.generation).read(read, &latest, &mut reply)
-            }
-            _ => self.write(&request).await,
-        };
-        match (done, request) {
-            (Ok(()), Request::Read { .. }) => {}
-            (Ok(()), _) => pdu::push_written(&mut reply, pdu),
-            (Err(refusal), _) => {
-                self.shared.log_refusal(self.client, &request, refusal);
-                pdu::push_exception(&mut reply, function, refusal.exception());
-            }
-        }
-        reply
+        done.unwrap_or_else(|refusal| {
+            self.shared.log_refusal(self.client, &map.place(unit, &request), &request, refusal);
+            answer::refused(pdu, refusal)
+        })
     }
 
-    /// Hands a write in, whole, and waits until a complete scan has seen it.
-    async fn write(&self, request: &Request<'_>) -> Result<(), Refusal> {
+    /// Hands a write in, whole, and waits until a complete scan has seen it. A reload in between
+    /// changes no cell that a client can write.
+    async fn write(&self, batch: Vec<Write>) -> Result<(), Refusal> {
         let port = &self.shared.port;
-        // A reload in between changes no cell that a client can write.
-        let batch = self.shared.maps.of(port.latest().generation).writes(request)?;
         let ticket =
             port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
         let wait = self.shared.write_wait.max(self.shared.port.patience());

@@ -26,7 +26,7 @@ const LENGTH_MAX: usize = 254;
 pub struct Header {
     /// The client's number of the request.
     pub transaction: u16,
-    /// The unit asked; any is answered.
+    /// The unit asked.
     pub unit: u8,
 }
 

@@ -1,4 +1,4 @@
-//! Requests and replies of the eight functions: bytes to meaning, and back.
+//! Requests and replies of the ten functions: bytes to meaning, and back.
 //!
 //! The connection hands each frame's PDU to [`parse`]; the map gives the answer's values, which
 //! [`push_bits`] and [`push_words`] write. A request is judged here by its form alone: function,
@@ -6,20 +6,9 @@
 
 use std::fmt;
 
-/// What a client can address, each in element numbers from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Table {
-    /// MC: bits, read and write.
-    Coils,
-    /// MI: bits, read.
-    DiscreteInputs,
-    /// MHR: words, read and write.
-    HoldingRegisters,
-    /// MIR: words, read.
-    InputRegisters,
-}
+pub use crate::resolve::modbus_server::Table;
 
-/// A well-formed request. `first` is a PDU address: element n is n - 1.
+/// A well-formed request. Addresses are those of the protocol, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request<'a> {
     /// FC 1 to 4.
@@ -47,12 +36,32 @@ pub enum Request<'a> {
         /// Two bytes a value, the higher first: 1..=123 values.
         values: &'a [u8],
     },
+    /// FC 22: the bits of `and` stay, the others become those of `or`.
+    MaskWrite {
+        /// Which register.
+        first: u16,
+        /// The bits that stay.
+        and: u16,
+        /// What the others become.
+        or: u16,
+    },
+    /// FC 23: writes, then reads.
+    ReadWrite {
+        /// From which address it reads.
+        read_first: u16,
+        /// How many: 1..=125.
+        read_count: u16,
+        /// From which address it writes.
+        first: u16,
+        /// Two bytes a value, the higher first: 1..=121 values.
+        values: &'a [u8],
+    },
 }
 
 /// The exceptions that are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exception {
-    /// 1: the function is none of the eight.
+    /// 1: the function is none of the ten.
     IllegalFunction = 1,
     /// 2: the address does not exist, or cannot be written.
     IllegalAddress = 2,
@@ -62,12 +71,18 @@ pub enum Exception {
     DeviceFailure = 4,
     /// 6: too many writes wait already.
     DeviceBusy = 6,
+    /// 11: no such unit is behind this address.
+    NoSuchUnit = 11,
 }
+
+const MASK_WRITE: u8 = 22;
 
 const READ_BITS_MAX: u16 = 2000;
 const READ_WORDS_MAX: u16 = 125;
 const WRITE_BITS_MAX: u16 = 1968;
 const WRITE_WORDS_MAX: u16 = 123;
+/// Of FC 23.
+const READ_WRITE_WORDS_MAX: u16 = 121;
 
 /// What a PDU asks for.
 ///
@@ -84,6 +99,8 @@ pub fn parse(pdu: &[u8]) -> Result<Request<'_>, Exception> {
         6 => write_register(body),
         15 => write_coils(body),
         16 => write_registers(body),
+        MASK_WRITE => mask_write(body),
+        23 => read_write(body),
         _ => Err(Exception::IllegalFunction),
     }
 }
@@ -139,6 +156,33 @@ fn write_registers(body: &[u8]) -> Result<Request<'_>, Exception> {
     }
 }
 
+fn mask_write(body: &[u8]) -> Result<Request<'_>, Exception> {
+    match body {
+        [a, b, c, d, e, f] => {
+            let word = |high: &u8, low: &u8| u16::from_be_bytes([*high, *low]);
+            Ok(Request::MaskWrite { first: word(a, b), and: word(c, d), or: word(e, f) })
+        }
+        _ => Err(Exception::IllegalValue),
+    }
+}
+
+fn read_write(body: &[u8]) -> Result<Request<'_>, Exception> {
+    let Some(([read_first, read_count], write)) = words(body) else {
+        return Err(Exception::IllegalValue);
+    };
+    match words(write) {
+        Some(([first, count], [bytes, values @ ..]))
+            if (1..=READ_WORDS_MAX).contains(&read_count)
+                && (1..=READ_WRITE_WORDS_MAX).contains(&count)
+                && values.len() == usize::from(count) * 2
+                && values.len() == usize::from(*bytes) =>
+        {
+            Ok(Request::ReadWrite { read_first, read_count, first, values })
+        }
+        _ => Err(Exception::IllegalValue),
+    }
+}
+
 /// The two words that every request begins with, and what follows them.
 fn words(body: &[u8]) -> Option<([u16; 2], &[u8])> {
     let (four, rest) = body.split_first_chunk::<4>()?;
@@ -165,9 +209,10 @@ pub fn push_words(reply: &mut Vec<u8>, function: u8, words: impl ExactSizeIterat
     reply.extend(words.flat_map(u16::to_be_bytes));
 }
 
-/// The reply to a write: its function, address, and value or quantity again.
+/// The reply to a write: its function, address, and value, quantity or masks again.
 pub fn push_written(reply: &mut Vec<u8>, request: &[u8]) {
-    reply.extend_from_slice(&request[..request.len().min(5)]);
+    let echoed = if request.first() == Some(&MASK_WRITE) { 7 } else { 5 };
+    reply.extend_from_slice(&request[..request.len().min(echoed)]);
 }
 
 /// The reply that refuses.
@@ -175,39 +220,17 @@ pub fn push_exception(reply: &mut Vec<u8>, function: u8, exception: Exception) {
     reply.extend_from_slice(&[function | 0x80, exception as u8]);
 }
 
-impl Table {
-    /// The prefix of its elements.
-    pub fn prefix(self) -> &'static str {
-        match self {
-            Table::Coils => "MC",
-            Table::DiscreteInputs => "MI",
-            Table::HoldingRegisters => "MHR",
-            Table::InputRegisters => "MIR",
-        }
-    }
-}
-
 impl Request<'_> {
-    /// The table, the first address and the quantity.
+    /// The table, the first address and the quantity; of FC 23, what it writes.
     pub fn place(&self) -> (Table, u16, u16) {
         match *self {
             Request::Read { table, first, count } => (table, first, count),
             Request::WriteCoils { first, count, .. } => (Table::Coils, first, count),
-            Request::WriteRegisters { first, values } => {
+            Request::WriteRegisters { first, values }
+            | Request::ReadWrite { first, values, .. } => {
                 (Table::HoldingRegisters, first, (values.len() / 2) as u16)
             }
-        }
-    }
-}
-
-impl fmt::Display for Request<'_> {
-    /// The elements as an author writes them: `MHR10..MHR12`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (table, first, count) = self.place();
-        let (prefix, first) = (table.prefix(), u32::from(first) + 1);
-        match count {
-            0 | 1 => write!(f, "{prefix}{first}"),
-            _ => write!(f, "{prefix}{first}..{prefix}{}", first + u32::from(count) - 1),
+            Request::MaskWrite { first, .. } => (Table::HoldingRegisters, first, 1),
         }
     }
 }
@@ -283,7 +306,7 @@ mod tests {
 
     #[test]
     fn other_functions() {
-        for function in [0, 7, 8, 14, 17, 22, 23, 43, 0x80, 0x83, 0xff] {
+        for function in [0, 7, 8, 14, 17, 21, 24, 43, 0x80, 0x83, 0xff] {
             assert_eq!(refused(&[function, 0, 0, 0, 1]), 1);
         }
         assert_eq!(refused(&[]), 1);
@@ -301,10 +324,40 @@ mod tests {
     }
 
     #[test]
-    fn a_request_names_its_elements() {
-        let place = |pdu: &[u8]| parse(pdu).map(|request| request.to_string());
-        assert_eq!(place(&[3, 0, 9, 0, 3]).as_deref(), Ok("MHR10..MHR12"));
-        assert_eq!(place(&[5, 0xff, 0xff, 0, 0]).as_deref(), Ok("MC65536"));
+    fn a_mask_has_three_words_and_comes_back_whole() {
+        let pdu = [22, 0, 4, 0, 0xf2, 0, 0x25];
+        assert_eq!(parse(&pdu), Ok(Request::MaskWrite { first: 4, and: 0xf2, or: 0x25 }));
+        assert_eq!(refused(&pdu[..6]), 3);
+        assert_eq!(refused(&[22, 0, 4, 0, 0xf2, 0, 0x25, 0]), 3);
+        let mut reply = Vec::new();
+        push_written(&mut reply, &pdu);
+        assert_eq!(reply, pdu);
+    }
+
+    #[test]
+    fn read_and_write_in_one() {
+        let pdu = |read: u16, write: u16, bytes: u8, values: usize| {
+            let head = [[0, 3], read.to_be_bytes(), [0, 14], write.to_be_bytes()].concat();
+            [vec![23], head, vec![bytes], vec![7; values]].concat()
+        };
+        let both =
+            Request::ReadWrite { read_first: 3, read_count: 6, first: 14, values: &[7, 7, 7, 7] };
+        assert_eq!(parse(&pdu(6, 2, 4, 4)), Ok(both));
+        assert!(parse(&pdu(125, 121, 242, 242)).is_ok());
+        for (read, write, bytes, values) in [
+            (0, 2, 4, 4),
+            (126, 2, 4, 4),
+            (6, 0, 0, 0),
+            (6, 122, 244, 244),
+            (6, 2, 2, 4),
+            (6, 2, 4, 2),
+            (6, 2, 4, 5),
+            (6, 0x8002, 4, 4),
+        ] {
+            assert_eq!(refused(&pdu(read, write, bytes, values)), 3, "{read} {write} {bytes}");
+        }
+        assert_eq!(refused(&pdu(6, 2, 4, 4)[..9]), 3);
+        assert_eq!(refused(&[23]), 3);
     }
 
     proptest! {
@@ -314,12 +367,11 @@ mod tests {
         }
 
         #[test]
-        fn bytes_behind_each_function_too(function in 0u8..24, rest: [u8; 12], len in 0usize..12) {
+        fn bytes_behind_each_function_too(function in 0u8..25, rest: [u8; 16], len in 0usize..16) {
             let pdu = [&[function], &rest[..len]].concat();
             if let Ok(request) = parse(&pdu) {
                 let (_, _, count) = request.place();
                 prop_assert!(count > 0);
-                let _ = request.to_string();
             }
         }
     }

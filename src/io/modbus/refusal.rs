@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::pdu::{Exception, Table};
+use crate::isa::{Address, Word};
 use crate::runtime::exchange::{Mode, Refused};
 
 /// Why a request is not done. Its exception follows from it.
@@ -12,27 +13,28 @@ pub enum Refusal {
     NoSuchElement {
         /// Of which table.
         table: Table,
-        /// How many elements there are, from 1.
-        count: u32,
+        /// At which protocol address.
+        address: u32,
     },
     /// The controller file does not list the element as writable.
-    NotWritable {
-        /// Of which table.
-        table: Table,
-        /// Its number, from 1.
-        element: u32,
-    },
-    /// A tag does not allow the value.
+    NotWritable(Address),
+    /// It lists it for other clients.
+    NotByThisClient(Address),
+    /// The request ends between the two registers of a value.
+    HalfOf(Word),
+    /// A tag does not allow the value, or the word does not hold it.
     BeyondLimits {
-        /// The register's number, from 1.
-        element: u32,
+        /// The word.
+        word: Word,
         /// The value.
-        value: u16,
+        value: i64,
         /// The least allowed.
         min: i32,
         /// The greatest allowed.
         max: i32,
     },
+    /// Not every value of the register's 16 bits is one that the word takes.
+    NoMask(Word),
     /// The controller is in STOP or FAULT, or was before a scan had seen the write.
     NotRunning(Mode),
     /// Too many writes wait for the next scan.
@@ -54,10 +56,11 @@ impl Refusal {
     /// What the client is told.
     pub fn exception(self) -> Exception {
         match self {
-            Refusal::NoSuchElement { .. } | Refusal::NotWritable { .. } => {
-                Exception::IllegalAddress
-            }
-            Refusal::BeyondLimits { .. } => Exception::IllegalValue,
+            Refusal::NoSuchElement { .. }
+            | Refusal::NotWritable(_)
+            | Refusal::NotByThisClient(_)
+            | Refusal::HalfOf(_) => Exception::IllegalAddress,
+            Refusal::BeyondLimits { .. } | Refusal::NoMask(_) => Exception::IllegalValue,
             Refusal::NotRunning(_) | Refusal::NotSeen => Exception::DeviceFailure,
             Refusal::QueueFull => Exception::DeviceBusy,
         }
@@ -67,15 +70,16 @@ impl Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::NoSuchElement { table, count } => {
-                write!(f, "there are {count} {} only", table.prefix())
+            Refusal::NoSuchElement { table, address } => {
+                write!(f, "nothing is at {} {address}", table.name())
             }
-            Refusal::NotWritable { table, element } => {
-                write!(f, "{}{element} is not in `writable`", table.prefix())
+            Refusal::NotWritable(what) => write!(f, "{what} is not in `writable`"),
+            Refusal::NotByThisClient(what) => write!(f, "{what} is for other clients to write"),
+            Refusal::HalfOf(word) => write!(f, "{word} is written by both of its registers"),
+            Refusal::BeyondLimits { word, value, min, max } => {
+                write!(f, "{word} takes {min} to {max}, not {value}")
             }
-            Refusal::BeyondLimits { element, value, min, max } => {
-                write!(f, "MHR{element} takes {min} to {max}, not {value}")
-            }
+            Refusal::NoMask(word) => write!(f, "{word} does not take every value of 16 bits"),
             Refusal::NotRunning(mode) => write!(f, "the controller is in {}", mode.name()),
             Refusal::QueueFull => f.write_str("too many writes wait for the next scan"),
             Refusal::NotSeen => f.write_str("no scan was complete in time to see it"),

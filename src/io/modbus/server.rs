@@ -147,13 +147,19 @@ type Ended = (SocketAddr, Closed);
 
 impl Shared {
     /// Logs a request that was well-formed and not done.
-    pub fn log_refusal(&self, client: SocketAddr, request: &Request<'_>, why: Refusal) {
+    pub fn log_refusal(
+        &self,
+        client: SocketAddr,
+        place: &str,
+        request: &Request<'_>,
+        why: Refusal,
+    ) {
         let exception = why.exception() as u8;
         if let Request::Read { .. } = request {
             debug!(
                 event = "modbus-read-refused",
                 %client,
-                place = %request,
+                %place,
                 exception,
                 "Modbus read refused: {why}"
             );
@@ -161,7 +167,7 @@ impl Shared {
             warn!(
                 event = "modbus-write-refused",
                 %client,
-                place = %request,
+                %place,
                 exception,
                 "Modbus write refused: {why}"
             );

@@ -10,7 +10,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use super::super::{Map, Server};
-use super::{loopback, range};
+use super::{any_client, loopback, range};
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use crate::resolve::controller::Modbus;
@@ -49,7 +49,7 @@ pub struct Controller {
 pub fn settings() -> Modbus {
     let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
     Modbus {
-        writable: vec![range(mc, 1, 32), range(Space::Word(WordSpace::Mhr), 1, 123)],
+        lists: vec![any_client(&["MC1..MC32", "MHR1..MHR123"])],
         inputs: Some((range(mc, 101, 104), range(x, 0, 3))),
         outputs: Some((range(y, 0, 3), range(mi, 11, 14))),
         ..loopback()
@@ -229,15 +229,21 @@ impl Scanner {
     }
 
     fn one_scan(&mut self, number: u64, bits: &mut [u8], words: &mut [i32]) {
+        let layout = self.layout.clone();
+        let input = |x| layout.bit(Bit::Space(BitSpace::X, x)).0 as usize;
         for (x, on) in self.scan.inputs() {
-            bits[x as usize] = u8::from(on);
+            bits[input(x)] = u8::from(on);
         }
         while let Some(writes) = self.scan.next_batch(usize::MAX) {
             for write in writes {
                 match *write {
                     Write::Bit(cell, on) => bits[cell.0 as usize] = u8::from(on),
                     Write::Word(cell, value) => words[cell.0 as usize] = value,
-                    Write::Input(x, on) => bits[x as usize] = u8::from(on),
+                    Write::Masked { cell, and, or, signed } => {
+                        let word = &mut words[cell.0 as usize];
+                        *word = Write::masked(*word, (and, or), signed);
+                    }
+                    Write::Input(x, on) => bits[input(x)] = u8::from(on),
                 }
             }
         }
@@ -257,13 +263,14 @@ impl Scanner {
         for n in 1..=self.layout.sizes().mir {
             words[word(WordSpace::Mir, n)] = i32::from(number as u16);
         }
-        bits[bit(BitSpace::Y, 0)] = bits[0];
+        let inputs = bit(BitSpace::X, 0);
+        bits[bit(BitSpace::Y, 0)] = bits[inputs];
         bits[bit(BitSpace::Y, 1)] = 1;
         bits[bit(BitSpace::Mi, 1)] = bits[bit(BitSpace::Mc, 1)];
         let written = word(WordSpace::Mhr, 1);
         let alike = words[written..written + 100].iter().all(|value| *value == words[written]);
         let coils = bit(BitSpace::Mc, 101);
-        let same = bits[0..4] == bits[coils..coils + 4];
+        let same = bits[inputs..inputs + 4] == bits[coils..coils + 4];
         self.torn.fetch_add(u64::from(!alike || !same), Ordering::Relaxed);
     }
 }
@@ -271,6 +278,7 @@ impl Scanner {
 /// A socket.
 pub struct Client {
     pub stream: TcpStream,
+    pub unit: u8,
     transaction: u16,
 }
 
@@ -279,7 +287,7 @@ impl Client {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
         stream.set_nodelay(true).unwrap();
-        Client { stream, transaction: 0 }
+        Client { stream, unit: 17, transaction: 0 }
     }
 
     /// A frame around a PDU, with a new transaction number.
@@ -288,7 +296,7 @@ impl Client {
         let [high, low] = self.transaction.to_be_bytes();
         let length = (pdu.len() + 1) as u16;
         let [length_high, length_low] = length.to_be_bytes();
-        [&[high, low, 0, 0, length_high, length_low, 17], pdu].concat()
+        [&[high, low, 0, 0, length_high, length_low, self.unit], pdu].concat()
     }
 
     /// The reply to a PDU; the header must match.
@@ -307,7 +315,7 @@ impl Client {
         let [high, low, 0, 0, length_high, length_low, unit] = header else {
             panic!("no header: {header:?}")
         };
-        assert_eq!(unit, 17);
+        assert_eq!(unit, self.unit);
         let length = usize::from(u16::from_be_bytes([length_high, length_low]));
         let mut pdu = vec![0; length - 1];
         self.stream.read_exact(&mut pdu).ok()?;

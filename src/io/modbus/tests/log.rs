@@ -31,7 +31,7 @@ fn a_refused_write_is_logged_with_client_place_and_reason() {
     client.ask(&[6, 0, 109, 0, 101]);
     expect(&controller, &["WARN", "place=MHR110 exception=3", "MHR110 takes 1 to 100, not 101"]);
     client.ask(&[5, 0xff, 0xff, 0, 0]);
-    expect(&controller, &["WARN", "place=MC65536 exception=2", "there are 1024 MC only"]);
+    expect(&controller, &["WARN", "place=coil 65535 exception=2", "nothing is at coil 65535"]);
     controller.order(Do::Fault);
     client.ask(&[5, 0, 0, 0, 0]);
     expect(&controller, &["WARN", "place=MC1 exception=4", "the controller is in FAULT"]);

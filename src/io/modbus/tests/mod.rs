@@ -6,11 +6,15 @@ mod functions;
 mod hostile;
 mod limits;
 mod log;
+mod map;
+mod mapped;
 mod scans;
 
 use std::net::SocketAddr;
 
-use crate::resolve::controller::Modbus;
+use crate::isa::{MemorySizes, address_text};
+use crate::resolve::modbus_server::{Modbus, WriteList};
+use crate::resolve::operands::Operands;
 use crate::resolve::range::{Range, Space};
 use crate::source::span::Span;
 
@@ -18,7 +22,10 @@ use crate::source::span::Span;
 pub(super) fn loopback() -> Modbus {
     Modbus {
         listen: SocketAddr::from(([127, 0, 0, 1], 0)),
-        writable: Vec::new(),
+        units: None,
+        standard_map: true,
+        entries: Vec::new(),
+        lists: vec![any_client(&[])],
         inputs: None,
         outputs: None,
         connections: 8,
@@ -30,4 +37,21 @@ pub(super) fn loopback() -> Modbus {
 /// Elements of a space.
 pub(super) fn range(space: Space, first: u32, last: u32) -> Range {
     Range { space, first, last, span: Span::default() }
+}
+
+/// What every client may write: addresses, and ranges of them.
+pub(super) fn any_client(ranges: &[&str]) -> WriteList {
+    WriteList { ranges: ranges.iter().map(|text| operands(text)).collect(), clients: None }
+}
+
+/// Addresses as they are written, without tags.
+pub(super) fn operands(text: &str) -> Operands {
+    let address = |text| address_text::parse(text, &MemorySizes::default()).unwrap();
+    let (low, high) = text.split_once("..").unwrap_or((text, text));
+    let (first, last) = (address(low), address(high));
+    let mut all = Operands { first, count: 1, text: text.to_owned(), span: Span::default() };
+    while !all.hold(last) {
+        all.count += 1;
+    }
+    all
 }

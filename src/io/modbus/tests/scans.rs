@@ -67,8 +67,8 @@ fn a_coil_of_the_image_is_an_input_in_the_same_scan() {
     for round in 0..200_u8 {
         let coils = round % 16;
         assert_eq!(client.ask(&[15, 0, 100, 0, 4, 1, coils]), [15, 0, 100, 0, 4]);
-        let latest = controller.port.latest();
-        let inputs = (0..4).map(|x| latest.bits[x] << x).sum::<u8>();
+        let input = |x| u8::from(controller.bit(BitSpace::X, x)) << x;
+        let inputs = (0..4).map(input).sum::<u8>();
         assert_eq!(inputs, coils, "X0..X3");
         assert_eq!(client.ask(&[2, 0, 10, 0, 1]), [2, 1, coils & 1], "MI11 is Y0, which is X0");
     }

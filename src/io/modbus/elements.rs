@@ -1,0 +1,162 @@
+//! The elements of the map: what each address is, by table, for every unit or for one.
+//!
+//! The map builds [`Places`] once and looks elements up in them. What an element shows and takes
+//! is settled here, per element: a request meets no ranges and no settings.
+
+use super::pdu::Table;
+use super::refusal::Refusal;
+use crate::engine::{BitCell, WordCell};
+use crate::isa::{Bit, Word};
+use crate::resolve::modbus_server::Kind;
+use crate::runtime::exchange::Snapshot;
+
+/// Lists of writes, a bit each: those that hold an element, or that admit a client.
+pub(super) type Lists = u64;
+
+/// A coil or discrete input.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BitElement {
+    pub bit: Bit,
+    pub cell: BitCell,
+    /// It shows a Y as driven.
+    pub output: Option<u32>,
+    pub lists: Lists,
+    /// The X that it becomes.
+    pub input: Option<u32>,
+}
+
+/// A register: a word, or half of one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Register {
+    pub word: Word,
+    pub cell: WordCell,
+    pub kind: Kind,
+    pub part: Part,
+    pub low_first: bool,
+    pub lists: Lists,
+    /// What the word takes: its range, narrowed by its tags.
+    pub limits: (i32, i32),
+}
+
+/// Which part of its word a register is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Whole,
+    First,
+    Second,
+}
+
+/// The elements of the four tables.
+#[derive(Debug, Default)]
+pub(super) struct Places {
+    pub coils: Rows<BitElement>,
+    pub discrete: Rows<BitElement>,
+    pub holding: Rows<Register>,
+    pub input: Rows<Register>,
+}
+
+/// Elements by address: rows without a gap, in order of address.
+#[derive(Debug)]
+pub(super) struct Rows<T>(Vec<(u32, Vec<T>)>);
+
+impl<T> Default for Rows<T> {
+    fn default() -> Self {
+        Rows(Vec::new())
+    }
+}
+
+impl<T> Rows<T> {
+    /// Adds a row behind or between the others; none of its addresses is taken.
+    pub fn add(&mut self, first: u32, elements: Vec<T>) {
+        if !elements.is_empty() {
+            let at = self.0.partition_point(|(other, _)| *other < first);
+            self.0.insert(at, (first, elements));
+        }
+    }
+
+    /// The element at an address.
+    pub fn at(&self, address: u32) -> Option<&T> {
+        let row = self.0.partition_point(|(first, _)| *first <= address).checked_sub(1)?;
+        let (first, elements) = self.0.get(row)?;
+        elements.get((address - first) as usize)
+    }
+}
+
+impl Places {
+    /// The bits of a table of bits.
+    pub fn bits(&self, table: Table) -> &Rows<BitElement> {
+        if table == Table::Coils { &self.coils } else { &self.discrete }
+    }
+
+    /// The registers of a table of words.
+    pub fn words(&self, table: Table) -> &Rows<Register> {
+        if table == Table::HoldingRegisters { &self.holding } else { &self.input }
+    }
+}
+
+impl BitElement {
+    /// What a read shows.
+    pub fn shown(&self, snapshot: &Snapshot) -> bool {
+        match self.output {
+            Some(y) => snapshot.outputs[y as usize] != 0,
+            None => snapshot.bit(self.cell),
+        }
+    }
+}
+
+impl Register {
+    /// What a read shows: a value beyond the type is the nearest that it can say.
+    pub fn shown(&self, snapshot: &Snapshot) -> u16 {
+        let (low, high) = self.kind.range();
+        let bits = i64::from(snapshot.word(self.cell)).clamp(low, high) as u32;
+        let first = self.part == Part::First;
+        let high = self.part != Part::Whole && first != self.low_first;
+        if high { (bits >> 16) as u16 } else { bits as u16 }
+    }
+
+    /// The value of its one register, or of both in the order of their addresses.
+    ///
+    /// # Errors
+    /// When the word does not take it.
+    pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, Refusal> {
+        let bits = match second {
+            None => u32::from(first),
+            Some(second) => {
+                let (high, low) = if self.low_first { (second, first) } else { (first, second) };
+                u32::from(high) << 16 | u32::from(low)
+            }
+        };
+        let value = match self.kind {
+            Kind::U16 | Kind::U32 => i64::from(bits),
+            Kind::I16 => i64::from(bits as i16),
+            Kind::I32 => i64::from(bits as i32),
+        };
+        let (min, max) = self.limits;
+        let taken = i32::try_from(value).ok().filter(|value| (min..=max).contains(value));
+        taken.ok_or(Refusal::BeyondLimits { word: self.word, value, min, max })
+    }
+
+    /// Whether it takes and shows every value of its 16 bits, so that a mask always fits.
+    pub fn takes_mask(&self) -> bool {
+        let (min, max) = self.limits;
+        self.part == Part::Whole && self.kind.range() == (min.into(), max.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_found_by_address() {
+        let mut rows = Rows::default();
+        rows.add(10, vec!['d', 'e']);
+        rows.add(0, vec!['a', 'b', 'c']);
+        rows.add(3, vec!['x']);
+        rows.add(7, Vec::new());
+        let found: String = (0..14).map(|at| rows.at(at).copied().unwrap_or('.')).collect();
+        assert_eq!(found, "abcx......de..");
+        assert_eq!(rows.at(u32::MAX), None);
+        assert_eq!(Rows::<char>::default().at(0), None);
+    }
+}

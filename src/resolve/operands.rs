@@ -1,0 +1,138 @@
+//! Bits or words in a row, as a Modbus map or a list of writes names them.
+//!
+//! `X0..X15`, `CT0.Acc..CT7.Acc`, or one bit or word of any kind, a Stage too. Wider than a
+//! [`range`](super::range), which has whole structures and no members. Used by `modbus_server`.
+
+use super::range::{look_up, other_range};
+use super::scope::{Scope, Thing};
+use crate::isa::{Address, Bit, Structure, Word};
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// Bits, or words, of one kind, whose numbers follow each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operands {
+    /// The first: a bit or word, never a whole structure.
+    pub first: Address,
+    /// How many there are; at least one.
+    pub count: u32,
+    /// As it was written: a Stage or a block has no other name.
+    pub text: String,
+    /// Its place.
+    pub span: Span,
+}
+
+impl Operands {
+    /// Each of them.
+    pub fn addresses(&self) -> impl Iterator<Item = Address> + '_ {
+        let number = number(self.first).unwrap_or(0);
+        (0..self.count).map(move |at| numbered(self.first, number + at))
+    }
+
+    /// Whether an address is one of them.
+    pub fn hold(&self, address: Address) -> bool {
+        let (Some(first), Some(n)) = (number(self.first), number(address)) else {
+            return self.first == address;
+        };
+        let alike = numbered(self.first, 0) == numbered(address, 0);
+        alike && (first..first + self.count).contains(&n)
+    }
+}
+
+impl std::fmt::Display for Operands {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (number(self.first), self.count) {
+            (None, _) => f.write_str(&self.text),
+            (Some(_), 1) => self.first.fmt(f),
+            (Some(n), count) => {
+                write!(f, "{}..{}", self.first, numbered(self.first, n + count - 1))
+            }
+        }
+    }
+}
+
+/// Resolves `A..B`, or a single bit or word.
+///
+/// # Errors
+/// The finding: an end that is no bit or word, two kinds, or ends in the wrong order.
+pub(super) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding> {
+    if let Some(finding) = other_range(scope, text) {
+        return Err(finding);
+    }
+    let written = text.text.trim();
+    let finding = |message: String| Finding::new(Code::Controller, text.span, message);
+    let Some((low, high)) = written.split_once("..") else {
+        let first = element(scope, written, text.span)?;
+        return Ok(Operands { first, count: 1, text: written.to_owned(), span: text.span });
+    };
+    let (low, high) = (low.trim(), high.trim());
+    let (first, last) = (element(scope, low, text.span)?, element(scope, high, text.span)?);
+    let (Some(from), Some(to)) = (number(first), number(last)) else {
+        let message = format!("`{written}`: Stages and blocks stand alone, not in a range");
+        return Err(finding(message));
+    };
+    if numbered(first, 0) != numbered(last, 0) {
+        let message = format!("a range is of one kind, not of `{first}` and `{last}`");
+        return Err(finding(message));
+    }
+    if to < from {
+        let finding = finding("a range goes from low to high".to_owned());
+        return Err(finding.help(format!("write `{high}..{low}`")));
+    }
+    let text_of = written.to_owned();
+    Ok(Operands { first, count: to - from + 1, text: text_of, span: text.span })
+}
+
+fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
+    let wrong = |message: String, help: String| {
+        Err(Finding::new(Code::Controller, span, message).help(help))
+    };
+    match look_up(scope, name, span)? {
+        Thing::Address(Address::Structure(structure)) => {
+            let members = structure.members().join("`, `.");
+            wrong(
+                format!("`{name}` is a whole structure, not a bit or word"),
+                format!("name a member: `.{members}`"),
+            )
+        }
+        Thing::Address(address) => Ok(address),
+        Thing::Constant(value, _) => wrong(
+            format!("`{name}` is a constant, {value}: no memory holds it"),
+            "name a bit or word".to_owned(),
+        ),
+        Thing::Block(_) => {
+            wrong(format!("`{name}` is a block"), format!("its bit is `{name}.Running`"))
+        }
+    }
+}
+
+/// The number of an address that has one.
+fn number(address: Address) -> Option<u32> {
+    match address {
+        Address::Bit(Bit::Space(_, n)) | Address::Word(Word::Space(_, n) | Word::Pre(n)) => Some(n),
+        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+            Some(structure.number())
+        }
+        Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) | Address::Structure(_) => {
+            None
+        }
+    }
+}
+
+/// The same with another number.
+fn numbered(address: Address, n: u32) -> Address {
+    let structure = |structure| match structure {
+        Structure::Counter(_) => Structure::Counter(n),
+        Structure::Timer(_) => Structure::Timer(n),
+        Structure::Sensaphone(_) => Structure::Sensaphone(n),
+    };
+    match address {
+        Address::Bit(Bit::Space(space, _)) => Address::Bit(Bit::Space(space, n)),
+        Address::Bit(Bit::Flag(of, flag)) => Address::Bit(Bit::Flag(structure(of), flag)),
+        Address::Word(Word::Space(space, _)) => Address::Word(Word::Space(space, n)),
+        Address::Word(Word::Acc(of)) => Address::Word(Word::Acc(structure(of))),
+        Address::Word(Word::Pre(_)) => Address::Word(Word::Pre(n)),
+        other => other,
+    }
+}
