@@ -76,7 +76,8 @@ fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
     assert_eq!(live.line("nothing changed")["event"], "reload-same");
     live.signal("HUP");
     live.line("SIGHUP asked for a reload: the files say what runs already");
-    live.ok("mode run");
+    // On a busy machine any scan may be too long: then it is back already.
+    live.say("mode run");
     live.ok("force X0 ON");
     // The first program, however often the second was asked for.
     live.await_values("D0", "1");
@@ -148,7 +149,7 @@ fn a_rollback_by_hand_keeps_the_mode() {
     let controller = "scan.watchdog = \"4ms\"\nreload.probation = \"0ms\"\n";
     let live = Live::start(&says(1), controller, &["--stopped"]);
     load(&live, &faulty(2));
-    live.ok("mode run");
+    live.say("mode run");
     to_fault(&live);
     let said = live.ok("rollback");
     assert!(
@@ -160,8 +161,10 @@ fn a_rollback_by_hand_keeps_the_mode() {
     let status = live.say("status --json").json();
     assert_eq!(status["mode"], "FAULT");
     live.ok("unforce --all");
-    live.say("mode run");
-    live.await_values("D0", "1");
+    let deadline = Instant::now() + live::PATIENCE;
+    while live.say("mode run").code != 0 || !live.ok("read D0").trim().ends_with(" 1") {
+        assert!(Instant::now() < deadline, "the first program does not run");
+    }
 }
 
 #[test]

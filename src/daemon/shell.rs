@@ -237,7 +237,7 @@ async fn attend(
                 let latest = port.latest();
                 notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
                 guard.look(now, latest.mode, pulses);
-                reloads.look(latest.mode);
+                reloads.look(&latest);
                 let waiting = match runtime.state() {
                     State::Running => None,
                     State::Over => Some(Waiting::Ended),

@@ -29,7 +29,7 @@ use crate::engine::{self, Cell, Engine};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
 use crate::reload::{Plan, Seen};
 use crate::runtime::command::{Answer, CommandId, Denial};
-use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
 use reading::Reading;
 use ready::{Fit, Ready};
@@ -152,11 +152,11 @@ impl Reloads {
     }
 
     /// Looks whether a new program faults within its probation, or has stood it.
-    pub fn look(self: &Arc<Self>, mode: Mode) {
+    pub fn look(self: &Arc<Self>, latest: &Snapshot) {
         let mut trial = self.trial();
         let Some((generation, on_trial)) = &mut *trial else { return };
         let generation = *generation;
-        match on_trial.look(mode, Instant::now()) {
+        match on_trial.look(latest.mode, latest.scans, Instant::now()) {
             Verdict::Wait => {}
             Verdict::Proved => {
                 info!(event = "reload-proved", "the new program has stood its probation");

@@ -10,14 +10,17 @@ use crate::runtime::exchange::{FaultReason, Mode};
 /// From one attempt to go back to the next, where the scan thread does not hear.
 const TRY_AGAIN: Duration = Duration::from_millis(500);
 
+/// With a period longer than its probation a program has proven nothing before so many scans.
+const SCANS_LEAST: u64 = 2;
+
 /// A program that has not stood its probation yet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trial {
     span: Duration,
     /// The one before it ran, or had been stopped: a fault is the new one's, and goes back.
     goes_back: bool,
-    /// Since it is in RUN.
-    until: Option<Instant>,
+    /// Since it is in RUN: when it is stood, and behind which scan of the process.
+    until: Option<(Instant, u64)>,
     /// When the way back was tried last.
     tried: Option<Instant>,
 }
@@ -40,11 +43,13 @@ impl Trial {
         (!span.is_zero()).then_some(Trial { span, goes_back, until: None, tried: None })
     }
 
-    pub fn look(&mut self, mode: Mode, now: Instant) -> Verdict {
+    /// `scans`: complete scans of the process.
+    pub fn look(&mut self, mode: Mode, scans: u64, now: Instant) -> Verdict {
         match mode {
             Mode::Run => {
-                let until = *self.until.get_or_insert(now + self.span);
-                if now >= until { Verdict::Proved } else { Verdict::Wait }
+                let begin = (now + self.span, scans + SCANS_LEAST);
+                let (until, enough) = *self.until.get_or_insert(begin);
+                if now >= until && scans >= enough { Verdict::Proved } else { Verdict::Wait }
             }
             Mode::Fault(fault) if self.goes_back => {
                 if self.tried.is_some_and(|tried| now < tried + TRY_AGAIN) {
@@ -74,7 +79,8 @@ mod tests {
         let (begin, mut trial) = (Instant::now(), Trial::new(Duration::from_secs(1), found));
         for (ms, mode, verdict) in looks {
             let now = begin + Duration::from_millis(*ms);
-            assert_eq!(trial.as_mut().unwrap().look(*mode, now), *verdict, "{ms}: {looks:?}");
+            let found = trial.as_mut().unwrap().look(*mode, ms / 10, now);
+            assert_eq!(found, *verdict, "{ms}: {looks:?}");
         }
     }
 
@@ -90,6 +96,10 @@ mod tests {
         check(STOP, &[(0, STOP, Wait), (5000, run, Wait), (5999, run, Wait), (6000, run, Proved)]);
         check(run, &[(0, run, Wait), (900, STOP, Wait), (1000, run, Wait), (2000, run, Proved)]);
         assert!(Trial::new(Duration::ZERO, run).is_none());
+        let (begin, mut slow) = (Instant::now(), Trial::new(Duration::from_secs(1), run).unwrap());
+        for (ms, scans, verdict) in [(0, 7, Wait), (60_000, 8, Wait), (120_000, 9, Proved)] {
+            assert_eq!(slow.look(run, scans, begin + Duration::from_millis(ms)), verdict);
+        }
     }
 
     #[test]
