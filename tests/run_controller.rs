@@ -151,11 +151,15 @@ fn a_hangup_reads_the_files_anew() {
     let mut running = plant.start(&[]);
     running.line("lamp is ON");
     running.signal("HUP");
+    let same = running.line("SIGHUP asked for a reload: the files say what runs already");
+    assert_eq!(same["event"], "reload-same");
+    std::fs::write(plant.0.join("ladder.toml"), ladder(&format!("{ALIVE}# edited\n"))).unwrap();
+    running.signal("HUP");
     let done = running.line("SIGHUP reloaded: another program scans, without a stop");
     assert_eq!(done["event"], "reload-done");
     std::fs::write(plant.0.join("ladder.toml"), "no ladder").unwrap();
     running.signal("HUP");
-    running.line("SIGHUP asked for a reload: the files cannot be run as they are; nothing changed");
+    running.line("SIGHUP asked for a reload, and the files cannot be run as they are");
     running.signal("TERM");
     running.line("rungd ends");
     assert_eq!(running.end().code(), Some(0));

@@ -384,6 +384,7 @@ test_reload() {
     local pid code=0
     pid=$(up_as)
     mark
+    container "echo '# edited' >> $ladder"
     in_it systemctl reload rungd || code=$?
     check "reload: the same process scans on" "code $code, $(property StatusText)" \
         eval '[ "$code" = 0 ] && [ "$(up_as)" = "$pid" ] && logged "reload-done|another program scans"'
