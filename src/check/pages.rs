@@ -73,6 +73,7 @@ pages! {
     "mixed-and-or"
     "constant-saturates"
     "retained-but-reset"
+    "retains-nothing"
     "unused-tag"
     "unknown-allow"
 }

@@ -34,7 +34,7 @@ impl Views {
         }
         if let Some(retention) = &self.about.retention {
             // Where nothing is to be retained any more, the next image is empty.
-            let nothing = || Plan::new(&[], &Program::default(), layout);
+            let nothing = || Plan::new(&[], &Program::default(), &setup.symbols);
             let plan = setup.retain.as_ref().map_or_else(nothing, |wanted| wanted.plan.clone());
             retention.plans.insert(generation, plan);
         }
