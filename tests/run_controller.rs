@@ -80,7 +80,8 @@ fn a_hangup_reads_the_files_anew() {
     running.signal("HUP");
     let same = running.line("SIGHUP asked for a reload: the files say what runs already");
     assert_eq!(same["event"], "reload-same");
-    std::fs::write(plant.0.join("ladder.toml"), ladder(&format!("{ALIVE}# edited\n"))).unwrap();
+    std::fs::write(plant.0.join("ladder.toml"), bottling::ladder(&format!("{ALIVE}# edited\n")))
+        .unwrap();
     running.signal("HUP");
     let done = running.line("SIGHUP reloaded: another program scans, without a stop");
     assert_eq!(done["event"], "reload-done");
@@ -157,13 +158,13 @@ fn a_signal_while_files_are_read_ends_the_process_at_once() {
     let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT C9\"]\n";
     let plant = Plant::new(&rung.repeat(300_000), "");
     let mut running = plant.start(&[]);
-    let tasks = PathBuf::from(format!("/proc/{}/task", running.pid()));
+    let tasks = std::path::PathBuf::from(format!("/proc/{}/task", running.pid()));
     let reads = |thread: std::fs::DirEntry| {
         let name = std::fs::read_to_string(thread.path().join("comm"));
         name.is_ok_and(|name| name.trim() == "rungd-load")
     };
     while !std::fs::read_dir(&tasks).unwrap().flatten().any(reads) {
-        std::thread::sleep(Duration::from_millis(1));
+        std::thread::sleep(std::time::Duration::from_millis(1));
     }
     running.signal("TERM");
     running.line("SIGTERM: ending; the ladder was still being loaded, nothing was scanned");
