@@ -169,7 +169,8 @@ impl Connection {
         let port = &self.shared.port;
         let ticket =
             port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
-        timeout(self.shared.write_wait, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))
+        let wait = self.shared.write_wait.max(self.shared.port.patience());
+        timeout(wait, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))
     }
 
     async fn seen(&self, ticket: Ticket) -> Result<(), Refusal> {
