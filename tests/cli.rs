@@ -127,3 +127,33 @@ fn a_pipe_is_read_once() {
     assert_eq!(output.status.code(), Some(0), "{errors}");
     assert!(errors.contains("0 errors"), "{errors}");
 }
+
+/// What nobody fills would be waited for without end.
+#[test]
+fn what_is_no_file_is_refused_and_not_waited_for() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-file");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    let pipe = folder.join("ladder.toml");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let controller = folder.join("controller.toml");
+    std::fs::write(&controller, "ladder = [\"ladder.toml\"]\n").unwrap();
+    let [pipe, controller] = [&pipe, &controller].map(|path| path.to_str().unwrap());
+    for words in [
+        ["check", pipe],
+        ["check", controller],
+        ["sim", pipe],
+        ["run", pipe],
+        ["run", controller],
+        ["check", "/dev/zero"],
+    ] {
+        // `timeout` ends with 124 where it has to end the command.
+        let mut command = Command::new("timeout");
+        command.arg("20").arg(env!("CARGO_BIN_EXE_rungd")).args(words);
+        let output = command.output().unwrap();
+        let errors = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(1..=78)), "{words:?} {output:?}");
+        let what = if words[1] == "/dev/zero" { "a device" } else { "a pipe (FIFO)" };
+        assert!(errors.contains(&format!("it is {what}, not a regular file")), "{errors}");
+    }
+}

@@ -69,8 +69,15 @@ fn bad_files_change_nothing_and_the_command_prints_the_findings() {
         assert!(said.err.contains("ladder.toml:9"), "{said:?}");
         assert!(said.err.ends_with("the running program goes on\n"), "{said:?}");
     }
-    let line = live.line("the files cannot be run as they are; nothing changed");
-    assert_eq!(line["event"], "reload-refused");
+    let line = live.line("the files cannot be run as they are; nothing changed: ");
+    assert_eq!((&line["event"], &line["level"]), (&"reload-refused".into(), &"ERROR".into()));
+    let message = line["message"].as_str().unwrap();
+    assert!(
+        message.contains("ladder.toml:9:") && message.ends_with("(1 error, 0 warnings)"),
+        "{message}"
+    );
+    let line = live.line("nonsense");
+    assert_eq!((&line["event"], &line["level"]), (&"reload-finding".into(), &"INFO".into()));
     std::fs::remove_file(live.folder.join("controller.toml")).unwrap();
     assert_eq!(live.say("reload").code, 78);
     live.await_values("Y0", "ON");
@@ -103,18 +110,45 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
     let live = Live::start(LADDER, "", &[]);
     live.await_values("Y0", "ON");
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
-    let changed = format!("{controller}[outputs]\non = [\"Y9\"]\n[scan]\nperiod = \"20ms\"\n");
+    let scan = "[scan]\nperiod = \"20ms\"\nwatchdog = \"300ms\"\n[log]\nstatistics = \"7s\"\n";
+    let changed = format!("{controller}[outputs]\non = [\"Y9\"]\n{scan}");
     write(&live, "controller.toml", &changed);
     let said = live.ok("reload");
-    assert!(said.contains("needs a restart: `[scan]` period and watchdog\n"), "{said}");
+    assert!(said.contains("needs a restart: `[log] statistics`\n"), "{said}");
+    assert!(said.contains("scan period 10ms → 20ms\nscan watchdog 200ms → 300ms\n"), "{said}");
     assert_eq!(live.line("needs a restart")["event"], "reload-restart");
-    assert!(live.ok("status").contains("every 10ms"));
+    assert!(live.ok("status").contains("every 20ms, watchdog 300ms"));
+    let scans = || live.say("status --json").json()["scans"].as_u64().unwrap();
+    let (begin, before) = (Instant::now(), scans());
+    std::thread::sleep(Duration::from_millis(1000));
+    let made = scans() - before;
+    let due = begin.elapsed().as_millis() as u64 / 20;
+    assert!((due / 2..=due + 2).contains(&made), "{made} of {due}");
     // The alarm that stood goes on standing, and is no news.
     let before = live.line("reloaded: another program");
     assert_eq!(before["level"], "INFO");
     live.ok("mode stop");
     write(&live, "controller.toml", &format!("{controller}[memory]\nD = 100\n"));
     assert_eq!(live.say("reload").code, 78);
+    live.ok("mode run");
+    live.line("RUN: scanning every 20ms");
+}
+
+#[test]
+fn a_period_that_systemds_watchdog_would_end_is_refused() {
+    let folder = live::folder(LADDER, "");
+    let mut command = live::run(&folder, &[]);
+    // `WATCHDOG_PID` is that of the process; it is asked for only where it is given.
+    command.env("WATCHDOG_USEC", "2000000").env_remove("WATCHDOG_PID");
+    let live = Live::of(folder, command);
+    live.await_values("Y0", "ON");
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"1s\"\n"));
+    let said = live.say("reload");
+    assert_eq!(said.code, 78);
+    assert!(said.err.contains("must be longer than two periods"), "{said:?}");
+    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"900ms\"\n"));
+    assert!(live.ok("reload").contains("scan period 10ms → 900ms"));
 }
 
 /// Too many rungs for a watchdog of 4 ms.

@@ -5,7 +5,7 @@ mod support;
 
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
-use rungd::reload::{Plan, Side};
+use rungd::reload::{Plan, Seen, Side};
 use support::plc::Plc;
 use support::run;
 
@@ -64,9 +64,14 @@ impl Reloaded {
             Side { program: &engine_program, symbols: &symbols },
         );
         let image = self.plc.engine.image();
-        self.report = plan.report(image.bits(), image.words());
+        let (bits, words) = (image.bits().to_vec(), image.words().to_vec());
+        let seen = Seen { bits: &bits, words: &words, forces: &self.forces, passed: None };
+        let forecast = plan.report(&seen);
         let mut engine = Engine::new(engine_program);
         engine.adopt(&mut self.plc.engine, &plan.transfer, true, &self.forces);
+        let passed = Some(self.plc.engine.image().bits());
+        self.report = plan.report(&Seen { passed, ..seen });
+        assert_eq!(forecast, self.report, "what a dry run says is what is done");
         self.forces = self.forces.iter().filter_map(|c| plan.transfer.cell(*c)).collect();
         (self.plc.engine, self.plc.program, self.plc.symbols) = (engine, program, symbols);
         self
@@ -328,6 +333,7 @@ fn a_program_that_loses_the_stage_that_is_on_begins_at_its_first() {
         .main(&DRAIN.replace("Close", "Shut"))
         .says("Stage Drain.Close is gone and was terminated")
         .says("Stage Drain.Shut is new")
+        .says("Program Drain begins at its Stage Drain.Open")
         .holds([("Drain.Open", 1), ("Drain.Shut", 0)])
         .scan(&[("X2", 0)])
         .holds([("Y1", 1), ("Y2", 0), ("T0.Acc", 0), ("T0.Reset", 1)]);
@@ -338,7 +344,11 @@ fn an_instruction_that_moves_into_a_stage_that_is_off_is_terminated_there() {
     let moved = DRAIN
         .replace("\"OUT Y1\"] }", "\"OUT Y1\", \"TMR T0 preset=9s\"] }")
         .replace("\"OUT Y2\", \"TMR T0 preset=9s\"", "\"OUT Y2\"");
-    draining().main(&moved).scan(&[]).holds([("T0.Acc", 0), ("T0.Reset", 1), ("Y2", 1)]);
+    draining()
+        .main(&moved)
+        .says("T0 keeps 30 ms of 9 s, until the pass of Stage Drain.Open, which is OFF")
+        .scan(&[])
+        .holds([("T0.Acc", 0), ("T0.Reset", 1), ("Y2", 1)]);
 }
 
 #[test]
@@ -393,9 +403,115 @@ fn a_task_that_nothing_enables_any_more_is_disabled() {
         .scan(&[("X0", 1)])
         .holds([("Y0", 1), ("Work.Running", 1)])
         .main(&without)
+        .says("Task Work is disabled and was terminated: the ENTASK that enabled it is gone")
         .holds([("Work.Running", 0)])
         .scan(&[])
         .holds([("Y0", 0)]);
+}
+
+#[test]
+fn a_task_that_goes_with_its_entask_ran() {
+    let text = recurrent("50ms", "");
+    main_with(&text)
+        .scan(&[("X0", 1)])
+        .main(&format!("rung = [ {ON} ]"))
+        .says("Task Work is gone and was terminated")
+        .holds([("Y0", 0)]);
+    main_with(&text)
+        .scan(&[])
+        .main(&format!("rung = [ {ON} ]"))
+        .says("Task Work is gone; it was not running");
+}
+
+#[test]
+fn a_task_whose_entask_goes_with_its_program_is_disabled() {
+    let text = "rung = [ { when = [\"X1\"], do = [\"RUN Side\"] } ]\n[[task]]\nname = \"Work\"\n\
+                rung = [ { when = [\"$On\"], do = [\"OUT Y0\"] } ]\n";
+    let side = "[[program]]\nname = \"Side\"\nautostart = true\nrung = [ { when = [\"X0\"], do = \
+                [\"ENTASK Work every=50ms\"] } ]\n";
+    main_with(&format!("{text}{side}"))
+        .scan(&[("X0", 1)])
+        .holds([("Y0", 1), ("Work.Running", 1)])
+        .scan(&[])
+        .main(&text.replace("RUN Side", "OUT C1"))
+        .says("Program Side is gone and was terminated")
+        .says("Task Work is disabled and was terminated: the ENTASK that enabled it is gone")
+        .holds([("Work.Running", 0)])
+        .scan(&[])
+        .holds([("Y0", 0)]);
+}
+
+#[test]
+fn an_entask_that_moves_into_a_stage_that_is_off_has_its_pass_there() {
+    let stages = |open: &str, close: &str| {
+        format!(
+            "rung = [ {{ when = [\"$On\"], do = [\"RUN Drain\"] }} ]\n[[program]]\nname = \"Drain\"\n\
+             [[program.stage]]\nname = \"Open\"\nrung = [ {{ when = [\"$On\"], do = [{open}] }} ]\n\
+             [[program.stage]]\nname = \"Close\"\nrung = [ {{ when = [\"$On\"], do = [{close}] }} ]\n\
+             [[task]]\nname = \"Work\"\nrung = [ {{ when = [\"$On\"], do = [\"OUT Y0\"] }} ]"
+        )
+    };
+    let (enable, other) = ("\"ENTASK Work every=50ms\"", "\"OUT C1\"");
+    main_with(&stages(&format!("{enable}, {other}"), "\"OUT C2\""))
+        .scans(2)
+        .holds([("Work.Running", 1), ("Y0", 1)])
+        .main(&stages(other, &format!("{enable}, \"OUT C2\"")))
+        .scans(2)
+        .holds([("Work.Running", 0), ("Y0", 0)]);
+}
+
+#[test]
+fn what_is_not_driven_any_more_goes_off_only_if_it_executed() {
+    let main = "{ when = [\"$On\"], do = [\"OUT Y2\"] },";
+    let drain = |text: &str| {
+        DRAIN.replacen("rung = [", &format!("rung = [ {main}"), 1).replace("OUT Y2\", \"TMR", text)
+    };
+    main_with(&drain("OUT C7\", \"OUT Y1\", \"TMR"))
+        .scan(&[("X0", 1)])
+        .main(&drain("TMR"))
+        .says("C7 is not driven in Drain any more")
+        .holds([("Y2", 1)]);
+    let both = |close: &str| drain(&format!("{close}TMR"));
+    main_with(&both("OUT Y2\", \""))
+        .scan(&[("X0", 1)])
+        .main(&both(""))
+        .says("Y2 is not driven in Drain any more")
+        .holds([("Y2", 1)]);
+}
+
+#[test]
+fn a_tag_that_moves_leaves_its_value_behind_and_the_report_warns() {
+    let main = main_text(
+        "rung = [ { when = [\"Level == 5\", \"count.Done\", \"V20 == 3\"], do = [\"OUT Y0\"] }, { leg.up = [\"X0\"], leg.rst = [\"$Off\"], do = [\"CNT count preset=9\"] } ]",
+    );
+    let tags = |level: &str, count: &str| {
+        format!(
+            "[tags]\neye = {{ at = \"X{level}\" }}\nLevel = {{ at = \"V{level}\" }}\n\
+             count = {{ at = \"{count}\" }}\n{main}"
+        )
+    };
+    plc(&tags("10", "CT0"))
+        .scan(&[("V10", 17), ("V20", 3), ("X0", 1)])
+        .reload(&tags("20", "CT1"))
+        .says("tag eye moved from X10 to X20")
+        .says("warning: tag Level moved from V10 to V20: V20 keeps its own value 3; V10's was 17")
+        .says("warning: tag count moved from CT0 to CT1: CT1 begins at 0; CT0's was 1")
+        .holds([("V20", 3), ("CT1.Acc", 0)])
+        .scan(&[("V20", 17)])
+        .reload(&tags("10", "CT1"))
+        .says("tag Level moved from V20 to V10: both are 17");
+}
+
+#[test]
+fn an_initial_of_what_is_forced_is_not_put_there() {
+    let tagged = "[tags]\nsize = { at = \"D1\", initial = 4 }\n";
+    let main = main_text("rung = [ { when = [\"D2 == 5\"], do = [\"OUT Y0\"] } ]");
+    plc(&main)
+        .force("D1", 7)
+        .scan(&[])
+        .reload(&format!("{tagged}{}", main.replace("D2", "size")))
+        .says("size (D1) is new: 4, but stays 7 (forced)")
+        .holds([("D1", 7)]);
 }
 
 #[test]

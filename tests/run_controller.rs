@@ -78,11 +78,16 @@ fn a_hangup_reads_the_files_anew() {
     let mut running = plant.start(&[]);
     running.line("lamp is ON");
     running.signal("HUP");
+    let same = running.line("SIGHUP asked for a reload: the files say what runs already");
+    assert_eq!(same["event"], "reload-same");
+    std::fs::write(plant.0.join("ladder.toml"), bottling::ladder(&format!("{ALIVE}# edited\n")))
+        .unwrap();
+    running.signal("HUP");
     let done = running.line("SIGHUP reloaded: another program scans, without a stop");
     assert_eq!(done["event"], "reload-done");
     std::fs::write(plant.0.join("ladder.toml"), "no ladder").unwrap();
     running.signal("HUP");
-    running.line("SIGHUP asked for a reload: the files cannot be run as they are; nothing changed");
+    running.line("SIGHUP asked for a reload, and the files cannot be run as they are");
     running.signal("TERM");
     running.line("rungd ends");
     assert_eq!(running.end().code(), Some(0));
@@ -149,14 +154,18 @@ fn a_scan_longer_than_the_watchdog_is_a_fault() {
 
 #[test]
 fn a_signal_while_files_are_read_ends_the_process_at_once() {
-    let plant = Plant::new(ALIVE, "");
-    let ladder = plant.0.join("ladder.toml");
-    std::fs::remove_file(&ladder).unwrap();
-    // A file that never ends stands for a ladder that takes long.
-    assert!(Command::new("mkfifo").arg(&ladder).status().unwrap().success());
+    // So many rungs that nobody has read them by then.
+    let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT C9\"]\n";
+    let plant = Plant::new(&rung.repeat(300_000), "");
     let mut running = plant.start(&[]);
-    // To open it for writing takes a reader: rungd is at it.
-    let _never_written = std::fs::OpenOptions::new().write(true).open(&ladder).unwrap();
+    let tasks = std::path::PathBuf::from(format!("/proc/{}/task", running.pid()));
+    let reads = |thread: std::fs::DirEntry| {
+        let name = std::fs::read_to_string(thread.path().join("comm"));
+        name.is_ok_and(|name| name.trim() == "rungd-load")
+    };
+    while !std::fs::read_dir(&tasks).unwrap().flatten().any(reads) {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
     running.signal("TERM");
     running.line("SIGTERM: ending; the ladder was still being loaded, nothing was scanned");
     assert_eq!(running.end().code(), Some(0));

@@ -18,7 +18,7 @@ use rungd::reload::{Plan, Side};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::command::Command;
-use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Write};
+use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::{
     Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
@@ -182,8 +182,7 @@ fn settings(symbols: &Symbols, scans: u64) -> Settings {
     };
     Settings {
         pace: Pace {
-            period_ns: 10_000_000,
-            watchdog_ns: 200_000_000,
+            tempo: Tempo { period_ns: 10_000_000, watchdog_ns: 200_000_000 },
             scans: Some(scans),
             statistics_every_ns: Some(100_000_000),
             start_in_stop: None,
@@ -297,6 +296,8 @@ fn a_hundred_reloads() {
         };
         let carried = Carried { bits: vec![Some(0); watched.bits.len()], words: vec![Some(0)] };
         let contents = Contents {
+            asked: plan.asked(),
+            tempo: settings.pace.tempo,
             transfer: plan.transfer,
             generation,
             watched,
@@ -317,7 +318,7 @@ fn a_hundred_reloads() {
         }
         // Where the queue of commands is full it is not handed in, and given back later.
         while let Some(package) = reloader.returned() {
-            if package.swap_ns.is_some() {
+            if package.swapped.is_some() {
                 assert!(handed_in.is_ok());
                 (running, symbols) = (code.clone(), next.clone());
             }

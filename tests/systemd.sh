@@ -198,19 +198,23 @@ test_purge() {
     check "purge: nothing is left" "${left:-nothing}" test -z "$left"
 }
 
-# READY comes behind the first scan: while the ladder is still being read (it is a pipe that nobody
-# fills) the unit is starting. (A first scan that is a fault: tests/watchdog_fault.rs.)
+# READY comes behind the first scan: while the ladder is still being read (it is so long that this
+# takes seconds) the unit is starting. (A first scan that is a fault: tests/watchdog_fault.rs.)
 test_start() {
     local begin
     mark
-    container "mv $ladder /root/ladder && mkfifo $ladder"
+    container "cp $ladder /root/ladder"
+    awk 'BEGIN {
+        print "[[task]]\nname = \"Long\"\nrung = ["
+        for (n = 0; n < 600000; n++) print "{ when = [\"X0\"], do = [\"SET C99\"] },"
+        print "]"
+    }' | in_it sh -ec "cat >>$ladder"
     in_it systemctl start --no-block rungd
     until_true 5 is ActiveState activating || true
-    sleep 0.5
     check "start: no READY while the ladder is read" "$(property ActiveState)" is ActiveState activating
-    container "cat /root/ladder > $ladder & sleep 0.2; rm $ladder; mv /root/ladder $ladder"
-    check "start: READY once it is read" "$(until_true 5 is ActiveState active; property ActiveState)" is_up
+    check "start: READY once it is read" "$(until_true 60 is ActiveState active; property ActiveState)" is_up
     in_it systemctl stop rungd
+    container "mv /root/ladder $ladder"
     begin=$(now)
     in_it systemctl start rungd
     begin=$(since "$begin")
@@ -380,6 +384,7 @@ test_reload() {
     local pid code=0
     pid=$(up_as)
     mark
+    container "echo '# edited' >> $ladder"
     in_it systemctl reload rungd || code=$?
     check "reload: the same process scans on" "code $code, $(property StatusText)" \
         eval '[ "$code" = 0 ] && [ "$(up_as)" = "$pid" ] && logged "reload-done|another program scans"'

@@ -57,10 +57,20 @@ fn text(done: &Reloaded) -> String {
     for line in &done.restart {
         text += &format!("needs a restart: {line}\n");
     }
-    text += &match done.swap_us {
-        Some(us) => format!("{} runs since a swap of {us} us between two scans\n", done.ladder),
-        None if done.dry_run => "nothing was changed\n".to_owned(),
-        None => format!("{} runs\n", done.ladder),
-    };
-    text
+    text + &end(done)
+}
+
+fn end(done: &Reloaded) -> String {
+    let (ladder, mode) = (&done.ladder, &done.mode);
+    match done.swap_us {
+        _ if done.same => "nothing changed: the files say what runs already\n".to_owned(),
+        Some(us) if mode == "RUN" => {
+            format!("{ladder} runs since a swap of {us} us between two scans\n")
+        }
+        Some(us) => format!(
+            "{ladder} is in since a swap of {us} us; the mode is {mode}, and nothing is scanned \
+             until `rungd mode run`\n"
+        ),
+        None => "nothing was changed\n".to_owned(),
+    }
 }

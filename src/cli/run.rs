@@ -50,6 +50,9 @@ pub struct RunArgs {
     /// How often to repeat why the controller does not run
     #[arg(long, value_name = "TIME", default_value = "1m", value_parser = span, hide = true)]
     repeat_reason: Duration,
+    /// How long a reload may take to read and check its files
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = span, hide = true)]
+    reload_limit: Duration,
 }
 
 fn span(text: &str) -> Result<Duration, String> {
@@ -103,6 +106,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
     let options = Options {
         scans: args.scans,
         repeat: args.repeat_reason,
+        reload_limit: args.reload_limit,
         start_in_stop: match (guard.trips(), args.stopped) {
             (true, _) => Some(StopReason::RestartGuard),
             (false, true) => Some(StopReason::Operator),

@@ -20,6 +20,7 @@ use crate::resolve::device::{Device, Input, OnLoss, Output, SafeValue};
 use crate::resolve::operator::Operator;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
+use crate::runtime::exchange::Tempo;
 use crate::runtime::field::{Source, Target, Wiring};
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::realtime::{self, Realtime};
@@ -37,6 +38,8 @@ pub struct Setup {
     pub controller: String,
     /// What the log tells of the ladder.
     pub ladder: LadderFacts,
+    /// SHA-256 of all files, the controller's too, with their names.
+    pub(super) source: String,
     /// How many warnings the check has.
     pub warnings: usize,
     pub(super) symbols: Symbols,
@@ -99,17 +102,20 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         return Err("nothing was loaded".to_owned());
     };
     let (code, symbols) = lower(program);
+    let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
+    let narration = narration.at(pace.tempo);
     let setup = Setup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..]),
+        source: source(files),
         warnings: loaded.findings.len(),
         narration,
         watched,
         names: Arc::new(Names::new(program, &symbols)),
         blocks: blocks(program),
         operator: controller.operator.clone(),
-        pace: pace(controller),
+        pace,
         memory: memory(controller, program, &symbols),
         posture: posture(&controller.realtime),
         modbus: controller.modbus.clone(),
@@ -204,8 +210,10 @@ fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memo
 fn pace(controller: &Controller) -> Pace {
     let statistics_ms = u64::from(controller.statistics_ms);
     Pace {
-        period_ns: u64::from(controller.period_ms) * MS_NS,
-        watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
+        tempo: Tempo {
+            period_ns: u64::from(controller.period_ms) * MS_NS,
+            watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
+        },
         scans: None,
         statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
         start_in_stop: None,
@@ -257,6 +265,13 @@ fn sha256(files: &[SourceFile]) -> String {
         hash.update(file.text.as_bytes());
     }
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// By what files are the same as others.
+fn source(files: &[SourceFile]) -> String {
+    let parts = files.iter().map(|file| format!("{} {}\n", file.name, file.text.len()));
+    let names = SourceFile { name: String::new(), text: parts.collect() };
+    sha256(std::slice::from_ref(&names)) + &sha256(files)
 }
 
 #[cfg(test)]

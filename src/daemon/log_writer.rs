@@ -52,8 +52,6 @@ macro_rules! tell {
 /// What the log's lines say of the controller, and how often.
 #[derive(Clone, Debug)]
 pub(super) struct Facts {
-    pub period_ns: u64,
-    pub watchdog_ns: u64,
     /// From repetition to repetition of why the controller does not run.
     pub repeat_ns: u64,
     /// From heartbeat to heartbeat; `None`: there are none.
@@ -137,7 +135,7 @@ impl LogWriter {
                 event = "mode-run",
                 scan,
                 "RUN: scanning every {}",
-                span(self.facts.period_ns)
+                span(self.narration.tempo.period_ns)
             ),
             Mode::Stop(reason) if reason.waits_for_operator() => {
                 let again = self.facts.again();
@@ -168,7 +166,7 @@ impl LogWriter {
     }
 
     fn fault(&self, fault: FaultReason, scan: Option<u64>) {
-        let watchdog = span(self.facts.watchdog_ns);
+        let watchdog = span(self.narration.tempo.watchdog_ns);
         error!(
             event = "mode-fault",
             scan,
@@ -224,9 +222,9 @@ impl LogWriter {
 
     fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
         let (period, scan_us_max, late_us_max) =
-            (span(self.facts.period_ns), us(scan_ns), us(late_ns));
+            (span(self.narration.tempo.period_ns), us(scan_ns), us(late_ns));
         // A long scan may be the ladder, or a machine that was busy elsewhere: the mean tells.
-        let cause = if scan_ns >= self.facts.period_ns {
+        let cause = if scan_ns >= self.narration.tempo.period_ns {
             "a scan took longer than the period"
         } else {
             "the machine woke the scan thread too late"
@@ -411,20 +409,11 @@ mod tests {
 
     use crate::daemon::log_limits::SECOND_NS;
 
-    const MS_NS: u64 = 1_000_000;
-
     fn writer() -> LogWriter {
         let program = crate::resolve::program::Program::default();
         let (_, symbols) = crate::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
-        let (period_ns, watchdog_ns) = (10 * MS_NS, 200 * MS_NS);
-        let facts = Facts {
-            period_ns,
-            watchdog_ns,
-            repeat_ns: 60 * SECOND_NS,
-            heartbeat_ns: None,
-            has_operator: true,
-        };
+        let facts = Facts { repeat_ns: 60 * SECOND_NS, heartbeat_ns: None, has_operator: true };
         LogWriter::new(Generations::new(narration), facts, Vec::new())
     }
 

@@ -8,7 +8,7 @@ use crate::isa::{BlockId, StageId};
 use crate::lower::Symbols;
 use crate::resolve::program::{Block, BlockKind, Program};
 use crate::runtime::Watched;
-use crate::runtime::exchange::{FaultReason, Mode};
+use crate::runtime::exchange::{FaultReason, Mode, Tempo};
 
 /// The names of everything that the log speaks of.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub(super) struct Narration {
     words: Vec<String>,
     /// How long the program is.
     rungs: usize,
+    /// How often it is scanned.
+    pub tempo: Tempo,
 }
 
 /// What happened to a block or Stage.
@@ -67,7 +69,13 @@ impl Narration {
         }
         let blocks = program.blocks.iter().map(|block| (block.kind, block.name.clone()));
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
-        (Narration { blocks, stages, bits, words, rungs: rungs(program) }, watched)
+        let (rungs, tempo) = (rungs(program), Tempo::default());
+        (Narration { blocks, stages, bits, words, rungs, tempo }, watched)
+    }
+
+    /// Of a program that is scanned so often.
+    pub fn at(self, tempo: Tempo) -> Narration {
+        Narration { tempo, ..self }
     }
 
     /// What happened to a block, and whether it is news: what built-in Tasks do at every start and
@@ -90,7 +98,7 @@ impl Narration {
 
     /// What a person can do about a fault.
     pub fn remedy(&self, reason: FaultReason, facts: &Facts) -> String {
-        let (period, watchdog) = (span(facts.period_ns), span(facts.watchdog_ns));
+        let (period, watchdog) = (span(self.tempo.period_ns), span(self.tempo.watchdog_ns));
         match reason {
             FaultReason::ScanTooLong { .. }
             | FaultReason::ScanNeverEnds
@@ -218,15 +226,10 @@ mod tests {
             let file = SourceFile { name: "a.toml".into(), text };
             let program = load_ladders(&[file], &LoadOptions::default()).0.expect("it loads");
             let (_, symbols) = crate::lower::lower(&program);
-            Narration::new(&program, &symbols).0
+            let tempo = Tempo { period_ns: 5_000_000, watchdog_ns: 9_000_000 };
+            Narration::new(&program, &symbols).0.at(tempo)
         };
-        let facts = Facts {
-            period_ns: 5_000_000,
-            watchdog_ns: 9_000_000,
-            repeat_ns: 0,
-            heartbeat_ns: None,
-            has_operator: false,
-        };
+        let facts = Facts { repeat_ns: 0, heartbeat_ns: None, has_operator: false };
         for rungs in [2, 5] {
             let remedy = narration_of(rungs).remedy(FaultReason::ScanNeverEnds, &facts);
             let words = format!("it is 9ms, for {rungs} rungs every 5ms");

@@ -21,7 +21,7 @@ use super::narration::Narration;
 use super::narration::span;
 use super::operator;
 use super::posture;
-use super::reload::{Reloads, Running, Views};
+use super::reload::{self, Reloads, Running, Views};
 use super::retain;
 use super::retain_thread::Retention;
 use super::signals::{Host, Signals, Told};
@@ -44,6 +44,8 @@ pub struct Options {
     pub scans: Option<u64>,
     /// How often the log repeats why the controller does not run.
     pub repeat: Duration,
+    /// How long a reload may take to read and check its files.
+    pub reload_limit: Duration,
     /// Start in STOP, for this reason, and wait for an operator's run.
     pub start_in_stop: Option<StopReason>,
 }
@@ -115,8 +117,6 @@ pub fn run(
     };
     let pace = &settings.pace;
     let facts = Facts {
-        period_ns: pace.period_ns,
-        watchdog_ns: pace.watchdog_ns,
         repeat_ns: options.repeat.as_nanos() as u64,
         heartbeat_ns: pace.statistics_every_ns,
         has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
@@ -127,12 +127,12 @@ pub fn run(
     let (mut prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
-    let patience = Duration::from_nanos(2 * (pace.watchdog_ns + pace.period_ns)) + STOP_SLACK;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
+    let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
     let field = (prepared.lines(), healths);
-    let first = First { running: Arc::new(Running { program, setup }), reloader, narration, field };
-    tokio.block_on(shell(prepared, first, Attendance { signals, guard, patience, retention }))
+    let first = First { running, reloader, narration, field, limit };
+    tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention }))
 }
 
 /// The inputs that are ON until their driver writes them: those with an initial value.
@@ -150,14 +150,14 @@ struct First {
     narration: Generations<Narration>,
     /// The field devices' lines, and how they are.
     field: (Vec<Ends>, Vec<Health>),
+    /// How long a reload may read files.
+    limit: Duration,
 }
 
 /// Who the shell attends to besides the scan thread.
 struct Attendance<'a> {
     signals: &'a mut Signals,
     guard: &'a mut Guard,
-    /// How long the orderly stop may take.
-    patience: Duration,
     retention: Option<Retention>,
 }
 
@@ -225,7 +225,7 @@ async fn attend(
     reloads: &Arc<Reloads>,
     attendance: &mut Attendance<'_>,
 ) -> Over {
-    let Attendance { signals, guard, patience, .. } = attendance;
+    let Attendance { signals, guard, .. } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
     let (systemd, mut notices) =
         (Systemd::of_environment(), Notices::new(sd_notify::watchdog_enabled()));
@@ -236,8 +236,7 @@ async fn attend(
         tokio::select! {
             told = signals.next() => {
                 let Told::Stop(name) = told else {
-                    // Its outcome is in the log.
-                    tokio::spawn(Arc::clone(reloads).reload("SIGHUP".to_owned(), false));
+                    reloads.hangup();
                     continue;
                 };
                 if let Some((_, first)) = asked {
@@ -255,7 +254,7 @@ async fn attend(
                 let latest = port.latest();
                 notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
                 guard.look(now, latest.mode, pulses);
-                reloads.look(latest.mode);
+                reloads.look(&latest);
                 let waiting = match runtime.state() {
                     State::Running => None,
                     State::Over => Some(Waiting::Ended),
@@ -264,7 +263,8 @@ async fn attend(
                 if let Some(waiting) = waiting {
                     return Over { asked: asked.is_some(), waiting };
                 }
-                if asked.is_some_and(|(since, _)| since.elapsed() > *patience) {
+                let patience = 2 * port.tempo().patience(1) + STOP_SLACK;
+                if asked.is_some_and(|(since, _)| since.elapsed() > patience) {
                     error!(
                         event = "end-stuck",
                         "the last scan has not ended in {}",
@@ -305,14 +305,12 @@ async fn start_drivers(
     retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
-    let First { running, reloader, narration, field: (ends, healths) } = first;
+    let First { running, reloader, narration, field: (ends, healths), limit } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
-    let pace = &setup.pace;
-    let patience_ns = pace.period_ns.saturating_mul(3).saturating_add(pace.watchdog_ns);
-    let patience = Duration::from_nanos(patience_ns);
-    let mut about = operator::AboutParts::new(prepared, pace, retention.clone());
+    let patience = port.patience();
+    let mut about = operator::AboutParts::new(prepared, retention.clone());
     about.devices.clone_from(&healths);
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {
@@ -337,10 +335,11 @@ async fn start_drivers(
     }
     let desk = Generations::new(operator::View::new(setup, &about));
     let views = Views { desk: desk.clone(), about, narration, modbus, device };
-    let reloads = Reloads::new(Arc::clone(&running), reloader, port.clone(), views);
-    let reloads = Arc::new(reloads);
+    let (of, port) = (Arc::clone(&running), port.clone());
+    let parts = reload::Parts { running: of, reloader, port: port.clone(), views, limit };
+    let reloads = Arc::new(Reloads::new(parts));
     if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
-        let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads), patience);
+        let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
         match operator::Server::bind(&place, desk) {
             Ok(server) => drop(drivers.spawn(server.run(told(stopped)))),
             Err(why) if operator::may_do_without(&place, &why) => {}
@@ -409,8 +408,8 @@ fn tell_start(setup: &Setup) {
         sha256 = %ladder.sha256,
         blocks = ladder.blocks,
         rungs = ladder.rungs,
-        period = %span(setup.pace.period_ns),
-        watchdog = %span(setup.pace.watchdog_ns),
+        period = %span(setup.pace.tempo.period_ns),
+        watchdog = %span(setup.pace.tempo.watchdog_ns),
         "ladder loaded"
     );
     if setup.warnings > 0 {

@@ -41,8 +41,8 @@ pub(super) const EVENTS: &[Event] = &[
         level: Level::Warn,
         id: "9021052623be4ea3aa097c8b7c59efe8",
         limit: Limit::PLANT,
-        meaning: "The last good exchange with a field device is longer ago than its `loss- \
-                 after`. Its `.Stale` is ON; its inputs are held or zero, as `on-loss` says. \
+        meaning: "The last good exchange with a field device is longer ago than its \
+                 `loss-after`. Its `.Stale` is ON; its inputs are held or zero, as `on-loss` says. \
                  What its outputs do meanwhile only the device itself decides.",
         remedy: "See device-trouble before it for the reason; check supply, cable, switch and \
                  address. rungd tries again by itself, for as long as it takes.",

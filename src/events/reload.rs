@@ -31,7 +31,8 @@ pub(super) const EVENTS: &[Event] = &[
         id: "92b5cbad520a444eb4e445544a6a0d6b",
         limit: Limit::NONE,
         meaning: "A reload or rollback was asked for and is not done: the program that ran \
-                  goes on untouched. Where files are wrong, finding lines before it say what.",
+                  goes on untouched. Where files are wrong, it names the first error, and the \
+                  reload-finding lines behind it say all.",
         remedy: "Mend what the lines name (`rungd check`), and reload again.",
     },
     Event {
@@ -61,7 +62,9 @@ pub(super) const EVENTS: &[Event] = &[
         id: "7903d68a24644c03892b8cf735bf8eb5",
         limit: Limit::NONE,
         meaning: "The program before the last reload is back, with memory as it is: since the \
-                  new one faulted within its probation, or because an operator asked for it.",
+                  new one faulted within its probation (then it goes on in RUN), or because an \
+                  operator asked for it (then the mode stays: out of FAULT `rungd mode run` is \
+                  next).",
         remedy: "Mend the files: they still hold the program that was taken back, and a \
                  restart would run it.",
     },
@@ -85,5 +88,39 @@ pub(super) const EVENTS: &[Event] = &[
         meaning: "The scan thread has swapped programs between two scans; swap_us is how long \
                   that took.",
         remedy: "Nothing.",
+    },
+    Event {
+        number: 1009,
+        name: "reload-same",
+        level: Level::Info,
+        id: "ba15168d27024a8bbfe54a83c5f7c210",
+        limit: Limit::NONE,
+        meaning: "A reload was asked for, and the files are those that run already: nothing was \
+                  swapped, and the way back is as it was.",
+        remedy: "Nothing. If something was to change, look whether the edited files are those \
+                 that the controller file names.",
+    },
+    Event {
+        number: 1010,
+        name: "reload-warning",
+        level: Level::Warn,
+        id: "beaf937d54fe4230bfbba28539a97f17",
+        limit: Limit::PLANT,
+        meaning: "A difference between the program before a reload (or rollback) and the one \
+                  after it that wants a look: a tag has another address now, and the value that \
+                  it had stays at the old one.",
+        remedy: "See whether the value at the new address is the one that is meant: `rungd read` \
+                 shows it, `rungd write` puts another one there.",
+    },
+    Event {
+        number: 1011,
+        name: "reload-finding",
+        level: Level::Info,
+        id: "65a7d5150e824638a1fdb4d9372094ce",
+        limit: Limit::NONE,
+        meaning: "A part of what is wrong with the files of a reload that was refused: the \
+                  findings of `rungd check`, line by line, behind reload-refused.",
+        remedy: "Mend what the lines name; `rungd explain NAME` says more about a finding by its \
+                 name.",
     },
 ];

@@ -6,10 +6,14 @@
 //! file names and that cannot be read is one too, at the name. A file named by the caller that
 //! cannot be read is a failure.
 
-use std::io::Read;
+mod files;
+
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+
+pub use files::read_bytes;
 
 use crate::check::{check, check_partial, silence};
 use crate::resolve::controller::{Controller, resolve_controller};
@@ -19,9 +23,6 @@ use crate::source::controller as written;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, SourceFile, Span};
-
-/// Largest file that is read.
-const FILE_BYTES_MAX: u64 = 256 << 20;
 
 /// What came of a load. Program and controller are there exactly when no finding is an error.
 #[derive(Debug, Default)]
@@ -44,12 +45,16 @@ pub struct Input {
 }
 
 impl Input {
-    /// Reads a file.
+    /// Reads a file that the caller of a command names.
     ///
     /// # Errors
     /// It cannot be read.
     pub fn read(path: &Path) -> Result<Input> {
-        let bytes = read_bytes(path).with_context(|| path.display().to_string())?;
+        Input::of(path, read_bytes(path))
+    }
+
+    fn of(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<Input> {
+        let bytes = bytes.with_context(|| path.display().to_string())?;
         Ok(Input { path: path.to_owned(), bytes })
     }
 
@@ -88,12 +93,13 @@ pub fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Loads a controller file and the ladder files that it names.
+/// Loads a controller file and the ladder files that it names; all are read anew at a reload, so
+/// all are regular files.
 ///
 /// # Errors
 /// The controller file cannot be read.
 pub fn controller_file(path: &Path) -> Result<Loaded> {
-    Ok(controller_input(&Input::read(path)?))
+    Ok(controller_input(&Input::of(path, files::read_regular(path))?))
 }
 
 /// As [`controller_file`].
@@ -167,14 +173,18 @@ impl Loaded {
                 continue;
             }
             seen.push((real, name.span));
-            match read_bytes(&path) {
+            match files::read_regular(&path) {
                 Ok(bytes) => {
                     self.add(path.display().to_string(), &bytes);
                 }
                 Err(error) => {
                     let message = format!("cannot read `{}`: {error}", path.display());
                     let finding = Finding::new(Code::Controller, name.span, message);
-                    self.findings.push(finding.help("paths are relative to the controller file"));
+                    let help = match error.kind() {
+                        ErrorKind::InvalidInput => "name a ladder file",
+                        _ => "paths are relative to the controller file",
+                    };
+                    self.findings.push(finding.help(help));
                     whole = false;
                 }
             }
@@ -230,20 +240,6 @@ impl Loaded {
             self.controller = None;
         }
     }
-}
-
-/// Reads a file of 256 MiB at most.
-///
-/// # Errors
-/// It cannot be read, or is larger.
-pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(FILE_BYTES_MAX).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 == FILE_BYTES_MAX {
-        let message = "the file is larger than 256 MiB";
-        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, message));
-    }
-    Ok(bytes)
 }
 
 /// The text of a file; where it is not UTF-8, a text in which marks stand for the rest, and the

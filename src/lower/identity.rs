@@ -26,6 +26,8 @@ pub struct Identity {
     /// Every address that the program tags or names (a structure for its members), with the first
     /// tag that names it.
     pub addresses: BTreeMap<Address, Option<String>>,
+    /// The address of every tag that has one.
+    pub tags: BTreeMap<String, Address>,
     /// What a cold start puts where, by the tags' `initial`.
     pub initial: BTreeMap<Address, i32>,
 }
@@ -117,6 +119,7 @@ impl Identity {
             let TagMeaning::Address(address) = tag.meaning else { continue };
             let known = identity.addresses.entry(address).or_default();
             known.get_or_insert_with(|| tag.name.clone());
+            identity.tags.insert(tag.name.clone(), address);
             if let Some((value, _)) = tag.initial {
                 identity.initial.insert(address, value);
             }

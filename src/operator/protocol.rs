@@ -212,6 +212,9 @@ pub struct ModeChange {
 pub struct Reloaded {
     /// Whether it was only said.
     pub dry_run: bool,
+    /// Whether the files are those that run already: nothing changed.
+    #[serde(default)]
+    pub same: bool,
     /// The difference report: a line a difference.
     pub report: Vec<String>,
     /// What of the controller file waits for a restart.
@@ -222,6 +225,9 @@ pub struct Reloaded {
     pub sha256: String,
     /// How long the swap took; nothing where none was.
     pub swap_us: Option<f64>,
+    /// The mode behind it: a reload and a rollback by hand do not change it.
+    #[serde(default)]
+    pub mode: String,
 }
 
 /// The answer to a log level.

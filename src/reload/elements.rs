@@ -1,24 +1,53 @@
 //! Blocks, Stages, and the instructions with a termination pass: what stays, starts and goes.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::memory::Kept;
 use super::report::{preset, same};
-use super::{Names, Plan, Side, State, element};
+use super::{Names, Plan, Side, Start, State, element};
 use crate::engine::{BitCell, BlockRole, Cell, ElementCode, Restage, Stretch, Termination};
 use crate::isa::{Address, Bit, BitSpace, BlockId, StageId};
 use crate::lower::identity::{BlockName, Standing};
 use crate::resolve::program::BlockKind;
 
+/// The old program's Tasks that lose the recurrent ENTASK which enables them: it has its pass.
+pub(super) fn disabled(names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
+    let there = There::of(new);
+    let gone = |(standing, task): (Standing, BlockId)| {
+        let block = names.block(standing.block);
+        let to = block.and_then(|block| Some((block, names.block(task)?)));
+        to.is_none_or(|to| !there.enabled.contains_key(&to)).then_some(task)
+    };
+    enabled(old).filter_map(gone).collect()
+}
+
+/// Recurrent ENTASKs: where they stand, and their Tasks.
+fn enabled(side: Side<'_>) -> impl Iterator<Item = (Standing, BlockId)> {
+    elements(side).flat_map(move |(standing, code)| {
+        code.terminations.clone().filter_map(move |at| {
+            match side.program.tables.terminations[at as usize] {
+                Termination::DisableTask(task) => Some((standing, task)),
+                _ => None,
+            }
+        })
+    })
+}
+
 /// Blocks and Stages by name, with their bits.
-pub(super) fn blocks(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn blocks(
+    plan: &mut Plan,
+    names: &Names<'_>,
+    (old, new): (Side<'_>, Side<'_>),
+    disabled: &HashSet<BlockId>,
+) {
     for at in 0..names.old.blocks.len() as u32 {
         let id = BlockId(at);
         let running = old.symbols.layout.bit(Bit::Running(id)).0;
         let said = say(names.old.block(id));
         let Some(to) = names.block(id) else {
             plan.transfer.gone_blocks.push(id);
-            plan.say_of(format!("{said} is gone"), State::Ran { cell: running });
+            let state = State::Gone { cell: running, off: "not running" };
+            plan.say_of(format!("{said} is gone"), state);
             continue;
         };
         plan.transfer.blocks.push((id, to));
@@ -27,11 +56,19 @@ pub(super) fn blocks(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Sid
             let (from, to) = (cell(old, id), cell(new, to));
             plan.transfer.bits.push(Stretch { from, to, count: 1 });
         }
-        if !built_in(names.old.block(id).kind) && names.old.block(id).name != "Main" {
+        if disabled.contains(&id) {
+            plan.say_of(said, State::Disabled { running });
+        } else if !built_in(names.old.block(id).kind) && names.old.block(id).name != "Main" {
             plan.say_of(format!("{said} goes on running"), State::Stays { cell: running });
         }
-        restage(plan, names, (id, to), old, new);
+        restage(plan, names, (id, to), (old, new));
     }
+    new_blocks(plan, names, new);
+    stages(plan, names, old, new);
+    intervals(plan, names);
+}
+
+fn new_blocks(plan: &mut Plan, names: &Names<'_>, new: Side<'_>) {
     let known: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
     for (at, block) in names.new.blocks.iter().enumerate() {
         let id = BlockId(at as u32);
@@ -49,8 +86,6 @@ pub(super) fn blocks(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Sid
             plan.transfer.starting.push(id);
         }
     }
-    stages(plan, names, old, new);
-    intervals(plan, names);
 }
 
 fn stages(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
@@ -66,7 +101,7 @@ fn stages(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
                 plan.say_of(format!("{said} stays ON"), State::Stays { cell: from });
             }
             None if names.block(stage.block).is_some() => {
-                plan.say_of(format!("{said} is gone"), State::Ran { cell: from });
+                plan.say_of(format!("{said} is gone"), State::Gone { cell: from, off: "OFF" });
             }
             None => {}
         }
@@ -79,21 +114,31 @@ fn stages(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
             plan.say(format!("Stage {} is new", names.new.stage(id)));
         }
     }
+    for (program, (initial, start)) in plan.starts.clone() {
+        let (program, stage) = (say(names.new.block(program)), names.new.stage(initial));
+        plan.say_of(format!("{program} begins at its Stage {stage}"), State::Starts(start));
+    }
 }
 
 fn restage(
     plan: &mut Plan,
     names: &Names<'_>,
     (id, to): (BlockId, BlockId),
-    old: Side<'_>,
-    new: Side<'_>,
+    (old, new): (Side<'_>, Side<'_>),
 ) {
     let mut stages = new.program.blocks[to.0 as usize].stages.clone();
     let Some(initial) = stages.next().map(StageId) else { return };
     let before = old.program.blocks[id.0 as usize].stages.clone();
     let had_none = before.is_empty();
-    let lost: Vec<_> = before.map(StageId).filter(|id| names.stage(*id).is_none()).collect();
+    let (kept, lost): (Vec<_>, Vec<_>) =
+        before.map(StageId).partition(|id| names.stage(*id).is_some());
     if had_none || !lost.is_empty() {
+        let layout = &old.symbols.layout;
+        let cells =
+            |of: &[StageId]| of.iter().map(|id| layout.bit(Bit::Stage(*id)).0).collect::<Vec<_>>();
+        let running = layout.bit(Bit::Running(id)).0;
+        let start = Start { running, kept: cells(&kept), lost: cells(&lost), had_none };
+        plan.starts.insert(to, (initial, start));
         plan.transfer.restages.push(Restage { program: to, initial, lost, had_none });
     }
 }
@@ -116,7 +161,7 @@ fn intervals(plan: &mut Plan, names: &Names<'_>) {
 #[derive(Default)]
 struct There {
     outputs: HashMap<(BlockId, u32), Vec<Standing>>,
-    enabled: HashSet<(BlockId, BlockId)>,
+    enabled: HashMap<(BlockId, BlockId), Standing>,
 }
 
 impl There {
@@ -129,7 +174,7 @@ impl There {
                         there.outputs.entry((standing.block, bit)).or_default().push(standing);
                     }
                     Termination::DisableTask(task) => {
-                        there.enabled.insert((standing.block, task));
+                        there.enabled.insert((standing.block, task), standing);
                     }
                     _ => {}
                 }
@@ -154,6 +199,7 @@ pub(super) fn terminations(
     kept: &Kept,
 ) {
     let there = There::of(new);
+    let mut undriven: BTreeMap<(BlockId, u32), Vec<u32>> = BTreeMap::new();
     for (standing, code) in elements(old) {
         let Some(block) = names.block(standing.block) else { continue };
         for at in code.terminations.clone() {
@@ -170,9 +216,11 @@ pub(super) fn terminations(
                     .map(|now| plan.moves(names, standing, now))
                     .is_some()
                 }
-                Termination::DisableTask(task) => {
-                    names.block(*task).is_some_and(|task| there.enabled.contains(&(block, task)))
-                }
+                Termination::DisableTask(task) => names
+                    .block(*task)
+                    .and_then(|task| there.enabled.get(&(block, task)))
+                    .map(|now| plan.moves(names, standing, *now))
+                    .is_some(),
                 other => kept.goes_on(other, standing),
             };
             if stays {
@@ -180,12 +228,21 @@ pub(super) fn terminations(
             }
             plan.transfer.gone.push((element(standing), at));
             if let Termination::BitOff(bit) = termination {
-                let said = say_bit(old, *bit);
-                let block = &names.old.block(standing.block).name;
-                plan.say(format!("{said} is not driven in {block} any more, and goes OFF"));
+                undriven.entry((standing.block, *bit)).or_default().push(active(old, standing));
             }
         }
     }
+    for ((block, bit), active) in undriven {
+        let (said, block) = (say_bit(old, bit), &names.old.block(block).name);
+        let state = State::Undriven { bit, active };
+        plan.say_of(format!("{said} is not driven in {block} any more"), state);
+    }
+}
+
+/// The bit that is ON where an instruction executes, as far as bits tell.
+fn active(side: Side<'_>, standing: Standing) -> u32 {
+    let bit = standing.stage.map_or(Bit::Running(standing.block), Bit::Stage);
+    side.symbols.layout.bit(bit).0
 }
 
 fn say(block: &BlockName) -> String {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::report::{preset, same};
-use super::{Names, Plan, Side, State};
+use super::{Elsewhere, Names, Plan, Side, State};
 use crate::engine::{Cell, Termination};
 use crate::isa::{Address, Bit, BitSpace, MemorySizes, Mnemonic, Structure, Word};
 use crate::lower::identity::{Owner, Standing};
@@ -128,7 +128,22 @@ fn tell_kept(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, (before, now): (
         _ => None,
     };
     let acc = layout.word(Word::Acc(now.structure)).0;
-    plan.say_of(said, State::Keeps { timer, acc, preset: now_preset, preset_word });
+    let into = into(plan, names, old, (before.standing, now.standing));
+    plan.say_of(said, State::Keeps { timer, acc, preset: now_preset, preset_word, into });
+}
+
+/// The Stage that an instruction stands in now and did not before.
+fn into(
+    plan: &Plan,
+    names: &Names<'_>,
+    old: Side<'_>,
+    (before, now): (Standing, Standing),
+) -> Option<Elsewhere> {
+    let stage = now.stage.filter(|_| names.standing(before) != Some(now))?;
+    let was = names.stage_before(stage).map(|id| old.symbols.layout.bit(Bit::Stage(id)).0);
+    let start = plan.starts.get(&now.block).filter(|(initial, _)| *initial == stage);
+    let start = start.map(|(_, start)| start.clone());
+    Some(Elsewhere { said: names.new.stage(stage), stage: was, start })
 }
 
 fn tell_new(
@@ -160,12 +175,50 @@ pub(super) fn initial(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Si
             Some(Cell::Word(cell)) => plan.transfer.new_words.push((cell, *value)),
             None => continue,
         }
-        plan.say(format!("{} is new: {value}", names.new.say(*address)));
+        let Some(cell) = old.symbols.layout.cell(*address) else { continue };
+        plan.say_of(names.new.say(*address), State::Initial { cell, value: *value });
     }
     let (before, now) = (sizes(old.symbols.layout.sizes()), sizes(new.symbols.layout.sizes()));
     for ((name, before), (_, now)) in before.into_iter().zip(now) {
         if before != now {
             plan.say(format!("memory {name} {before} → {now}"));
+        }
+    }
+}
+
+/// Tags that have another address now: what the old one held stays where it was.
+pub(super) fn moved_tags(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+    let layout = &old.symbols.layout;
+    let acc = |address: Address| match address {
+        Address::Structure(structure) => Address::Word(Word::Acc(structure)),
+        other => other,
+    };
+    for (tag, to) in &names.new.tags {
+        let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
+        let text = format!("tag {tag} moved from {from} to {to}");
+        let is_input = |at: &Address| matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)));
+        let cells = (layout.cell(acc(*from)), layout.cell(acc(*to)));
+        let (Some(from_cell), Some(to_cell), false) = (cells.0, cells.1, is_input(to)) else {
+            plan.say(text);
+            continue;
+        };
+        let begins = begins(plan, to_cell);
+        let (old, new) = (from.to_string(), to.to_string());
+        plan.say_of(text, State::Moved { from: from_cell, to: to_cell, old, new, begins });
+    }
+}
+
+/// What a cell of memory begins with, if it does not go on. Memory lies in the same cells in both.
+fn begins(plan: &Plan, cell: Cell) -> Option<i32> {
+    let transfer = &plan.transfer;
+    match cell {
+        Cell::Bit(_) => {
+            let of = transfer.new_bits.iter().find(|(bit, _)| Cell::Bit(*bit) == cell);
+            of.map(|(_, on)| i32::from(*on))
+        }
+        Cell::Word(at) => {
+            let of = transfer.new_words.iter().find(|(word, _)| *word == at).map(|(_, v)| *v);
+            of.or_else(|| transfer.fresh.contains(&at.0).then_some(0))
         }
     }
 }

@@ -11,9 +11,11 @@ mod histories;
 mod memory;
 mod report;
 
-use std::collections::HashMap;
+pub use report::{Seen, WARNING};
 
-use crate::engine::{self, Element, Transfer};
+use std::collections::{BTreeMap, HashMap};
+
+use crate::engine::{self, Cell, Element, Transfer};
 use crate::isa::{BlockId, StageId};
 use crate::lower::Symbols;
 use crate::lower::identity::{Identity, Standing};
@@ -35,6 +37,8 @@ pub struct Plan {
     pub transfer: Transfer,
     /// For people, in order of what they are about.
     pub differences: Vec<Difference>,
+    /// Programs that may begin at their initial Stage, by their new number: that Stage, and when.
+    starts: BTreeMap<BlockId, (StageId, Start)>,
 }
 
 /// One thing that is worth a line of the report.
@@ -47,15 +51,57 @@ pub struct Difference {
 }
 
 /// A state in the old program, by its cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum State {
     /// A timer or counter that goes on: the text is left out while it has nothing to keep.
-    Keeps { timer: bool, acc: u32, preset: Option<Value>, preset_word: Option<u32> },
-    /// A block or Stage that is gone: whether it ran.
-    Ran { cell: u32 },
+    Keeps {
+        timer: bool,
+        acc: u32,
+        preset: Option<Value>,
+        preset_word: Option<u32>,
+        /// Its instruction stands in another Stage now.
+        into: Option<Elsewhere>,
+    },
+    /// A block or Stage that is gone: whether it was on, and what it is called if not.
+    Gone { cell: u32, off: &'static str },
     /// A block or Stage that stays, told while it is on.
     Stays { cell: u32 },
+    /// A Task that loses the recurrent ENTASK that enabled it, told while it runs.
+    Disabled { running: u32 },
+    /// A bit that a block drives no more, and what is on where that may have executed.
+    Undriven { bit: u32, active: Vec<u32> },
+    /// A Program that may begin at its initial Stage, told if it does.
+    Starts(Start),
+    /// An address that begins anew.
+    Initial { cell: Cell, value: i32 },
+    /// A tag that has another address now; `begins`: what is put there.
+    Moved { from: Cell, to: Cell, old: String, new: String, begins: Option<i32> },
+}
+
+/// When a Program begins at its initial Stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Start {
+    /// It is running,
+    pub running: u32,
+    /// none of these Stages is ON,
+    pub kept: Vec<u32>,
+    /// and it loses one of these that was ON,
+    pub lost: Vec<u32>,
+    /// or had none.
+    pub had_none: bool,
+}
+
+/// Another Stage that an instruction stands in now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Elsewhere {
+    pub said: String,
+    /// Its bit, if it was there before.
+    pub stage: Option<u32>,
+    /// It is the initial one of a Program that may begin there.
+    pub start: Option<Start>,
 }
 
 /// The blocks and Stages of both programs by each other.
@@ -104,6 +150,11 @@ impl<'a> Names<'a> {
         self.stages.get(&old).copied()
     }
 
+    /// A Stage's old number.
+    fn stage_before(&self, new: StageId) -> Option<StageId> {
+        self.stages.iter().find(|(_, to)| **to == new).map(|(from, _)| *from)
+    }
+
     /// Where the same place is in the new program, if it is.
     fn standing(&self, old: Standing) -> Option<Standing> {
         let block = self.block(old.block)?;
@@ -123,10 +174,12 @@ impl Plan {
     pub fn new(old: Side<'_>, new: Side<'_>) -> Plan {
         let names = Names::new(&old.symbols.identity, &new.symbols.identity);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
-        let mut plan = Plan { transfer, differences: Vec::new() };
-        elements::blocks(&mut plan, &names, old, new);
+        let mut plan = Plan { transfer, ..Plan::default() };
+        let disabled = elements::disabled(&names, old, new);
+        elements::blocks(&mut plan, &names, (old, new), &disabled);
         let kept = memory::structures(&mut plan, &names, old, new);
         memory::initial(&mut plan, &names, old, new);
+        memory::moved_tags(&mut plan, &names, old);
         histories::histories(&mut plan, &names);
         elements::terminations(&mut plan, &names, (old, new), &kept);
         plan

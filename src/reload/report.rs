@@ -1,17 +1,80 @@
-//! The difference report: the facts of a plan in words, with what the old memory held.
+//! The difference report: the facts of a plan in words, with what memory held.
+//!
+//! Each line is a claim about what the swap does, or did. Before it, `Seen` is the latest image,
+//! and the lines are a forecast: what happens in a pass hangs on what executed, which no image
+//! shows. Behind it, it has what the passes left as well, and the lines are what happened.
 
-use super::{Difference, Plan, State};
+use super::{Difference, Elsewhere, Plan, Start, State};
+use crate::engine::{BitCell, Cell, WordCell};
 use crate::isa::duration;
 use crate::resolve::program::Value;
 
 /// The most lines of a report; the rest is counted.
 const LINES_MAX: usize = 400;
 
+/// By this a line begins that is worth more than a glance.
+pub const WARNING: &str = "warning: ";
+
+/// The old program's memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// Its bits before the swap.
+    pub bits: &'a [u8],
+    /// Its words, likewise.
+    pub words: &'a [i32],
+    /// What is forced.
+    pub forces: &'a [Cell],
+    /// Its bits behind the passes, where they have run.
+    pub passed: Option<&'a [u8]>,
+}
+
+impl Seen<'_> {
+    fn is_on(&self, cell: u32) -> bool {
+        self.bits.get(cell as usize).is_some_and(|bit| *bit != 0)
+    }
+
+    fn word(&self, cell: u32) -> i32 {
+        self.words.get(cell as usize).copied().unwrap_or(0)
+    }
+
+    fn is_forced(&self, cell: Cell) -> bool {
+        self.forces.contains(&cell)
+    }
+
+    /// Whether a bit that was ON is OFF behind the passes; or will be, if that is to be expected.
+    fn goes_off(&self, cell: u32, expected: impl FnOnce() -> bool) -> bool {
+        self.is_on(cell)
+            && match self.passed {
+                Some(bits) => bits.get(cell as usize).is_some_and(|bit| *bit == 0),
+                None => expected(),
+            }
+    }
+
+    /// Whether a Program begins at its initial Stage.
+    fn starts(&self, start: &Start) -> bool {
+        let none_kept = !start.kept.iter().any(|stage| self.is_on(*stage));
+        let loses = start.had_none || start.lost.iter().any(|stage| self.is_on(*stage));
+        self.is_on(start.running) && loses && none_kept
+    }
+
+    fn value(&self, cell: Cell) -> i32 {
+        match cell {
+            Cell::Bit(BitCell(at)) => i32::from(self.is_on(at)),
+            Cell::Word(WordCell(at)) => self.word(at),
+        }
+    }
+
+    fn say(&self, cell: Cell) -> String {
+        let value = held(cell, self.value(cell));
+        let forced = if self.is_forced(cell) { " (forced)" } else { "" };
+        format!("{value}{forced}")
+    }
+}
+
 impl Plan {
-    /// A line a difference, with the old program's bits and words as they are (or were, in the last
-    /// scan before the swap).
-    pub fn report(&self, bits: &[u8], words: &[i32]) -> Vec<String> {
-        let lines = self.differences.iter().filter_map(|d| line(d, bits, words));
+    /// A line a difference.
+    pub fn report(&self, seen: &Seen<'_>) -> Vec<String> {
+        let lines = self.differences.iter().filter_map(|d| line(d, seen));
         let mut lines: Vec<String> = lines.collect();
         if lines.len() > LINES_MAX {
             let more = lines.len() - LINES_MAX;
@@ -20,28 +83,127 @@ impl Plan {
         }
         lines
     }
+
+    /// The cells of the old program that the report reads, as they are before the swap.
+    pub fn asked(&self) -> Vec<Cell> {
+        let (mut bits, mut words) = (Vec::new(), Vec::new());
+        for state in self.differences.iter().filter_map(|d| d.state.as_ref()) {
+            state.asked(&mut bits, &mut words);
+        }
+        let bits = bits.into_iter().map(|at| Cell::Bit(BitCell(at)));
+        bits.chain(words.into_iter().map(|at| Cell::Word(WordCell(at)))).collect()
+    }
 }
 
-fn line(difference: &Difference, bits: &[u8], words: &[i32]) -> Option<String> {
-    let text = &difference.text;
-    let is_on = |cell: u32| bits.get(cell as usize).is_some_and(|bit| *bit != 0);
-    let word = |cell: u32| words.get(cell as usize).copied();
-    Some(match difference.state {
-        None => text.clone(),
-        Some(State::Ran { cell }) if is_on(cell) => format!("{text} and was terminated"),
-        Some(State::Ran { .. }) => format!("{text}; it did not run"),
-        Some(State::Stays { cell }) => return is_on(cell).then(|| text.clone()),
-        Some(State::Keeps { timer, acc, preset, preset_word }) => {
-            let acc = word(acc).filter(|acc| *acc != 0)?;
-            let of = match (preset_word.and_then(word), preset) {
-                (Some(value), _) | (None, Some(Value::Const(value, _))) => {
-                    format!(" of {}", say(value, timer))
+impl State {
+    fn asked(&self, bits: &mut Vec<u32>, words: &mut Vec<u32>) {
+        match self {
+            State::Keeps { acc, preset_word, into, .. } => {
+                words.push(*acc);
+                words.extend(preset_word);
+                if let Some(into) = into {
+                    bits.extend(into.stage);
+                    into.start.iter().for_each(|start| start.asked(bits));
                 }
-                _ => String::new(),
-            };
-            format!("{text} keeps {}{of}", say(acc, timer))
+            }
+            State::Gone { cell, .. } | State::Stays { cell } => bits.push(*cell),
+            State::Disabled { running } => bits.push(*running),
+            State::Undriven { bit, active } => bits.extend(active.iter().chain([bit])),
+            State::Starts(start) => start.asked(bits),
+            State::Initial { cell, .. } => push(*cell, bits, words),
+            State::Moved { from, to, .. } => {
+                [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
+            }
         }
+    }
+}
+
+fn push(cell: Cell, bits: &mut Vec<u32>, words: &mut Vec<u32>) {
+    match cell {
+        Cell::Bit(BitCell(at)) => bits.push(at),
+        Cell::Word(WordCell(at)) => words.push(at),
+    }
+}
+
+impl Start {
+    fn asked(&self, bits: &mut Vec<u32>) {
+        bits.push(self.running);
+        bits.extend(self.kept.iter().chain(&self.lost));
+    }
+}
+
+fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
+    let text = &difference.text;
+    let Some(state) = &difference.state else { return Some(text.clone()) };
+    Some(match state {
+        State::Gone { cell, .. } if seen.is_on(*cell) => format!("{text} and was terminated"),
+        State::Gone { off, .. } => format!("{text}; it was {off}"),
+        State::Stays { cell } => return seen.is_on(*cell).then(|| text.clone()),
+        State::Disabled { running } if !seen.is_on(*running) => return None,
+        State::Disabled { running } if seen.goes_off(*running, || true) => {
+            format!("{text} is disabled and was terminated: the ENTASK that enabled it is gone")
+        }
+        State::Disabled { .. } => format!("{text} goes on running"),
+        State::Undriven { bit, active } => {
+            let active = || active.iter().any(|cell| seen.is_on(*cell));
+            let free = !seen.is_forced(Cell::Bit(BitCell(*bit)));
+            match seen.goes_off(*bit, || free && active()) {
+                true => format!("{text}, and goes OFF"),
+                false => text.clone(),
+            }
+        }
+        State::Starts(start) => return seen.starts(start).then(|| text.clone()),
+        State::Initial { cell, value } => {
+            let value = held(*cell, *value);
+            match seen.is_forced(*cell) {
+                true => format!("{text} is new: {value}, but stays {}", seen.say(*cell)),
+                false => format!("{text} is new: {value}"),
+            }
+        }
+        State::Keeps { .. } => return keeps(text, state, seen),
+        State::Moved { .. } => moved(text, state, seen),
     })
+}
+
+/// A value as people read it.
+fn held(cell: Cell, value: i32) -> String {
+    match cell {
+        Cell::Bit(_) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
+        Cell::Word(_) => value.to_string(),
+    }
+}
+
+fn keeps(text: &str, state: &State, seen: &Seen<'_>) -> Option<String> {
+    let State::Keeps { timer, acc, preset, preset_word, into } = state else { return None };
+    let acc = seen.word(*acc);
+    if acc == 0 {
+        return None;
+    }
+    let of = match (preset_word, preset) {
+        (Some(word), _) => format!(" of {}", say(seen.word(*word), *timer)),
+        (None, Some(Value::Const(value, _))) => format!(" of {}", say(*value, *timer)),
+        _ => String::new(),
+    };
+    let line = format!("{text} keeps {}{of}", say(acc, *timer));
+    let executes = |into: &Elsewhere| {
+        into.stage.is_some_and(|stage| seen.is_on(stage))
+            || into.start.as_ref().is_some_and(|start| seen.starts(start))
+    };
+    Some(match into.as_ref().filter(|into| !executes(into)) {
+        Some(into) => format!("{line}, until the pass of Stage {}, which is OFF", into.said),
+        None => line,
+    })
+}
+
+fn moved(text: &str, state: &State, seen: &Seen<'_>) -> String {
+    let State::Moved { from, to, old, new, begins } = state else { return text.to_owned() };
+    let was = seen.say(*from);
+    let is = match begins {
+        Some(value) if !seen.is_forced(*to) => format!("{new} begins at {}", held(*to, *value)),
+        _ if seen.say(*to) == was => return format!("{text}: both are {was}"),
+        _ => format!("{new} keeps its own value {}", seen.say(*to)),
+    };
+    format!("{WARNING}{text}: {is}; {old}'s was {was}")
 }
 
 /// Whether two presets are the same, however they are written.

@@ -14,6 +14,7 @@ use std::future::{Future, poll_fn};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Poll, Waker};
+use std::time::Duration;
 
 use super::command::{Answer, Command, CommandId, Denial, Desk, Forces};
 use super::link::Safe;
@@ -272,6 +273,26 @@ pub(super) struct Shared {
     desk: Mutex<Desk>,
     /// Who waits for a further image.
     waiting: Mutex<Vec<Waker>>,
+    /// The [`Tempo`] that scans have, in ns.
+    period_ns: AtomicU64,
+    watchdog_ns: AtomicU64,
+}
+
+/// How often scans come, and how long one may take. Another program may bring another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tempo {
+    /// From scan to scan.
+    pub period_ns: u64,
+    /// A scan longer than this is a fault.
+    pub watchdog_ns: u64,
+}
+
+impl Tempo {
+    /// So many periods, and a scan that takes as long as it may.
+    pub fn patience(self, periods: u64) -> Duration {
+        let periods_ns = self.period_ns.saturating_mul(periods);
+        Duration::from_nanos(periods_ns.saturating_add(self.watchdog_ns))
+    }
 }
 
 /// Where batches go in.
@@ -307,8 +328,30 @@ impl Port {
             stuck: AtomicBool::new(false),
             desk: Mutex::new(desk),
             waiting: Mutex::default(),
+            period_ns: AtomicU64::new(0),
+            watchdog_ns: AtomicU64::new(0),
         };
         Port { shared: Arc::new(shared) }
+    }
+
+    /// How often scans come at present, and how long one may take.
+    pub fn tempo(&self) -> Tempo {
+        let shared = &self.shared;
+        Tempo {
+            period_ns: shared.period_ns.load(Ordering::Acquire),
+            watchdog_ns: shared.watchdog_ns.load(Ordering::Acquire),
+        }
+    }
+
+    /// From here on it is this. The scan thread's, and before there is one.
+    pub(super) fn set_tempo(&self, tempo: Tempo) {
+        self.shared.period_ns.store(tempo.period_ns, Ordering::Release);
+        self.shared.watchdog_ns.store(tempo.watchdog_ns, Ordering::Release);
+    }
+
+    /// How long who asks for something waits at least for the scan that sees it.
+    pub fn patience(&self) -> Duration {
+        self.tempo().patience(3)
     }
 
     /// Sets an input; the next scan reads it at its input step. An X that does not exist is

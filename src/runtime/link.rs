@@ -15,7 +15,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Answers, Forces, Orders, desk};
 use super::exchange::{
-    Batch, FaultReason, Mode, Port, QUEUED_BATCHES_MAX, Snapshot, StopReason, Ticket, Write,
+    Batch, FaultReason, Mode, Port, QUEUED_BATCHES_MAX, Snapshot, StopReason, Tempo, Ticket, Write,
 };
 use crate::engine::{BitCell, Cell, WordCell};
 
@@ -174,6 +174,11 @@ impl ScanSide {
     /// one: by scans, or by [`ScanSide::refuse_waiting`].
     pub fn set_running(&mut self, running: bool) {
         self.port.shared.running.store(running, Ordering::Release);
+    }
+
+    /// Scans come so often from here on.
+    pub fn set_tempo(&self, tempo: Tempo) {
+        self.port.set_tempo(tempo);
     }
 
     /// Every input, as set last.

@@ -45,7 +45,7 @@ pub use posture::{Grant, Held, Policy, Posture, Refusal};
 pub use record::{DeviceEdge, Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Meter, Reading, Spread, Statistics};
-pub use swap::{Carried, Contents, Generations, Package, Reloader};
+pub use swap::{Carried, Contents, Generations, Package, Reloader, Swapped};
 pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};
@@ -186,6 +186,7 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
         forces_active: memory.forces_active,
         safe: memory.safe.clone(),
     });
+    port.set_tempo(settings.pace.tempo);
     let (journal, reader) = record::journal();
     let beat = Arc::new(Beat::default());
     let now_ns = clock.now_ns();
@@ -197,7 +198,6 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
         beat: Arc::clone(&beat),
         port: port.clone(),
         observer,
-        watchdog_ns: settings.pace.watchdog_ns,
         dropped: 0,
         lost: false,
         looked_ns: 0,
@@ -239,10 +239,9 @@ where
         run_scanner(scanner, &gone, &life)
     })?;
     grants.extend(told.recv().unwrap_or_default());
-    let turn = turn_time(settings.pace.period_ns);
     let monitor = Box::new(move || {
         let named = thread::Builder::new().name("rungd-monitor".into());
-        named.spawn(move || run_monitor(monitor, turn))
+        named.spawn(move || run_monitor(monitor))
     });
     Ok((Prepared { grants, go, scan, monitor, port, beat, gauge, held, lines }, reloader))
 }
@@ -334,9 +333,9 @@ fn run_scanner<M: Machine, C: Clock>(
     scanner.report()
 }
 
-fn run_monitor<O: Observer>(mut monitor: Monitor<O>, every: Duration) {
+fn run_monitor<O: Observer>(mut monitor: Monitor<O>) {
     while monitor.turn(monotonic_ns()) {
-        thread::sleep(every);
+        thread::sleep(turn_time(monitor.port.tempo().period_ns));
     }
 }
 

@@ -43,7 +43,6 @@ pub struct Monitor<O> {
     pub(super) beat: Arc<Beat>,
     pub(super) port: Port,
     pub(super) observer: O,
-    pub(super) watchdog_ns: u64,
     pub(super) dropped: u64,
     pub(super) lost: bool,
     /// When it looked last.
@@ -97,7 +96,7 @@ impl<O: Observer> Monitor<O> {
         let reason = if life == Life::Lost && !self.lost {
             self.lost = true;
             FaultReason::ScanThreadGone
-        } else if self.beat.trip(now_ns, self.watchdog_ns) {
+        } else if self.beat.trip(now_ns, self.port.tempo().watchdog_ns) {
             FaultReason::ScanNeverEnds
         } else if life == Life::Alive && self.is_missing(now_ns) {
             FaultReason::ScanNeverBegins
@@ -115,12 +114,13 @@ impl<O: Observer> Monitor<O> {
     /// Whether the scan that is due has not come for longer than the watchdog allows.
     fn is_missing(&mut self, now_ns: u64) -> bool {
         let Some(due_ns) = self.beat.awaited() else { return false };
-        if now_ns.saturating_sub(due_ns) <= self.watchdog_ns {
+        let watchdog_ns = self.port.tempo().watchdog_ns;
+        if now_ns.saturating_sub(due_ns) <= watchdog_ns {
             return false;
         }
-        let stood_still = now_ns.saturating_sub(self.looked_ns) > self.watchdog_ns;
+        let stood_still = now_ns.saturating_sub(self.looked_ns) > watchdog_ns;
         if stood_still && self.grace.due_ns != due_ns {
-            self.grace = Grace { due_ns, until_ns: now_ns + self.watchdog_ns };
+            self.grace = Grace { due_ns, until_ns: now_ns + watchdog_ns };
         }
         let excused = self.grace.due_ns == due_ns && now_ns <= self.grace.until_ns;
         !excused && self.beat.miss(due_ns)

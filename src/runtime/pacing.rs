@@ -47,6 +47,11 @@ impl Grid {
         self.deadline_ns
     }
 
+    /// Points come so often from here on; the one that is due stays where it is.
+    pub fn change(&mut self, period_ns: u64) {
+        self.period_ns = period_ns.max(1);
+    }
+
     /// Goes on to the first point that does not lie before `end_ns`, and tells how many points
     /// between were skipped: 0 unless the scan overran.
     pub fn advance(&mut self, end_ns: u64) -> u64 {
@@ -73,6 +78,18 @@ mod tests {
     #[test]
     fn scans_in_time_keep_the_grid() {
         check(&[101, 119, 129], &[(0, 110), (0, 120), (0, 130)]);
+    }
+
+    #[test]
+    fn another_period_counts_from_the_point_that_is_due() {
+        let mut grid = Grid::new(100, 10);
+        assert_eq!((grid.advance(101), grid.deadline_ns()), (0, 110));
+        grid.change(25);
+        assert_eq!(grid.deadline_ns(), 110);
+        assert_eq!((grid.advance(112), grid.deadline_ns()), (0, 135));
+        grid.change(5);
+        assert_eq!((grid.advance(136), grid.deadline_ns()), (0, 140));
+        assert_eq!((grid.advance(141), grid.deadline_ns()), (0, 145));
     }
 
     #[test]

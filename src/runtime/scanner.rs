@@ -13,14 +13,14 @@ use std::sync::Arc;
 
 use super::beat::Beat;
 use super::command::Forces;
-use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Write};
+use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Tempo, Write};
 use super::field::Field;
 use super::link::{Facts, ScanSide};
 use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Meter, Statistics};
-use super::swap::{Package, Swaps};
+use super::swap::{Package, Swapped, Swaps};
 use crate::faults::{self, Point};
 
 /// The first report of statistics comes after this time, where they are not wanted sooner.
@@ -33,10 +33,8 @@ const LAST_TICKS_MAX: u32 = 1000;
 /// What the scanner is told at start.
 #[derive(Clone, Debug)]
 pub struct Pace {
-    /// From scan to scan.
-    pub period_ns: u64,
-    /// A scan longer than this is a fault.
-    pub watchdog_ns: u64,
+    /// How often scans come, and how long one may take.
+    pub tempo: Tempo,
     /// The orderly stop comes with this scan.
     pub scans: Option<u64>,
     /// From report to report of statistics; `None`: there are none.
@@ -105,7 +103,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let now_ns = clock.now_ns();
         Scanner {
             watches: Watches::new(&watched, machine.image().1, now_ns),
-            grid: Grid::new(now_ns, pace.period_ns),
+            grid: Grid::new(now_ns, pace.tempo.period_ns),
             books: Books::new(now_ns),
             overruns: OverrunSummary::default(),
             mode: Mode::Stop(StopReason::NotStarted),
@@ -158,6 +156,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.tell_events(now_ns);
         }
         let running = self.mode == Mode::Run || faulted;
+        package.note(&self.machine);
         std::mem::swap(&mut self.machine, &mut package.machine);
         let Package { machine: old, transfer, watches, carried, fresh, safe, .. } = &mut *package;
         self.machine.adopt(old, transfer, running, self.forces.list());
@@ -168,8 +167,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.field.exchange_safe(safe);
         let generation = package.generation;
         self.side.generation = generation;
+        self.set_tempo(package.tempo);
         let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
-        package.swap_ns = Some(swap_ns);
+        package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });
         self.journal.tell(self.scans, now_ns, What::Swapped { generation, swap_ns });
         self.swaps.give_back(package);
         match faulted {
@@ -178,10 +178,18 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
+    /// Deadlines stay absolute: the next one is the one under way and the new period.
+    fn set_tempo(&mut self, tempo: Tempo) {
+        self.pace.tempo = tempo;
+        self.side.set_tempo(tempo);
+        let scans = self.mode == Mode::Run;
+        self.grid.change(if scans { tempo.period_ns } else { tempo.period_ns.min(TICK_NS_MAX) });
+    }
+
     fn enter_run(&mut self, now_ns: u64) {
         (self.stopping, self.unpublished, self.last_ticks) = (None, false, 0);
         self.overruns = OverrunSummary::default();
-        self.grid = Grid::new(now_ns, self.pace.period_ns);
+        self.grid = Grid::new(now_ns, self.pace.tempo.period_ns);
         self.books.restart(now_ns);
         let first_ns = self.pace.statistics_every_ns.unwrap_or(0).min(FIRST_REPORT_NS);
         self.next_report_ns = now_ns + first_ns;
@@ -238,7 +246,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.ask_for_stop();
         let last = self.guarded(|scanner| scanner.execute(woke_ns));
         let scan_ns = self.clock.now_ns().saturating_sub(woke_ns);
-        let in_time = self.beat.end() && scan_ns <= self.pace.watchdog_ns;
+        let in_time = self.beat.end() && scan_ns <= self.pace.tempo.watchdog_ns;
         match last {
             None => self.fail(FaultReason::EnginePanic, woke_ns),
             Some(_) if !in_time => self.fail(too_long(scan_ns), woke_ns),
@@ -319,7 +327,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.beat.begin(begin_ns);
         let done = self.guarded(|scanner| scanner.machine.terminate());
         let pass_ns = self.clock.now_ns().saturating_sub(begin_ns);
-        let in_time = self.beat.end() && pass_ns <= self.pace.watchdog_ns;
+        let in_time = self.beat.end() && pass_ns <= self.pace.tempo.watchdog_ns;
         match done {
             None => Err(FaultReason::EnginePanic),
             Some(()) if !in_time => Err(too_long(pass_ns)),
@@ -384,7 +392,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         (self.mode, self.since_ns) = (mode, now_ns);
         if mode != Mode::Run {
             // An operator is not to wait for a long period.
-            self.grid = Grid::new(now_ns, self.pace.period_ns.min(TICK_NS_MAX));
+            self.grid = Grid::new(now_ns, self.pace.tempo.period_ns.min(TICK_NS_MAX));
         }
         self.journal.tell(self.scans, now_ns, What::Mode(mode));
     }

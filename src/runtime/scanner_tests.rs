@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use super::exchange::{FaultReason, Mode, Outcome, Port, Snapshot, StopReason, Write};
+use super::exchange::{FaultReason, Mode, Outcome, Port, Snapshot, StopReason, Tempo, Write};
 use super::pacing::Clock;
 use super::*;
 use crate::engine::{self, BitCell, BlockEvent, ScanTimes, WordCell};
@@ -179,8 +179,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
     };
     let mut settings = Settings {
         pace: Pace {
-            period_ns: 10 * MS,
-            watchdog_ns: 35 * MS,
+            tempo: Tempo { period_ns: 10 * MS, watchdog_ns: 35 * MS },
             scans: None,
             statistics_every_ns: Some(60_000 * MS),
             start_in_stop: None,

@@ -11,10 +11,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Command, CommandId, Denial};
-use super::exchange::{Port, Snapshot};
+use super::exchange::{Mode, Port, Snapshot, Tempo};
 use super::link::{SPARES, Safe};
+use super::machine::Machine;
 use super::record::{Watched, Watches};
-use crate::engine::Transfer;
+use crate::engine::{Cell, Transfer};
 
 /// How many packages may be on their way.
 const PACKAGES_MAX: usize = 4;
@@ -27,8 +28,12 @@ pub struct Package<M> {
     pub transfer: Transfer,
     /// Its number: one more than that of any program before it.
     pub generation: u32,
-    /// How long the swap took, behind it.
-    pub swap_ns: Option<u64>,
+    /// How often it is scanned.
+    pub tempo: Tempo,
+    /// Cells of the old machine, and what they held before it.
+    pub asked: Vec<(Cell, i32)>,
+    /// What is known of the swap, behind it.
+    pub swapped: Option<Swapped>,
     pub(super) watches: Watches,
     /// By watch: which watch of the old program it goes on from.
     pub(super) carried: Carried,
@@ -36,6 +41,15 @@ pub struct Package<M> {
     pub(super) safe: Vec<Safe>,
     /// Snapshots of its shape.
     pub(super) fresh: Vec<Arc<Snapshot>>,
+}
+
+/// How a swap was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Swapped {
+    /// How long it took.
+    pub took_ns: u64,
+    /// The mode that it found.
+    pub mode: Mode,
 }
 
 /// By watch: which watch of the old program it goes on from.
@@ -53,6 +67,10 @@ pub struct Contents {
     pub transfer: Transfer,
     /// Its number.
     pub generation: u32,
+    /// How often it is scanned.
+    pub tempo: Tempo,
+    /// Cells of the old machine that the report asks for.
+    pub asked: Vec<Cell>,
     /// What the log wants to know of.
     pub watched: Watched,
     /// Which of that it wanted to know before.
@@ -65,10 +83,25 @@ pub struct Contents {
     pub safe: Vec<Safe>,
 }
 
+impl<M: Machine> Package<M> {
+    /// Notes what is asked for, as it is. Nothing is allocated.
+    pub(super) fn note(&mut self, old: &M) {
+        let (bits, words) = old.image();
+        for (cell, value) in &mut self.asked {
+            *value = match cell {
+                Cell::Bit(bit) => i32::from(bits[bit.0 as usize]),
+                Cell::Word(word) => words[word.0 as usize],
+            };
+        }
+    }
+}
+
 impl<M> Package<M> {
     /// A package; `latest` gives its snapshots what is not the program's.
     pub fn new(machine: M, contents: Contents, latest: &Snapshot) -> Package<M> {
-        let Contents { transfer, generation, watched, carried, bits, words, safe } = contents;
+        let Contents { transfer, generation, tempo, asked, watched, carried, bits, words, safe } =
+            contents;
+        let asked = asked.into_iter().map(|cell| (cell, 0)).collect();
         let shown: Arc<[Safe]> = safe.clone().into();
         let fresh = |_| {
             Arc::new(Snapshot {
@@ -81,7 +114,18 @@ impl<M> Package<M> {
         };
         let fresh = (0..SPARES).map(fresh).collect();
         let watches = Watches::new(&watched, &vec![0; words], 0);
-        Package { machine, transfer, generation, swap_ns: None, watches, carried, safe, fresh }
+        Package {
+            machine,
+            transfer,
+            generation,
+            tempo,
+            asked,
+            swapped: None,
+            watches,
+            carried,
+            safe,
+            fresh,
+        }
     }
 }
 

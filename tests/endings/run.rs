@@ -9,11 +9,11 @@ use crate::watcher::{Change, Watcher};
 use crate::ways::Way;
 
 /// The watchdog of the second device.
-const DEVICE_WATCHDOG_MS: u32 = 400;
+const DEVICE_WATCHDOG_MS: u32 = 600;
 /// RUN lasts so long at least.
 const SETTLED: Duration = Duration::from_millis(200);
 /// So long is watched behind the cause: longer than all that is to happen.
-const AFTER: Duration = Duration::from_millis(800);
+const AFTER: Duration = Duration::from_millis(1000);
 /// And behind a scan that goes on for a second.
 const AFTER_STALL: Duration = Duration::from_millis(1300);
 /// And so long behind the return, once all is as in RUN.
@@ -148,7 +148,8 @@ fn controller(ports: &[u64]) -> String {
          { from = \"plain.Stale\", to = \"coil 9\", hold = true },\n]";
     let outputs = "outputs = { on = [\"Y1\", \"Y11\"], hold = [\"Y2\", \"Y12\"] }\n";
     let (plain, guarded) = (device("plain", ports[0], plain), device("guarded", ports[1], guarded));
-    format!("{outputs}{plain}{guarded}")
+    // A busy machine is no fault here.
+    format!("scan.watchdog = \"500ms\"\n{outputs}{plain}{guarded}")
 }
 
 /// Goes a way once.

@@ -70,7 +70,7 @@ impl Way {
             Way::LastScan => "orderly stop (`--scans`)",
             Way::Operator => "operator's stop (`rungd mode stop`)",
             Way::Instruction => "STOP instruction",
-            Way::Watchdog => "watchdog (200 ms; the scan takes 1 s)",
+            Way::Watchdog => "watchdog (500 ms; the scan takes 1 s)",
             Way::PanicInScan => "panic in the scan",
             Way::PanicInThread => "panic elsewhere: scan thread, between scans",
             Way::PanicInMonitor => "panic elsewhere: monitor thread",

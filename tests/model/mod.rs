@@ -14,7 +14,7 @@ mod parse;
 mod place;
 mod pool;
 mod program;
-mod rng;
+pub mod rng;
 pub mod shrink;
 mod tables;
 mod timers;

@@ -9,7 +9,7 @@ use rungd::isa::{Address, Bit, BitSpace};
 use rungd::lower::lower;
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::runtime::exchange::{FaultReason, Port, Snapshot};
+use rungd::runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
 use rungd::runtime::field::{Line, Source, Target, Wiring};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::{
@@ -120,8 +120,7 @@ pub fn rig(zero_on_loss: bool) -> Rig {
     safe[3] = Safe::Hold;
     let settings = Settings {
         pace: Pace {
-            period_ns: PERIOD_NS,
-            watchdog_ns: 200 * MS,
+            tempo: Tempo { period_ns: PERIOD_NS, watchdog_ns: 200 * MS },
             scans: None,
             statistics_every_ns: None,
             start_in_stop: None,

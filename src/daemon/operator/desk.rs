@@ -37,8 +37,6 @@ pub(in super::super) struct Desk {
     views: Generations<View>,
     port: Port,
     reloads: Arc<Reloads>,
-    /// How long a change waits for the scan that sees it.
-    wait: Duration,
     /// What was forced, and what it is called.
     forced: Mutex<HashMap<Cell, Operand>>,
 }
@@ -46,15 +44,13 @@ pub(in super::super) struct Desk {
 type Done<T> = Result<T, Refusal>;
 
 impl Desk {
-    /// A change waits for `patience`, and for 10 s where that is longer.
-    pub fn new(
-        views: Generations<View>,
-        port: Port,
-        reloads: Arc<Reloads>,
-        patience: Duration,
-    ) -> Desk {
-        let (wait, forced) = (patience.max(WAIT_LEAST), Mutex::default());
-        Desk { views, port, reloads, wait, forced }
+    pub fn new(views: Generations<View>, port: Port, reloads: Arc<Reloads>) -> Desk {
+        Desk { views, port, reloads, forced: Mutex::default() }
+    }
+
+    /// How long a change waits for the scan that sees it.
+    fn wait(&self) -> Duration {
+        self.port.patience().max(WAIT_LEAST)
     }
 
     /// The latest image, and the names of its program.
@@ -172,7 +168,7 @@ impl Desk {
                 sleep(ASK_AGAIN).await;
             }
         };
-        timeout(self.wait, seen).await.map_err(|_| no_answer())?;
+        timeout(self.wait(), seen).await.map_err(|_| no_answer())?;
         if self.port.outcome(ticket) == Outcome::Refused {
             return Err(self.not_taken(Refused::NotRunning));
         }
@@ -285,7 +281,7 @@ impl Desk {
                     sleep(ASK_AGAIN).await;
                 }
             };
-            timeout(self.wait, entered).await.map_err(|_| no_answer())?;
+            timeout(self.wait(), entered).await.map_err(|_| no_answer())?;
         }
         let after = self.port.latest().mode;
         let (was, is) = (in_words(before), in_words(after));
@@ -325,7 +321,7 @@ impl Desk {
                 }
             }
         };
-        match timeout(self.wait, answer).await {
+        match timeout(self.wait(), answer).await {
             Err(_) => Err(no_answer()),
             Ok(Answer::Denied(why)) => Err(denied(why)),
             Ok(Answer::Done(before)) => Ok(before),

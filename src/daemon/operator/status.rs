@@ -19,8 +19,8 @@ use crate::operator::protocol::{
     self, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan,
     Spread, Status, Value,
 };
-use crate::runtime::exchange::Snapshot;
-use crate::runtime::{self, Gauge, Grant, Pace, Prepared, monotonic_ns};
+use crate::runtime::exchange::{Snapshot, Tempo};
+use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
 
 /// What is the same for every program: settled at the start.
 #[derive(Clone)]
@@ -30,8 +30,6 @@ pub(in super::super) struct AboutParts {
     pub started: Instant,
     /// Where the Modbus server listens, how many it takes, and how many are there.
     pub modbus: Option<(String, u32, Arc<AtomicUsize>)>,
-    pub period_ns: u64,
-    pub watchdog_ns: u64,
     pub retention: Option<Retention>,
     /// The field devices, by number.
     pub devices: Vec<Health>,
@@ -39,14 +37,12 @@ pub(in super::super) struct AboutParts {
 
 impl AboutParts {
     /// Without a Modbus server.
-    pub fn new(prepared: &Prepared, pace: &Pace, retention: Option<Retention>) -> AboutParts {
+    pub fn new(prepared: &Prepared, retention: Option<Retention>) -> AboutParts {
         AboutParts {
             grants: prepared.grants().to_vec(),
             gauge: prepared.gauge(),
             started: Instant::now(),
             modbus: None,
-            period_ns: pace.period_ns,
-            watchdog_ns: pace.watchdog_ns,
             retention,
             devices: Vec::new(),
         }
@@ -70,6 +66,7 @@ pub(in super::super) struct About {
     controller: String,
     ladder: LadderFacts,
     parts: AboutParts,
+    tempo: Tempo,
     blocks: Vec<NamedBlock>,
     layout: Layout,
     rules: usize,
@@ -99,6 +96,7 @@ impl About {
             controller: setup.controller.clone(),
             ladder: setup.ladder.clone(),
             parts: parts.clone(),
+            tempo: setup.pace.tempo,
             blocks: named_blocks(setup),
             layout: setup.symbols.layout.clone(),
             rules: setup.rules.len(),
@@ -137,8 +135,8 @@ impl About {
             reason: reason(latest.mode),
             mode_ms: now_ns.saturating_sub(latest.since_ns) / 1_000_000,
             scans: latest.scans,
-            period_us: self.parts.period_ns / 1000,
-            watchdog_us: self.parts.watchdog_ns / 1000,
+            period_us: self.tempo.period_ns / 1000,
+            watchdog_us: self.tempo.watchdog_ns / 1000,
             posture: self.parts.grants.iter().map(posture).collect(),
             scan: scan(&self.parts.gauge.meter.read(now_ns)),
             blocks: self.blocks.iter().map(|block| self.block(block, latest)).collect(),

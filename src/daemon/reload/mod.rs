@@ -1,38 +1,46 @@
 //! A reload from its request to its report: files, check, plan, the swap, and the way back.
 //!
 //! The operator's desk and SIGHUP ask for it; the shell looks whether a new program faults.
-//! Reading, checking and lowering are done on a thread of their own; what comes of it goes to the
-//! scan thread in a package. One reload at a time, and none is left half done: it runs as a task
-//! of its own, whoever asked for it goes away meanwhile.
+//! Reading, checking and lowering are done on a thread of their own, within a limit; what comes of
+//! it goes to the scan thread in a package. One reload at a time, and none is left half done: it
+//! runs as a task of its own, whoever asked for it goes away meanwhile. Nobody who reads files
+//! holds what a rollback needs, so that this never waits for them.
 
+mod reading;
 mod ready;
+mod tell;
+mod trial;
 mod views;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use tokio::task::spawn_blocking;
 use tokio::time::{sleep, timeout};
-use tracing::{error, info, warn};
+use tracing::{error, info};
 
 pub(super) use views::Views;
 
 use super::config::Setup;
-use super::narration::span;
 use super::systemd::{Notice, Systemd};
-use crate::engine::{self, Engine};
+use crate::engine::{self, Cell, Engine};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
+use crate::reload::{Plan, Seen};
 use crate::runtime::command::{Answer, CommandId, Denial};
-use crate::runtime::exchange::{Mode, Port, StopReason};
-use crate::runtime::{Reloader, monotonic_ns};
-use ready::Ready;
+use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
+use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
+use reading::Reading;
+use ready::{Fit, Ready};
+use trial::{Trial, Verdict};
 
 /// How soon it is looked again whether the scan thread has answered.
 const ASK_AGAIN: Duration = Duration::from_millis(1);
-/// How long its answer is waited for.
-const ANSWER_MAX: Duration = Duration::from_secs(10);
-/// From one attempt to go back to the next, where the scan thread does not hear.
-const TRY_AGAIN: Duration = Duration::from_millis(500);
+/// How long its answer is waited for at least.
+const ANSWER_LEAST: Duration = Duration::from_secs(10);
+/// How long a reload waits until those before it have ended.
+const TURN_MAX: Duration = Duration::from_secs(60);
 
 /// A program that scans, or has.
 pub(super) struct Running {
@@ -42,11 +50,28 @@ pub(super) struct Running {
 
 /// Where reloads are done.
 pub(super) struct Reloads {
+    /// Whose turn it is to read files and put in what they say.
+    turn: tokio::sync::Mutex<()>,
+    reading: Reading,
+    /// A SIGHUP waits for its turn: another one would read the same files.
+    hangup_waits: AtomicBool,
+    /// Held for a swap, never while files are read.
     inner: tokio::sync::Mutex<Inner>,
-    probation: Mutex<Option<Probation>>,
+    /// Of the program of this number.
+    trial: Mutex<Option<(u32, Trial)>>,
     port: Port,
     views: Views,
     systemd: Systemd,
+}
+
+/// What reloads are made of.
+pub(super) struct Parts {
+    pub running: Arc<Running>,
+    pub reloader: Reloader<Engine>,
+    pub port: Port,
+    pub views: Views,
+    /// How long files may take to be read and checked.
+    pub limit: Duration,
 }
 
 struct Inner {
@@ -54,57 +79,72 @@ struct Inner {
     /// As the process started: what a reload does not apply is as it says.
     started: Arc<Running>,
     running: Arc<Running>,
-    /// The one before it.
-    previous: Option<Arc<Running>>,
+    /// The last one that had stood its probation, before the one that runs.
+    way_back: Option<Arc<Running>>,
     /// Handed in, and not answered yet.
-    pending: Option<(u32, Arc<Running>)>,
+    pending: Option<Pending>,
     generation: u32,
 }
 
-/// A new program on trial.
-#[derive(Clone, Copy)]
-struct Probation {
-    until: Instant,
-    /// When the way back was tried last.
-    tried: Option<Instant>,
+/// A program on its way.
+struct Pending {
+    generation: u32,
+    running: Arc<Running>,
+    /// It is the one before.
+    back: bool,
+}
+
+/// A fault of the program of this number.
+struct OwnFault {
+    generation: u32,
+    reason: FaultReason,
 }
 
 type Done<T> = Result<T, Refusal>;
 
 impl Reloads {
-    pub fn new(
-        running: Arc<Running>,
-        reloader: Reloader<Engine>,
-        port: Port,
-        views: Views,
-    ) -> Reloads {
-        let (previous, pending, generation) = (None, None, 0);
+    pub fn new(parts: Parts) -> Reloads {
+        let Parts { running, reloader, port, views, limit } = parts;
+        let (way_back, pending, generation) = (None, None, 0);
         let started = Arc::clone(&running);
-        let inner = Inner { reloader, started, running, previous, pending, generation };
-        let (inner, probation) = (tokio::sync::Mutex::new(inner), Mutex::new(None));
-        Reloads { inner, probation, port, views, systemd: Systemd::of_environment() }
+        let inner = Inner { reloader, started, running, way_back, pending, generation };
+        Reloads {
+            turn: tokio::sync::Mutex::default(),
+            reading: Reading::new(limit),
+            hangup_waits: AtomicBool::new(false),
+            inner: tokio::sync::Mutex::new(inner),
+            trial: Mutex::new(None),
+            port,
+            views,
+            systemd: Systemd::of_environment(),
+        }
     }
 
     /// Reads the files anew, and goes on with what they say.
     pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Done<Reloaded> {
         let done = tokio::spawn(async move {
-            self.notify(Notice::Reloading { since_us: monotonic_ns() / 1000 }, dry_run);
-            let done = self.read_and_swap(&who, dry_run).await;
+            let done = self.in_turn(&who, dry_run).await;
             if let (Err(refusal), false) = (&done, dry_run) {
-                tell_refusal(&who, refusal);
+                tell::refusal(&who, refusal);
             }
-            self.notify(Notice::Ready, dry_run);
             done
         });
         done.await.unwrap_or_else(|bug| Err(refused(format!("a bug in rungd: {bug}"))))
     }
 
-    /// Goes back to the program before the last reload.
+    /// SIGHUP: its outcome is in the log.
+    pub fn hangup(self: &Arc<Self>) {
+        if !self.hangup_waits.swap(true, Ordering::AcqRel) {
+            tokio::spawn(Arc::clone(self).reload("SIGHUP".to_owned(), false));
+        }
+    }
+
+    /// Goes back to the program before.
     pub async fn rollback(self: Arc<Self>, who: String) -> Done<Reloaded> {
         let done = tokio::spawn(async move {
             let done = self.go_back(&who, None).await;
             if let Err(refusal) = &done {
-                tell_refusal(&who, refusal);
+                tell::refusal(&who, refusal);
             }
             done
         });
@@ -112,29 +152,42 @@ impl Reloads {
     }
 
     /// Looks whether a new program faults within its probation, or has stood it.
-    pub fn look(self: &Arc<Self>, mode: Mode) {
-        let now = Instant::now();
-        let mut probation = self.probation.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(trial) = &mut *probation else { return };
-        let Mode::Fault(fault) = mode else {
-            if now >= trial.until {
+    pub fn look(self: &Arc<Self>, latest: &Snapshot) {
+        let mut trial = self.trial();
+        let Some((generation, on_trial)) = &mut *trial else { return };
+        let generation = *generation;
+        match on_trial.look(latest.mode, latest.scans, Instant::now()) {
+            Verdict::Wait => {}
+            Verdict::Proved => {
                 info!(event = "reload-proved", "the new program has stood its probation");
-                *probation = None;
+                *trial = None;
             }
-            return;
-        };
-        if trial.tried.is_some_and(|tried| now < tried + TRY_AGAIN) {
-            return;
+            Verdict::GoBack { fault, first } => {
+                let reloads = Arc::clone(self);
+                let fault = OwnFault { generation, reason: fault };
+                tokio::spawn(async move {
+                    let done = reloads.go_back("rungd", Some(fault)).await;
+                    if let (Err(refusal), true) = (done, first) {
+                        let why = refusal.message;
+                        error!(event = "rollback-failed", "the old program is not back: {why}");
+                    }
+                });
+            }
         }
-        let first = trial.tried.replace(now).is_none();
-        let reloads = Arc::clone(self);
-        tokio::spawn(async move {
-            let done = reloads.go_back("rungd", Some(fault.to_string())).await;
-            if let (Err(refusal), true) = (done, first) {
-                let why = refusal.message;
-                error!(event = "rollback-failed", "the old program is not back: {why}");
-            }
-        });
+    }
+
+    async fn in_turn(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
+        let turn = timeout(TURN_MAX, self.turn.lock()).await;
+        self.hangup_waits.store(false, Ordering::Release);
+        let Ok(_turn) = turn else {
+            return Err(refused(
+                "the reloads before this one have not ended; try again".to_owned(),
+            ));
+        };
+        self.notify(Notice::Reloading { since_us: monotonic_ns() / 1000 }, dry_run);
+        let done = self.read_and_swap(who, dry_run).await;
+        self.notify(Notice::Ready, dry_run);
+        done
     }
 
     fn notify(&self, notice: Notice, dry_run: bool) {
@@ -144,98 +197,109 @@ impl Reloads {
     }
 
     async fn read_and_swap(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
-        let mut inner = self.inner.lock().await;
-        inner.settle(&self.views);
-        if timeout(ANSWER_MAX, self.started()).await.is_err() {
+        if timeout(ANSWER_LEAST, self.started()).await.is_err() {
             return Err(refused("the first scan is still to come; try again".to_owned()));
         }
-        let latest = self.port.latest();
-        let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
-        let started = Arc::clone(&inner.started);
-        let sides = move || Ready::of_files(&started, &running, generation, &latest);
-        let made = spawn_blocking(sides).await;
-        let ready = made.unwrap_or_else(|bug| Err(format!("a bug in rungd: {bug}")));
-        let ready = ready.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))?;
-        let latest = self.port.latest();
+        let (started, running) = {
+            let inner = self.settled().await;
+            (Arc::clone(&inner.started), Arc::clone(&inner.running))
+        };
+        let next = self.read(&running).await?;
+        let mut inner = self.settled().await;
+        if !Arc::ptr_eq(&inner.running, &running) {
+            let message = "the program before was put back while the files were read: nothing is \
+                           reloaded";
+            return Err(refused(message.to_owned()));
+        }
+        let restart = ready::needs_restart(&started.setup, &next.setup);
+        if next.setup.source == running.setup.source {
+            return Ok(self.same(who, &next.setup, restart, dry_run));
+        }
+        let settings = ready::settings(&started.setup, &running.setup, &next.setup);
+        let ready = self.ready(&mut inner, Arc::new(next)).await?;
+        let setup = Arc::clone(&ready.running);
+        let setup = &setup.setup;
         if dry_run {
-            let report = ready.plan.report(&latest.bits, &latest.words);
-            return Ok(reloaded(&ready.running.setup, report, ready.restart, None, true));
+            let latest = self.port.latest();
+            let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
+            let report = ready.plan.report(&Seen { bits, words, forces, passed: None });
+            let report = [report, settings].concat();
+            return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
-        let (next, restart) = (Arc::clone(&ready.running), ready.restart.clone());
-        // What does not scan is on trial by nobody.
-        let scans = latest.mode == Mode::Run;
-        let probation = if scans { next.setup.probation } else { Duration::ZERO };
-        let (report, swap_us) = self.swap(&mut inner, ready, false).await?;
-        self.put_probation((!probation.is_zero()).then(|| Instant::now() + probation));
-        let ladder = &next.setup.ladder;
-        tell_report(&report);
-        for what in &restart {
-            warn!(event = "reload-restart", "{what}: what the file says now needs a restart");
+        let (report, swap_us) = self.swap(&mut inner, ready, (false, false)).await?;
+        let report = [report, settings].concat();
+        let done = Reloaded { restart, ..self.reloaded(setup, report, Some(swap_us)) };
+        tell::done(who, &done, setup, self.on_trial().map(|(_, trial)| trial));
+        Ok(done)
+    }
+
+    /// What the files of a program say now.
+    async fn read(&self, of: &Running) -> Done<Running> {
+        let path = PathBuf::from(&of.setup.controller);
+        let sizes = of.setup.symbols.layout.sizes().clone();
+        let devices = of.setup.symbols.devices.clone();
+        let fit = Fit { sizes, devices, systemd_watchdog: sd_notify::watchdog_enabled() };
+        let read = self.reading.done(move || ready::read(&path, &fit)).await;
+        let read = read.map_err(|why| refused(format!("{why} The running program goes on")))?;
+        read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))
+    }
+
+    /// The files are those that run: nothing is swapped, and the way back is as it was.
+    fn same(&self, who: &str, setup: &Setup, restart: Vec<String>, dry_run: bool) -> Reloaded {
+        let same = Reloaded { same: true, restart, ..self.reloaded(setup, Vec::new(), None) };
+        if dry_run {
+            return same.dry();
         }
-        info!(
-            event = "reload-done",
-            who,
-            ladder = %ladder.name,
-            files = %ladder.files,
-            sha256 = %ladder.sha256,
-            rungs = ladder.rungs,
-            differences = report.len(),
-            swap_us,
-            probation = %span(probation.as_nanos() as u64),
-            "{who} reloaded: another program scans, without a stop"
-        );
-        Ok(reloaded(&next.setup, report, restart, Some(swap_us), false))
+        tell::same(who, &same);
+        same
+    }
+
+    async fn ready(&self, inner: &mut Inner, next: Arc<Running>) -> Done<Ready> {
+        let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
+        let latest = self.port.latest();
+        let made = spawn_blocking(move || Ready::of(&running, next, generation, &latest)).await;
+        made.map_err(|bug| refused(format!("a bug in rungd: {bug}")))
     }
 
     /// To the program before; `fault`: since the new one has met that.
-    async fn go_back(&self, who: &str, fault: Option<String>) -> Done<Reloaded> {
-        let mut inner = self.inner.lock().await;
-        inner.settle(&self.views);
-        if fault.is_some() && self.trial().is_none() {
-            return Err(refused("the probation is over".to_owned()));
+    async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Done<Reloaded> {
+        let mut inner = self.settled().await;
+        if let Some(OwnFault { generation, .. }) = fault
+            && self.on_trial().is_none_or(|(of, _)| of != generation)
+        {
+            return Err(refused("the program that faulted is not there any more".to_owned()));
         }
-        let Some(previous) = inner.previous.clone() else {
+        let Some(previous) = inner.way_back.clone() else {
             let message = "there is no program to go back to: nothing was reloaded since the \
                            start, or that was taken back already";
             return Err(refused(message.to_owned()));
         };
-        let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
-        let (latest, next) = (self.port.latest(), Arc::clone(&previous));
-        let made = spawn_blocking(move || Ready::of(&running, next, generation, &latest)).await;
-        let ready = made.map_err(|bug| refused(format!("a bug in rungd: {bug}")))?;
-        let (report, swap_us) = self.swap(&mut inner, ready, true).await?;
-        inner.previous = None;
-        self.put_probation(None);
-        tell_report(&report);
-        let ladder = &previous.setup.ladder;
-        let why = fault.map_or_else(|| "asked for".to_owned(), |fault| format!("FAULT: {fault}"));
-        warn!(
-            event = "rolled-back",
-            who,
-            ladder = %ladder.name,
-            sha256 = %ladder.sha256,
-            swap_us,
-            "{who} went back to the program before the reload ({why}); the files still hold the \
-             other one"
-        );
-        Ok(reloaded(&previous.setup, report, Vec::new(), Some(swap_us), false))
+        let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
+        let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
+        let (report, swap_us) = self.swap(&mut inner, ready, (true, fault.is_some())).await?;
+        let report = [report, settings].concat();
+        let done = self.reloaded(&previous.setup, report, Some(swap_us));
+        tell::rolled_back(who, &done, fault.map(|fault| fault.reason));
+        Ok(done)
     }
 
-    /// Hands a program in, and waits until it scans: the report, and how long the swap took.
+    /// Hands a program in, and waits until it is in: the report, and how long the swap took.
     async fn swap(
         &self,
         inner: &mut Inner,
         ready: Ready,
-        resume: bool,
+        // Whether it is the way back, and whether it leaves FAULT.
+        (back, resume): (bool, bool),
     ) -> Done<(Vec<String>, f64)> {
         let Ready { running, plan, package, .. } = ready;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
         inner.generation = generation;
-        inner.pending = Some((generation, running));
+        inner.pending = Some(Pending { generation, running, back });
+        let forces = self.port.latest().forces.list().to_vec();
         let handed_in = inner.reloader.hand_in(*package, resume);
         let answer = match handed_in {
-            Ok(id) => self.answer(id).await,
+            Ok(id) => self.answer(id, self.port.patience().max(ANSWER_LEAST)).await,
             Err(denial) => Some(Err(denial)),
         };
         match answer {
@@ -251,9 +315,8 @@ impl Reloads {
             Some(Ok(())) => {}
         }
         let mut told = (Vec::new(), 0.0);
-        inner.settle_with(&self.views, |machine, swap_ns| {
-            let image = machine.image();
-            told = (plan.report(image.bits(), image.words()), swap_ns as f64 / 1000.0);
+        self.settle(inner, |package, swapped| {
+            told = (report(&plan, package, &forces), swapped.took_ns as f64 / 1000.0);
         });
         Ok(told)
     }
@@ -264,7 +327,7 @@ impl Reloads {
         }
     }
 
-    async fn answer(&self, id: CommandId) -> Option<Result<(), Denial>> {
+    async fn answer(&self, id: CommandId, patience: Duration) -> Option<Result<(), Denial>> {
         let answer = async {
             loop {
                 match self.port.answer(id) {
@@ -273,73 +336,91 @@ impl Reloads {
                 }
             }
         };
-        match timeout(ANSWER_MAX, answer).await.ok()? {
+        match timeout(patience, answer).await.ok()? {
             Answer::Done(_) => Some(Ok(())),
             Answer::Denied(denial) => Some(Err(denial)),
         }
     }
 
-    fn trial(&self) -> Option<Probation> {
-        *self.probation.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The program on trial, if one is.
+    fn trial(&self) -> MutexGuard<'_, Option<(u32, Trial)>> {
+        self.trial.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn put_probation(&self, until: Option<Instant>) {
-        let trial = until.map(|until| Probation { until, tried: None });
-        *self.probation.lock().unwrap_or_else(PoisonError::into_inner) = trial;
+    fn on_trial(&self) -> Option<(u32, Trial)> {
+        *self.trial()
+    }
+
+    /// What is known of programs, as the scan thread left it.
+    async fn settled(&self) -> tokio::sync::MutexGuard<'_, Inner> {
+        let mut inner = self.inner.lock().await;
+        self.settle(&mut inner, |_, _| {});
+        inner
+    }
+
+    /// Takes back what the scan thread has let go of, and knows by it which program is in.
+    fn settle(&self, inner: &mut Inner, mut look: impl FnMut(&Package<Engine>, Swapped)) {
+        while let Some(package) = inner.reloader.returned() {
+            let Some(swapped) = package.swapped else { continue };
+            let (generation, on_its_way) = (package.generation, inner.pending.as_ref());
+            if on_its_way.is_none_or(|pending| pending.generation != generation) {
+                continue;
+            }
+            let Some(Pending { running, back, .. }) = inner.pending.take() else { continue };
+            self.views.forget_before(generation.saturating_sub(1));
+            let probation = if back { Duration::ZERO } else { running.setup.probation };
+            let old = std::mem::replace(&mut inner.running, running);
+            let mut trial = self.trial();
+            match (back, &*trial) {
+                (true, _) => inner.way_back = None,
+                // What runs has not stood its probation: the way back stays the one that had.
+                (false, Some(_)) if inner.way_back.is_some() => {}
+                (false, _) => inner.way_back = Some(old),
+            }
+            *trial = Trial::new(probation, swapped.mode).map(|trial| (generation, trial));
+            look(&package, swapped);
+        }
+    }
+
+    fn reloaded(&self, setup: &Setup, report: Vec<String>, swap_us: Option<f64>) -> Reloaded {
+        Reloaded {
+            dry_run: false,
+            same: false,
+            report,
+            restart: Vec::new(),
+            ladder: setup.ladder.name.clone(),
+            sha256: setup.ladder.sha256.clone(),
+            swap_us,
+            mode: self.port.latest().mode.name().to_owned(),
+        }
     }
 }
 
-impl Inner {
-    /// Takes back what the scan thread has let go of, and knows by it which program scans.
-    fn settle(&mut self, views: &Views) {
-        self.settle_with(views, |_, _| {});
-    }
-
-    fn settle_with(&mut self, views: &Views, mut look: impl FnMut(&Engine, u64)) {
-        while let Some(package) = self.reloader.returned() {
-            let Some(swap_ns) = package.swap_ns else { continue };
-            if let Some((_, running)) =
-                self.pending.take_if(|(generation, _)| *generation == package.generation)
-            {
-                self.previous = Some(std::mem::replace(&mut self.running, running));
-                views.forget_before(package.generation.saturating_sub(1));
-                look(&package.machine, swap_ns);
-            }
+/// What a swap did, by what was noted before it and what the passes left.
+fn report(plan: &Plan, package: &Package<Engine>, forces: &[Cell]) -> Vec<String> {
+    let image = package.machine.image();
+    let (mut bits, mut words) = (image.bits().to_vec(), image.words().to_vec());
+    for (cell, value) in &package.asked {
+        match cell {
+            Cell::Bit(bit) => bits[bit.0 as usize] = *value as u8,
+            Cell::Word(word) => words[word.0 as usize] = *value,
         }
+    }
+    let passed = Some(image.bits());
+    plan.report(&Seen { bits: &bits, words: &words, forces, passed })
+}
+
+trait Dry {
+    fn dry(self) -> Self;
+}
+
+impl Dry for Reloaded {
+    /// It is only said.
+    fn dry(self) -> Reloaded {
+        Reloaded { dry_run: true, ..self }
     }
 }
 
 fn refused(message: String) -> Refusal {
     Refusal::new(RefusalKind::Refused, message)
-}
-
-fn reloaded(
-    setup: &Setup,
-    report: Vec<String>,
-    restart: Vec<String>,
-    swap_us: Option<f64>,
-    dry_run: bool,
-) -> Reloaded {
-    let (ladder, sha256) = (setup.ladder.name.clone(), setup.ladder.sha256.clone());
-    Reloaded { dry_run, report, restart, ladder, sha256, swap_us }
-}
-
-fn tell_report(report: &[String]) {
-    for line in report {
-        info!(event = "reload-difference", "{line}");
-    }
-}
-
-/// Findings line by line, then the refusal.
-fn tell_refusal(who: &str, refusal: &Refusal) {
-    if refusal.kind == RefusalKind::BadFiles {
-        for line in refusal.message.lines().filter(|line| !line.trim().is_empty()) {
-            error!(event = "finding", "{line}");
-        }
-        let why = "the files cannot be run as they are";
-        error!(event = "reload-refused", who, "{who} asked for a reload: {why}; nothing changed");
-    } else {
-        let why = &refusal.message;
-        error!(event = "reload-refused", who, "{who} asked for another program: {why}");
-    }
 }

@@ -4,11 +4,13 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::Running;
 use crate::daemon::config::{self, Setup};
-use crate::daemon::narration::Narration;
+use crate::daemon::narration::{Narration, span};
 use crate::engine::Engine;
+use crate::isa::MemorySizes;
 use crate::reload::{Plan, Side};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package};
@@ -19,43 +21,51 @@ pub(super) struct Ready {
     pub running: Arc<Running>,
     pub plan: Plan,
     pub package: Box<Package<Engine>>,
-    /// What of the controller file needs a restart.
-    pub restart: Vec<String>,
+}
+
+/// What files must fit, to be put in without a restart.
+pub(super) struct Fit {
+    pub sizes: MemorySizes,
+    /// The field devices' names, in their order.
+    pub devices: Vec<String>,
+    /// systemd's own limit, if it has one.
+    pub systemd_watchdog: Option<Duration>,
+}
+
+/// What the files say now; the text of `Err` has all findings.
+pub(super) fn read(path: &Path, fit: &Fit) -> Result<Running, String> {
+    let style = Style { color: false, deny_warnings: false };
+    let loaded = config::load(path, style).map_err(|failure| format!("{failure:#}"))?;
+    let (program, setup) = loaded?;
+    let (period_ns, limit) = (setup.pace.tempo.period_ns, fit.systemd_watchdog);
+    if limit.is_some_and(|limit| limit.as_nanos() <= 2 * u128::from(period_ns)) {
+        return Err(format!(
+            "{}: `[scan] period` is {}, and systemd ends the process where it hears of no scan for \
+             {}: `WatchdogSec=` of the unit must be longer than two periods, and is raised first",
+            setup.controller,
+            span(period_ns),
+            span(limit.map_or(0, |limit| limit.as_nanos() as u64))
+        ));
+    }
+    if setup.symbols.devices != fit.devices {
+        return Err(format!(
+            "{}: its devices are others than the running ones, or in another order: they need a \
+             restart, and nothing is reloaded until then",
+            setup.controller
+        ));
+    }
+    if setup.symbols.layout.sizes() != &fit.sizes {
+        return Err(format!(
+            "{}: `[memory]` says other sizes than the running program has: they need a restart, \
+             and nothing is reloaded until then",
+            setup.controller
+        ));
+    }
+    Ok(Running { program, setup })
 }
 
 impl Ready {
-    /// What the files say now; the text of `Err` has all findings.
-    pub fn of_files(
-        started: &Running,
-        old: &Running,
-        generation: u32,
-        latest: &Snapshot,
-    ) -> Result<Ready, String> {
-        let style = Style { color: false, deny_warnings: false };
-        let path = Path::new(&old.setup.controller);
-        let loaded = config::load(path, style).map_err(|failure| format!("{failure:#}"))?;
-        let (program, setup) = loaded?;
-        if old.setup.symbols.devices != setup.symbols.devices {
-            return Err(format!(
-                "{}: its devices are others than the running ones, or in another order: they need \
-                 a restart, and nothing is reloaded until then",
-                setup.controller
-            ));
-        }
-        let (before, now) = (old.setup.symbols.layout.sizes(), setup.symbols.layout.sizes());
-        if before != now {
-            return Err(format!(
-                "{}: `[memory]` says other sizes than the running program has: they need a \
-                 restart, and nothing is reloaded until then",
-                setup.controller
-            ));
-        }
-        let restart = needs_restart(&started.setup, &setup);
-        let next = Arc::new(Running { program, setup });
-        Ok(Ready { restart, ..Ready::of(old, next, generation, latest) })
-    }
-
-    /// A program that is there already.
+    /// A program behind another one.
     pub fn of(old: &Running, next: Arc<Running>, generation: u32, latest: &Snapshot) -> Ready {
         let plan = Plan::new(side(old), side(&next));
         let mut engine = Engine::new(next.program.clone());
@@ -64,6 +74,8 @@ impl Ready {
         let contents = Contents {
             transfer: plan.transfer.clone(),
             generation,
+            tempo: setup.pace.tempo,
+            asked: plan.asked(),
             watched: setup.watched.clone(),
             carried: carried(&old.setup.narration, &setup.narration),
             bits: setup.memory.bits,
@@ -71,8 +83,22 @@ impl Ready {
             safe: setup.memory.safe.clone(),
         };
         let package = Box::new(Package::new(engine, contents, latest));
-        Ready { running: next, plan, package, restart: Vec::new() }
+        Ready { running: next, plan, package }
     }
+}
+
+/// What of the controller file is another from here on, and no program's.
+pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String> {
+    let (was, is) = (old.pace.tempo, new.pace.tempo);
+    let elements = |of: &Setup| of.retain.as_ref().map_or(0, |wanted| wanted.plan.elements());
+    let kept = if started.retain.is_some() { (elements(old), elements(new)) } else { (0, 0) };
+    let said = [
+        ("scan period", span(was.period_ns), span(is.period_ns)),
+        ("scan watchdog", span(was.watchdog_ns), span(is.watchdog_ns)),
+        ("retained elements", kept.0.to_string(), kept.1.to_string()),
+    ];
+    let differ = said.into_iter().filter(|(_, was, is)| was != is);
+    differ.map(|(what, was, is)| format!("{what} {was} → {is}")).collect()
 }
 
 fn side(of: &Running) -> Side<'_> {
@@ -92,22 +118,22 @@ fn carried(old: &Narration, new: &Narration) -> Carried {
 }
 
 /// What the controller file says otherwise than at the start, and a reload does not apply.
-fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
-    let pace = |of: &Setup| (of.pace.period_ns, of.pace.watchdog_ns);
+pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
     let retain = |of: &Setup| {
         let wanted = of.retain.as_ref()?;
         Some((wanted.path.clone(), wanted.interval, wanted.runs_cold, wanted.budget))
     };
+    // That nothing is retained any more is said by the ranges.
+    let retain_differs = new.retain.is_some() && retain(old) != retain(new);
     let modbus = |of: &Setup| {
         let server = of.modbus.as_ref()?;
         let times = (server.frame_timeout_ms, server.idle_timeout_ms);
         Some((server.listen, server.connections, times))
     };
     let differs = [
-        ("`[scan]` period and watchdog", pace(old) != pace(new)),
         ("`[log] statistics`", old.pace.statistics_every_ns != new.pace.statistics_every_ns),
         ("`[realtime]`", old.posture != new.posture),
-        ("`[retain]` but for its ranges, or whether there is one", retain(old) != retain(new)),
+        ("`[retain]` but for its ranges, or the first of them", retain_differs),
         ("`[operator]`", old.operator != new.operator),
         (
             "`[modbus-server]` listen, connections and timeouts, or whether there is one",

@@ -5,6 +5,8 @@ use crate::daemon::narration::Narration;
 use crate::daemon::operator::{AboutParts, View};
 use crate::io::{modbus, simulated};
 use crate::resolve::controller::Modbus;
+use crate::resolve::program::Program;
+use crate::retain::Plan;
 use crate::runtime::Generations;
 
 /// By generation, each for its reader.
@@ -31,9 +33,10 @@ impl Views {
             maps.insert(generation, modbus::Map::new(settings, layout, limits));
         }
         if let Some(retention) = &self.about.retention {
-            // Without a table in the file it is kept on as it was, until the restart.
-            let wanted = setup.retain.as_ref().unwrap_or(&retention.wanted);
-            retention.plans.insert(generation, wanted.plan.clone());
+            // Where nothing is to be retained any more, the next image is empty.
+            let nothing = || Plan::new(&[], &Program::default(), &setup.symbols);
+            let plan = setup.retain.as_ref().map_or_else(nothing, |wanted| wanted.plan.clone());
+            retention.plans.insert(generation, plan);
         }
         if let Some(rules) = &self.device {
             rules.insert(generation, simulated::Rules::new(&setup.rules, layout));

@@ -86,7 +86,7 @@ fn a_start_in_stop_is_left_by_run() {
 
 #[test]
 fn a_long_period_does_not_make_an_operator_wait_outside_run() {
-    let mut rig = rig(|_, settings| settings.pace.period_ns = 60_000 * MS);
+    let mut rig = rig(|_, settings| settings.pace.tempo.period_ns = 60_000 * MS);
     rig.order_and_step(Command::Stop);
     let run = rig.order(Command::Run);
     let asked = rig.clock.now_ns();

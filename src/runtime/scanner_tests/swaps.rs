@@ -3,7 +3,7 @@
 use super::super::command::{Answer, CommandId, Denial};
 use super::super::swap::{Carried, Contents, Package};
 use super::*;
-use crate::engine::Transfer;
+use crate::engine::{Cell, Transfer, WordCell};
 
 impl Rig {
     /// A program with a bit more, whose scans take as long as told.
@@ -22,6 +22,8 @@ impl Rig {
         let contents = Contents {
             transfer: Transfer::default(),
             generation,
+            tempo: self.port.tempo(),
+            asked: vec![Cell::Word(WordCell(0))],
             watched: Watched { bits: vec![BitCell(1)], words: vec![] },
             carried: Carried { bits: vec![None], words: vec![] },
             bits: 2,
@@ -49,8 +51,9 @@ fn a_swap_is_between_two_scans_and_the_old_machine_comes_back() {
     assert_eq!((&*latest.bits, &*latest.words), (&[0, 1][..], &[4][..]), "its shape, and memory");
     assert!(matches!(rig.port.answer(id), Some(Answer::Done(_))));
     let back = rig.reloader.returned().expect("the package comes back");
-    assert!(back.swap_ns.is_some());
+    assert_eq!(back.swapped.map(|swapped| swapped.mode), Some(Mode::Run));
     assert_eq!((back.machine.scans, back.machine.words[0]), (3, 3));
+    assert_eq!(back.asked, [(Cell::Word(WordCell(0)), 3)], "as it was before the swap");
     let told = rig.heard.take();
     assert!(told.iter().any(|line| line.starts_with("3: Swapped { generation: 1")), "{told:?}");
     assert!(told.contains(&"4: Bit { watch: 0, on: true, after_ns: 0 }".to_owned()), "{told:?}");
@@ -103,7 +106,7 @@ fn behind_a_panic_another_program_is_taken_if_it_is_the_way_back() {
     rig.step();
     assert_eq!((rig.port.latest().generation, rig.port.latest().mode), (2, Mode::Run));
     let given_back = rig.reloader.returned().expect("the one that was denied");
-    assert_eq!((given_back.generation, given_back.swap_ns), (1, None));
+    assert_eq!((given_back.generation, given_back.swapped), (1, None));
 }
 
 #[test]
@@ -116,4 +119,38 @@ fn in_stop_memory_is_shown_in_the_new_shape() {
     let latest = rig.port.latest();
     assert_eq!((latest.generation, latest.bits.len()), (1, 2));
     assert!(matches!(latest.mode, Mode::Stop(StopReason::Operator)));
+}
+
+#[test]
+fn another_period_counts_from_the_deadline_of_the_swap() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(3);
+    let due = |rig: &Rig| rig.port.latest().now_ns;
+    let begin_ns = due(&rig);
+    for (generation, period_ms, next_ms) in [(1, 25, 35), (2, 5, 65), (3, 10, 80)] {
+        let mut package = rig.package(generation, MS);
+        package.tempo = Tempo { period_ns: period_ms * MS, watchdog_ns: 50 * MS };
+        let _ = rig.reloader.hand_in(package, false).unwrap();
+        rig.step();
+        assert_eq!(rig.port.tempo(), Tempo { period_ns: period_ms * MS, watchdog_ns: 50 * MS });
+        rig.step();
+        assert_eq!(due(&rig) - begin_ns, next_ms * MS);
+    }
+    assert_eq!(rig.port.latest().mode, Mode::Run);
+}
+
+#[test]
+fn a_longer_watchdog_holds_from_the_scan_of_the_swap_on() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(3);
+    let mut package = rig.package(1, 90 * MS);
+    package.tempo.watchdog_ns = 100 * MS;
+    let _ = rig.reloader.hand_in(package, false).unwrap();
+    rig.steps(2);
+    assert_eq!(rig.port.latest().mode, Mode::Run);
+    let mut package = rig.package(2, 90 * MS);
+    package.tempo.watchdog_ns = 80 * MS;
+    let _ = rig.reloader.hand_in(package, false).unwrap();
+    rig.step();
+    assert!(matches!(rig.port.latest().mode, Mode::Fault(_)));
 }

@@ -1,0 +1,124 @@
+//! What the log says of reloads and rollbacks.
+
+use tracing::{error, info, warn};
+
+use super::trial::Trial;
+use crate::daemon::config::Setup;
+use crate::daemon::narration::span;
+use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
+use crate::reload::WARNING;
+use crate::runtime::exchange::FaultReason;
+
+/// Another program is in.
+pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Trial>) {
+    report(done);
+    let ladder = &setup.ladder;
+    let probation = trial.map_or(0, |_| setup.probation.as_nanos() as u64);
+    info!(
+        event = "reload-done",
+        who,
+        ladder = %ladder.name,
+        files = %ladder.files,
+        sha256 = %ladder.sha256,
+        rungs = ladder.rungs,
+        differences = done.report.len(),
+        swap_us = done.swap_us,
+        probation = %span(probation),
+        mode = %done.mode,
+        "{who} reloaded: another program {}, without a stop", takes_over(done)
+    );
+}
+
+/// The files say what is in already.
+pub(super) fn same(who: &str, same: &Reloaded) {
+    report(same);
+    info!(
+        event = "reload-same",
+        who,
+        ladder = %same.ladder,
+        sha256 = %same.sha256,
+        "{who} asked for a reload: the files say what runs already, nothing changed"
+    );
+}
+
+/// The program before is in.
+pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>) {
+    report(done);
+    let why = fault.map_or_else(|| "asked for".to_owned(), |fault| format!("FAULT: {fault}"));
+    let next = match done.mode.as_str() {
+        "RUN" => String::new(),
+        mode => format!("; the mode stays {mode}, `rungd mode run` is next"),
+    };
+    warn!(
+        event = "rolled-back",
+        who,
+        ladder = %done.ladder,
+        sha256 = %done.sha256,
+        swap_us = done.swap_us,
+        mode = %done.mode,
+        "{who} went back to the program before the reload ({why}){next}; the files still hold \
+         the other one"
+    );
+}
+
+fn takes_over(done: &Reloaded) -> String {
+    match done.mode.as_str() {
+        "RUN" => "scans".to_owned(),
+        mode => format!("is in ({mode}: nothing is scanned until `rungd mode run`)"),
+    }
+}
+
+fn report(done: &Reloaded) {
+    for line in &done.report {
+        match line.strip_prefix(WARNING) {
+            Some(line) => warn!(event = "reload-warning", "{line}"),
+            None => info!(event = "reload-difference", "{line}"),
+        }
+    }
+    for what in &done.restart {
+        warn!(event = "reload-restart", "{what}: what the file says now needs a restart");
+    }
+}
+
+/// The refusal: one error, which says what is wrong; behind it the findings line by line.
+pub(super) fn refusal(who: &str, refusal: &Refusal) {
+    if refusal.kind != RefusalKind::BadFiles {
+        let why = &refusal.message;
+        error!(event = "reload-refused", who, "{who} asked for another program: {why}");
+        return;
+    }
+    let why = summary(&refusal.message);
+    error!(
+        event = "reload-refused",
+        who,
+        "{who} asked for a reload, and the files cannot be run as they are; nothing changed: {why}"
+    );
+    for line in refusal.message.lines().filter(|line| !line.trim().is_empty()) {
+        info!(event = "reload-finding", "{line}");
+    }
+}
+
+/// The first error of what `render` made, its place, and how many there are. A text that is no
+/// finding, as it is.
+fn summary(text: &str) -> String {
+    let mut lines = text.lines().skip_while(|line| !line.starts_with("error"));
+    let Some(error) = lines.next() else { return text.trim().to_owned() };
+    let place = lines.next().and_then(|line| line.trim().strip_prefix("--> "));
+    let place = place.map_or(String::new(), |place| format!("{place}: "));
+    let count = text.trim_end().lines().last().unwrap_or_default();
+    format!("{place}{error} ({count})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_error_stands_for_all() {
+        let text = "warning[unused-tag]: `a` is unused\n  --> l.toml:2:1\n   |\n\n\
+                    error[unknown-name]: no `b`\n  --> l.toml:9:34\n   |\n\n1 error, 1 warning\n";
+        let said = "l.toml:9:34: error[unknown-name]: no `b` (1 error, 1 warning)";
+        assert_eq!(summary(text), said);
+        assert_eq!(summary("controller.toml: gone\n"), "controller.toml: gone");
+    }
+}

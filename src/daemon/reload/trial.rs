@@ -1,0 +1,118 @@
+//! The probation of a new program: when it begins, when it is stood, and what a fault in it means.
+//!
+//! Decisions from a mode and a moment; no thread, no lock. Probation is time in RUN without a
+//! break: it begins with the program's first scans, and a stop within it has it begin anew.
+
+use std::time::{Duration, Instant};
+
+use crate::runtime::exchange::{FaultReason, Mode};
+
+/// From one attempt to go back to the next, where the scan thread does not hear.
+const TRY_AGAIN: Duration = Duration::from_millis(500);
+
+/// With a period longer than its probation a program has proven nothing before so many scans.
+const SCANS_LEAST: u64 = 2;
+
+/// A program that has not stood its probation yet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trial {
+    span: Duration,
+    /// The one before it ran, or had been stopped: a fault is the new one's, and goes back.
+    goes_back: bool,
+    /// Since it is in RUN: when it is stood, and behind which scan of the process.
+    until: Option<(Instant, u64)>,
+    /// When the way back was tried last.
+    tried: Option<Instant>,
+}
+
+/// What a look at it says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// It is on trial still.
+    Wait,
+    /// It has stood it.
+    Proved,
+    /// The old one is to come back; `first`: it was not tried yet.
+    GoBack { fault: FaultReason, first: bool },
+}
+
+impl Trial {
+    /// Of a program that was swapped in, in this mode; `None` where there is none.
+    pub fn new(span: Duration, found: Mode) -> Option<Trial> {
+        let goes_back = !matches!(found, Mode::Fault(_));
+        (!span.is_zero()).then_some(Trial { span, goes_back, until: None, tried: None })
+    }
+
+    /// `scans`: complete scans of the process.
+    pub fn look(&mut self, mode: Mode, scans: u64, now: Instant) -> Verdict {
+        match mode {
+            Mode::Run => {
+                let begin = (now + self.span, scans + SCANS_LEAST);
+                let (until, enough) = *self.until.get_or_insert(begin);
+                if now >= until && scans >= enough { Verdict::Proved } else { Verdict::Wait }
+            }
+            Mode::Fault(fault) if self.goes_back => {
+                if self.tried.is_some_and(|tried| now < tried + TRY_AGAIN) {
+                    return Verdict::Wait;
+                }
+                let first = self.tried.replace(now).is_none();
+                Verdict::GoBack { fault, first }
+            }
+            Mode::Fault(_) | Mode::Stop(_) => {
+                self.until = None;
+                Verdict::Wait
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::exchange::StopReason;
+
+    const STOP: Mode = Mode::Stop(StopReason::Operator);
+    const FAULT: Mode = Mode::Fault(FaultReason::ScanNeverEnds);
+
+    /// What a look says after so many ms in these modes.
+    fn check(found: Mode, looks: &[(u64, Mode, Verdict)]) {
+        let (begin, mut trial) = (Instant::now(), Trial::new(Duration::from_secs(1), found));
+        for (ms, mode, verdict) in looks {
+            let now = begin + Duration::from_millis(*ms);
+            let found = trial.as_mut().unwrap().look(*mode, ms / 10, now);
+            assert_eq!(found, *verdict, "{ms}: {looks:?}");
+        }
+    }
+
+    fn back(first: bool) -> Verdict {
+        Verdict::GoBack { fault: FaultReason::ScanNeverEnds, first }
+    }
+
+    #[test]
+    fn probation_is_time_in_run() {
+        use Verdict::{Proved, Wait};
+        let run = Mode::Run;
+        check(run, &[(0, run, Wait), (999, run, Wait), (1000, run, Proved)]);
+        check(STOP, &[(0, STOP, Wait), (5000, run, Wait), (5999, run, Wait), (6000, run, Proved)]);
+        check(run, &[(0, run, Wait), (900, STOP, Wait), (1000, run, Wait), (2000, run, Proved)]);
+        assert!(Trial::new(Duration::ZERO, run).is_none());
+        let (begin, mut slow) = (Instant::now(), Trial::new(Duration::from_secs(1), run).unwrap());
+        for (ms, scans, verdict) in [(0, 7, Wait), (60_000, 8, Wait), (120_000, 9, Proved)] {
+            assert_eq!(slow.look(run, scans, begin + Duration::from_millis(ms)), verdict);
+        }
+    }
+
+    #[test]
+    fn a_fault_goes_back_unless_the_one_before_had_faulted_too() {
+        let run = Mode::Run;
+        check(
+            run,
+            &[(0, FAULT, back(true)), (10, FAULT, Verdict::Wait), (600, FAULT, back(false))],
+        );
+        check(STOP, &[(0, STOP, Verdict::Wait), (9000, FAULT, back(true))]);
+        check(
+            FAULT,
+            &[(0, FAULT, Verdict::Wait), (1, run, Verdict::Wait), (9, FAULT, Verdict::Wait)],
+        );
+    }
+}

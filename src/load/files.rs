@@ -1,0 +1,61 @@
+//! The bytes of a file, and of nothing that only looks like one.
+//!
+//! A FIFO that nobody fills, a device or a socket would be waited for without end, so a file that
+//! another file names, and what a controller is started from, is a regular one. What the caller of
+//! a command holds open already (`/dev/stdin`, `/dev/fd/63` of `<(…)`) may be a pipe.
+
+use std::fs::{File, FileType, OpenOptions};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+use std::path::Path;
+
+/// Largest file that is read.
+const FILE_BYTES_MAX: u64 = 256 << 20;
+
+/// By these a process names what it was given open.
+const GIVEN: [&str; 3] = ["/dev/stdin", "/dev/fd/", "/proc/self/fd/"];
+
+/// Reads a file of 256 MiB at most that the caller of a command names.
+///
+/// # Errors
+/// It cannot be read, is larger, or is no file.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    if GIVEN.iter().any(|given| path.to_str().is_some_and(|path| path.starts_with(given))) {
+        return read(File::open(path)?);
+    }
+    read_regular(path)
+}
+
+/// Reads a regular file of 256 MiB at most.
+///
+/// # Errors
+/// As [`read_bytes`].
+pub(super) fn read_regular(path: &Path) -> Result<Vec<u8>> {
+    // Before it is opened, since that alone may mean something to a device.
+    refuse(std::fs::metadata(path)?.file_type())?;
+    let file = OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(path)?;
+    // And behind it: another may have taken its place.
+    refuse(file.metadata()?.file_type())?;
+    read(file)
+}
+
+fn refuse(kind: FileType) -> Result<()> {
+    let what = match kind {
+        kind if kind.is_file() => return Ok(()),
+        kind if kind.is_dir() => "a directory",
+        kind if kind.is_fifo() => "a pipe (FIFO)",
+        kind if kind.is_socket() => "a socket",
+        _ => "a device",
+    };
+    Err(Error::new(ErrorKind::InvalidInput, format!("it is {what}, not a regular file")))
+}
+
+fn read(file: File) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.take(FILE_BYTES_MAX).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 == FILE_BYTES_MAX {
+        let message = "the file is larger than 256 MiB";
+        return Err(Error::new(ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
