@@ -7,8 +7,8 @@ Needs a release build (`cargo build --release`, or RUNGD=PATH) and Python 3. The
 of tests/peer/watched_io.py, in this process: it turns a discrete input ON or OFF at a random moment,
 rungd reads it, the ladder copies it to an output, rungd writes that, and the peer's own clock says how
 long all of it took. For each period and `poll` the share of samples is shown that took longer than
-the bound: two scan periods, the poll, and what the peer takes to answer two requests (measured as
-well, as the mean of what rungd reports for one exchange).
+the bound: two scan periods, the poll, and what one exchange took
+last, as `rungd status` says. Times are the machine's: say what else ran on it.
 """
 
 import json
@@ -122,8 +122,9 @@ def show(period_ms, poll_ms, times, lost, answer):
         bars[min(15, int(took / step))] += 1
     for at, count in enumerate(bars):
         if count:
-            limit = f"{at * step:7.2f}..{(at + 1) * step:6.2f}" if at < 15 else f"{15 * step:7.2f}..      "
-            print(f"  {limit} ms {count:6d} {'#' * max(1, 60 * count // max(bars))}")
+            to = f"{(at + 1) * step:6.2f}" if at < 15 else "      "
+            bar = "#" * max(1, 60 * count // max(bars))
+            print(f"  {at * step:7.2f}..{to} ms {count:6d} {bar}")
 
 
 def main():

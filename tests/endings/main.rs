@@ -9,7 +9,6 @@
 
 mod page;
 #[path = "../support/process.rs"]
-#[allow(dead_code)]
 mod process;
 mod run;
 mod watcher;
