@@ -40,7 +40,7 @@ fn main() {
         whole(Space::Word(rungd::isa::WordSpace::V), 3071),
         whole(Space::Counter, 127),
     ];
-    let plan = Plan::new(&ranges, &program, &symbols.layout);
+    let plan = Plan::new(&ranges, &program, &symbols);
     let (bits, words) = (vec![0; bits], vec![7; words]);
     let (mut content, mut slot) = (Vec::new(), Vec::new());
     let kib = plan.content_bytes() >> 10;

@@ -183,6 +183,25 @@ fn trouble_that_the_connection_outlives_does_not_connect_again() {
 }
 
 #[test]
+fn a_change_that_was_not_taken_waits_for_the_next_poll() {
+    run(async {
+        let exchanges = vec![Ok(()), Err(Trouble::kept("exception 6"))];
+        let mut bench = Bench::start(Script { exchanges, ..Script::default() });
+        sleep(Duration::from_millis(2)).await;
+        bench.calls();
+        bench.rig.advance_to_now();
+        for _ in 0..10 {
+            bench.rig.scans(1);
+            sleep(Duration::from_millis(1)).await;
+        }
+        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        assert_eq!(bench.calls(), [changed], "once, not with every scan");
+        sleep(Duration::from_millis(10)).await;
+        assert_eq!(bench.calls(), [poll(1, 42, 8)]);
+    });
+}
+
+#[test]
 fn a_connection_that_is_lost_is_made_again_and_all_outputs_are_written() {
     run(async {
         let exchanges = vec![Ok(()), Err(Trouble::disconnected("no answer in 200 ms"))];

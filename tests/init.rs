@@ -47,6 +47,26 @@ fn a_first_project_passes_the_check_and_runs() {
     assert!(log.contains("motor is ON"), "{log}");
 }
 
+#[test]
+fn the_command_that_it_prints_can_be_pasted() {
+    let folder = folder("init-pasted");
+    for name in ["sp ace", "it's $HOME", "-dash", "ö&b;c", "two\nlines"] {
+        let output = rungd(&["init", "--", name], &folder);
+        let text = said(&output.stdout);
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        let (_, behind) = text.split_once("Run it with `rungd ").unwrap();
+        let (command, _) = behind.rsplit_once('`').unwrap();
+        let script = format!("\"$0\" {command} --scans 2");
+        let ran = Command::new("sh")
+            .args(["-c", &script, env!("CARGO_BIN_EXE_rungd")])
+            .current_dir(&folder)
+            .env_remove("JOURNAL_STREAM")
+            .output()
+            .unwrap();
+        assert_eq!(ran.status.code(), Some(0), "{command}: {}", said(&ran.stderr));
+    }
+}
+
 /// What its README says: START after a second, five parts, the lamp.
 #[test]
 fn its_ladder_does_what_its_readme_says() {

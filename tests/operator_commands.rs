@@ -46,6 +46,40 @@ fn live() -> Live {
 }
 
 #[test]
+fn a_range_stands_for_all_in_it_where_it_is_read() {
+    let live = live();
+    assert_eq!(
+        live.ok("read D0..D2 Y0..Y1"),
+        "\
+D0    D0  0
+size  D1  12
+D2    D2  0
+lamp  Y0  OFF
+Y1    Y1  OFF
+"
+    );
+    assert_eq!(live.ok("read CT0..CT1").lines().count(), 10);
+    assert_eq!(live.ok("read --json eye..X2").matches("\"operand\"").count(), 3);
+    for (asked, words) in [
+        ("read D5..D2", "a range goes from low to high (write `D2..D5`)"),
+        ("read D0..X5", "one memory block, not in D and X"),
+        (
+            "read D0..D256",
+            "`D0..D256` has more than 256 operands, and one request reads at most 256",
+        ),
+        ("read CT0..CT99", "at most 256"),
+        ("read X0..X99999", "beyond memory"),
+        ("read jam..", "`jam..` is no range (write both ends"),
+        ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
+        ("write D0..D5 1", "`D0..D5` is a range: name one of it"),
+        ("force X0..X5 ON", "`X0..X5` is a range: name one of it"),
+    ] {
+        let said = live.say(asked);
+        assert!(said.code != 0 && said.err.contains(words), "{asked}: {said:?}");
+    }
+}
+
+#[test]
 fn read_by_tag_and_by_address() {
     let live = live();
     assert_eq!(
@@ -311,10 +345,12 @@ fn who_may_do_what() {
     }
     let closed = Live::start(LADDER, "[operator]\nsocket = \"s\"\nmode = \"0600\"\n", &[]);
     let nobody = |live: &Live, words: &str, gid: u32| {
-        // The binary may lie where only root looks: a copy beside the ladder.
+        // The binary may lie where only root looks: a copy beside the ladder. Made by a process of
+        // its own, lest another test's child holds it open for writing while it is started.
         let copy = live.folder.join("rungd");
         if !copy.exists() {
-            std::fs::copy(env!("CARGO_BIN_EXE_rungd"), &copy).unwrap();
+            let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];
+            assert!(Command::new("cp").args(words).status().unwrap().success());
         }
         let mut command = Command::new(copy);
         command.args(words.split_whitespace()).env("RUNGD_SOCKET", &live.socket);

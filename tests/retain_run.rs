@@ -152,6 +152,49 @@ fn values_follow_their_tags_and_what_changed_its_meaning_is_dropped() {
     assert_eq!(line("D50").as_deref(), Some("level 55"), "{text}");
 }
 
+#[test]
+fn a_value_that_its_tag_does_not_take_any_more_is_dropped() {
+    let tags = |limits: &str| {
+        format!(
+            "[tags]\nsize = {{ at = \"D5\"{limits} }}\nrate = {{ at = \"D6\"{} }}\n\
+             low = {{ at = \"D7\"{} }}\nbatch = {{ at = \"CT0.Acc\"{} }}\n",
+            if limits.is_empty() { "" } else { ", max = 66" },
+            if limits.is_empty() { "" } else { ", min = 3" },
+            if limits.is_empty() { "" } else { ", max = 2" },
+        )
+    };
+    let first = "{ when = [\"$FirstScan\"], do = [\"MOVE 900 to=size\", \"MOVE 66 to=rate\"] }";
+    let counts = "{ leg.up = [\"$ScanToggle\"], leg.dn = [\"$Off\"], do = [\"UDCG CT0\"] }";
+    let reads = "{ when = [\"low == 0\", \"batch == 0\"], do = [\"OUT Y0\"] }";
+    let ladder = |limits: &str, rungs: &str| {
+        format!("{}[[program]]\nname = \"Main\"\nrung = [{rungs}]\n", tags(limits))
+    };
+    let plant = Plant::new(
+        &ladder("", &format!("{first}, {counts}, {reads}")),
+        &keeps("\"D5..D7\", \"CT0\""),
+    );
+    run(&plant, "20");
+    let limits = ", initial = 12, min = 1, max = 500";
+    let copies = "{ when = [\"$On\"], do = [\"MOVE size to=D100\"] }, \
+        { when = [\"rate > 0\"], do = [\"OUT Y1\"] }";
+    write(&plant, "ladder.toml", &ladder(limits, &format!("{counts}, {reads}, {copies}")));
+    let lines = run(&plant, "1");
+    assert_eq!(
+        events(&lines, "retain-dropped"),
+        ["retentive memory: size (D5) is not restored: it was 900, and takes 1 to 500 now; it \
+          begins with 12"]
+    );
+    let restored = find(&lines, "restored: image");
+    // What a counter counted is bound by no limits, and 0 is what `low` begins with in any case.
+    assert_eq!((&restored["restored"], &restored["dropped"]), (&3.into(), &1.into()));
+    let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
+    let newest = survey(&mut device).unwrap().newest.unwrap();
+    let found = content::read(&newest.content).unwrap();
+    let words: Vec<i32> = found.elements.iter().map(|(_, value)| value.word).collect();
+    assert_eq!(words[..3], [12, 66, 0]);
+    assert!(words[3] > 2, "{words:?}");
+}
+
 /// One count: the eye is ON from the first scan to the last.
 fn eye(block: &str, mnemonic: &str) -> String {
     let rst = if mnemonic == "UDC" { "leg.rst = [\"$Off\"], " } else { "" };
@@ -268,6 +311,26 @@ fn an_operator_has_it_kept_and_status_tells() {
     running.stop();
     let last: Held = held(&file(&plant)).unwrap();
     assert!(last.count > kept.count && last.is_final);
+}
+
+#[test]
+fn who_writes_more_than_the_budget_of_a_day_is_told_at_once() {
+    let budget = "cold-start = \"run\"\nbudget-mb-per-day = 1\n";
+    let plant = Plant::new(COUNTS, &KEEPS.replace("cold-start = \"run\"\n", budget));
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    let wear = running.line("MB a day are written as it goes now");
+    assert_eq!((&wear["event"], &wear["level"]), (&"retain-wear".into(), &"WARN".into()));
+    assert_eq!(wear["budget_mb_per_day"], 1);
+    let a_day = wear["mb_per_day"].as_u64().unwrap();
+    assert!(a_day > 1000, "a MB within seconds: {wear}");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(["status", "--json", "--socket"]).arg(plant.0.join("op")).output();
+    let status: Value = serde_json::from_slice(&output.unwrap().stdout).unwrap();
+    let retain = &status["retain"];
+    assert_eq!(retain["budget_per_day"], 1_000_000);
+    assert!(retain["bytes"].as_u64() > Some(1_000_000), "{retain}");
+    assert!(retain["bytes_per_day"].as_u64() > Some(1_000_000_000), "{retain}");
+    assert!(events(&running.stop(), "retain-wear").is_empty(), "once a day is enough");
 }
 
 #[test]

@@ -392,6 +392,38 @@ test_reload() {
     container "mv /root/ladder $ladder"
 }
 
+# What is retained is there behind a restart, and behind a kill that systemd mends.
+test_retain() {
+    local file=/var/lib/rungd/retain pid
+    container 'cp -p /etc/rungd/controller.toml /root/controller.toml
+        printf "\n[retain]\nranges = [\"D200..D209\"]\ninterval = \"200ms\"\n" \
+            >> /etc/rungd/controller.toml'
+    in_it systemctl restart rungd
+    until_true 5 status_is '^STOP' || true
+    check "retain: the first start waits in STOP" "$(property StatusText)" status_is '^STOP'
+    container 'rungd mode run >/dev/null; rungd write D200 4711 >/dev/null'
+    pid=$(up_as)
+    in_it systemctl restart rungd
+    until_true 5 status_is '^RUN' || true
+    check "retain: kept across systemctl restart" "$(container 'rungd read D200')" \
+        eval 'is_other "$pid" && container "rungd read D200 | grep -qw 4711"'
+    check "retain: the file is rungd's alone" "$(container "stat -c '%A %U %n' $file")" \
+        container "[ \"\$(stat -c '%a %U' $file)\" = '600 rungd' ]"
+    container 'rungd write D201 815 >/dev/null; sleep 1'
+    pid=$(up_as)
+    mark
+    kill_it KILL
+    until_true 10 is_other "$pid" || true
+    until_true 5 status_is '^RUN' || true
+    check "retain: kept across kill -9 and Restart=" "$(container 'rungd read D200 D201' | tr '\n' ' ')" \
+        container 'rungd read D200 | grep -qw 4711 && rungd read D201 | grep -qw 815'
+    check "retain: the log says what was restored" \
+        "$(log --since "$mark" | grep -o '[0-9]* of [0-9]* elements restored' | head -1)" \
+        logged '10 of 10 elements restored.*no orderly stop followed'
+    container 'mv /root/controller.toml /etc/rungd/controller.toml'
+    in_it systemctl restart rungd
+}
+
 # Stops it; how long that took.
 test_stop() {
     local begin
@@ -445,6 +477,7 @@ inside() {
     test_reload
     test_stop
     in_it systemctl start rungd
+    test_retain
     test_frozen_journal
     test_kill
     test_hang

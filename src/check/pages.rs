@@ -73,6 +73,7 @@ pages! {
     "mixed-and-or"
     "constant-saturates"
     "retained-but-reset"
+    "retains-nothing"
     "output-unmapped"
     "unused-tag"
     "unknown-allow"

@@ -42,8 +42,16 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
         writeln!(out, "{}", directory.join(name).display())?;
     }
     let controller = directory.join("controller.toml");
-    writeln!(out, "\nRun it with `rungd run {}`; Ctrl-C stops it.", controller.display())?;
+    let controller = shell_word(&controller.display().to_string());
+    writeln!(out, "\nRun it with `rungd run {controller}`; Ctrl-C stops it.")?;
     Ok(Exit::Ok)
+}
+
+/// A path as one word of a shell's line, and no option.
+fn shell_word(path: &str) -> String {
+    let path = if path.starts_with('-') { format!("./{path}") } else { path.to_owned() };
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
+    if path.chars().all(is_plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
 /// Nothing of somebody's work is touched; a repository without files is no work.

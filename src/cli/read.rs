@@ -11,7 +11,7 @@ use crate::operator::protocol::{Request, Value, Values};
 /// Prints what operands of a running controller hold
 #[derive(Args, Debug)]
 pub struct ReadArgs {
-    /// Tags, addresses, members; a structure stands for all its members
+    /// Tags, addresses, members, ranges (`X0..X7`); a structure stands for all its members
     #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
     #[command(flatten)]

@@ -22,7 +22,7 @@ const INTERVAL_LEAST: Duration = Duration::from_millis(50);
 /// Shows what operands of a running controller hold, twice a second
 #[derive(Args, Debug)]
 pub struct WatchArgs {
-    /// Tags, addresses, members; a structure stands for all its members
+    /// Tags, addresses, members, ranges (`X0..X7`); a structure stands for all its members
     #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
     /// From look to look

@@ -177,8 +177,8 @@ fn retain(
     symbols: &Symbols,
     file: &str,
 ) -> Option<Wanted> {
-    let (retention, layout) = (&controller.retention, &symbols.layout);
-    let plan = Plan::new(&controller.retain, program, layout);
+    let retention = &controller.retention;
+    let plan = Plan::new(&controller.retain, program, symbols);
     (!plan.is_empty()).then(|| Wanted {
         path: place(retention.file.as_deref(), Path::new(file)),
         plan,

@@ -12,7 +12,7 @@ use super::config::Setup;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
 use crate::io::gpio::{Gpio, Kernel};
-use crate::io::modbus_client::{Client, Tcp};
+use crate::io::modbus_client::{Client, Lines, Tcp};
 use crate::io::plant::Plant;
 use crate::resolve::device::modbus::{self, Link};
 use crate::resolve::device::{Device, Driver as Settings};
@@ -51,22 +51,32 @@ impl Starter<'_> {
     /// Starts a task for each device.
     pub fn start(&self, ends: Vec<Ends>, tasks: &mut JoinSet<()>) {
         let devices = self.setup.devices.iter().zip(&self.setup.field);
+        let mut lines = Lines::default();
         for ((device, wiring), ends) in devices.zip(ends) {
             let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
             info!(event = "device", device = %name, points, "device {name}: {points} points");
-            self.one(device, wiring, ends, tasks);
+            self.one((device, wiring), ends, &mut lines, tasks);
         }
     }
 
-    fn one(&self, device: &Device, wiring: &Wiring, ends: Ends, tasks: &mut JoinSet<()>) {
+    fn one(
+        &self,
+        (device, wiring): (&Device, &Wiring),
+        ends: Ends,
+        lines: &mut Lines,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let ms = |ms: u32| Duration::from_millis(ms.into());
         match &device.driver {
             Settings::Modbus(client) => match &client.link {
                 Link::Tcp { address, connect_timeout_ms } => {
-                    let ms = |ms: u32| Duration::from_millis(ms.into());
                     let link = Tcp::new(*address, ms(*connect_timeout_ms), ms(client.timeout_ms));
                     self.beside(Client::new(client, link), (device, wiring), ends, tasks);
                 }
-                Link::Serial(_) => {}
+                Link::Serial(serial) => {
+                    let link = lines.link(serial, ms(client.timeout_ms));
+                    self.beside(Client::new(client, link), (device, wiring), ends, tasks);
+                }
             },
             Settings::Simulated(plant) => {
                 self.beside(Plant::new(plant), (device, wiring), ends, tasks);

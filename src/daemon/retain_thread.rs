@@ -142,14 +142,16 @@ impl Retention {
 
 impl Figures {
     /// Bytes a day, as it went so far; none where that is too short a time to tell.
-    pub fn projected(&self) -> Option<u64> {
-        projected(self.bytes, self.since?.elapsed())
+    pub fn projected(&self, budget: u64) -> Option<u64> {
+        projected(self.bytes, self.since?.elapsed(), budget)
     }
 }
 
-fn projected(bytes: u64, over: Duration) -> Option<u64> {
-    let seconds = over.as_secs_f64();
-    (over >= MEASURED_LEAST).then(|| (bytes as f64 * DAY_S as f64 / seconds) as u64)
+/// What is more than a day's budget already needs no minute to be told.
+fn projected(bytes: u64, over: Duration, budget: u64) -> Option<u64> {
+    let seconds = over.as_secs_f64().max(1.0);
+    let tells = over >= MEASURED_LEAST || bytes > budget;
+    tells.then(|| (bytes as f64 * DAY_S as f64 / seconds) as u64)
 }
 
 const NOTHING_TO_KEEP: &str = "no scan is complete: memory is as it was at the start";
@@ -268,7 +270,8 @@ impl Worker {
     }
 
     fn tell_wear(&mut self) {
-        let (projected, budget) = (locked(&self.figures).projected(), self.wanted.budget);
+        let budget = self.wanted.budget;
+        let projected = locked(&self.figures).projected(budget);
         let Some(projected) = projected.filter(|projected| *projected > budget) else { return };
         if due(&mut self.told_wear, Duration::from_secs(DAY_S)) {
             let [a_day, budget] = [projected, budget].map(|bytes| bytes / 1_000_000);
@@ -317,8 +320,10 @@ mod tests {
     #[test]
     fn wear_is_projected_from_what_was_measured() {
         let s = Duration::from_secs;
-        assert_eq!(projected(4096, s(59)), None);
-        assert_eq!(projected(60 * 4096, s(60)), Some(4096 * 86_400));
-        assert_eq!(projected(0, s(600)), Some(0));
+        assert_eq!(projected(4096, s(59), 4096), None);
+        assert_eq!(projected(4097, s(2), 4096), Some(4097 * 43_200));
+        assert_eq!(projected(4097, s(0), 4096), Some(4097 * 86_400));
+        assert_eq!(projected(60 * 4096, s(60), u64::MAX), Some(4096 * 86_400));
+        assert_eq!(projected(0, s(600), 4096), Some(0));
     }
 }

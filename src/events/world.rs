@@ -229,4 +229,16 @@ pub(super) const EVENTS: &[Event] = &[
         remedy: "The line says why. Give it a place by `[operator] socket`, or write \
                  `enabled = false`.",
     },
+    Event {
+        number: 814,
+        name: "operator-socket-lost",
+        level: Level::Warn,
+        id: "c39c417f96cf477fac0b592658e6e77f",
+        limit: Limit::CLIENTS,
+        meaning: "Somebody took the operator's socket away while the controller ran. It is made \
+                  again; while it cannot be, no operator's commands reach the controller. Scans go \
+                  on.",
+        remedy: "Find out who clears the folder, or put right what the line says of why it cannot \
+                 be made.",
+    },
 ];

@@ -5,14 +5,16 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::protocol::{Given, Held, Name, Refusal, RefusalKind, Value};
+use super::protocol::{Given, Held, Name, OPERANDS_MAX, Refusal, RefusalKind, Value};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, Health, Word, WordSpace};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
+use crate::resolve::range::{is_range, resolve_range};
 use crate::resolve::scope::{Found, Mistake, Scope, Thing};
 use crate::runtime::exchange::Snapshot;
 use crate::source::atom::{Atom, AtomKind};
+use crate::source::reader::Text;
 use crate::source::span::Span;
 
 /// The most names that one question is answered with.
@@ -93,13 +95,34 @@ impl Names {
             .or_insert_with(|| about.split_whitespace().collect::<Vec<_>>().join(" "));
     }
 
-    /// What a text names; a structure's every member.
+    /// What a text names; all of a range, a structure's every member.
     ///
     /// # Errors
-    /// It names nothing.
+    /// It names nothing, or more than one request reads.
     pub fn find(&self, text: &str) -> Result<Vec<Operand>, Refusal> {
         let text = text.trim();
-        let what = self.look_up(text)?;
+        if !is_range(text) {
+            return self.members(text, self.look_up(text)?);
+        }
+        let written = Text { text: text.to_owned(), span: Span::default(), exact: false };
+        let range = resolve_range(&self.scope, &written).map_err(|finding| {
+            Refusal::new(RefusalKind::BadOperand, words(&finding.message, finding.help.as_deref()))
+        })?;
+        let mut found = Vec::new();
+        for what in range.addresses() {
+            found.extend(self.members(&self.address(what), what)?);
+            if found.len() > OPERANDS_MAX {
+                let message = format!(
+                    "`{text}` has more than {OPERANDS_MAX} operands, and one request reads at most \
+                     {OPERANDS_MAX}"
+                );
+                return Err(Refusal::new(RefusalKind::BadRequest, message));
+            }
+        }
+        Ok(found)
+    }
+
+    fn members(&self, text: &str, what: Address) -> Result<Vec<Operand>, Refusal> {
         let Address::Structure(structure) = what else {
             return Ok(vec![self.operand(text, what)?]);
         };
@@ -113,6 +136,10 @@ impl Names {
     /// It names nothing, or a structure.
     pub fn find_one(&self, text: &str) -> Result<Operand, Refusal> {
         let text = text.trim();
+        if is_range(text) {
+            let message = format!("`{text}` is a range: name one of it");
+            return Err(Refusal::new(RefusalKind::BadOperand, message));
+        }
         self.operand(text, self.look_up(text)?)
     }
 
@@ -129,11 +156,7 @@ impl Names {
                 format!("`{text}` is a device: `{text}.Ok` and `{text}.Stale` are its bits")
             }
             Err(Mistake::Reported) => format!("`{text}` stands for nothing"),
-            Err(Mistake::New { message, help, .. }) => {
-                // What helps an author who can declare a tag does not help here.
-                let help = help.filter(|help| !help.starts_with("declare"));
-                help.map_or_else(|| message.clone(), |help| format!("{message} ({help})"))
-            }
+            Err(Mistake::New { message, help, .. }) => words(&message, help.as_deref()),
         };
         Err(Refusal::new(RefusalKind::BadOperand, message))
     }
@@ -236,6 +259,12 @@ impl Names {
         let fits = i32::try_from(number).ok().filter(|n| (min..=max).contains(n));
         fits.ok_or_else(|| bad(format!("`{}` takes {min} to {max}, not {number}", operand.operand)))
     }
+}
+
+/// What is wrong, and what helps. What helps an author who can declare a tag does not help here.
+fn words(message: &str, help: Option<&str>) -> String {
+    let help = help.filter(|help| !help.starts_with("declare"));
+    help.map_or_else(|| message.to_owned(), |help| format!("{message} ({help})"))
 }
 
 fn bit_value(given: &Given) -> Option<i32> {

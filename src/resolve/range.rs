@@ -53,6 +53,18 @@ impl Range {
         self.last - self.first + 1
     }
 
+    /// What lies in it, in order.
+    pub fn addresses(&self) -> impl Iterator<Item = Address> {
+        let space = self.space;
+        (self.first..=self.last).map(move |n| match space {
+            Space::Bit(space) => Address::Bit(Bit::Space(space, n)),
+            Space::Word(space) => Address::Word(Word::Space(space, n)),
+            Space::Counter => Address::Structure(Structure::Counter(n)),
+            Space::Timer => Address::Structure(Structure::Timer(n)),
+            Space::Sensaphone => Address::Structure(Structure::Sensaphone(n)),
+        })
+    }
+
     /// Whether two ranges have an element in common.
     pub fn overlaps(&self, other: &Range) -> bool {
         self.space == other.space && self.first <= other.last && other.first <= self.last
@@ -69,6 +81,11 @@ impl std::fmt::Display for Range {
     }
 }
 
+/// Whether a text is meant as a range, rightly written or not: no name has such signs.
+pub fn is_range(text: &str) -> bool {
+    text.contains("..") || text.contains(['-', ':', '…'])
+}
+
 /// Resolves `A..B`, or a single address or tag.
 ///
 /// # Errors
@@ -81,6 +98,11 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
         Some((low, high)) => (low.trim(), high.trim()),
         None => (text.text.trim(), text.text.trim()),
     };
+    if text.text.contains("..") && (low.is_empty() || high.is_empty()) {
+        let message = format!("`{}` is no range", text.text);
+        let finding = Finding::new(Code::Controller, text.span, message);
+        return Err(finding.help("write both ends: `Y8..Y9`, `D100..D199`"));
+    }
     let (space, first) = element(scope, low, text.span)?;
     let (other, last) = element(scope, high, text.span)?;
     let finding = |message: String| Finding::new(Code::Controller, text.span, message);

@@ -1,7 +1,8 @@
 //! The device that a real file is: locked, made in full beside its place, kept aside if foreign.
 //!
 //! Called by `keeper` and by `rungd retain show`. Says what went wrong; what that means for the
-//! controller is the keeper's to decide.
+//! controller is the keeper's to decide. Where the place is a symbolic link, all happens beside
+//! what it points at, and the link stays.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -11,6 +12,9 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_with};
 
 use super::device::Device;
+
+/// The most links behind one another, as the kernel has it.
+const LINKS_MAX: usize = 40;
 
 /// A file of retentive memory, open; no other process has it.
 #[derive(Debug)]
@@ -42,51 +46,110 @@ impl FileDevice {
         if !file.metadata()?.is_file() {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
         }
-        let device = FileDevice { path: path.to_owned(), file };
         if access == Access::Own {
-            device.lock()?;
+            lock(&file)?;
         }
-        Ok(device)
+        Ok(FileDevice { path: path.to_owned(), file })
+    }
+
+    /// Which file it is, whatever it is called.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn identity(&self) -> io::Result<(u64, u64)> {
+        identity(&self.file.metadata()?)
     }
 
     /// Makes an empty file beside the place, for [`FileDevice::put_in_place`].
     ///
     /// # Errors
-    /// The system's.
+    /// The system's; `ResourceBusy` if another process is making one.
     pub fn create_beside(path: &Path) -> io::Result<FileDevice> {
-        let path = with_ending(path, ".new");
-        let _ = fs::remove_file(&path);
+        let path = with_ending(&followed(path), ".new");
+        // What another process is making has its lock; what one left behind has none.
+        let left = OpenOptions::new().read(true).custom_flags(AS_IT_IS.bits() as i32).open(&path);
+        if let Ok(left) = left {
+            lock(&left)?;
+            if !is_named(&left, &path) {
+                return Err(busy());
+            }
+            let _ = fs::remove_file(&path);
+        } else {
+            let _ = fs::remove_file(&path);
+        }
         let mut options = OpenOptions::new();
-        let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path)?;
-        let device = FileDevice { path, file };
-        device.lock()?;
-        Ok(device)
+        let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path);
+        let named = |error: io::Error| match fs::symlink_metadata(&path) {
+            // It was not there a moment ago.
+            Ok(meta) if error.kind() == io::ErrorKind::AlreadyExists && meta.is_file() => busy(),
+            _ => io::Error::new(error.kind(), format!("{}: {error}", path.display())),
+        };
+        let file = file.map_err(named)?;
+        lock(&file)?;
+        if !is_named(&file, &path) {
+            return Err(busy());
+        }
+        Ok(FileDevice { path, file })
     }
 
     /// Takes away what [`FileDevice::create_beside`] made.
     pub fn discard_beside(path: &Path) {
-        let _ = fs::remove_file(with_ending(path, ".new"));
+        let _ = fs::remove_file(with_ending(&followed(path), ".new"));
     }
 
-    /// Gives the file, whole and durable by now, its name.
+    /// Gives the file, whole and durable by now, its name. Another of that name is replaced only
+    /// by who owns it.
     ///
     /// # Errors
-    /// The system's.
-    pub fn put_in_place(&mut self, path: &Path) -> io::Result<()> {
-        fs::rename(&self.path, path)?;
-        path.clone_into(&mut self.path);
-        sync_directory(path)
-    }
-
-    fn lock(&self) -> io::Result<()> {
-        match flock(&self.file, FlockOperation::NonBlockingLockExclusive) {
-            Ok(()) => Ok(()),
-            Err(rustix::io::Errno::WOULDBLOCK) => {
-                let message = "another rungd keeps its memory in this file";
-                Err(io::Error::new(io::ErrorKind::ResourceBusy, message))
+    /// The system's; `ResourceBusy` if there is one by now.
+    pub fn put_in_place(&mut self, path: &Path, replaces: bool) -> io::Result<()> {
+        let place = followed(path);
+        match rename_anew(&self.path, &place) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && replaces => {
+                fs::rename(&self.path, &place)?;
             }
-            Err(error) => Err(error.into()),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(busy()),
+            other => other?,
         }
+        path.clone_into(&mut self.path);
+        sync_directory(&place)
+    }
+}
+
+/// Opens what is there and nothing behind it: neither blocks nor follows a link.
+const AS_IT_IS: rustix::fs::OFlags =
+    rustix::fs::OFlags::NONBLOCK.union(rustix::fs::OFlags::NOFOLLOW);
+
+fn lock(file: &File) -> io::Result<()> {
+    match flock(file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(()),
+        Err(rustix::io::Errno::WOULDBLOCK) => Err(busy()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn busy() -> io::Error {
+    io::Error::new(io::ErrorKind::ResourceBusy, "another rungd keeps its memory in this file")
+}
+
+fn identity(of: &fs::Metadata) -> io::Result<(u64, u64)> {
+    Ok((of.dev(), of.ino()))
+}
+
+/// Whether a name is that of an open file.
+fn is_named(file: &File, path: &Path) -> bool {
+    let named = fs::symlink_metadata(path).and_then(|named| identity(&named));
+    matches!((file.metadata().and_then(|own| identity(&own)), named), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Gives a file a name that nothing has.
+fn rename_anew(from: &Path, to: &Path) -> io::Result<()> {
+    let here = rustix::fs::CWD;
+    match renameat_with(here, from, here, to, RenameFlags::NOREPLACE) {
+        // A file system that cannot promise it.
+        Err(rustix::io::Errno::INVAL) if !to.exists() => fs::rename(from, to),
+        Err(rustix::io::Errno::INVAL) => Err(io::ErrorKind::AlreadyExists.into()),
+        other => Ok(other?),
     }
 }
 
@@ -128,29 +191,47 @@ impl Device for FileDevice {
     }
 }
 
-/// Gives a file another name, which nothing has: it is never overwritten.
+/// Gives a file another name, which nothing has: it is never overwritten. The file is the one that
+/// was `seen`, and nobody else's meanwhile.
+///
+/// # Errors
+/// The system's; `ResourceBusy` if it is another process's.
+pub fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
+    let held = FileDevice::open(path, Access::Own)?;
+    if held.identity()? != seen {
+        return Err(busy());
+    }
+    rename_aside(path)
+}
+
+/// The same of a file that is owned already.
 ///
 /// # Errors
 /// The system's.
-pub fn keep_aside(path: &Path) -> io::Result<PathBuf> {
+pub fn rename_aside(path: &Path) -> io::Result<PathBuf> {
+    let path = &followed(path);
     for number in 1..10_000 {
         let aside = with_ending(path, &format!(".aside-{number}"));
-        let here = rustix::fs::CWD;
-        match renameat_with(here, path, here, &aside, RenameFlags::NOREPLACE) {
+        match rename_anew(path, &aside) {
             Ok(()) => {
                 sync_directory(path)?;
                 return Ok(aside);
             }
-            Err(rustix::io::Errno::EXIST) => {}
-            // A file system that cannot promise it.
-            Err(rustix::io::Errno::INVAL) if !aside.exists() => {
-                fs::rename(path, &aside)?;
-                return Ok(aside);
-            }
-            Err(error) => return Err(error.into()),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
         }
     }
     Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many files are kept aside already"))
+}
+
+/// The place that a symbolic link leads to, though nothing be there; else the place itself.
+fn followed(path: &Path) -> PathBuf {
+    let mut place = path.to_owned();
+    for _ in 0..LINKS_MAX {
+        let Ok(target) = fs::read_link(&place) else { return place };
+        place = place.parent().unwrap_or(Path::new("")).join(target);
+    }
+    path.to_owned()
 }
 
 fn with_ending(path: &Path, ending: &str) -> PathBuf {

@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::content;
-use super::file::{Access, FileDevice, keep_aside};
+use super::file::{Access, FileDevice, keep_aside, rename_aside};
 use super::format::{BadSlot, FLAG_FINAL, Geometry, Stamp};
 use super::plan::{Plan, Restoration};
 use super::slots::{Found, Slots, Survey, Unusable, survey};
@@ -22,6 +22,8 @@ pub struct Keeper {
     /// What is durable.
     kept: Option<Kept>,
     kept_content: Vec<u8>,
+    /// Another process turned out to own the file.
+    busy: Option<io::Error>,
 }
 
 /// An image that is durable.
@@ -83,12 +85,13 @@ impl Keeper {
             gathered: Vec::new(),
             kept: None,
             kept_content: Vec::new(),
+            busy: None,
         };
         let mut news = Vec::new();
         let image = match FileDevice::open(path, Access::Own) {
             Err(busy) if busy.kind() == io::ErrorKind::ResourceBusy => return Err(busy),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                keeper.make(id, None, &mut news);
+                keeper.make((id, None), false, &mut news);
                 Err("there is no file yet".to_owned())
             }
             Err(error) => {
@@ -97,7 +100,10 @@ impl Keeper {
             }
             Ok(device) => keeper.take_over(device, id, &mut news),
         };
-        Ok((keeper, Start { image, news }))
+        match keeper.busy.take() {
+            Some(busy) => Err(busy),
+            None => Ok((keeper, Start { image, news })),
+        }
     }
 
     /// What is retained.
@@ -122,6 +128,7 @@ impl Keeper {
         id: u64,
         news: &mut Vec<News>,
     ) -> Result<(Stamp, Restoration), String> {
+        let seen = device.identity();
         let (slots, survey) = match Slots::open(device) {
             Ok(opened) => opened,
             Err(Unusable::Io(error)) => {
@@ -129,23 +136,26 @@ impl Keeper {
                 return Err(format!("it cannot be read: {error}"));
             }
             Err(Unusable::Header(bad)) => {
-                self.put_aside(id, news);
+                let aside = seen.and_then(|seen| keep_aside(&self.path, seen));
+                self.put_aside(id, aside, news);
                 return Err(bad.to_string());
             }
         };
         let image = self.judge(&survey, news);
         if image.is_err() && survey.newest.is_some() {
+            let aside = rename_aside(&self.path);
             drop(slots);
-            self.put_aside(id, news);
+            self.put_aside(id, aside, news);
             return image;
         }
         if survey.whole && slots.geometry().fits(self.plan.content_bytes()) {
             self.slots = Some(slots);
             return image;
         }
-        // Longer slots are needed, or the file was cut: a new one takes the image along first.
+        // Longer slots are needed, or the file was cut: a new one takes the image along first. The
+        // old one is ours until then.
+        self.make((id, survey.newest.as_ref()), true, news);
         drop(slots);
-        self.make(id, survey.newest.as_ref(), news);
         image
     }
 
@@ -175,33 +185,41 @@ impl Keeper {
         }
     }
 
-    fn put_aside(&mut self, id: u64, news: &mut Vec<News>) {
-        match keep_aside(&self.path) {
+    fn put_aside(&mut self, id: u64, aside: io::Result<PathBuf>, news: &mut Vec<News>) {
+        match aside {
             Ok(aside) => {
                 news.push(News::Aside(aside));
-                self.make(id, None, news);
+                self.make((id, None), false, news);
             }
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => self.busy = Some(error),
+            // It went while it was looked at: only another process's start does that.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => self.busy = Some(error),
             Err(error) => {
                 news.push(News::NotWritable(format!("it cannot be renamed: {error}")));
             }
         }
     }
 
-    fn make(&mut self, id: u64, first: Option<&Found>, news: &mut Vec<News>) {
-        match self.try_make(id, first) {
+    fn make(&mut self, new: (u64, Option<&Found>), replaces: bool, news: &mut Vec<News>) {
+        match self.try_make(new, replaces) {
             Ok(slots) => {
                 news.push(News::Made(*slots.geometry()));
                 self.slots = Some(slots);
             }
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => self.busy = Some(error),
             Err(error) => {
                 news.push(News::NotWritable(format!("a new file cannot be made: {error}")));
             }
         }
     }
 
-    /// Makes a file beside the place, with the image that it is to begin with; renames it when all
-    /// of it is durable.
-    fn try_make(&self, id: u64, first: Option<&Found>) -> io::Result<Slots<FileDevice>> {
+    /// Makes a file beside the place, with its id and the image that it is to begin with; renames
+    /// it when all of it is durable. `replaces`: the file that is there is ours.
+    fn try_make(
+        &self,
+        (id, first): (u64, Option<&Found>),
+        replaces: bool,
+    ) -> io::Result<Slots<FileDevice>> {
         let longest = first.map_or(0, |first| first.content.len()).max(self.plan.content_bytes());
         let device = FileDevice::create_beside(&self.path)?;
         let made = Slots::format(device, Geometry::for_content(longest, id));
@@ -210,7 +228,7 @@ impl Keeper {
                 slots.continue_from(first.stamp.sequence - 1);
                 slots.save(first.stamp, &first.content)?;
             }
-            slots.device_mut().put_in_place(&self.path)?;
+            slots.device_mut().put_in_place(&self.path, replaces)?;
             Ok(slots)
         });
         if whole.is_err() {
@@ -260,21 +278,22 @@ impl Keeper {
     fn attach(&mut self, id: u64) -> io::Result<Slots<FileDevice>> {
         let device = match FileDevice::open(&self.path, Access::Own) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                return self.try_make(id, None);
+                return self.try_make((id, None), false);
             }
             other => other?,
         };
+        let seen = device.identity()?;
         match Slots::open(device) {
             Ok((slots, survey))
                 if survey.whole && slots.geometry().fits(self.plan.content_bytes()) =>
             {
                 Ok(slots)
             }
-            Ok((_, survey)) => self.try_make(id, survey.newest.as_ref()),
+            Ok((_owned, survey)) => self.try_make((id, survey.newest.as_ref()), true),
             Err(Unusable::Io(error)) => Err(error),
             Err(Unusable::Header(_)) => {
-                keep_aside(&self.path)?;
-                self.try_make(id, None)
+                keep_aside(&self.path, seen)?;
+                self.try_make((id, None), false)
             }
         }
     }

@@ -17,6 +17,7 @@ mod device;
 pub mod file;
 pub mod format;
 pub mod keeper;
+mod limits;
 pub mod plan;
 pub mod show;
 pub mod slots;

@@ -10,8 +10,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{self, Content, Element, Kind, RECORD_BYTES, Run, Value, address};
+use super::limits::Limits;
 use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::lower::Symbols;
 use crate::resolve::program::{ArgValue, Program, Rung, TagMeaning};
 use crate::resolve::range::{Range, Space};
 
@@ -19,6 +21,7 @@ use crate::resolve::range::{Range, Space};
 #[derive(Clone, Debug)]
 pub struct Plan {
     layout: Layout,
+    limits: Limits,
     runs: Vec<Run>,
     tags: Vec<(String, Element)>,
     owners: HashMap<Element, String>,
@@ -49,7 +52,7 @@ pub struct Dropped {
 
 impl Plan {
     /// What ranges of a program come to.
-    pub fn new(ranges: &[Range], program: &Program, layout: &Layout) -> Plan {
+    pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> Plan {
         let runs = runs(ranges);
         let is_kept = |element: &Element| runs.iter().any(|run| holds(run, *element));
         let mut tags = Vec::new();
@@ -63,7 +66,8 @@ impl Plan {
         owners.retain(|(_, element)| is_kept(element));
         let preamble = content::preamble(&runs, &tags, &owners);
         let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
-        Plan { layout: layout.clone(), runs, tags, owners, preamble }
+        let limits = Limits::new(program, symbols, element_of);
+        Plan { layout: symbols.layout.clone(), limits, runs, tags, owners, preamble }
     }
 
     /// Whether another keeps the same elements under the same tags.
@@ -138,6 +142,11 @@ impl Plan {
                     continue;
                 };
                 taken.insert(from);
+                if let Some(why) = self.limits.refuse(element, values[&from].word) {
+                    restoration.fresh += 1;
+                    drops.push((from, why));
+                    continue;
+                }
                 let same_owner = match (found.owners.get(&from), self.owners.get(&element)) {
                     (Some(then), Some(now)) => then == now,
                     _ => false,

@@ -147,9 +147,17 @@ impl<D: Device> Slots<D> {
         }
         if self.doubted {
             self.open_anew()?;
+        } else if read_geometry(&mut self.device)? != Ok(self.geometry) {
+            // Emptied or written over by somebody: what is durable now would not be found again.
+            let message = "it is not what was written there";
+            return Err(io::Error::new(io::ErrorKind::NotFound, message));
         }
         let slot = self.next_slot();
-        self.sequence += 1;
+        // Nobody writes so many images; a file from elsewhere may say that somebody did.
+        self.sequence = self.sequence.checked_add(1).ok_or_else(|| {
+            let message = "its numbers are used up: give it another name, and a new one is made";
+            io::Error::new(io::ErrorKind::InvalidData, message)
+        })?;
         let stamp = Stamp { sequence: self.sequence, ..stamp };
         put_slot(&mut self.buffer, self.geometry.id, &stamp, content);
         self.held[slot] = 0;

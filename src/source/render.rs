@@ -2,6 +2,9 @@
 //!
 //! Called by the commands at the edge, with the files in the order of their numbers. Nothing here
 //! decides what is printed where; without `color` there is no escape code in the text.
+//!
+//! What a machine wrote may be one line of megabytes with a finding in every place. So the drawing
+//! gets an excerpt of a long line, not the line, and so many findings are drawn, not all.
 
 use std::ops::Range;
 
@@ -19,18 +22,58 @@ pub struct Style {
     pub deny_warnings: bool,
 }
 
-/// All findings in the order given, and a last line that counts them.
+/// The most findings that are shown: nobody mends more at a time.
+const SHOWN_MAX: usize = 100;
+/// How much of a long line is drawn around the places in it: wider than any excerpt that the
+/// drawing leaves of it, so that the drawing puts the ellipsis.
+const AROUND_BYTES: usize = 600;
+/// How much of one long place is drawn.
+const PLACE_BYTES: usize = 600;
+/// Behind it stands the place as the drawing of an excerpt tells it, which is to be taken away.
+const EXCERPT: char = '\u{1}';
+
+/// The findings in the order given, and a last line that counts them. Of more than can be read the
+/// first are shown, errors before warnings.
 pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() };
     let lines: Vec<Lines> = files.iter().map(|file| Lines::of(&file.text)).collect();
-    let mut text = String::new();
+    let is_error = |finding: &&Finding| severity(finding, style) == Severity::Error;
+    let errors = findings.iter().filter(is_error).count();
+    let mut room = [SHOWN_MAX.min(errors), SHOWN_MAX.saturating_sub(errors)];
+    let (mut text, mut left_out) = (String::new(), Vec::new());
     for finding in findings {
-        text.push_str(&renderer.render(&[group(finding, files, &lines, style)]));
+        let room = &mut room[usize::from(!is_error(&finding))];
+        if *room == 0 {
+            left_out.push(finding);
+            continue;
+        }
+        *room -= 1;
+        let drawn = renderer.render(&[group(finding, files, &lines, style)]);
+        text.push_str(&without_places_of_excerpts(drawn));
         text.push_str("\n\n");
     }
+    text.push_str(&more(&left_out, style));
     text.push_str(&count(findings, style));
     text.push('\n');
     text
+}
+
+/// `and 12 more errors`, on a line of its own.
+fn more(left_out: &[&Finding], style: Style) -> String {
+    let errors = left_out.iter().filter(|f| severity(f, style) == Severity::Error).count();
+    let counts = [(errors, "error"), (left_out.len() - errors, "warning")];
+    let some = counts.iter().filter(|(n, _)| *n > 0);
+    let words: Vec<String> = some.map(|(n, what)| plural(*n, &format!("more {what}"))).collect();
+    if words.is_empty() { String::new() } else { format!("and {}\n\n", words.join(", ")) }
+}
+
+fn without_places_of_excerpts(mut drawn: String) -> String {
+    while let Some(at) = drawn.find(EXCERPT) {
+        let behind = drawn[at + 1..].find(|c: char| c != ':' && !c.is_ascii_digit());
+        let end = behind.map_or(drawn.len(), |behind| at + 1 + behind);
+        drawn.replace_range(at..end, "");
+    }
+    drawn
 }
 
 /// Whether findings refuse what was asked for.
@@ -65,6 +108,13 @@ impl Lines {
     /// The number, from 1, of the line that a byte stands in.
     fn number(&self, at: usize) -> usize {
         self.0.partition_point(|start| *start <= at)
+    }
+
+    /// Where the line that a byte stands in begins, and where its text ends.
+    fn bounds(&self, at: usize, text: &str) -> Range<usize> {
+        let number = self.number(at);
+        let end = self.0.get(number).map_or(text.len(), |next| next - 1);
+        self.0[number - 1]..end
     }
 }
 
@@ -118,13 +168,13 @@ fn snippets<'a>(
     let snippet = |part: (FileId, bool)| {
         let file = part.0;
         let source = files.get(file.0 as usize)?;
+        let (text, lines) = (&source.text, lines.get(file.0 as usize)?);
         let spans: Vec<Range<usize>> =
-            places(part).map(|(span, ..)| clamp(span, &source.text)).collect();
-        let window = window(&spans, &source.text);
-        let first_line = lines.get(file.0 as usize)?.number(window.start);
-        let mut snippet = Snippet::source(&source.text[window.clone()])
-            .line_start(first_line)
-            .path(source.name.as_str());
+            places(part).map(|(span, ..)| clamp(span, text, lines)).collect();
+        let (window, is_cut) = window(&spans, text, lines);
+        let mut snippet = Snippet::source(&text[window.clone()])
+            .line_start(lines.number(window.start))
+            .path(if is_cut { told(source, lines, &spans) } else { source.name.clone() });
         for ((_, label, kind), span) in places(part).zip(spans) {
             let span = span.start - window.start..span.end - window.start;
             let label = (!label.is_empty()).then_some(label);
@@ -135,14 +185,14 @@ fn snippets<'a>(
     order.into_iter().filter_map(snippet).collect()
 }
 
-/// A place as a range of whole characters within the text; one character wide if it was empty.
-fn clamp(span: Span, text: &str) -> Range<usize> {
-    let boundary = |at: usize| {
-        let at = at.min(text.len());
-        (0..=at).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
-    };
-    let start = boundary(span.start as usize);
-    let end = boundary(span.end as usize).max(start);
+/// A place as a range of whole characters within the text; one character wide if it was empty, and
+/// no longer in one line than can be drawn.
+fn clamp(span: Span, text: &str, lines: &Lines) -> Range<usize> {
+    let start = boundary(span.start as usize, text);
+    let end = boundary(span.end as usize, text).max(start);
+    if end > start + PLACE_BYTES && lines.number(start) == lines.number(end) {
+        return start..boundary(start + PLACE_BYTES, text);
+    }
     if end > start {
         return start..end;
     }
@@ -150,11 +200,28 @@ fn clamp(span: Span, text: &str) -> Range<usize> {
     start..start + next.map_or(0, char::len_utf8)
 }
 
-/// The whole lines that the places touch: the rest of a large file need not be looked at.
-fn window(spans: &[Range<usize>], text: &str) -> Range<usize> {
+/// Where the character begins that a byte belongs to; the end for what lies behind.
+fn boundary(at: usize, text: &str) -> usize {
+    let at = at.min(text.len());
+    (0..=at).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
+}
+
+/// The whole lines that the places touch, and of long ones what is around the places: the rest of
+/// a large file need not be looked at. Says whether the front of a line was cut away.
+fn window(spans: &[Range<usize>], text: &str, lines: &Lines) -> (Range<usize>, bool) {
     let start = spans.iter().map(|s| s.start).min().unwrap_or(0);
     let end = spans.iter().map(|s| s.end).max().unwrap_or(0);
-    let start = text[..start].rfind('\n').map_or(0, |at| at + 1);
-    let end = text[end..].find('\n').map_or(text.len(), |at| end + at);
-    start..end
+    let (first, last) = (lines.bounds(start, text), lines.bounds(end, text));
+    let from = first.start.max(boundary(start.saturating_sub(AROUND_BYTES), text));
+    let to = last.end.min(boundary(end + AROUND_BYTES, text));
+    (from..to, from > first.start)
+}
+
+/// A file's name with the place that the drawing of an excerpt cannot know; the one that it tells
+/// is taken away again.
+fn told(source: &SourceFile, lines: &Lines, spans: &[Range<usize>]) -> String {
+    let start = spans.first().map_or(0, |span| span.start);
+    let line = lines.bounds(start, &source.text).start;
+    let column = source.text[line..start].chars().count() + 1;
+    format!("{}:{}:{column}{EXCERPT}", source.name, lines.number(start))
 }

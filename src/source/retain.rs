@@ -2,6 +2,7 @@
 //!
 //! Read by `controller`. What the texts mean is the resolver's business.
 
+use super::finding::{Code, Finding};
 use super::reader::{Table, Text};
 use super::span::{FileId, Located, Span};
 
@@ -36,8 +37,18 @@ impl Retain {
 
 pub(super) fn read(mut table: Table<'_>, file: FileId) -> Retain {
     let absent = Retain::absent(file);
+    let ranges = table.strings("ranges");
+    if !table.has("ranges") {
+        nothing(&table, table.span(), "without `ranges` this keeps nothing");
+    }
+    // A list of what is no text has findings of its own.
+    if let Some(list) = ranges.as_ref().filter(|list| list.value.is_empty())
+        && !table.doc().has_finding_in(list.span)
+    {
+        nothing(&table, list.span, "an empty list of ranges keeps nothing");
+    }
     let retain = Retain {
-        ranges: table.strings("ranges").map_or(Vec::new(), |texts| texts.value),
+        ranges: ranges.map_or(Vec::new(), |texts| texts.value),
         file: table.string("file"),
         interval_ms: table.duration("interval").unwrap_or(absent.interval_ms),
         cold_start: table.string("cold-start"),
@@ -48,4 +59,11 @@ pub(super) fn read(mut table: Table<'_>, file: FileId) -> Retain {
     };
     table.finish();
     retain
+}
+
+fn nothing(table: &Table<'_>, place: Span, message: &str) {
+    let finding = Finding::new(Code::RetainsNothing, place, message);
+    table.find(finding.label("every start is a cold start").help(
+        "say what a restart keeps, `ranges = [\"D0..D99\", \"CT0..CT7\"]`; or take `[retain]` away",
+    ));
 }

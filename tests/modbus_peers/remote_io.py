@@ -56,6 +56,11 @@ def device(unit, tables):
     return SimDevice(unit, simdata=(bits(), bits(), words(), words()), action=action)
 
 
+def keep_silent(units, is_sending, packet):
+    """Nobody answers for a unit that is not on the line."""
+    return b"" if is_sending and packet and packet[0] not in units else packet
+
+
 async def obey(units):
     reader = asyncio.StreamReader()
     loop = asyncio.get_running_loop()
@@ -72,7 +77,12 @@ async def main(way, place, *units):
         server = ModbusTcpServer(devices, address=("127.0.0.1", int(place)))
     else:
         server = ModbusSerialServer(
-            devices, framer=FramerType.RTU, port=place, baudrate=19200, parity="N"
+            devices,
+            framer=FramerType.RTU,
+            port=place,
+            baudrate=19200,
+            parity="N",
+            trace_packet=functools.partial(keep_silent, units),
         )
     await server.serve_forever(background=True)
     say("ready")

@@ -1,13 +1,14 @@
 //! Who is at the other end: as the kernel says, not as a client says.
 //!
 //! Who can open the socket may read. Who may change things: root, the user rungd runs as, and
-//! members of the socket's group. The two system calls that std does not offer stand here too.
+//! members of the socket's group. The system calls that std does not offer stand here too.
 #![allow(unsafe_code)]
 
 use std::fmt;
 use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
+use std::os::unix::net::UnixListener;
 
 use tokio::net::UnixStream;
 
@@ -77,6 +78,15 @@ pub(super) fn lock_file(file: &File) -> io::Result<bool> {
     match io::Error::last_os_error() {
         error if error.kind() == io::ErrorKind::WouldBlock => Ok(false),
         error => Err(error),
+    }
+}
+
+/// How many may wait at a listener to be accepted.
+pub(super) fn set_queue(listener: &UnixListener, count_max: i32) -> io::Result<()> {
+    // SAFETY: takes numbers alone, and the descriptor is open.
+    match unsafe { libc::listen(listener.as_raw_fd(), count_max) } {
+        0 => Ok(()),
+        _ => Err(io::Error::last_os_error()),
     }
 }
 

@@ -1,7 +1,8 @@
 //! One client: a line in, a line out, with a limit on everything.
 //!
-//! A line may be so long and take so long; an answer must be taken in time; who says nothing is
-//! closed after a while. An answer is made when the one before it is gone, so a client that never
+//! A line may be so long and take so long; an answer must be taken in time; who asks nothing is
+//! closed after a while, whatever blank lines it sends. Requests have a pace, each client's own and
+//! that of all. An answer is made when the one before it is gone, so a client that never
 //! reads holds one of them, and not for long.
 
 use std::fmt;
@@ -42,6 +43,8 @@ pub(super) struct Session {
     shared: Arc<Shared>,
     received: Vec<u8>,
     garbage: u32,
+    /// When it asked for something last, or came.
+    asked: Instant,
 }
 
 /// Why a connection ended.
@@ -72,7 +75,8 @@ impl fmt::Display for Closed {
 
 impl Session {
     pub fn new(stream: UnixStream, peer: Peer, seat: Seat, shared: Arc<Shared>) -> Session {
-        Session { stream, peer, seat, shared, received: Vec::new(), garbage: 0 }
+        let (received, asked) = (Vec::new(), Instant::now());
+        Session { stream, peer, seat, shared, received, garbage: 0, asked }
     }
 
     pub async fn serve(mut self) {
@@ -96,19 +100,35 @@ impl Session {
             }
             other => other?,
         };
-        let next = Instant::now() + REQUEST_EVERY;
-        self.seat.set_busy(true);
-        let answered = self.answer(&line).await;
-        self.seat.set_busy(false);
-        answered?;
-        sleep_until(next).await;
-        Ok(())
+        let now = Instant::now();
+        if line.iter().any(|byte| !byte.is_ascii_whitespace()) {
+            self.asked = now;
+            // Whoever is in need of a seat does not wait for those who wait for their turn.
+            self.seat.set_busy(false);
+            self.unless_asked_to_leave(self.shared.requests.turn()).await?;
+            self.seat.set_busy(true);
+            let answered = self.answer(&line).await;
+            self.seat.set_busy(false);
+            answered?;
+        } else if now >= self.asked + IDLE_MAX {
+            return Err(Closed::Idle);
+        }
+        self.unless_asked_to_leave(sleep_until(now + REQUEST_EVERY)).await
+    }
+
+    async fn unless_asked_to_leave(&self, wait: impl Future<Output = ()>) -> Result<(), Closed> {
+        tokio::select! {
+            () = self.seat.asked_to_leave() => Err(Closed::MadeRoom),
+            () = wait => Ok(()),
+        }
     }
 
     /// The next line, without its end.
     async fn line(&mut self) -> Result<Vec<u8>, Closed> {
-        let mut deadline =
-            Instant::now() + if self.received.is_empty() { IDLE_MAX } else { LINE_MAX };
+        let mut deadline = match self.received.is_empty() {
+            true => self.asked + IDLE_MAX,
+            false => Instant::now() + LINE_MAX,
+        };
         let mut looked = 0;
         loop {
             if let Some(end) = self.received[looked..].iter().position(|byte| *byte == b'\n') {
@@ -142,9 +162,6 @@ impl Session {
     }
 
     async fn answer(&mut self, line: &[u8]) -> Result<(), Closed> {
-        if line.iter().all(u8::is_ascii_whitespace) {
-            return Ok(());
-        }
         let request: Request = match serde_json::from_slice(line) {
             Ok(request) => request,
             Err(error) => {

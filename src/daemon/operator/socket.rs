@@ -11,9 +11,13 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
 use super::super::shell::Failure;
-use super::peer::{gid_of, lock_file};
+use super::peer::{gid_of, lock_file, set_queue};
 use crate::operator::SOCKET_VARIABLE;
 use crate::resolve::operator::{Operator, SOCKET_BYTES_MAX};
+
+/// So many may wait to be let in. Who comes then waits outside, and does not stand behind thousands
+/// that have gone again.
+const QUEUE_MAX: i32 = 64;
 
 /// Where the socket is to be, and for whom.
 #[derive(Clone, Debug)]
@@ -31,13 +35,13 @@ pub(in super::super) struct Taken(String);
 
 /// A socket that is bound; its file goes with it.
 pub(super) struct Bound {
-    path: PathBuf,
+    place: Place,
     /// Its file's number, by which it knows its own.
     inode: u64,
     /// Whose it is.
     pub uid: u32,
     pub gid: u32,
-    _lock: File,
+    lock: File,
 }
 
 impl Place {
@@ -71,12 +75,19 @@ impl Place {
 
 /// Binds it.
 pub(super) fn bind(place: &Place) -> Result<(UnixListener, Bound), Failure> {
-    let path = &place.path;
-    let gid = place.group.as_deref().map(group_number).transpose()?;
     // First of all: beside what is no socket no lock belongs either.
     is_socket_or_nothing(place)?;
     let lock = lock(place)?;
     clear(place)?;
+    let (listener, meta) = make(place)?;
+    let (uid, gid, inode) = (meta.uid(), meta.gid(), meta.ino());
+    Ok((listener, Bound { place: place.clone(), inode, uid, gid, lock }))
+}
+
+/// Makes the socket and puts it in its place. Who has the lock does.
+fn make(place: &Place) -> Result<(UnixListener, fs::Metadata), Failure> {
+    let path = &place.path;
+    let gid = place.group.as_deref().map(group_number).transpose()?;
     // Behind the lock this name is nobody else's.
     let fresh = beside(path, ".new");
     if path.as_os_str().len() > SOCKET_BYTES_MAX {
@@ -90,6 +101,7 @@ pub(super) fn bind(place: &Place) -> Result<(UnixListener, Bound), Failure> {
         _ => place.failure(&error),
     })?;
     let put = || -> io::Result<fs::Metadata> {
+        set_queue(&listener, QUEUE_MAX)?;
         if gid.is_some() {
             chown(&fresh, None, gid)?;
         }
@@ -107,8 +119,45 @@ pub(super) fn bind(place: &Place) -> Result<(UnixListener, Bound), Failure> {
             _ => place.failure(&error),
         }
     })?;
-    let (uid, gid, inode) = (meta.uid(), meta.gid(), meta.ino());
-    Ok((listener, Bound { path: path.clone(), inode, uid, gid, _lock: lock }))
+    Ok((listener, meta))
+}
+
+impl Bound {
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.place.path
+    }
+
+    /// Who may open it.
+    pub fn mode(&self) -> u32 {
+        self.place.mode
+    }
+
+    /// Why nobody finds it any more, if it is so.
+    pub fn lost(&self) -> Option<String> {
+        match fs::symlink_metadata(self.path()) {
+            Ok(meta) if meta.ino() == self.inode => None,
+            Ok(_) => Some("something else is in its place".to_owned()),
+            Err(error) => Some(error.to_string()),
+        }
+    }
+
+    /// Makes it again, as it was made at the start.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn again(&mut self) -> Result<UnixListener, Failure> {
+        is_socket_or_nothing(&self.place)?;
+        let own = self.lock.metadata().map(|meta| meta.ino()).ok();
+        // Who took the socket away may have taken the lock's file, too.
+        if fs::metadata(beside(self.path(), ".lock")).map(|meta| meta.ino()).ok() != own {
+            self.lock = lock(&self.place)?;
+        }
+        clear(&self.place)?;
+        let (listener, meta) = make(&self.place)?;
+        (self.uid, self.gid, self.inode) = (meta.uid(), meta.gid(), meta.ino());
+        Ok(listener)
+    }
 }
 
 /// The path with more at its end.
@@ -188,9 +237,8 @@ fn group_number(group: &str) -> Result<u32, Failure> {
 
 impl Drop for Bound {
     fn drop(&mut self) {
-        let ours = fs::symlink_metadata(&self.path).is_ok_and(|meta| meta.ino() == self.inode);
-        if ours {
-            let _ = fs::remove_file(&self.path);
+        if self.lost().is_none() {
+            let _ = fs::remove_file(self.path());
         }
     }
 }

@@ -226,7 +226,7 @@ fn retain(retention: &Retention) -> Retain {
         flush_max_us: us(figures.flush_max),
         writes: figures.writes,
         bytes: figures.bytes,
-        bytes_per_day: figures.projected(),
+        bytes_per_day: figures.projected(wanted.budget),
         budget_per_day: wanted.budget,
         restored: figures.restored,
         failing: figures.failing,

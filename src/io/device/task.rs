@@ -33,8 +33,8 @@ pub struct Device<D> {
     retry: Retry,
     inputs: Vec<i32>,
     values: Vec<i32>,
-    /// As they went out last.
-    written: Vec<i32>,
+    /// As the driver was given them last.
+    offered: Vec<i32>,
     connected: bool,
     /// Since when exchanges fail.
     troubled: Option<Instant>,
@@ -80,7 +80,7 @@ impl<D: Driver> Device<D> {
             retry: Retry::new(),
             inputs: vec![0; inputs],
             values: vec![0; count],
-            written: vec![0; count],
+            offered: vec![0; count],
             connected: false,
             troubled: None,
         }
@@ -165,14 +165,16 @@ impl<D: Driver> Device<D> {
 
     fn has_changed(&mut self, image: &Arc<Snapshot>) -> bool {
         outgoing(&self.outputs, image, &mut self.values);
-        self.values != self.written
+        self.values != self.offered
     }
 
     async fn exchange(&mut self, occasion: Occasion) -> Result<(), Trouble> {
         let begun = Instant::now();
         let Device { driver, values, inputs, .. } = self;
-        driver.exchange(Exchange { occasion, outputs: values, inputs }).await?;
-        self.written.copy_from_slice(&self.values);
+        let done = driver.exchange(Exchange { occasion, outputs: values, inputs }).await;
+        // Offered, if not taken: then the driver has it, for the next poll.
+        self.offered.copy_from_slice(&self.values);
+        done?;
         if occasion == Occasion::Poll {
             self.retry.reset();
             self.line.deliver(&self.inputs, monotonic_ns());

@@ -13,11 +13,12 @@ mod link;
 pub mod outputs;
 pub mod plan;
 pub mod request;
+pub mod rtu;
+mod serial;
 mod tcp;
-#[cfg(test)]
-mod tests;
 pub mod values;
 
 pub use client::Client;
 pub use link::{Failure, Link};
+pub use serial::{Lines, Rtu};
 pub use tcp::Tcp;

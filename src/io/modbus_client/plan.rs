@@ -180,9 +180,12 @@ mod tests {
         assert_eq!(inputs, [5]);
     }
 
+    const TABLES: [Table; 4] =
+        [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
+
     fn any_point() -> impl Strategy<Value = Point> {
         (1u8..4, 0..4usize, 0u16..700, any::<bool>()).prop_map(|(unit, table, at, is_wide)| {
-            let table = Table::NAMES[table].1;
+            let table = TABLES[table];
             let form = match (table.is_bits(), is_wide) {
                 (true, _) => Form::Bit,
                 (false, true) => number(Kind::U32, false),

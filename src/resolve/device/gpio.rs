@@ -219,7 +219,7 @@ fn fits(lines: usize, row: &Row<'_>) -> Result<(), Finding> {
     }
     let (points, text) = (&row.points.text, &row.text.text);
     let message = format!("`{points}` and `{text}` are not equally many");
-    let counts = format!("{lines} and {}: make them equal", row.addresses.len());
+    let counts = format!("they are {lines} and {}: write as many of both", row.addresses.len());
     Err(row.find(message).help(counts))
 }
 

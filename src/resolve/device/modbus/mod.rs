@@ -9,6 +9,7 @@ mod points;
 use std::net::{IpAddr, SocketAddr};
 
 use super::{Direction, Row, at_least_one};
+pub use crate::resolve::modbus_server::Table;
 use crate::source::device::modbus::{EntryKeys, Keys, Watchdog as WrittenWatchdog};
 use crate::source::device::{self as written, Kind as Driver};
 use crate::source::finding::{Code, Finding};
@@ -16,7 +17,6 @@ use crate::source::reader::Text;
 use crate::source::span::{Located, Span};
 
 pub(super) use peers::at_odds;
-pub use points::Table;
 pub(super) use points::is_point;
 use points::{Mistake, Stretch};
 
@@ -365,9 +365,13 @@ impl Reader<'_> {
                 self.find(span, (format!("a bit has no `{name}`"), None));
             }
         }
-        let kind = self.word(keys.kind.as_ref(), "type", &Kind::NAMES).unwrap_or(Kind::U16);
+        let kind = match &keys.kind {
+            Some(text) => self.word(Some(text), "type", &Kind::NAMES),
+            None => Some(Kind::U16),
+        };
         let order = self.word(keys.word_order.as_ref(), "word-order", &WORD_ORDERS);
-        if let (Some(text), 1, false) = (&keys.word_order, kind.registers(), is_bits) {
+        let is_one = kind.is_some_and(|kind| kind.registers() == 1);
+        if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
             let help = "`word-order` is of `u32`, `i32` and `f32`".to_owned();
             self.find(text.span, ("one register has no order".to_owned(), Some(help)));
         }
@@ -377,7 +381,8 @@ impl Reader<'_> {
         let or = |value: &Option<Located<i64>>, default| {
             value.as_ref().map_or(default, |value| value.value as i32)
         };
-        (self.findings.len() == before).then(|| Number {
+        let kind = kind.filter(|_| self.findings.len() == before)?;
+        Some(Number {
             kind,
             low_first: order.unwrap_or(false),
             multiply: or(&keys.multiply, 1),

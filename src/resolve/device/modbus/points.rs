@@ -4,20 +4,8 @@
 //! as they stand in the bytes of a request. What a row's type makes of registers is not known
 //! here: a stretch is bits, or registers.
 
+use crate::resolve::modbus_server::Table;
 use crate::source::nearest::did_you_mean;
-
-/// The four tables of a Modbus device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Table {
-    /// Bits, read and written: `coil`.
-    Coils,
-    /// Bits, read: `discrete`.
-    DiscreteInputs,
-    /// Registers, read and written: `holding`.
-    HoldingRegisters,
-    /// Registers, read: `input`.
-    InputRegisters,
-}
 
 /// What a text names: bits, or registers, one behind the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,30 +21,9 @@ pub(super) struct Stretch {
 /// Why a text names no points, and what to write instead.
 pub(super) type Mistake = (String, Option<String>);
 
-impl Table {
-    /// All, by name.
-    pub const NAMES: [(&'static str, Table); 4] = [
-        ("coil", Table::Coils),
-        ("discrete", Table::DiscreteInputs),
-        ("holding", Table::HoldingRegisters),
-        ("input", Table::InputRegisters),
-    ];
-
-    /// As written.
-    pub fn name(self) -> &'static str {
-        Table::NAMES[self as usize].0
-    }
-
-    /// Whether its elements are bits.
-    pub fn is_bits(self) -> bool {
-        matches!(self, Table::Coils | Table::DiscreteInputs)
-    }
-
-    /// Whether it can be written.
-    pub fn is_writable(self) -> bool {
-        matches!(self, Table::Coils | Table::HoldingRegisters)
-    }
-}
+/// All tables, as a row may name them.
+const TABLES: [Table; 4] =
+    [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
 
 /// Whether a text is in this notation, rightly or not: no address of memory has a space before a
 /// digit, or is a number alone.
@@ -101,8 +68,8 @@ pub(super) fn parse(text: &str) -> Result<Stretch, Mistake> {
 }
 
 fn look_up(name: &str) -> Result<Table, Mistake> {
-    let names = || Table::NAMES.iter().map(|(name, _)| *name);
-    if let Some((_, table)) = Table::NAMES.iter().find(|(known, _)| *known == name) {
+    let names = || TABLES.iter().map(|table| table.name());
+    if let Some(table) = TABLES.iter().find(|table| table.name() == name) {
         return Ok(*table);
     }
     let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));

@@ -1,0 +1,60 @@
+//! A pace: how soon after one another things are done, whoever asks for them.
+//!
+//! Used by the server for clients that come, and by sessions for requests. Who comes seldom waits
+//! for nothing; a crowd waits in the order in which it came, and costs the machine no more than the
+//! pace does.
+
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep_until};
+
+/// Turns, given in order.
+pub(super) struct Pace {
+    every: Duration,
+    /// How much of the time in which nobody came is given to who comes.
+    saved_max: Duration,
+    next: Mutex<Instant>,
+}
+
+impl Pace {
+    /// A turn every so often; behind a rest so many at once.
+    pub fn new(every: Duration, at_once: u32) -> Pace {
+        Pace { every, saved_max: every * at_once, next: Mutex::new(Instant::now()) }
+    }
+
+    /// Takes the next turn: when it is.
+    pub fn take(&self, now: Instant) -> Instant {
+        let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
+        let saved = now.checked_sub(self.saved_max).unwrap_or(now);
+        let turn = (*next).max(saved);
+        *next = turn + self.every;
+        turn.max(now)
+    }
+
+    /// Waits for the next turn.
+    pub async fn turn(&self) {
+        let now = Instant::now();
+        let turn = self.take(now);
+        if turn > now {
+            sleep_until(turn).await;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_comes_seldom_waits_for_nothing_and_a_crowd_for_its_turns() {
+        let ms = Duration::from_millis;
+        let pace = Pace::new(ms(2), 3);
+        let start = Instant::now() + ms(1000);
+        let waits = |at: Instant| (0..6).map(|_| pace.take(at) - at).collect::<Vec<_>>();
+        assert_eq!(waits(start), [ms(0), ms(0), ms(0), ms(0), ms(2), ms(4)]);
+        assert_eq!(pace.take(start + ms(6)), start + ms(6));
+        assert_eq!(pace.take(start + ms(100)), start + ms(100));
+        assert_eq!(waits(start + ms(101))[..3], [ms(0), ms(0), ms(0)]);
+    }
+}

@@ -1,1 +1,0 @@
-//! The client before peers of its own making.

@@ -1,0 +1,56 @@
+//! What words of today's program take: a value that was kept under other limits may be one that no
+//! operator could write and no MOVE would leave.
+//!
+//! Made and asked by `plan`. Structures are bound by no limits: what counts and times passes them.
+
+use std::collections::HashMap;
+
+use super::content::Element;
+use crate::isa::{Address, Word};
+use crate::lower::Symbols;
+use crate::resolve::program::{Program, TagMeaning};
+
+/// Limits of words, where they are narrower than the words.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Limits(HashMap<Element, Limit>);
+
+#[derive(Clone, Copy, Debug)]
+struct Limit {
+    min: i32,
+    max: i32,
+    /// What a cold start puts there.
+    initial: i32,
+}
+
+impl Limits {
+    /// Those of a program.
+    pub fn new(
+        program: &Program,
+        symbols: &Symbols,
+        element_of: impl Fn(Address) -> Option<Element>,
+    ) -> Limits {
+        let mut limits: HashMap<Element, Limit> = HashMap::new();
+        for tag in &program.tags {
+            let TagMeaning::Address(at @ Address::Word(word @ Word::Space(..))) = tag.meaning
+            else {
+                continue;
+            };
+            let ((min, max), Some(element)) = (symbols.limits(word), element_of(at)) else {
+                continue;
+            };
+            let limit = limits.entry(element).or_insert(Limit { min, max, initial: 0 });
+            limit.initial = tag.initial.map_or(limit.initial, |(initial, _)| initial);
+        }
+        Limits(limits)
+    }
+
+    /// Why a value is not for a word; none where it is.
+    pub fn refuse(&self, element: Element, value: i32) -> Option<String> {
+        let Limit { min, max, initial } = *self.0.get(&element)?;
+        // What a cold start gives anyway is no value that was dropped.
+        if (min..=max).contains(&value) || value == initial {
+            return None;
+        }
+        Some(format!("it was {value}, and takes {min} to {max} now; it begins with {initial}"))
+    }
+}
