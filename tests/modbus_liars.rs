@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use liars::{Lie, Script, TIMEOUT, client, exchange, listen, pty, rtu_frame, serve_rtu, tcp_frame};
 use proptest::test_runner::TestRunner;
-use rungd::io::device::Driver;
+use rungd::io::device::{Driver, Exchange, Occasion};
 use rungd::io::modbus_client::{Client, Lines, Tcp};
 use rungd::resolve::device::modbus::{Link, Parity, Serial};
 use tokio::time::timeout;
@@ -49,7 +49,7 @@ const TCP_LIES: [(&str, Answer, bool); 22] = [
     ("not Modbus TCP", |_, _| Lie::Say(b"HTTP/1.1 400 Bad Request".to_vec()), false),
     ("there is more behind", |_, right| Lie::Say([right, right].concat()), false),
     ("no answer in 100 ms", |_, _| Lie::Silence, false),
-    ("no answer in 100 ms", |_, _| Lie::Late, false),
+    ("no answer in 100 ms", |_, _| Lie::After(TIMEOUT * 3 / 2), false),
     ("no whole answer in 100 ms", |ask, _| Lie::Trickle(tcp_frame(ask, &[4; 200])), false),
     ("closed the connection", |_, right| Lie::Leave(right[..9].to_vec()), false),
     ("not Modbus TCP", |_, _| Lie::Flood, false),
@@ -109,6 +109,35 @@ async fn a_write_that_is_confirmed_wrongly_is_written_again() {
     });
     assert!(exchange(&mut client).await.is_ok());
     assert_eq!(*written.lock().unwrap(), [5, 0, 0, 0xff, 0]);
+}
+
+#[tokio::test]
+async fn a_unit_that_does_not_answer_keeps_no_other_from_its_outputs() {
+    let script = honest();
+    let address = listen(&script);
+    let mut settings = client(Link::Tcp { address, connect_timeout_ms: 1000 });
+    settings.outputs[0].unit = 2;
+    let mut client = Client::new(&settings, Tcp::new(address, Duration::from_secs(1), TIMEOUT));
+    client.connect().await.unwrap();
+    let asked = Arc::new(Mutex::new(Vec::new()));
+    for _ in 0..100 {
+        let seen = Arc::clone(&asked);
+        lie(&script, move |request, _| {
+            seen.lock().unwrap().push((request[6], request[7..].to_vec()));
+            if request[6] == 1 { exception(request, 11) } else { Lie::None }
+        });
+    }
+    let mut inputs = [0; 2];
+    for on in [1, 0, 1, 1] {
+        let exchange = Exchange { occasion: Occasion::Poll, outputs: &[on], inputs: &mut inputs };
+        let trouble = client.exchange(exchange).await.unwrap_err();
+        assert!(trouble.reason.ends_with("(the gateway's device does not answer)"), "{trouble}");
+        assert!(!trouble.is_disconnected);
+    }
+    let asked = asked.lock().unwrap();
+    let of = |unit| asked.iter().filter(move |(of, _)| *of == unit).map(|(_, pdu)| pdu[3]);
+    assert_eq!(of(2).collect::<Vec<_>>(), [0xff, 0, 0xff], "each change once");
+    assert!(of(1).count() >= 2, "it is asked again");
 }
 
 #[tokio::test]
@@ -178,7 +207,7 @@ const RTU_LIES: [(&str, Answer); 17] = [
     ("no whole, right answer", |_, right| Lie::Say(right[..8].to_vec())),
     ("no whole, right answer", |_, _| Lie::Trickle(vec![1; 30])),
     ("no answer in 100 ms", |_, _| Lie::Silence),
-    ("no answer in 100 ms", |_, _| Lie::Late),
+    ("no answer in 100 ms", |_, _| Lie::After(TIMEOUT * 3 / 2)),
     ("noise without an end", |_, _| Lie::Say(vec![0x55; 2000])),
     ("", |_, right| Lie::Say([&[0xff, 0, 1, 4, 4], right].concat())),
     ("", |_, right| Lie::Say([right, &[0xff, 0, 1, 4]].concat())),
@@ -217,6 +246,35 @@ async fn every_lie_over_a_serial_line_is_trouble_that_passes() {
             }
         };
         timeout(liars::BOUND, again).await.unwrap_or_else(|_| panic!("{words}: no recovery"));
+    }
+}
+
+/// RTU has no transactions: an answer that comes too late looks like that to the next question.
+#[tokio::test]
+async fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
+    let (master, port) = pty();
+    let script = honest();
+    let told = Arc::clone(&script);
+    spawn(move || serve_rtu(master, &told));
+    let serial = serial(port);
+    let mut settings = client(Link::Serial(serial.clone()));
+    settings.inputs[1].at = 10;
+    settings.outputs.clear();
+    let mut client = Client::new(&settings, Lines::default().link(&serial, TIMEOUT));
+    client.connect().await.unwrap();
+    assert_eq!(exchange(&mut client).await, Ok([1000, 1010]));
+    // The answer to the first question comes while the same is asked again, and the answer to that
+    // while the second register is.
+    lie(&script, |_, _| Lie::After(TIMEOUT * 3 / 2));
+    lie(&script, |_, _| Lie::After(TIMEOUT / 5));
+    assert!(exchange(&mut client).await.is_err());
+    let mut wells = 0;
+    while wells < 5 {
+        if let Ok(inputs) = exchange(&mut client).await {
+            assert_eq!(inputs, [1000, 1010]);
+            wells += 1;
+        }
+        tokio::task::yield_now().await;
     }
 }
 

@@ -32,8 +32,8 @@ pub enum Lie {
     Trickle(Vec<u8>),
     /// It says nothing.
     Silence,
-    /// It answers rightly, but only when the client has given up.
-    Late,
+    /// It answers rightly, but only then.
+    After(Duration),
     /// It says this, and goes.
     Leave(Vec<u8>),
     /// It talks for ever.
@@ -160,8 +160,8 @@ fn act(stream: &mut (impl Read + Write), lie: Lie, answer: &[u8]) -> bool {
             stream.write_all(&[*byte]).is_ok()
         }),
         Lie::Silence => true,
-        Lie::Late => {
-            sleep(TIMEOUT * 3 / 2);
+        Lie::After(time) => {
+            sleep(time);
             stream.write_all(answer).is_ok()
         }
         Lie::Leave(bytes) => {

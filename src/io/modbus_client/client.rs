@@ -3,7 +3,7 @@
 //! Writes first, then the watchdog, then reads, so that a peer in trouble has its outputs as soon
 //! as can be. Several units may stand behind one link: one that refuses or is silent does not keep
 //! the others from their outputs, though the exchange as a whole has failed. A silent one is asked
-//! once more at the next exchange, then ever less often, and has all its outputs when it is back.
+//! once more soon, then ever less often, and has all its outputs when it is back.
 
 use std::fmt;
 use std::time::Duration;
@@ -43,6 +43,9 @@ struct Talk<L> {
     units: Vec<Unit>,
     request: Vec<u8>,
     answer: Vec<u8>,
+    /// So long is a silent unit left alone at least. Where answers do not say to which question,
+    /// a late one must have come, and gone, before the next.
+    pause: Duration,
 }
 
 struct Unit {
@@ -80,8 +83,12 @@ impl<L: Link> Client<L> {
         units.dedup();
         let units = units.into_iter().map(Unit::new).collect();
         let every = Duration::from_millis(settings.write_every_ms.into());
+        let pause = match L::STARTS_ANEW {
+            true => Duration::from_millis(settings.timeout_ms.into()),
+            false => Duration::ZERO,
+        };
         Client {
-            talk: Talk { link, units, request: Vec::new(), answer: Vec::new() },
+            talk: Talk { link, units, request: Vec::new(), answer: Vec::new(), pause },
             groups,
             runs,
             writes: settings.writes,
@@ -238,13 +245,14 @@ impl<L: Link> Talk<L> {
         if self.unit(what.unit).is_left {
             return Ok(None);
         }
-        let Talk { link, request, answer, .. } = self;
+        let Talk { link, request, answer, pause, .. } = self;
+        let pause = *pause;
         match link.ask(what.unit, request, answer).await {
             Err(Failure::Broken(reason)) => {
                 return Err(Trouble::disconnected(format!("{what}: {reason}")));
             }
             Err(Failure::Silent(reason)) => {
-                self.unit(what.unit).miss(format!("{what}: {reason}"));
+                self.unit(what.unit).miss(format!("{what}: {reason}"), pause);
                 return Ok(None);
             }
             Ok(()) => {}
@@ -256,12 +264,17 @@ impl<L: Link> Talk<L> {
                 Ok(Some(&self.answer[from..]))
             }
             Err(wrong) if wrong.is_absence() => {
-                self.unit(what.unit).miss(format!("{what}: {wrong}"));
+                self.unit(what.unit).miss(format!("{what}: {wrong}"), Duration::ZERO);
                 Ok(None)
             }
-            Err(wrong) if L::STARTS_ANEW || matches!(wrong, Wrong::Exception(_)) => {
+            Err(wrong @ Wrong::Exception(_)) => {
                 self.unit(what.unit).found();
                 self.unit(what.unit).note(format!("{what}: {wrong}"));
+                Ok(None)
+            }
+            // It may have been to an earlier question, and the right one on its way.
+            Err(wrong) if L::STARTS_ANEW => {
+                self.unit(what.unit).miss(format!("{what}: {wrong}"), pause);
                 Ok(None)
             }
             Err(wrong) => Err(Trouble::disconnected(format!("{what}: {wrong}"))),
@@ -304,13 +317,12 @@ impl Unit {
     }
 
     /// It did not answer.
-    fn miss(&mut self, trouble: String) {
+    fn miss(&mut self, trouble: String, pause: Duration) {
         self.note(trouble);
         self.is_left = true;
         self.absences += 1;
-        if self.absences > 1 {
-            self.rests_until = Some(Instant::now() + self.retry.next());
-        }
+        let wait = if self.absences > 1 { self.retry.next() } else { Duration::ZERO };
+        self.rests_until = Some(Instant::now() + wait.max(pause));
     }
 
     /// It answered.

@@ -1,9 +1,10 @@
-//! What devices of one peer must not do to each other: write the same place, or want the serial
-//! line in two ways.
+//! What devices of one peer must not do to each other: write the same place, want the serial line
+//! in two ways, or ask the same unit of it.
 //!
 //! Two outputs in one place would each undo the other's value at every write; a watchdog's
 //! register is an output too. Bits of one register may be outputs side by side, within one
-//! device: they are written together.
+//! device: they are written together. And since answers on a serial line do not say to which
+//! question they belong, a unit of it has one who asks.
 //!
 //! ```toml
 //! # passes
@@ -12,9 +13,9 @@
 //! map = [{ from = "Y0..Y1", to = "coil 0..1" }, { from = "Y2", to = "coil 1" }]
 //! ```
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
-use super::{Client, Form, Link, Point, Table};
+use super::{Client, Form, Link, Point, Serial, Table};
 use crate::isa::DeviceId;
 use crate::resolve::device::{Device, Driver};
 use crate::source::device as written;
@@ -35,6 +36,7 @@ pub(in crate::resolve::device) fn at_odds(
 ) -> Vec<Finding> {
     let mut writers: HashMap<Place, Vec<Writer>> = HashMap::new();
     let mut findings = two_ways(devices);
+    findings.extend(asked_twice(devices));
     for (device, client) in clients(devices) {
         for (place, (_, bits, span)) in outputs(device, client, written) {
             let (unit, table, at) = (place.1, place.2, place.3);
@@ -92,17 +94,42 @@ fn bits(point: &Point) -> u16 {
     }
 }
 
-fn two_ways(devices: &[Device]) -> Vec<Finding> {
-    let serial = |(device, client): (_, &Client)| match &client.link {
-        Link::Serial(serial) => Some((device, serial.clone())),
+/// Devices of serial lines, with all that they say of them.
+fn lines<'a>(devices: &'a [Device]) -> Vec<(&'a Device, &'a Client, &'a Serial)> {
+    let serial = |(device, client): (_, &'a Client)| match &client.link {
+        Link::Serial(serial) => Some((device, client, serial)),
         Link::Tcp { .. } => None,
     };
-    let lines: Vec<(&Device, _)> = clients(devices).filter_map(serial).collect();
+    clients(devices).filter_map(serial).collect()
+}
+
+fn asked_twice(devices: &[Device]) -> Vec<Finding> {
+    let mut first: HashMap<(&str, u8), &Device> = HashMap::new();
     let mut findings = Vec::new();
-    for (at, (device, line)) in lines.iter().enumerate() {
+    for (device, client, line) in lines(devices) {
+        let points = client.inputs.iter().chain(&client.outputs).map(|point| point.unit);
+        let units: BTreeSet<u8> = points.chain(client.watchdog.map(|w| w.unit)).collect();
+        for unit in units {
+            let by = first.entry((&line.port, unit)).or_insert(device);
+            if by.id != device.id {
+                let message = format!("unit {unit} of `{}` is asked by two devices", line.port);
+                let finding = Finding::new(Code::Controller, device.span, message);
+                let finding = finding.related(by.span, "this device asks it");
+                findings.push(finding.help("put all of a unit's points into one map"));
+            }
+        }
+    }
+    findings
+}
+
+fn two_ways(devices: &[Device]) -> Vec<Finding> {
+    let lines = lines(devices);
+    let mut findings = Vec::new();
+    for (at, (device, _, line)) in lines.iter().enumerate() {
         let others = lines[..at].iter();
-        let mut differing = others.filter(|(_, other)| other.port == line.port && other != line);
-        if let Some((other, _)) = differing.next() {
+        let is_other = |other: &Serial| other.port == line.port && other != *line;
+        let mut differing = others.filter(|(_, _, other)| is_other(other));
+        if let Some((other, ..)) = differing.next() {
             let message = format!("`{}` wants `{}` in another way", device.name, line.port);
             let finding = Finding::new(Code::Controller, device.span, message);
             let finding = finding.related(other.span, "this device has it");
