@@ -1,4 +1,4 @@
-//! The Modbus server before clients that this project did not write: mbpoll and pymodbus.
+//! The Modbus server before clients that this project did not write: mbpoll, pymodbus, libmodbus.
 //!
 //! What `docs/modbus.md` shows is executed: `rungd run` runs its controller file, its commands are
 //! typed, and what it says they print must be what they print. Where a client is not installed its
@@ -28,14 +28,24 @@ struct Controller {
 impl Controller {
     /// Starts it, at a port that the system chooses, and waits for its first scan.
     fn start(page: &str, test: &str) -> Controller {
+        Controller::of(page, test, "filler")
+    }
+
+    /// The controller of `NAME-controller.toml`, with its ladder.
+    fn of(page: &str, test: &str, name: &str) -> Controller {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
         fs::create_dir_all(&folder).unwrap();
-        for name in ["filler.toml", "filler-controller.toml"] {
-            let text = page::file(page, name).replace("127.0.0.1:1502", "127.0.0.1:0");
+        let file = format!("{name}-controller.toml");
+        for name in [&format!("{name}.toml"), &file] {
+            let mut text = page::file(page, name).replace("127.0.0.1:1502", "127.0.0.1:0");
+            if !text.contains("listen") {
+                let header = "[modbus-server]\n";
+                text = text.replacen(header, &format!("{header}listen = \"127.0.0.1:0\"\n"), 1);
+            }
             fs::write(folder.join(name), text).unwrap();
         }
         let mut rungd = Command::new(env!("CARGO_BIN_EXE_rungd"))
-            .args(["run", "--log-format", "text", "filler-controller.toml"])
+            .args(["run", "--log-format", "text", &file])
             .current_dir(&folder)
             .env_remove("RUNGD_LOG")
             .stdout(Stdio::null())
@@ -136,4 +146,44 @@ fn pymodbus_sees_what_the_page_shows() {
     let output = controller.client("python3", "-c", &script);
     let shown = page::blocks(&page, "text").concat();
     assert_eq!(String::from_utf8_lossy(&output.stdout), shown, "{}", everything(&output));
+}
+
+/// A program of C in `tests/clients/`, compiled; nothing where it cannot be, or where what it needs
+/// is not there.
+fn compiled(source: &str, library: &str) -> Option<PathBuf> {
+    if !installed(library, &["pkg-config", "--exists", library]) {
+        return None;
+    }
+    let flags = Command::new("pkg-config").args(["--cflags", "--libs", library]).output().unwrap();
+    let flags = String::from_utf8(flags.stdout).unwrap();
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("client-of-libmodbus");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/clients").join(source);
+    let mut cc = Command::new("cc");
+    cc.args(["-Wall", "-Werror", "-o"]).arg(&program).arg(source).args(flags.split_whitespace());
+    let output = cc.output().unwrap();
+    assert!(output.status.success(), "{}", everything(&output));
+    Some(program)
+}
+
+#[test]
+fn libmodbus_reads_and_writes_the_pages_map() {
+    let Some(program) = compiled("libmodbus.c", "libmodbus") else { return };
+    let page = page::text("modbus.md");
+    let mut controller = Controller::of(&page, "libmodbus", "mixer");
+    let output = Command::new(program).arg(&controller.port).output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "ok\n", "{}", everything(&output));
+    controller.expect("write refused: CT0.Acc is written by both of its registers");
+}
+
+#[test]
+fn what_the_page_lists_for_clients_passes_the_check() {
+    let page = page::text("modbus.md");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lists");
+    fs::create_dir_all(&folder).unwrap();
+    for name in ["filler.toml", "lists-controller.toml"] {
+        fs::write(folder.join(name), page::file(&page, name)).unwrap();
+    }
+    let mut rungd = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = rungd.arg("check").arg(folder.join("lists-controller.toml")).output().unwrap();
+    assert!(output.status.success(), "{}", everything(&output));
 }

@@ -14,6 +14,7 @@ use std::net::IpAddr;
 use std::path::Path;
 use std::time::Instant;
 
+use oracle::requests::{Random, at_address};
 use oracle::{Client, Oracle};
 use rungd::engine::{Cell, Layout};
 use rungd::io::modbus::Map;
@@ -126,68 +127,11 @@ impl Sweep {
         }
     }
 
-    /// The next of a series of numbers, the same in every run.
-    fn next(&mut self) -> u16 {
-        self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (self.random >> 40) as u16
-    }
-
     /// Every function at an address, with the quantities at its edges.
     fn address(&mut self, at: u16, unit: u8, client: Client) {
-        let place = |function: u8, count: u16| {
-            [&[function][..], &at.to_be_bytes(), &count.to_be_bytes()].concat()
-        };
-        for function in [1, 2] {
-            for count in [0, 1, 2, 7, 8, 9, 16, 2000, 2001, 65_535] {
-                self.ask(unit, client, &place(function, count));
-            }
-        }
-        for function in [3, 4] {
-            for count in [0, 1, 2, 3, 124, 125, 126, 65_535] {
-                self.ask(unit, client, &place(function, count));
-            }
-        }
-        for value in [0xff00, 0, 1, 0xffff] {
-            self.ask(unit, client, &place(5, value));
-        }
-        for value in [5, 10, 0x8000, 0xffff] {
-            self.ask(unit, client, &place(6, value));
-        }
-        for count in [0, 1, 2, 8, 9, 16, 1968, 1969, 65_535_u16] {
-            let bytes = usize::from(count).div_ceil(8).min(246);
-            let values = (0..bytes).map(|_| self.next() as u8).collect::<Vec<_>>();
-            self.ask(unit, client, &[place(15, count), vec![bytes as u8], values].concat());
-        }
-        for count in [0, 1, 2, 3, 10, 123, 124, 65_535_u16] {
-            let values = self.values(count);
-            self.ask(unit, client, &[place(16, count), values].concat());
-        }
-        for (and, or) in [(0xf2, 0x25), (0, 0xffff), (0xffff, 0)] {
-            self.ask(unit, client, &[place(22, and), u16::to_be_bytes(or).to_vec()].concat());
-        }
-        for (read, write) in [(1, 1), (2, 2), (125, 121), (126, 1), (1, 122), (0, 1), (1, 0)] {
-            let values = self.values(write);
-            let fixed = |count: u16| [15_u16.to_be_bytes(), count.to_be_bytes()].concat();
-            let here = place(23, read);
-            self.ask(unit, client, &[&here[..], &fixed(write), &values].concat());
-            let there = [&[23][..], &fixed(read), &place(23, write)[1..], &values].concat();
-            self.ask(unit, client, &there);
-        }
-    }
-
-    /// A byte that says how many follow, and so many registers: small, large, and within limits.
-    fn values(&mut self, count: u16) -> Vec<u8> {
-        let registers = usize::from(count).min(126);
-        let mut bytes = vec![(registers * 2) as u8];
-        for _ in 0..registers {
-            let value = match self.next() {
-                n if n % 3 == 0 => 5 + n / 3 % 5,
-                n if n % 3 == 1 => 0,
-                n => n,
-            };
-            bytes.extend(value.to_be_bytes());
-        }
-        bytes
+        let mut random = Random(self.random);
+        at_address(at, &mut random, |pdu| self.ask(unit, client, pdu));
+        self.random = random.0;
     }
 
     fn report(&self, began: Instant) {

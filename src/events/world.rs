@@ -47,7 +47,8 @@ pub(super) const EVENTS: &[Event] = &[
         id: "7ea08f62ba1a4bff85ab507a5cf51ae7",
         limit: Limit::CLIENTS,
         meaning: "rungd closed a Modbus client's connection: what it sent was no Modbus TCP, or \
-                  it did not finish a frame or take a reply in time.",
+                  it did not finish a frame or take a reply in time, or it had asked nothing yet \
+                  and another wanted its place.",
         remedy: "See what runs at that address.",
     },
     Event {

@@ -5,6 +5,8 @@
 //! places, a request a slice of bytes.
 #![allow(dead_code)]
 
+pub mod requests;
+
 use std::collections::HashMap;
 
 /// A bit or word of memory, by its name in the ladder language.

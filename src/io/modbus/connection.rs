@@ -9,6 +9,7 @@ use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -56,6 +57,7 @@ pub(super) struct Connection {
     stream: TcpStream,
     client: SocketAddr,
     shared: Arc<Shared>,
+    served: Arc<AtomicBool>,
     received: [u8; FRAME_BYTES_MAX],
     filled: usize,
     /// When the present wait for bytes ends.
@@ -63,10 +65,16 @@ pub(super) struct Connection {
 }
 
 impl Connection {
-    pub fn new(stream: TcpStream, client: SocketAddr, shared: Arc<Shared>) -> Connection {
+    /// One that sets `served` once it has answered.
+    pub fn new(
+        stream: TcpStream,
+        client: SocketAddr,
+        shared: Arc<Shared>,
+        served: Arc<AtomicBool>,
+    ) -> Connection {
         let received = [0; FRAME_BYTES_MAX];
         let deadline = Instant::now() + shared.idle_timeout();
-        Connection { stream, client, shared, received, filled: 0, deadline }
+        Connection { stream, client, shared, served, received, filled: 0, deadline }
     }
 
     /// Answers requests until the connection ends.
@@ -125,7 +133,7 @@ impl Connection {
         match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
             Err(_) => return Err(Closed::NotTaken(limits.frame_timeout())),
             Ok(Err(error)) => return Err(Closed::Failed(error)),
-            Ok(Ok(())) => {}
+            Ok(Ok(())) => self.served.store(true, Ordering::Relaxed),
         }
         let wait = if self.filled == 0 { limits.idle_timeout() } else { limits.frame_timeout() };
         self.deadline = Instant::now() + wait;

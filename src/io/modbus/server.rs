@@ -1,7 +1,8 @@
 //! The listening socket: who is let in, how many at a time, and what the log hears of it.
 //!
 //! The daemon binds it before the first scan, and runs it in its runtime until it stops. One task
-//! a client; a client that would be one too many is closed at once, so those inside are served.
+//! a client. Where one would be too many, who has asked nothing yet gives way (`guests`); where all
+//! have, the newest is closed at once.
 //! A task that panics is one client gone and an error in the log, never the daemon's end.
 
 use std::future::Future;
@@ -13,11 +14,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use tokio::net::{TcpListener, TcpStream};
-use tokio::task::{JoinError, JoinSet};
+use tokio::task::JoinError;
 use tokio::time::sleep;
 use tracing::{debug, error, info, warn};
 
-use super::connection::{Closed, Connection};
+use super::connection::Connection;
+use super::guests::{Ended, Guests};
 use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
@@ -25,8 +27,8 @@ use crate::resolve::controller::Modbus;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 
-/// How long accepting rests after it failed, as when there are no file descriptors left.
-const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
+/// How long accepting rests after it failed and nobody gave way: nothing spins.
+const REST_AFTER_FAILURE: Duration = Duration::from_millis(20);
 
 /// How long a write waits at least. A scan that does not end is a fault long before, and then the
 /// wait ends too.
@@ -88,44 +90,54 @@ impl Server {
     /// Serves until `stop`; then all connections are closed.
     pub async fn run(self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
-        let mut clients = JoinSet::new();
+        let mut guests = Guests::default();
         loop {
             tokio::select! {
                 () = &mut stop => break,
-                Some(ended) = clients.join_next() => self.shared.log_end(ended),
+                ended = guests.next_gone() => self.shared.log_end(ended),
                 accepted = self.listener.accept() => match accepted {
-                    Ok((stream, client)) => self.admit(stream, client, &mut clients),
-                    Err(error) => self.rest(&error).await,
+                    Ok((stream, client)) => self.admit(stream, client, &mut guests),
+                    Err(error) => self.rest(&error, &mut guests).await,
                 }
             }
-            self.clients.store(clients.len(), Ordering::Relaxed);
+            self.clients.store(guests.count(), Ordering::Relaxed);
         }
-        info!(event = "modbus-stops", clients = clients.len(), "Modbus server stops");
+        info!(event = "modbus-stops", clients = guests.count(), "Modbus server stops");
     }
 
-    fn admit(&self, stream: TcpStream, client: SocketAddr, clients: &mut JoinSet<Ended>) {
-        while let Some(ended) = clients.try_join_next() {
+    fn admit(&self, stream: TcpStream, client: SocketAddr, guests: &mut Guests) {
+        while let Some(ended) = guests.gone() {
             self.shared.log_end(ended);
         }
         let connections = self.shared.settings.connections;
-        if clients.len() >= connections as usize {
-            // Dropping the stream closes it.
-            warn!(
-                event = "modbus-full",
-                %client,
-                connections,
-                "Modbus client refused: no connection left"
-            );
-            return;
+        if guests.count() >= connections as usize {
+            let Some(silent) = guests.make_room() else {
+                // Dropping the stream closes it.
+                warn!(
+                    event = "modbus-full",
+                    %client,
+                    connections,
+                    "Modbus client refused: no connection left"
+                );
+                return;
+            };
+            log_given_way(silent);
         }
         info!(event = "modbus-connected", %client, "Modbus client connected");
-        let connection = Connection::new(stream, client, Arc::clone(&self.shared));
-        clients.spawn(async move { (client, connection.serve().await) });
+        let shared = Arc::clone(&self.shared);
+        guests.seat(client, |served| Connection::new(stream, client, shared, served).serve());
     }
 
-    async fn rest(&self, error: &io::Error) {
+    /// Behind an accept that failed, as when there are no file descriptors left.
+    async fn rest(&self, error: &io::Error, guests: &mut Guests) {
         warn!(event = "modbus-accept-failed", %error, "Modbus server cannot accept a client");
-        sleep(REST_AFTER_FAILURE).await;
+        match guests.make_room() {
+            Some(silent) => {
+                log_given_way(silent);
+                guests.see_out().await;
+            }
+            None => sleep(REST_AFTER_FAILURE).await,
+        }
     }
 
     fn log_start(&self) {
@@ -142,8 +154,10 @@ impl Server {
     }
 }
 
-/// How a client's task ended.
-type Ended = (SocketAddr, Closed);
+fn log_given_way(client: SocketAddr) {
+    let why = "it had asked nothing yet, and another wants its place";
+    warn!(event = "modbus-closed", %client, "Modbus client closed: {why}");
+}
 
 impl Shared {
     /// Logs a request that was well-formed and not done.

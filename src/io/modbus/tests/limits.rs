@@ -43,6 +43,25 @@ fn the_newest_connection_too_many_is_closed() {
 }
 
 #[test]
+fn who_has_asked_nothing_gives_way_to_a_newcomer_the_oldest_first() {
+    let controller = Controller::start(Modbus { connections: 3, ..settings() }, PERIOD);
+    let mut panel = controller.client();
+    panel.ask(&READ);
+    let (mut first, mut second) = (controller.client(), controller.client());
+    first.stream.write_all(&[0, 1, 0]).unwrap();
+    let mut newcomer = controller.client();
+    assert_eq!(newcomer.ask(&READ).len(), 4);
+    assert!(first.is_closed());
+    let mut another = controller.client();
+    assert_eq!(another.ask(&READ).len(), 4);
+    assert!(second.is_closed());
+    assert!(controller.client().is_closed(), "all have been served, and keep their places");
+    for client in [&mut panel, &mut newcomer, &mut another] {
+        assert_eq!(client.ask(&READ).len(), 4);
+    }
+}
+
+#[test]
 fn an_unfinished_frame_ends_the_connection() {
     let controller = impatient();
     let mut client = controller.client();

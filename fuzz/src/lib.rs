@@ -1,0 +1,247 @@
+//! What each fuzz target does with its bytes: one function a parser.
+//!
+//! None may panic, and some hold more: what is printed reads back as the same, a reply is a frame.
+//! `fuzz/run` runs them all. A new parser gets a function here, a file of three lines in
+//! `fuzz_targets/`, a row in `Cargo.toml` and in `run`.
+
+use std::io;
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::LazyLock;
+
+use rungd::io::modbus::Map;
+use rungd::io::modbus::answer::{Answer, answer, refused, written};
+use rungd::io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
+use rungd::io::modbus::map::Asker;
+use rungd::isa::{MemorySizes, address_text, duration};
+use rungd::load::decode;
+use rungd::lower::{Symbols, lower};
+use rungd::operator::names::Names;
+use rungd::operator::protocol::{Given, Request};
+use rungd::resolve::controller::{Controller, resolve_controller};
+use rungd::resolve::program::Program;
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::retain::Device;
+use rungd::retain::format::{Stamp, put_slot, read_slot};
+use rungd::runtime::command::Forces;
+use rungd::runtime::exchange::{Mode, Snapshot};
+use rungd::sim::stimulus::{Stimulus, Target};
+use rungd::source::finding::{Finding, Severity};
+use rungd::source::render::{Style, render};
+use rungd::source::span::{FileId, SourceFile, Span};
+use rungd::source::{contact, controller, instruction};
+
+const LADDER: &str = include_str!("../../tests/oracle/ladder.toml");
+const CONTROLLER: &str = include_str!("../../tests/oracle/controller.toml");
+
+/// A program, its symbols and a controller file that fits it.
+struct Known {
+    program: Program,
+    symbols: Symbols,
+    settings: Controller,
+    names: Names,
+}
+
+/// Made once; every run only reads it.
+static KNOWN: LazyLock<Known> = LazyLock::new(|| {
+    let file = SourceFile { name: "ladder.toml".to_owned(), text: LADDER.to_owned() };
+    let program = load_ladders(&[file], &LoadOptions::default()).0.expect("a program");
+    let symbols = lower(&program).1;
+    let written = controller::read(CONTROLLER, FileId(0)).0.expect("a controller file");
+    let settings = resolve_controller(&written, &program).0;
+    let names = Names::new(&program, &symbols);
+    Known { program, symbols, settings, names }
+});
+
+/// The file's text, as a load decodes it.
+fn file(bytes: &[u8]) -> (SourceFile, Vec<Finding>) {
+    let (text, finding) = decode(bytes, FileId(0));
+    (SourceFile { name: "fuzz.toml".to_owned(), text }, finding.into_iter().collect())
+}
+
+/// Findings are shown to people whatever they are.
+fn show(findings: &[Finding], file: SourceFile) {
+    let shown = render(findings, &[file], Style::default());
+    assert!(!shown.contains('\u{1b}'), "no escape of the author's reaches the terminal");
+}
+
+/// A ladder file: read, resolved, judged, made into an engine program.
+pub fn ladder(bytes: &[u8]) {
+    let (file, mut findings) = file(bytes);
+    let files = [file];
+    let (program, found) = load_ladders(&files, &LoadOptions::default());
+    findings.extend(found);
+    if let Some(program) = program {
+        findings.extend(rungd::check::check(&program, &[]));
+        if findings.iter().all(|finding| finding.severity() != Severity::Error) {
+            let _ = lower(&program);
+        }
+    }
+    let [file] = files;
+    show(&findings, file);
+}
+
+/// A controller file: read, and resolved against a program.
+pub fn controller_file(bytes: &[u8]) {
+    let (file, mut findings) = file(bytes);
+    let (written, found) = controller::read(&file.text, FileId(0));
+    findings.extend(found);
+    controller::is_controller(&file.text);
+    if let Some(written) = written {
+        let (settings, found) = resolve_controller(&written, &KNOWN.program);
+        let error =
+            findings.iter().chain(&found).any(|finding| finding.severity() == Severity::Error);
+        findings.extend(found);
+        if let (false, Some(modbus)) = (error, settings.modbus) {
+            let symbols = &KNOWN.symbols;
+            let _ = Map::new(&modbus, &symbols.layout, |word| symbols.limits(word));
+        }
+    }
+    show(&findings, file);
+}
+
+/// A contact.
+pub fn contact(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let _ = contact::parse(text, Span::default());
+}
+
+/// An instruction's text.
+pub fn instruction(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let mut findings = Vec::new();
+    let _ = instruction::parse(text, Span::default(), &mut findings);
+}
+
+/// Addresses, durations, names and values, as an operator types them too.
+pub fn texts(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Ok(address) = address_text::parse(text, &MemorySizes::default()) {
+        let again = address_text::parse(&address.to_string(), &MemorySizes::default());
+        assert_eq!(again.ok(), Some(address));
+    }
+    if let Ok(ms) = duration::parse(text) {
+        assert_eq!(duration::parse(&duration::print(ms)).ok(), Some(ms));
+    }
+    let _ = duration::in_order(text);
+    let names = &KNOWN.names;
+    let (name, value) = text.split_once(' ').unwrap_or((text, "1"));
+    let _ = names.beginning(name);
+    if let Ok(operand) = names.find_one(name) {
+        let _ = (names.may_write(&operand), names.may_force(&operand));
+        let _ = names.value(&operand, &Given::Text(value.to_owned()));
+    }
+}
+
+/// What a Modbus server receives: frames out of a stream, each answered by one frame.
+pub fn modbus_server(mut bytes: &[u8]) {
+    static MAP: LazyLock<(Map, Snapshot)> = LazyLock::new(|| {
+        let Known { symbols, settings, .. } = &*KNOWN;
+        let settings = settings.modbus.as_ref().expect("it has a server");
+        let map = Map::new(settings, &symbols.layout, |word| symbols.limits(word));
+        (map, image(symbols))
+    });
+    let (map, latest) = &*MAP;
+    let asker = |unit| Asker { unit, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
+    while let Split::Frame { header, pdu, bytes: taken } = frame::split(bytes) {
+        let reply = match answer(map, asker(header.unit), pdu, latest) {
+            Answer::Reply(reply) => reply,
+            Answer::Refused(request, refusal) => {
+                let _ = (map.place(header.unit, &request), refusal.to_string());
+                refused(pdu, refusal)
+            }
+            Answer::Write(request, batch) => {
+                assert!(!batch.is_empty() && batch.len() <= 4096);
+                written(map, header.unit, (pdu, &request), latest).expect("as it was")
+            }
+        };
+        assert!(reply[0] == pdu[0] || (reply[0] == pdu[0] | 0x80 && reply.len() == 2));
+        let framed = frame::reply(header, |frame| frame.extend_from_slice(&reply));
+        assert!(framed.len() <= FRAME_BYTES_MAX);
+        let whole = frame::split(&framed);
+        assert!(matches!(whole, Split::Frame { pdu, .. } if pdu == reply));
+        bytes = &bytes[taken..];
+    }
+}
+
+fn image(symbols: &Symbols) -> Snapshot {
+    let layout = &symbols.layout;
+    Snapshot {
+        generation: 0,
+        scans: 1,
+        now_ns: 0,
+        mode: Mode::Run,
+        since_ns: 0,
+        bits: vec![1; layout.bit_count() as usize].into(),
+        words: vec![-7; layout.word_count() as usize].into(),
+        outputs: vec![1; layout.sizes().y as usize].into(),
+        tickets_done: 0,
+        forces: Forces::default(),
+        safe: [].into(),
+    }
+}
+
+/// A line of the operator's protocol: what is understood says itself again.
+pub fn operator(bytes: &[u8]) {
+    let Ok(request) = serde_json::from_slice::<Request>(bytes) else { return };
+    let line = serde_json::to_vec(&request).expect("it is of plain parts");
+    let again: Request = serde_json::from_slice(&line).expect("its own line");
+    assert_eq!(serde_json::to_vec(&again).expect("as before"), line);
+}
+
+/// A stimulus for the simulator.
+pub fn stimulus(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let lookup = |name: &str| {
+        let operand = KNOWN.names.find_one(name).map_err(|refusal| refusal.message)?;
+        Ok(match operand.cell {
+            rungd::engine::Cell::Bit(cell) => Target::Bit(cell),
+            rungd::engine::Cell::Word(cell) => Target::Word(cell, (-5, 70_000)),
+        })
+    };
+    let _ = Stimulus::parse(text, &lookup);
+}
+
+/// A file of retentive memory, shown and searched for its newest image.
+pub fn retain(bytes: &[u8]) {
+    let mut disk = Disk(bytes.to_vec());
+    let _ = rungd::retain::show::show(&mut disk);
+    let _ = rungd::retain::slots::survey(&mut disk);
+    if let Some(content) = rungd::retain::content::read(bytes) {
+        let _ = format!("{content:?}");
+    }
+    // Whatever a slot holds, it reads back as it was written.
+    let stamp = Stamp { sequence: 3, scan: 2, saved_ms: 1, flags: 0 };
+    let mut slot = Vec::new();
+    put_slot(&mut slot, 7, &stamp, bytes);
+    assert_eq!(read_slot(&slot, 7), Ok((stamp, bytes)));
+}
+
+/// A device that is nothing but its bytes.
+struct Disk(Vec<u8>);
+
+impl Device for Disk {
+    fn size(&mut self) -> io::Result<u64> {
+        Ok(self.0.len() as u64)
+    }
+
+    fn read_at(&mut self, at: u64, into: &mut [u8]) -> io::Result<usize> {
+        let from = self.0.get(at.min(self.0.len() as u64) as usize..).unwrap_or(&[]);
+        let count = from.len().min(into.len());
+        into[..count].copy_from_slice(&from[..count]);
+        Ok(count)
+    }
+
+    fn write_at(&mut self, _at: u64, _from: &[u8]) -> io::Result<usize> {
+        Err(io::ErrorKind::ReadOnlyFilesystem.into())
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn settle(&mut self) {}
+
+    fn reopen(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

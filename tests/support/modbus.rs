@@ -1,0 +1,61 @@
+//! A Modbus client that is nothing but a socket, for tests before the real program.
+//!
+//! Included by path; each test uses a part of it. It shares no code with rungd.
+#![allow(dead_code)]
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+/// How long a reply may take on a busy machine.
+pub const REPLY_WAIT_MAX: Duration = Duration::from_secs(20);
+
+/// A frame around a PDU.
+pub fn frame(transaction: u16, unit: u8, pdu: &[u8]) -> Vec<u8> {
+    let length = (pdu.len() + 1) as u16;
+    let head = [transaction.to_be_bytes(), [0, 0], length.to_be_bytes()].concat();
+    [&head[..], &[unit], pdu].concat()
+}
+
+/// A connected client.
+pub struct Client {
+    stream: TcpStream,
+    transaction: u16,
+}
+
+impl Client {
+    pub fn connect(address: &str) -> Client {
+        let stream = TcpStream::connect(address).unwrap();
+        stream.set_nodelay(true).unwrap();
+        stream.set_read_timeout(Some(REPLY_WAIT_MAX)).unwrap();
+        Client { stream, transaction: 0 }
+    }
+
+    /// The reply to a PDU; nothing where the connection is closed.
+    pub fn try_ask(&mut self, unit: u8, pdu: &[u8]) -> Option<Vec<u8>> {
+        self.transaction = self.transaction.wrapping_add(1);
+        self.stream.write_all(&frame(self.transaction, unit, pdu)).ok()?;
+        let mut header = [0; 7];
+        self.stream.read_exact(&mut header).ok()?;
+        let [number @ .., 0, 0, high, low, from] = header else { panic!("{header:?}") };
+        assert_eq!((u16::from_be_bytes(number), from), (self.transaction, unit));
+        let mut reply = vec![0; usize::from(u16::from_be_bytes([high, low])) - 1];
+        self.stream.read_exact(&mut reply).ok()?;
+        Some(reply)
+    }
+
+    /// The reply to a PDU.
+    pub fn ask(&mut self, unit: u8, pdu: &[u8]) -> Vec<u8> {
+        self.try_ask(unit, pdu).expect("a reply")
+    }
+}
+
+/// How long a new client waits for its first reply, from before it connects; it is served.
+pub fn served_within(address: &str) -> Duration {
+    let began = Instant::now();
+    let reply = Client::connect(address).ask(1, &[3, 0, 0, 0, 1]);
+    assert_eq!(reply.len(), 4);
+    let took = began.elapsed();
+    assert!(took < Duration::from_secs(2), "served after {took:?}");
+    took
+}
