@@ -2,6 +2,8 @@
 //! RUNGD_GPIO_IN=17 cargo test --test gpio_hardware -- --nocapture`, with a wire between the two.
 //! Where there are none (nor a simulated chip, `modprobe gpio-sim`), it says so and is done.
 
+mod live;
+
 use std::time::{Duration, Instant};
 
 use rungd::io::device::Opener;
@@ -49,4 +51,30 @@ fn an_output_is_read_back_through_a_wire() {
         opened.write(&[0]).expect("written");
     }
     eprintln!("an exchange takes {} ns", begin.elapsed().as_nanos() / 1000);
+}
+
+#[test]
+fn a_chip_that_is_not_there_is_told_and_the_plant_runs_without() {
+    let ladder = r#"
+[[program]]
+name = "Main"
+rung = [{ when = ["panel.Stale"], do = ["OUT C0"] }]
+"#;
+    let controller = r#"
+[[device]]
+name       = "panel"
+driver     = "gpio"
+chip       = "/dev/no-such-chip"
+loss-after = "100ms"
+map        = [{ from = "line 1", to = "X0" }, { from = "Y0", to = "line 2" }]
+"#;
+    let mut live = live::Live::start(ladder, controller, &[]);
+    live.await_values("panel.Ok panel.Stale C0", "OFF ON ON");
+    let status = live.ok("status");
+    let told = "/dev/no-such-chip: No such file or directory (os error 2)";
+    assert!(
+        status.contains(told) && status.contains("panel (gpio, /dev/no-such-chip)"),
+        "{status}"
+    );
+    live.end();
 }
