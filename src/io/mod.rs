@@ -6,6 +6,7 @@
 //! seen to when the controller file was resolved.
 
 pub mod device;
+pub mod gpio;
 pub mod modbus;
 pub mod modbus_client;
 pub mod plant;
