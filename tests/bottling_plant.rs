@@ -1,117 +1,22 @@
 //! `config/bottling-plant.toml`: its ladder against its simulated plant in virtual time, where
 //! every fault brings its alarm about; and the same with the real binary, for some seconds.
 
+#[path = "support/bench.rs"]
+mod bench;
 mod live;
 
 use std::path::{Path, PathBuf};
 
-use rungd::engine::{Cell, Engine, ScanTimes};
-use rungd::io::plant::Model;
-use rungd::isa::{Address, Bit, BitSpace, Health};
+use bench::Plant;
 use rungd::load;
-use rungd::lower::{Symbols, lower};
-use rungd::resolve::device::{Device, Driver};
-use rungd::resolve::scope::Scope;
-
-const PERIOD_MS: u64 = 10;
-
-/// The controller with its plant, on one grid: a scan sees what the plant told at its time.
-struct Plant {
-    scope: Scope,
-    symbols: Symbols,
-    engine: Engine,
-    device: Device,
-    model: Model,
-    now_ms: u64,
-    /// When the last good exchange was.
-    good_ms: u64,
-}
 
 fn config() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("config")
 }
 
-impl Plant {
-    fn new() -> Plant {
-        let loaded = load::controller_file(&config().join("bottling-plant.toml")).unwrap();
-        assert!(loaded.findings.is_empty(), "{:#?}", loaded.findings);
-        let (program, controller) = (loaded.program.unwrap(), loaded.controller.unwrap());
-        let (code, symbols) = lower(&program);
-        let mut engine = Engine::new(code);
-        engine.start(0);
-        let device = controller.devices[0].clone();
-        let Driver::Simulated(settings) = &device.driver else { panic!("{device:?}") };
-        let model = Model::new(settings);
-        let scope = Scope::of(&program);
-        Plant { scope, symbols, engine, device, model, now_ms: 0, good_ms: 0 }
-    }
-
-    fn cell(&self, name: &str) -> Cell {
-        let address = self.scope.address(name).expect("an operand");
-        self.symbols.layout.cell(address).expect("a bit or a word")
-    }
-
-    fn value(&self, name: &str) -> i32 {
-        let image = self.engine.image();
-        match self.cell(name) {
-            Cell::Bit(bit) => image.bit(bit).into(),
-            Cell::Word(word) => image.word(word),
-        }
-    }
-
-    fn force(&mut self, name: &str, on: bool) {
-        let Cell::Bit(bit) = self.cell(name) else { panic!("{name} is a word") };
-        self.engine.force_bit(bit, on);
-    }
-
-    fn scan(&mut self) {
-        let image = self.engine.image();
-        let value = |address| match self.symbols.layout.cell(address) {
-            Some(Cell::Bit(bit)) => i32::from(image.bit(bit)),
-            Some(Cell::Word(word)) => image.word(word),
-            None => panic!("{address}"),
-        };
-        let outputs: Vec<i32> = self.device.outputs.iter().map(|out| value(out.address)).collect();
-        let mut inputs: Vec<i32> =
-            self.device.inputs.iter().map(|row| value(row.address)).collect();
-        let done = self.model.step(self.now_ms, &outputs, &mut inputs);
-        if done.is_ok() {
-            self.good_ms = self.now_ms;
-        }
-        let stale = self.now_ms - self.good_ms > u64::from(self.device.loss_after_ms);
-        if stale {
-            inputs.fill(0);
-        }
-        self.engine.begin_scan(self.now_ms * 1_000_000, &ScanTimes::default());
-        for (row, value) in self.device.inputs.iter().zip(inputs) {
-            match (row.address, self.symbols.layout.cell(row.address)) {
-                (Address::Bit(Bit::Space(BitSpace::X, n)), _) => {
-                    self.engine.set_input(n, value != 0);
-                }
-                (_, Some(Cell::Word(word))) => self.engine.write_word(word, value),
-                (address, _) => panic!("{address}"),
-            }
-        }
-        for (health, on) in [(Health::Ok, done.is_ok()), (Health::Stale, stale)] {
-            let bit = self.symbols.layout.bit(Bit::Device(self.device.id, health));
-            self.engine.write_bit(bit, on);
-        }
-        self.engine.execute();
-        self.now_ms += PERIOD_MS;
-    }
-
-    /// Scans up to a time, and looks behind each.
-    fn until(&mut self, end_ms: u64, mut look: impl FnMut(&Plant)) {
-        while self.now_ms < end_ms {
-            self.scan();
-            look(self);
-        }
-    }
-
-    /// Which of these are ON.
-    fn on<'a>(&self, names: &[&'a str]) -> Vec<&'a str> {
-        names.iter().copied().filter(|name| self.value(name) != 0).collect()
-    }
+/// The controller with its plant, on one grid.
+fn plant() -> Plant {
+    Plant::of(load::controller_file(&config().join("bottling-plant.toml")).unwrap())
 }
 
 const ALARMS: [&str; 5] =
@@ -119,7 +24,7 @@ const ALARMS: [&str; 5] =
 
 #[test]
 fn a_minute_of_bottles() {
-    let mut plant = Plant::new();
+    let mut plant = plant();
     let (mut least, mut most) = (i32::MAX, 0);
     plant.until(60_000, |plant| {
         assert_eq!(plant.on(&ALARMS), [""; 0], "at {} ms", plant.now_ms);
@@ -142,7 +47,7 @@ fn every_fault_brings_its_alarm_about_and_start_acknowledges_it() {
         ("C104", "signal_fault"),
         ("C106", "plant_lost"),
     ] {
-        let mut plant = Plant::new();
+        let mut plant = plant();
         plant.until(21_500, |_| {});
         assert_eq!((plant.value("running"), plant.on(&ALARMS)), (1, vec![]), "{fault}");
         plant.force(fault, true);
@@ -160,7 +65,7 @@ fn every_fault_brings_its_alarm_about_and_start_acknowledges_it() {
 
 #[test]
 fn noise_on_the_level_brings_nothing_about() {
-    let mut plant = Plant::new();
+    let mut plant = plant();
     plant.force("C105", true);
     plant.until(60_000, |plant| assert_eq!(plant.on(&ALARMS), [""; 0]));
     assert_eq!(plant.value("bottles"), 11);
@@ -168,7 +73,7 @@ fn noise_on_the_level_brings_nothing_about() {
 
 #[test]
 fn stop_stops_the_line() {
-    let mut plant = Plant::new();
+    let mut plant = plant();
     plant.until(3_000, |_| {});
     plant.force("C107", true);
     plant.until(3_100, |_| {});

@@ -16,7 +16,7 @@ use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
 use crate::resolve::controller::{self as resolved, Controller};
-use crate::resolve::device::{Device, Input, OnLoss, Output, SafeValue};
+use crate::resolve::device::{Device, Driver, Input, OnLoss, Output, SafeValue};
 use crate::resolve::operator::Operator;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
@@ -31,6 +31,7 @@ use super::narration::Narration;
 use super::retain::{Wanted, place};
 
 const MS_NS: u64 = 1_000_000;
+const US_NS: u64 = 1_000;
 
 /// A controller, ready to be started.
 pub struct Setup {
@@ -169,7 +170,10 @@ fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
         stale: health(Health::Stale),
         loss_after_ns: u64::from(device.loss_after_ms) * MS_NS,
         zero_on_loss: device.on_loss == OnLoss::Zero,
-        local_budget_ns: None,
+        local_budget_ns: match &device.driver {
+            Driver::Gpio(gpio) => Some(u64::from(gpio.budget_us) * US_NS),
+            Driver::Modbus(_) | Driver::Simulated(_) => None,
+        },
     }
 }
 

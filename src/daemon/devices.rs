@@ -2,6 +2,7 @@
 //!
 //! The one place that knows every driver. What a device's task does is `io::device`'s business.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::task::JoinSet;
@@ -10,6 +11,7 @@ use tracing::info;
 use super::config::Setup;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
+use crate::io::gpio::{Gpio, Kernel};
 use crate::io::modbus_client::{Client, Lines, Tcp};
 use crate::io::plant::Plant;
 use crate::resolve::device::modbus::{self, Link};
@@ -22,7 +24,7 @@ pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
     let health = |device: &Device| {
         let (driver, peer) = match &device.driver {
             Settings::Modbus(client) => modbus(client),
-            Settings::Gpio(_) => ("gpio", String::new()),
+            Settings::Gpio(lines) => ("gpio", lines.chip.to_string()),
             Settings::Simulated(_) => ("simulated", "this process".to_owned()),
         };
         Health::new(&device.name, driver, peer)
@@ -79,7 +81,9 @@ impl Starter<'_> {
             Settings::Simulated(plant) => {
                 self.beside(Plant::new(plant), (device, wiring), ends, tasks);
             }
-            Settings::Gpio(_) => {}
+            Settings::Gpio(lines) => {
+                self.within(Arc::new(Gpio::new(lines, Kernel)), device, ends, tasks);
+            }
         }
     }
 
@@ -106,7 +110,7 @@ impl Starter<'_> {
     /// A device that the scan itself exchanges.
     fn within(
         &self,
-        opener: std::sync::Arc<dyn Opener>,
+        opener: Arc<dyn Opener>,
         device: &Device,
         ends: Ends,
         tasks: &mut JoinSet<()>,

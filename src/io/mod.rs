@@ -7,6 +7,7 @@
 
 pub mod caught;
 pub mod device;
+pub mod gpio;
 pub mod modbus;
 pub mod modbus_client;
 pub mod plant;

@@ -280,6 +280,11 @@ impl Field {
         }
     }
 
+    /// Whether the scan itself exchanges with any device.
+    pub fn has_local(&self) -> bool {
+        self.devices.iter().any(|device| device.local.is_some())
+    }
+
     /// The output step behind a complete scan: local devices.
     pub fn bring_out<M: Machine>(&mut self, machine: &M) {
         let (image, first_output) = (machine.image(), self.first_output);

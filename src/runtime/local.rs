@@ -17,8 +17,11 @@ use super::link::Safe;
 use super::sys::monotonic_ns;
 use crate::engine::Cell;
 
-/// So many exchanges running may be late.
+/// So many reads running, or writes, and the device is let go of if all of them were late.
 const LATE_MAX: u32 = 3;
+/// Which of them.
+const READ: usize = 0;
+const WRITE: usize = 1;
 /// Local devices on their way to the scan, at most.
 const HANDED_MAX: usize = 4;
 
@@ -51,7 +54,7 @@ pub enum LocalFailure {
 /// What the two ends share.
 #[derive(Default)]
 struct Word {
-    /// 0: in use, or none was given; else why it was let go of.
+    /// 0: in use, or none was given, or it was told; else why it was let go of.
     failure: AtomicU64,
     /// The slowest exchange so far, ns.
     slowest_ns: AtomicU64,
@@ -68,7 +71,9 @@ pub(super) struct LocalSide {
     written: Vec<i32>,
     is_written: bool,
     budget_ns: u64,
-    late: u32,
+    /// How many reads, and how many writes, were late running. Apart: writes in time do not excuse
+    /// reads that are late in every scan.
+    late: [u32; 2],
     word: Arc<Word>,
 }
 
@@ -100,7 +105,7 @@ pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalLine) {
         is_written: false,
         outputs: wiring.outputs.clone(),
         budget_ns,
-        late: 0,
+        late: [0; 2],
         word: Arc::clone(&word),
     };
     let rescue = Rescue { device: Arc::default(), outputs: wiring.outputs.clone().into() };
@@ -119,9 +124,9 @@ impl LocalLine {
         self.handed.push(device).is_ok()
     }
 
-    /// Why the scan let go of the device, if it did; the device is closed then.
+    /// Why the scan has let go of the device, told once; the device is closed then.
     pub fn failure(&mut self) -> Option<LocalFailure> {
-        let failure = LocalFailure::decode(self.word.failure.load(Ordering::Acquire))?;
+        let failure = LocalFailure::decode(self.word.failure.swap(0, Ordering::AcqRel))?;
         while self.returned.pop().is_ok() {}
         *self.rescue.lock() = None;
         Some(failure)
@@ -194,7 +199,7 @@ impl LocalSide {
         let mut any = false;
         while let Ok(device) = self.handed.pop() {
             self.let_go();
-            (self.device, self.is_written, self.late) = (Some(device), false, 0);
+            (self.device, self.is_written, self.late) = (Some(device), false, [0; 2]);
             any = true;
         }
         any
@@ -206,7 +211,7 @@ impl LocalSide {
         let device = self.device.as_deref()?;
         let begin_ns = monotonic_ns();
         let done = device.read(inputs);
-        Some(self.judge(done, begin_ns))
+        Some(self.judge(READ, done, begin_ns))
     }
 
     /// Writes a complete scan's outputs, where they changed.
@@ -250,7 +255,7 @@ impl LocalSide {
         }
         let begin_ns = monotonic_ns();
         let done = device.write(&self.values);
-        if self.judge(done, begin_ns) {
+        if self.judge(WRITE, done, begin_ns) {
             self.written.copy_from_slice(&self.values);
             self.is_written = true;
             return true;
@@ -259,13 +264,13 @@ impl LocalSide {
     }
 
     /// Whether an exchange was good. One that was not loses the device.
-    fn judge(&mut self, done: Result<(), i32>, begin_ns: u64) -> bool {
+    fn judge(&mut self, what: usize, done: Result<(), i32>, begin_ns: u64) -> bool {
         let took_ns = monotonic_ns().saturating_sub(begin_ns);
         self.word.slowest_ns.fetch_max(took_ns, Ordering::Relaxed);
-        self.late = if took_ns > self.budget_ns { self.late + 1 } else { 0 };
+        self.late[what] = if took_ns > self.budget_ns { self.late[what] + 1 } else { 0 };
         let failure = match done {
             Err(errno) => LocalFailure::System(errno),
-            Ok(()) if self.late >= LATE_MAX => {
+            Ok(()) if self.late[what] >= LATE_MAX => {
                 LocalFailure::Late { took_us: u32::try_from(took_ns / 1000).unwrap_or(u32::MAX) }
             }
             Ok(()) => return true,

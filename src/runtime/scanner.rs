@@ -252,8 +252,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             Some(_) if !in_time => self.fail(too_long(scan_ns), woke_ns),
             Some(last) => {
                 self.books.scan(scan_ns, lateness_ns);
-                self.complete(woke_ns);
-                if last {
+                if self.complete(woke_ns) && last {
                     self.stop(woke_ns);
                 }
             }
@@ -294,9 +293,12 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         field.bring_in(machine, (now_ns, *scans), |what| journal.tell(*scans, now_ns, what));
     }
 
-    /// Steps 8 and 9.
-    fn complete(&mut self, now_ns: u64) {
-        self.field.bring_out(&self.machine);
+    /// Steps 8 and 9; false if local outputs took so long that it is a fault.
+    fn complete(&mut self, now_ns: u64) -> bool {
+        if let Err(reason) = self.bring_out() {
+            self.fail(reason, now_ns);
+            return false;
+        }
         self.scans += 1;
         // Where the monitor closed the door by mistake, it is open again.
         self.side.set_running(true);
@@ -304,6 +306,20 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.publish(now_ns);
         self.tell_events(now_ns);
         self.beat.pulse();
+        true
+    }
+
+    /// Local outputs, watched as the scan is.
+    fn bring_out(&mut self) -> Result<(), FaultReason> {
+        if !self.field.has_local() {
+            return Ok(());
+        }
+        let begin_ns = self.clock.now_ns();
+        self.beat.begin(begin_ns);
+        self.field.bring_out(&self.machine);
+        let took_ns = self.clock.now_ns().saturating_sub(begin_ns);
+        let in_time = self.beat.end() && took_ns <= self.pace.tempo.watchdog_ns;
+        if in_time { Ok(()) } else { Err(too_long(took_ns)) }
     }
 
     /// Behind the last scan: the passes, then STOP.

@@ -256,7 +256,18 @@ pub const CONTROLLER: &[Key] = &[
     key(FAULT, "every", "How often noise is another; 20ms if not given."),
     key(FAULT, "amplitude", "By how much a number is off, at most."),
     key(FAULT, "by", "By how long a point is late."),
-    key(FIELD, "chip", "`gpio`: the character device of its chip."),
+    key(FIELD, "chip", "`gpio`: its character device, or `label:` and what the chip calls itself."),
+    key(FIELD, "budget-us", "`gpio`: so long may an exchange take; 200 if not given."),
+    key(MAP, "active-low", "`gpio`: ON is a low level."),
+    key(MAP, "debounce", "`gpio`: a level lasts so long before it counts; at most 10s."),
+    limited(
+        key(MAP, "bias", "`gpio`: what holds the line where nothing drives it."),
+        r#"{"enum":["pull-up","pull-down","disabled"]}"#,
+    ),
+    limited(
+        key(MAP, "drive", "`gpio`: how an output drives its line; `push-pull` if not given."),
+        r#"{"enum":["push-pull","open-drain","open-source"]}"#,
+    ),
     limited(key(SCAN, "period", "From one scan to the next; 10ms if not given."), LEAST_1MS),
     limited(
         key(SCAN, "watchdog", "A scan longer than this is a fault; 200ms if not given."),
