@@ -1,9 +1,10 @@
 //! The driver: what one exchange with a Modbus device is.
 //!
 //! Writes first, then the watchdog, then reads, so that a peer in trouble has its outputs as soon
-//! as can be; and writes again where the watchdog may have run out. Several units may stand behind one link: one that refuses or is silent does not keep
-//! the others from their outputs, though the exchange as a whole has failed. A silent one is asked
-//! once more soon, then ever less often, and has all its outputs when it is back.
+//! as can be; and writes again where the watchdog may have run out. Several units may stand behind
+//! one link: one that refuses or is silent does not keep the others from their outputs, though the
+//! exchange as a whole has failed. A silent one is asked once more soon, then ever less often, and
+//! has all its outputs when it is back.
 
 use std::fmt;
 use std::time::Duration;
