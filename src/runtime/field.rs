@@ -3,7 +3,7 @@
 //! Every device has an image of its inputs, filled beside the scan ([`Line`], held by a driver's
 //! task) or within it ([`Local`], for lines that answer at once). A whole image goes through a
 //! ring, so that a scan sees all of one exchange or nothing of it. At the scan's input step
-//! [`Field`] takes the newest, judges by the scan's own clock how old the last good exchange is,
+//! `Field` takes the newest, judges by the scan's own clock how old the last good exchange is,
 //! and moves the inputs; a device whose task hangs or is gone goes stale just as one whose cable
 //! is cut. Outputs leave by the published image ([`outgoing`]); those of a local device at the
 //! output step.

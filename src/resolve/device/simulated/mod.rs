@@ -2,7 +2,7 @@
 //!
 //! Called by [`super`] with the rows of the map; `io::plant` makes a model of it. Points are
 //! numbered through the plant: a part's commands first, then what it tells, in the order of
-//! [`points`]; behind those of the parts, one for each fault.
+//! `points`; behind those of the parts, one for each fault.
 //!
 //! ```toml
 //! # passes: what stands at a motor's contactor, and its answer
