@@ -1,8 +1,9 @@
 //! rungd: a soft-PLC for Linux. The map, from the ground up; a module uses only those above it
 //! in this list.
 
-// But for the system calls of the scan thread, in `runtime/sys.rs`, and those of the operator's
-// socket, in `daemon/operator/peer.rs`.
+// But for the system calls of the scan thread, in `runtime/sys.rs`, those of the operator's
+// socket, in `daemon/operator/peer.rs`, and a serial line handed to tokio, in
+// `io/modbus_client/serial.rs`.
 #![deny(unsafe_code)]
 
 pub mod check;
@@ -10,6 +11,7 @@ pub mod cli;
 pub mod daemon;
 pub mod engine;
 pub mod events;
+pub mod faults;
 pub mod io;
 pub mod isa;
 pub mod load;

@@ -37,7 +37,7 @@ fn everything_but_the_ladder_has_a_default() {
     let controller = controller("defaults", "ladder = [\"programs/bottling.toml\"]\n");
     assert_eq!((controller.period_ms, controller.watchdog_ms), (10, 200));
     assert_eq!(controller.statistics_ms, 60_000);
-    assert!(controller.modbus.is_none() && controller.devices.is_empty());
+    assert!(controller.modbus.is_none() && controller.rules.is_empty());
     assert!(controller.outputs_on.is_empty() && controller.retain.is_empty());
     assert_eq!(controller.realtime, Realtime::default());
 }
@@ -117,7 +117,7 @@ statistics = "0s"
     let (from, to) = modbus.outputs.unwrap();
     assert_eq!((from.to_string(), to.to_string()), ("Y0..Y7".into(), "MI1..MI8".into()));
     let gate = Bit::Space(BitSpace::Y, 1);
-    let [eye, behind] = &controller.devices[..] else { panic!("two rules") };
+    let [eye, behind] = &controller.rules[..] else { panic!("two rules") };
     assert_eq!((eye.input, eye.while_on), (3, Some(gate)));
     assert_eq!(eye.motion, Motion::Pulse { width_ms: 200, every_ms: 1_000, offset_ms: 0 });
     let follow = Motion::Follow { bit: gate, after_ms: 30, release_ms: 30 };

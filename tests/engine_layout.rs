@@ -4,7 +4,8 @@ mod support;
 
 use rungd::engine::{Cell, Engine, Layout, ScanTimes};
 use rungd::isa::{
-    Address, Bit, BitSpace, BlockId, MemorySizes, StageId, Structure, Word, WordSpace,
+    Address, Bit, BitSpace, BlockId, DeviceId, Health, MemorySizes, StageId, Structure, Word,
+    WordSpace,
 };
 use rungd::lower::lower;
 use rungd::resolve::{LoadOptions, load_ladders};
@@ -35,6 +36,8 @@ fn addresses(sizes: &MemorySizes) -> Vec<Address> {
     all.extend((0..STAGES).map(|n| Address::Bit(Bit::Stage(StageId(n)))));
     all.extend((0..BLOCKS).map(|n| Address::Bit(Bit::Running(BlockId(n)))));
     all.extend((0..BLOCKS).map(|n| Address::Bit(Bit::Done(BlockId(n)))));
+    let health = |n| Health::ALL.map(|health| Address::Bit(Bit::Device(DeviceId(n), health)));
+    all.extend((0..sizes.devices).flat_map(health));
     all
 }
 
@@ -69,7 +72,7 @@ fn every_address_has_a_cell_of_its_own() {
 fn every_address_has_a_cell_of_its_own_with_other_sizes() {
     let (x, y, c, mc, mi) = (3, 9, 5, 11, 2);
     let (v, d, mhr, mir, ct, t) = (13, 4, 6, 8, 10, 7);
-    assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t });
+    assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t, devices: 3 });
 }
 
 #[test]

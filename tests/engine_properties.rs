@@ -34,7 +34,7 @@ fn loaded(case: &Case) -> (Program, Plan) {
     let stimulus = Stimulus::parse(&case.stimulus(), &|name| target(&program, &symbols, name));
     let stimulus = stimulus.unwrap_or_else(|e| panic!("seed {}: {}", case.seed, e.message));
     let (period_ms, scans) = (case.period as u32, case.scans as u64);
-    (program, Plan { period_ms, scans, stop: case.stop, stimulus })
+    (program, Plan { period_ms, scans, stop: case.stop, well: Vec::new(), stimulus })
 }
 
 /// The trace of everything that the program can name; `window` as in `lower_with`.

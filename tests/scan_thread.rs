@@ -10,19 +10,25 @@ use std::cell::Cell;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rungd::engine::{Cell as MemoryCell, Engine};
+use rungd::io::device::Opener;
+use rungd::io::gpio::{Chip, Chips, Gpio, LineFacts, Lines, Request};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
 use rungd::reload::{Plan, Side};
+use rungd::resolve::device::gpio::{At, Chip as ChipName, Gpio as GpioLines, Line, Setting};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::command::Command;
 use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
+use rungd::runtime::field::{Source, Target, Wiring};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::{
     Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
-    Statistics, Watched, assemble, assemble_reloadable,
+    Statistics, Watched, Whole, assemble, assemble_reloadable, assemble_whole,
 };
 use rungd::source::span::SourceFile;
 
@@ -197,6 +203,7 @@ fn settings(symbols: &Symbols, scans: u64) -> Settings {
         },
         watched,
         posture: Posture::default(),
+        field: Vec::new(),
     }
 }
 
@@ -328,6 +335,94 @@ fn a_hundred_reloads() {
             assert_eq!(port.latest().bits.len(), symbols.layout.bit_count() as usize);
         }
     }
+}
+
+/// A chip whose lines are two atomics; now and then they are gone.
+#[derive(Clone, Default)]
+struct FakeChip {
+    levels: Arc<AtomicU64>,
+    is_gone: Arc<AtomicBool>,
+}
+
+impl Chips for FakeChip {
+    fn open(&self, _: &ChipName) -> std::io::Result<Box<dyn Chip>> {
+        Ok(Box::new(self.clone()))
+    }
+}
+
+impl Chip for FakeChip {
+    fn lines(&self) -> std::io::Result<u32> {
+        Ok(512)
+    }
+
+    fn line(&self, _: u32) -> std::io::Result<LineFacts> {
+        Ok(LineFacts::default())
+    }
+
+    fn request(&self, _: &Request<'_>) -> std::io::Result<Box<dyn Lines>> {
+        Ok(Box::new(self.clone()))
+    }
+}
+
+impl Lines for FakeChip {
+    fn get(&self) -> Result<u64, i32> {
+        if self.is_gone.load(Ordering::Relaxed) {
+            return Err(19);
+        }
+        Ok(self.levels.fetch_add(0x1234_5678_9abc_def1, Ordering::Relaxed))
+    }
+
+    fn set(&self, _: u64) -> Result<(), i32> {
+        if self.is_gone.load(Ordering::Relaxed) { Err(19) } else { Ok(()) }
+    }
+}
+
+/// Local lines that are read and written in every scan, fail, and come back; over a stop too.
+#[test]
+fn local_lines() {
+    let line = |offset| Line { at: At::Offset(offset), setting: Setting::default() };
+    let lines = GpioLines {
+        chip: ChipName::Path("/dev/none".into()),
+        budget_us: 200,
+        inputs: (0..100).map(line).collect(),
+        outputs: (100..200).map(line).collect(),
+    };
+    let chip = FakeChip::default();
+    let gpio = Gpio::new(&lines, chip.clone());
+    let (code, symbols) = lower(&program("local", generated(3)));
+    let mut settings = settings(&symbols, 600);
+    let bit = |n| symbols.layout.bit(Bit::Space(BitSpace::C, n));
+    settings.field = vec![Wiring {
+        inputs: (0..100).map(Target::Input).collect(),
+        outputs: (0..100).map(Source::Output).collect(),
+        ok: bit(500),
+        stale: bit(501),
+        loss_after_ns: 50_000_000,
+        zero_on_loss: true,
+        local_budget_ns: Some(10_000_000_000),
+    }];
+    let clock = SimulatedClock::default();
+    let whole = assemble_whole(Engine::new(code), clock, &settings, Deaf);
+    let Whole { mut scanner, mut monitor, port, mut lines, .. } = whole;
+    let mut local = lines.remove(0).local.expect("it is local");
+    let mut numbers = Numbers(5);
+    scanner.start();
+    let mut failures = 0;
+    for scan in 0.. {
+        if scan % 40 == 0 {
+            assert!(local.hand_in(gpio.open(&[0; 100]).expect("it opens")));
+        }
+        chip.is_gone.store(scan % 40 == 30, Ordering::Relaxed);
+        stir(&port, &symbols, &mut numbers);
+        let (goes_on, calls) = counted(|| scanner.step());
+        assert_eq!(calls, 0, "in scan {scan}");
+        failures += u32::from(local.failure().is_some());
+        monitor.turn(0);
+        if !goes_on {
+            break;
+        }
+    }
+    assert!(failures > 3, "{failures}");
 }
 
 #[test]

@@ -276,3 +276,17 @@ fn what_time_cannot_count_and_what_has_no_end_is_refused() {
         assert_eq!(text(&output.stdout), "");
     }
 }
+
+#[test]
+fn a_field_device_is_well_until_a_stimulus_says_otherwise() {
+    let place = Place::new("device");
+    let ladder = "[ladder]\ndevices = [\"line1\"]\n[[program]]\nname = \"Main\"\nrung = [\n\
+                  { when = [\"line1.Ok\"], do = [\"OUT Y0\"] },\n\
+                  { when = [\"line1.Stale\"], do = [\"OUT Y1\"] },\n]\n";
+    place.write("line.toml", ladder);
+    place.write("loss.csv", "scan,line1.Ok,line1.Stale\n2,0,\n3,,1\n5,1,0\n");
+    let trace = place.trace("line.toml --scans 6 --stimulus loss.csv --watch Y0,Y1");
+    let values = |row: &str| row.splitn(3, ',').nth(2).unwrap_or("").to_owned();
+    let rows: Vec<String> = trace.lines().skip(1).map(values).collect();
+    assert_eq!(rows, ["1,0", "1,0", "0,0", "0,1", "0,1", "1,0"]);
+}

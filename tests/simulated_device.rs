@@ -7,7 +7,7 @@ use rungd::engine::Engine;
 use rungd::io::simulated::Device;
 use rungd::isa::Address;
 use rungd::lower::{Symbols, lower};
-use rungd::resolve::controller::{Controller, Device as Rule, Motion, resolve_controller};
+use rungd::resolve::controller::{Controller, Motion, Rule, resolve_controller};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::source::controller::read;
@@ -43,7 +43,7 @@ fn plant(change: impl Fn(&mut [Rule])) -> Plant {
     let (code, symbols) = lower(&program);
     let mut engine = Engine::new(code);
     engine.start(0);
-    let mut rules = controller.devices;
+    let mut rules = controller.rules;
     change(&mut rules);
     Plant { engine, symbols, device: Device::new(&rules), program, now_ms: 0 }
 }

@@ -90,6 +90,9 @@ fn bit_name(program: &Program, bit: Bit) -> String {
         }
         Bit::Running(id) => format!("{}.Running", program.block(id).name),
         Bit::Done(id) => format!("{}.Done", program.block(id).name),
+        Bit::Device(id, health) => {
+            format!("{}.{}", program.devices[id.0 as usize].name, health.name())
+        }
         Bit::Flag(structure, flag) => {
             format!("{}.{}", name(program, Address::Structure(structure)), flag.name())
         }

@@ -74,6 +74,7 @@ pages! {
     "constant-saturates"
     "retained-but-reset"
     "retains-nothing"
+    "output-unmapped"
     "unused-tag"
     "unknown-allow"
 }

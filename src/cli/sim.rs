@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
-use crate::isa::{Address, Bit, BitSpace, duration};
+use crate::engine::BitCell;
+use crate::isa::{Address, Bit, BitSpace, DeviceId, Health, duration};
 use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
@@ -77,6 +78,7 @@ pub fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
         period_ms: args.period,
         scans: scans(args),
         stop: args.stop,
+        well: well(program, &symbols),
         stimulus: stimulus(args, program, &symbols)?,
     };
     if !plan.fits() {
@@ -148,12 +150,19 @@ fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stim
     Stimulus::parse(&text, &lookup).map_err(|e| anyhow::anyhow!("{name}:{}: {}", e.line, e.message))
 }
 
+/// The `.Ok` of every field device that the ladder names: none is lost unless a stimulus says so.
+fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
+    let ids = (0..program.devices.len() as u32).map(DeviceId);
+    ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()
+}
+
 /// What an operand of a stimulus is, or why it cannot be written from outside.
 fn target(program: &Program, symbols: &Symbols, operand: &str) -> Result<Target, String> {
     let layout = &symbols.layout;
     match resolve_operand(program, operand)? {
         Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
         Address::Bit(bit) if bit.writable_by_ladder() => Ok(Target::Bit(layout.bit(bit))),
+        Address::Bit(bit @ Bit::Device(..)) => Ok(Target::Bit(layout.bit(bit))),
         Address::Word(word) if word.writable() => {
             Ok(Target::Word(layout.word(word), symbols.limits(word)))
         }

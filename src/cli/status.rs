@@ -179,6 +179,19 @@ fn devices(status: &Status) -> Vec<String> {
     if let Some(rules) = status.devices.simulated_rules {
         lines.push(format!("simulated device: {rules} rules"));
     }
+    for device in &status.devices.field {
+        let state = match (device.ok, device.stale) {
+            (_, true) => "STALE",
+            (true, false) => "ok",
+            (false, false) => "in trouble",
+        };
+        let (name, driver, peer) = (&device.name, &device.driver, &device.peer);
+        let (exchanges, failures) = (device.exchanges, device.failures);
+        let took = format!("{} us, at most {}", device.took_us, device.took_max_us);
+        lines.push(format!("{name} ({driver}, {peer}): {state}"));
+        lines.push(format!("  {exchanges} exchanges ({took}), {failures} failures"));
+        lines.extend(device.trouble.iter().map(|why| format!("  {why}")));
+    }
     if lines.is_empty() {
         lines.push("none".to_owned());
     }

@@ -11,15 +11,17 @@ use anyhow::Result;
 
 use crate::engine;
 use crate::isa::status::st;
-use crate::isa::{Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
 use crate::resolve::controller::{self as resolved, Controller};
+use crate::resolve::device::{Device, Driver, Input, OnLoss, Output, SafeValue};
 use crate::resolve::operator::Operator;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
 use crate::runtime::exchange::Tempo;
+use crate::runtime::field::{Source, Target, Wiring};
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::realtime::{self, Realtime};
 use crate::source::render::{Style, refuses, render};
@@ -29,6 +31,7 @@ use super::narration::Narration;
 use super::retain::{Wanted, place};
 
 const MS_NS: u64 = 1_000_000;
+const US_NS: u64 = 1_000;
 
 /// A controller, ready to be started.
 pub struct Setup {
@@ -51,7 +54,10 @@ pub struct Setup {
     pub(super) memory: Memory,
     pub(super) posture: Posture,
     pub(super) modbus: Option<resolved::Modbus>,
-    pub(super) rules: Vec<resolved::Device>,
+    pub(super) rules: Vec<resolved::Rule>,
+    pub(super) devices: Vec<crate::resolve::device::Device>,
+    /// Theirs, in the same order.
+    pub(super) field: Vec<Wiring>,
     /// How long a reloaded program is on trial; zero: not at all.
     pub(super) probation: Duration,
     pub(super) retain: Option<Wanted>,
@@ -72,6 +78,19 @@ pub struct LadderFacts {
     pub blocks: usize,
     /// How many rungs.
     pub rungs: usize,
+}
+
+impl Setup {
+    /// Whether a field device is another than in `other`, by what is running.
+    pub(super) fn devices_differ(&self, other: &Setup) -> bool {
+        let same = |(a, b): (&Device, &Device)| {
+            a.name == b.name && a.poll_ms == b.poll_ms && a.driver == b.driver
+        };
+        let (ours, theirs) = (&self.devices, &other.devices);
+        self.field != other.field
+            || ours.len() != theirs.len()
+            || !ours.iter().zip(theirs).all(same)
+    }
 }
 
 /// Makes what was loaded ready to run, with the cross-checks that only running needs; `Err` is
@@ -101,7 +120,9 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         memory: memory(controller, program, &symbols),
         posture: posture(&controller.realtime),
         modbus: controller.modbus.clone(),
-        rules: controller.devices.clone(),
+        rules: controller.rules.clone(),
+        field: controller.devices.iter().map(|device| wiring(device, &symbols)).collect(),
+        devices: controller.devices.clone(),
         probation: Duration::from_millis(controller.probation_ms.into()),
         retain: retain(controller, program, &symbols, &files[0].name),
         symbols,
@@ -120,6 +141,40 @@ pub fn load(path: &Path, style: Style) -> Result<Result<(engine::Program, Setup)
         return Ok(Err(render(&loaded.findings, &loaded.files, style)));
     }
     Ok(settle(&loaded))
+}
+
+fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
+    let layout = &symbols.layout;
+    let health = |health| layout.bit(Bit::Device(device.id, health));
+    let target = |input: &Input| match input.address {
+        Address::Bit(Bit::Space(BitSpace::X, n)) => Target::Input(n),
+        Address::Bit(bit) => Target::Bit(layout.bit(bit)),
+        Address::Word(word) => {
+            let (min, max) = symbols.limits(word);
+            Target::Word { cell: layout.word(word), min, max }
+        }
+        Address::Structure(_) => unreachable!("the resolver lets no structure through"),
+    };
+    let source = |output: &Output| match (output.address, output.safe) {
+        (Address::Bit(Bit::Space(BitSpace::Y, n)), _) => Source::Output(n),
+        (address, safe) => {
+            let cell = layout.cell(address).expect("the resolver lets no structure through");
+            let safe = if let SafeValue::Value(value) = safe { Some(value) } else { None };
+            Source::Cell(cell, safe)
+        }
+    };
+    Wiring {
+        inputs: device.inputs.iter().map(target).collect(),
+        outputs: device.outputs.iter().map(source).collect(),
+        ok: health(Health::Ok),
+        stale: health(Health::Stale),
+        loss_after_ns: u64::from(device.loss_after_ms) * MS_NS,
+        zero_on_loss: device.on_loss == OnLoss::Zero,
+        local_budget_ns: match &device.driver {
+            Driver::Gpio(gpio) => Some(u64::from(gpio.budget_us) * US_NS),
+            Driver::Modbus(_) | Driver::Simulated(_) => None,
+        },
+    }
 }
 
 fn retain(

@@ -13,8 +13,9 @@ use super::allowance::Alarms;
 use super::log_limits::Told;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Narration, reason, span, us};
+use crate::io::device::Health;
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
-use crate::runtime::{Generations, Observer, Record, Statistics, What};
+use crate::runtime::{DeviceEdge, Generations, Observer, Record, Statistics, What};
 
 /// The statistics since the last heartbeat, or of the whole run.
 macro_rules! tell {
@@ -84,6 +85,8 @@ pub(super) struct LogWriter {
     /// That of the program that scans.
     narration: Arc<Narration>,
     facts: Facts,
+    /// The field devices, by number.
+    devices: Vec<Health>,
     /// As seen last.
     mode: Mode,
     /// How many bits and words are forced, likewise.
@@ -105,13 +108,14 @@ struct Standing {
 }
 
 impl LogWriter {
-    pub fn new(narrations: Generations<Narration>, facts: Facts) -> Self {
+    pub fn new(narrations: Generations<Narration>, facts: Facts, devices: Vec<Health>) -> Self {
         let narration = narrations.of(0);
         let (standing, mode, alarms) = (None, Mode::Stop(StopReason::NotStarted), Alarms::new());
         LogWriter {
             narrations,
             narration,
             facts,
+            devices,
             mode,
             forces: 0,
             beat_ns: None,
@@ -184,6 +188,35 @@ impl LogWriter {
             }
             (None, true) => info!(event = "tag-on", %tag, scan, "{tag} is ON"),
             (None, false) => info!(event = "tag-off", %tag, scan, lasted_ms, "{tag} is OFF"),
+        }
+    }
+
+    fn device(&self, device: u32, edge: DeviceEdge, scan: u64) {
+        let Some(health) = self.devices.get(device as usize) else { return };
+        let reading = health.reading();
+        let (device, peer) = (&reading.name, &reading.peer);
+        let why = reading.trouble.map_or(String::new(), |reason| format!(": {reason}"));
+        match edge {
+            DeviceEdge::Present => {
+                info!(event = "device-present", %device, %peer, scan, "{device} exchanges");
+            }
+            DeviceEdge::Absent => warn!(
+                event = "device-absent",
+                %device, %peer, scan, "{device} has not answered since the start{why}"
+            ),
+            DeviceEdge::Lost => {
+                warn!(event = "device-lost", %device, %peer, scan, "{device} is lost{why}");
+            }
+            DeviceEdge::Back { lost_ns, scans } => info!(
+                event = "device-back",
+                %device,
+                %peer,
+                scan,
+                lost_ms = lost_ns / 1_000_000,
+                scans,
+                "{device} is back; it was lost for {}, {scans} scans",
+                span(lost_ns)
+            ),
         }
     }
 
@@ -293,6 +326,7 @@ impl Observer for LogWriter {
                 let swap_us = us(swap_ns);
                 debug!(event = "program-swapped", scan, swap_us, "another program scans");
             }
+            What::Device { device, edge } => self.device(device, edge, scan),
             What::EventsLost(events) => {
                 warn!(
                     event = "events-lost",
@@ -380,7 +414,7 @@ mod tests {
         let (_, symbols) = crate::lower::lower(&program);
         let (narration, _) = Narration::new(&program, &symbols);
         let facts = Facts { repeat_ns: 60 * SECOND_NS, heartbeat_ns: None, has_operator: true };
-        LogWriter::new(Generations::new(narration), facts)
+        LogWriter::new(Generations::new(narration), facts, Vec::new())
     }
 
     #[test]

@@ -6,6 +6,7 @@
 
 mod allowance;
 pub mod config;
+mod devices;
 pub mod guard;
 mod journal;
 pub mod log;

@@ -14,6 +14,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 use tracing::{error, info, warn};
 
 use super::config::Setup;
+use super::devices::{self, Starter};
 use super::guard::Guard;
 use super::log_writer::{Facts, LogWriter, tell_statistics};
 use super::narration::Narration;
@@ -26,10 +27,14 @@ use super::retain_thread::Retention;
 use super::signals::{Host, Signals, Told};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
+use crate::faults::{self, Point};
+use crate::io::caught::caught;
+use crate::io::device::Health;
 use crate::io::{modbus, simulated};
 use crate::isa::{Bit, BitSpace};
 use crate::resolve::controller::Modbus;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
+use crate::runtime::field::Ends;
 use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
 
 /// What the command line says beside the controller file.
@@ -77,8 +82,8 @@ impl From<io::Error> for Failure {
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// How much longer than a scan may take its end is waited for.
 const STOP_SLACK: Duration = Duration::from_secs(2);
-/// How long drivers may take to end.
-const DRIVERS_END_MAX: Duration = Duration::from_secs(1);
+/// How long drivers may take to end: a field device's exchange under way, and its last one.
+const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 
 /// Runs a controller until it ends.
 ///
@@ -93,6 +98,7 @@ pub fn run(
 ) -> Result<Ending, Failure> {
     tell_start(&setup);
     tell_panics();
+    faults::listen();
     let inputs = initial_inputs(&program, &setup);
     let mut engine = Engine::new(program.clone());
     let retained = setup.retain.as_ref().map(|wanted| retain::begin(wanted, &mut engine));
@@ -107,6 +113,7 @@ pub fn run(
         memory: setup.memory.clone(),
         watched: setup.watched.clone(),
         posture: setup.posture.clone(),
+        field: setup.field.clone(),
     };
     let pace = &settings.pace;
     let facts = Facts {
@@ -114,15 +121,17 @@ pub fn run(
         heartbeat_ns: pace.statistics_every_ns,
         has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
     };
+    let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
-    let writer = LogWriter::new(narration.clone(), facts);
-    let (prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
+    let writer = LogWriter::new(narration.clone(), facts, healths.clone());
+    let (mut prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
-    let first = First { running, reloader, narration, limit };
+    let field = (prepared.lines(), healths);
+    let first = First { running, reloader, narration, field, limit };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention }))
 }
 
@@ -139,6 +148,8 @@ struct First {
     running: Arc<Running>,
     reloader: Reloader<Engine>,
     narration: Generations<Narration>,
+    /// The field devices' lines, and how they are.
+    field: (Vec<Ends>, Vec<Health>),
     /// How long a reload may read files.
     limit: Duration,
 }
@@ -169,7 +180,12 @@ async fn shell(
         return Ok(Ending::Orderly);
     }
     let runtime = prepared.start()?;
-    let over = attend(&runtime, &reloads, &mut attendance).await;
+    let attended = caught(attend(&runtime, &reloads, &mut attendance)).await;
+    let over = attended.unwrap_or(Over { asked: false, waiting: Waiting::Stuck });
+    if over.waiting == Waiting::Stuck {
+        // Whatever it is that does not end: drivers write safe values, and no scan others.
+        runtime.request_stop();
+    }
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
@@ -233,6 +249,7 @@ async fn attend(
                 runtime.request_stop();
             }
             _ = look.tick() => {
+                faults::point(Point::Shell);
                 let (now, pulses) = (started.elapsed(), runtime.pulses());
                 let latest = port.latest();
                 notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
@@ -288,12 +305,13 @@ async fn start_drivers(
     retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
-    let First { running, reloader, narration, limit } = first;
+    let First { running, reloader, narration, field: (ends, healths), limit } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
     let patience = port.patience();
     let mut about = operator::AboutParts::new(prepared, retention.clone());
+    about.devices.clone_from(&healths);
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {
         let (server, maps) = bind_modbus(settings, setup, port, patience).await?;
@@ -302,6 +320,8 @@ async fn start_drivers(
         modbus = Some((maps, settings.clone()));
         drivers.spawn(server.run(told(stopped)));
     }
+    let stop = stopped.clone();
+    Starter { setup, port, healths: &healths, stop }.start(ends, &mut drivers);
     let mut device = None;
     if !setup.rules.is_empty() {
         info!(
@@ -348,7 +368,7 @@ async fn bind_modbus(
 }
 
 /// Ends when the drivers are to end.
-fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
+pub(super) fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
     let mut stopped = stopped.clone();
     async move {
         let _ = stopped.wait_for(|stop| *stop).await;

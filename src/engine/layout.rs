@@ -8,7 +8,8 @@ use super::memory::RECORD;
 use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{
-    Address, Bit, BitSpace, BlockId, Flag, MemorySizes, StageId, Structure, Word, WordSpace,
+    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, StageId, Structure, Word,
+    WordSpace,
 };
 
 /// The first cell of every space.
@@ -21,6 +22,7 @@ pub struct Layout {
     mc: u32,
     mi: u32,
     st: u32,
+    devices: u32,
     counter_flags: u32,
     timer_flags: u32,
     sensaphone_flags: u32,
@@ -56,6 +58,7 @@ impl Layout {
         let x = take(sizes.x);
         let (y, c, mc, mi) = (take(sizes.y), take(sizes.c), take(sizes.mc), take(sizes.mi));
         let st = take(ST_COUNT);
+        let devices = take(sizes.devices * Health::ALL.len() as u32);
         let stages = take(stages);
         let (running, done, bits) = (take(blocks), take(blocks), take(0));
         next = 0;
@@ -79,6 +82,7 @@ impl Layout {
             mc,
             mi,
             st,
+            devices,
             counter_flags,
             timer_flags,
             sensaphone_flags,
@@ -123,6 +127,9 @@ impl Layout {
             Bit::Stage(StageId(n)) => self.stages + n,
             Bit::Running(BlockId(n)) => self.running + n,
             Bit::Done(BlockId(n)) => self.done + n,
+            Bit::Device(DeviceId(n), health) => {
+                self.devices + n * Health::ALL.len() as u32 + health as u32
+            }
         })
     }
 

@@ -9,6 +9,7 @@
 //! Deliberately absent: texts of log lines, which stand where they are logged, and tracing.
 
 mod controller;
+mod device;
 mod journal_catalog;
 mod memory;
 mod plant;
@@ -66,7 +67,7 @@ impl Limit {
 }
 
 /// The hundreds of the codes, and what they are about.
-pub const GROUPS: [(u16, &str); 11] = [
+pub const GROUPS: [(u16, &str); 12] = [
     (0, "The process"),
     (1, "Real-time posture"),
     (2, "Modes"),
@@ -78,10 +79,17 @@ pub const GROUPS: [(u16, &str); 11] = [
     (8, "The operator"),
     (9, "Retentive memory"),
     (10, "Reloads"),
+    (11, "Field devices"),
 ];
 
-const TABLES: [&[Event]; 5] =
-    [controller::EVENTS, plant::EVENTS, world::EVENTS, memory::EVENTS, reload::EVENTS];
+const TABLES: [&[Event]; 6] = [
+    controller::EVENTS,
+    plant::EVENTS,
+    world::EVENTS,
+    memory::EVENTS,
+    reload::EVENTS,
+    device::EVENTS,
+];
 
 /// All rows, by code.
 pub fn all() -> impl Iterator<Item = &'static Event> {

@@ -5,5 +5,10 @@
 //! of ladders, tags and modes but what an image shows. That no two drivers move one input was
 //! seen to when the controller file was resolved.
 
+pub mod caught;
+pub mod device;
+pub mod gpio;
 pub mod modbus;
+pub mod modbus_client;
+pub mod plant;
 pub mod simulated;

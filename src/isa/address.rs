@@ -16,6 +16,19 @@ pub struct BlockId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StageId(pub u32);
 
+/// A field device, numbered in the order of the controller file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct DeviceId(pub u32);
+
+/// A bit that says how a field device is (`docs/devices.md`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Health {
+    /// Its last exchange succeeded.
+    Ok,
+    /// Its last good exchange, or else the start, is longer ago than its `loss-after`.
+    Stale,
+}
+
 /// The spaces of plain bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitSpace {
@@ -88,6 +101,8 @@ pub enum Bit {
     Running(BlockId),
     /// `.Done` of a Task.
     Done(BlockId),
+    /// How a field device is.
+    Device(DeviceId, Health),
 }
 
 /// One word.
@@ -125,6 +140,8 @@ pub struct MemorySizes {
     pub mir: u32,
     pub ct: u32,
     pub t: u32,
+    /// Field devices: each has the bits of [`Health`].
+    pub devices: u32,
 }
 
 impl Default for MemorySizes {
@@ -142,6 +159,7 @@ impl Default for MemorySizes {
             mir: 2048,
             ct: 256,
             t: 256,
+            devices: 0,
         }
     }
 }
@@ -287,6 +305,24 @@ impl Flag {
     }
 }
 
+impl Health {
+    /// All, in the order of their cells.
+    pub const ALL: [Health; 2] = [Health::Ok, Health::Stale];
+
+    /// The name as written behind the dot.
+    pub fn name(self) -> &'static str {
+        match self {
+            Health::Ok => "Ok",
+            Health::Stale => "Stale",
+        }
+    }
+
+    /// The bit of a name as written.
+    pub fn from_name(name: &str) -> Option<Health> {
+        Health::ALL.into_iter().find(|health| health.name() == name)
+    }
+}
+
 impl Bit {
     /// Whether a program's instruction may write it: Y, C, MC and MI.
     pub fn writable_by_ladder(self) -> bool {
@@ -319,7 +355,8 @@ impl fmt::Display for Structure {
 }
 
 impl fmt::Display for Bit {
-    /// The address as written; Stage and block bits, which have no address, by their number.
+    /// The address as written; bits of Stages, blocks and devices, which have no address, by
+    /// their number.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Bit::Space(space, n) => write!(f, "{}{n}", space.name()),
@@ -327,6 +364,7 @@ impl fmt::Display for Bit {
             Bit::Stage(id) => write!(f, "stage {}", id.0),
             Bit::Running(id) => write!(f, "block {}.Running", id.0),
             Bit::Done(id) => write!(f, "block {}.Done", id.0),
+            Bit::Device(id, health) => write!(f, "device {}.{}", id.0, health.name()),
         }
     }
 }

@@ -13,6 +13,7 @@ pub mod pages;
 pub mod status;
 
 pub use address::{
-    Address, Bit, BitSpace, BlockId, Flag, MemorySizes, StageId, Structure, Word, WordSpace,
+    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, StageId, Structure, Word,
+    WordSpace,
 };
 pub use instruction::{Kind, LegName, Mnemonic, Operand, Spec};

@@ -126,7 +126,9 @@ pub fn controller_input(input: &Input) -> Loaded {
     }
     let first_file = FileId(first as u32);
     let (sizes, order) = (written.memory.clone(), written.order.clone());
-    loaded.ladders(first, LoadOptions { sizes, order, first_file });
+    let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
+    let options = LoadOptions { sizes, order, devices, has_controller: true, first_file };
+    loaded.ladders(first, options);
     loaded.settings(&written);
     loaded.judge();
     loaded

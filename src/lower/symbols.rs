@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::identity::Identity;
 use crate::engine::{BitCell, Cell, Element, Layout};
-use crate::isa::{Address, Bit, BlockId, StageId, Structure, Word};
+use crate::isa::{Address, Bit, BlockId, DeviceId, StageId, Structure, Word};
 use crate::resolve::program::{Program, TagMeaning};
 
 /// A tag with an `alarm`.
@@ -40,6 +40,8 @@ pub struct Symbols {
     pub blocks: Vec<String>,
     /// Stage names with their Programs', by `StageId`: `Drain.Open`.
     pub stages: Vec<String>,
+    /// Field devices' names, by `DeviceId`.
+    pub devices: Vec<String>,
     /// Tags with an alarm, in file order.
     pub alarms: Vec<Alarm>,
     /// Tags whose changes are logged, in file order.
@@ -56,6 +58,7 @@ impl Symbols {
             name: program.name.clone(),
             blocks: program.blocks.iter().map(|b| b.name.clone()).collect(),
             stages: stage_names(program),
+            devices: program.devices.iter().map(|d| d.name.clone()).collect(),
             alarms: Vec::new(),
             logged: Vec::new(),
             identity,
@@ -100,6 +103,11 @@ impl Symbols {
     /// A Stage's name with its Program's.
     pub fn stage(&self, id: StageId) -> &str {
         &self.stages[id.0 as usize]
+    }
+
+    /// A field device's name.
+    pub fn device(&self, id: DeviceId) -> &str {
+        &self.devices[id.0 as usize]
     }
 
     /// An element's name: its block's or its Stage's.

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::protocol::{Given, Held, Name, OPERANDS_MAX, Refusal, RefusalKind, Value};
 use crate::engine::Cell;
-use crate::isa::{Address, Bit, BitSpace, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, Health, Word, WordSpace};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::range::{is_range, resolve_range};
@@ -64,6 +64,11 @@ impl Names {
             names.offer(format!("{}.Running", block.name), "a block");
             for stage in &block.stages {
                 names.offer(format!("{}.{}", block.name, stage.name), "a Stage");
+            }
+        }
+        for device in &program.devices {
+            for health in Health::ALL {
+                names.offer(format!("{}.{}", device.name, health.name()), "a field device");
             }
         }
         for operand in &program.operands {
@@ -147,6 +152,9 @@ impl Names {
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 format!("`{text}` is a block: `{text}.Running` is its bit")
             }
+            Ok(Found { thing: Thing::Device(_), .. }) => {
+                format!("`{text}` is a device: `{text}.Ok` and `{text}.Stale` are its bits")
+            }
             Err(Mistake::Reported) => format!("`{text}` stands for nothing"),
             Err(Mistake::New { message, help, .. }) => words(&message, help.as_deref()),
         };
@@ -167,6 +175,9 @@ impl Names {
             Address::Bit(Bit::Stage(id)) => self.symbols.stage(id).to_owned(),
             Address::Bit(Bit::Running(id)) => format!("{}.Running", self.symbols.block(id)),
             Address::Bit(Bit::Done(id)) => format!("{}.Done", self.symbols.block(id)),
+            Address::Bit(Bit::Device(id, health)) => {
+                format!("{}.{}", self.symbols.device(id), health.name())
+            }
             other => other.to_string(),
         }
     }
@@ -207,7 +218,7 @@ impl Names {
     pub fn may_force(&self, operand: &Operand) -> Result<(), Refusal> {
         let forcible = match operand.what {
             Address::Bit(Bit::Space(space, _)) => space != BitSpace::St,
-            Address::Bit(Bit::Flag(..)) => true,
+            Address::Bit(Bit::Flag(..) | Bit::Device(..)) => true,
             Address::Bit(_) | Address::Structure(_) => false,
             Address::Word(word) => word.writable(),
         };
@@ -278,6 +289,7 @@ fn read_only(operand: &Operand, done: &str) -> Refusal {
         Address::Bit(Bit::Running(_) | Bit::Done(_)) => {
             "a block is started and stopped by the ladder"
         }
+        Address::Bit(Bit::Device(..)) => "it says how the device is; it can be forced",
         Address::Bit(Bit::Flag(..)) => {
             "its instruction writes it at every execution; it can be forced"
         }

@@ -303,6 +303,26 @@ pub struct Status {
     pub log: Log,
 }
 
+/// A field device.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct FieldDevice {
+    pub name: String,
+    pub driver: String,
+    pub peer: String,
+    /// `.Ok` and `.Stale` as the ladder sees them.
+    pub ok: bool,
+    pub stale: bool,
+    /// Since the start.
+    pub exchanges: u64,
+    pub failures: u64,
+    /// How long the last good exchange took, and the slowest one.
+    pub took_us: u64,
+    pub took_max_us: u64,
+    /// Why the last one failed, if none has succeeded since.
+    pub trouble: Option<String>,
+}
+
 /// Retentive memory.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
@@ -413,6 +433,9 @@ pub struct Devices {
     pub modbus: Option<Modbus>,
     /// The simulated device's rules, if there is one.
     pub simulated_rules: Option<usize>,
+    /// The field devices, in file order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub field: Vec<FieldDevice>,
 }
 
 /// The Modbus server.

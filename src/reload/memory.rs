@@ -224,7 +224,7 @@ fn begins(plan: &Plan, cell: Cell) -> Option<i32> {
 }
 
 fn sizes(sizes: &MemorySizes) -> [(&'static str, u32); 11] {
-    let MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t } = *sizes;
+    let MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t, devices: _ } = *sizes;
     [
         ("X", x),
         ("Y", y),

@@ -22,8 +22,8 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
         return Vec::new();
     };
     let inputs = image.first..=image.last;
-    let clashing = controller.devices.iter().filter(|device| inputs.contains(&device.input));
-    let finding = |device: &super::controller::Device| {
+    let clashing = controller.rules.iter().filter(|device| inputs.contains(&device.input));
+    let finding = |device: &super::controller::Rule| {
         let message = format!("`X{}` is moved by a rule and by Modbus clients", device.input);
         Finding::new(Code::Controller, device.span, message)
             .related(image.span, "its coil is copied to it here")

@@ -55,6 +55,7 @@ impl Resolver<'_> {
                 format!("name one of its flags: `{name}.{flag}`")
             }
             Thing::Constant(..) => format!("compare something with it: `D0 == {name}`"),
+            Thing::Device(_) => format!("`{name}.Ok` is ON while it exchanges"),
             _ => format!("`{name}.Running` is ON while it runs"),
         };
         self.wrong_kind(name, span, thing, "a bit", &help);
@@ -120,6 +121,7 @@ impl Resolver<'_> {
             Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
             Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
             Thing::Constant(..) => "a constant",
+            Thing::Device(_) => "a device",
             Thing::Block(id) => match self.scope.block_of(id) {
                 Some((_, block)) if block.kind == super::program::BlockKind::Program => "a program",
                 _ => "a task",

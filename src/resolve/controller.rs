@@ -4,6 +4,7 @@
 //! what comes out. Does no I/O: whether a port is free or a priority is granted shows at run time.
 
 use super::claims;
+use super::device::{self, Device};
 pub use super::modbus_server::Modbus;
 use super::operator::{self, Operator};
 use super::program::Program;
@@ -37,6 +38,8 @@ pub struct Controller {
     /// The Modbus server, if there is one.
     pub modbus: Option<Modbus>,
     /// Rules by which inputs move; at most one an input.
+    pub rules: Vec<Rule>,
+    /// Field devices.
     pub devices: Vec<Device>,
     /// The operator's socket.
     pub operator: Operator,
@@ -48,7 +51,7 @@ pub struct Controller {
 
 /// A rule by which one input moves.
 #[derive(Clone, Debug)]
-pub struct Device {
+pub struct Rule {
     /// The number of the X bit.
     pub input: u32,
     /// How it moves.
@@ -143,12 +146,18 @@ pub fn resolve_controller(
             .modbus_server
             .as_ref()
             .map(|server| resolver.modbus(server, &program.sizes)),
-        devices: resolver.devices(&written.devices),
+        rules: resolver.rules(&written.rules),
+        devices: device::resolve(&written.devices, &resolver.scope, &mut resolver.findings),
         operator: operator.unwrap_or_default(),
         statistics_ms: written.log.statistics_ms.unsigned_abs(),
         probation_ms: written.probation_ms.unsigned_abs(),
     };
     resolver.findings.extend(claims::moved_twice(&controller));
+    resolver.findings.extend(device::moved_twice(&controller));
+    if controller.devices.len() == written.devices.len() {
+        // Else a Y may go out by the device that is missing.
+        resolver.findings.extend(device::unmapped_outputs(&controller, program));
+    }
     (controller, resolver.findings)
 }
 
@@ -195,10 +204,10 @@ impl Resolver {
         ms.value.max(1).unsigned_abs()
     }
 
-    fn devices(&mut self, rules: &[DeviceRule]) -> Vec<Device> {
-        let mut devices: Vec<Device> = Vec::new();
+    fn rules(&mut self, rules: &[DeviceRule]) -> Vec<Rule> {
+        let mut devices: Vec<Rule> = Vec::new();
         for rule in rules {
-            let Some(device) = self.device(rule) else { continue };
+            let Some(device) = self.rule(rule) else { continue };
             if let Some(other) = devices.iter().find(|other| other.input == device.input) {
                 let message = format!("a second rule for `X{}`", device.input);
                 let finding = Finding::new(Code::Controller, rule.span, message);
@@ -210,7 +219,7 @@ impl Resolver {
         devices
     }
 
-    fn device(&mut self, rule: &DeviceRule) -> Option<Device> {
+    fn rule(&mut self, rule: &DeviceRule) -> Option<Rule> {
         let input = self.bit(rule.input.as_ref());
         let while_on = self.bit(rule.while_on.as_ref());
         let motion = self.motion(rule);
@@ -220,7 +229,7 @@ impl Resolver {
             self.findings.push(finding.help("name an X bit, or a tag of one"));
             return None;
         };
-        Some(Device { input, motion: motion?, while_on, invert: rule.invert, span: rule.span })
+        Some(Rule { input, motion: motion?, while_on, invert: rule.invert, span: rule.span })
     }
 
     fn motion(&mut self, rule: &DeviceRule) -> Option<Motion> {

@@ -5,12 +5,13 @@
 use std::collections::HashMap;
 
 use super::Resolver;
-use super::program::{Block, BlockKind, Program, Stage};
+use super::program::{Block, BlockKind, DeviceName, Program, Stage};
 use super::scope::BlockNames;
 use crate::isa::address_text::reads_as_address;
-use crate::isa::{BlockId, StageId, instruction};
+use crate::isa::{BlockId, DeviceId, StageId, instruction};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
+use crate::source::nearest::did_you_mean;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 
@@ -20,6 +21,7 @@ enum Role {
     Tag,
     Block(BlockForm),
     Stage,
+    Device,
 }
 
 impl Role {
@@ -29,6 +31,7 @@ impl Role {
             Role::Block(BlockForm::Program) => "program",
             Role::Block(BlockForm::Task) => "task",
             Role::Stage => "stage",
+            Role::Device => "device",
         }
     }
 }
@@ -60,6 +63,7 @@ impl Resolver<'_> {
             }
             self.declare_block(block, program);
         }
+        self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
         // A program without a name may be the one that was meant.
         let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
@@ -67,6 +71,37 @@ impl Resolver<'_> {
         let lost = self.misread && !programs;
         if !lost && !program.blocks.iter().any(has_main) {
             self.no_main(program);
+        }
+    }
+
+    /// Those of the controller file, then those that only a ladder file names.
+    fn declare_devices<'l>(
+        &mut self,
+        ladders: impl Iterator<Item = &'l Ladder>,
+        names: &mut HashMap<String, Span>,
+        program: &mut Program,
+    ) {
+        let options = self.options;
+        let real = options.devices.iter().map(|name| (name, true));
+        let said = ladders.flat_map(|ladder| &ladder.devices).map(|name| (name, false));
+        for (name, real) in real.chain(said) {
+            let known = |device: &DeviceName| device.name == name.text;
+            if !real && program.devices.iter().any(known) {
+                continue;
+            }
+            self.declare_name(name, Role::Device, names);
+            if !real && options.has_controller {
+                let message = format!("the controller file has no device `{}`", name.text);
+                let near = options.devices.iter().map(|device| device.text.as_str());
+                let mut finding = Finding::new(Code::UnknownName, name.span, message);
+                finding.help = did_you_mean(&name.text, near).or_else(|| {
+                    Some(format!("add a `[[device]]` with `name = \"{}\"`", name.text))
+                });
+                self.find(finding);
+            }
+            self.scope.add_device(&name.text, DeviceId(program.devices.len() as u32));
+            let (name, span) = (name.text.clone(), name.span);
+            program.devices.push(DeviceName { name, span, real });
         }
     }
 
@@ -94,7 +129,10 @@ impl Resolver<'_> {
             let finding = Finding::new(Code::DuplicateName, name.span, message)
                 .label("again here")
                 .related(*first, "first here")
-                .help("tags, programs and tasks share one set of names, over all files");
+                .help(match role {
+                    Role::Device => "devices share one set of names with tags, programs and tasks",
+                    _ => "tags, programs and tasks share one set of names, over all files",
+                });
             self.find(finding);
             return;
         }

@@ -8,6 +8,7 @@ pub mod clients;
 mod contact;
 pub mod controller;
 mod declare;
+pub mod device;
 mod modbus_map;
 pub mod modbus_server;
 mod operand;
@@ -36,6 +37,10 @@ pub struct LoadOptions {
     pub sizes: MemorySizes,
     /// `order` of a controller file.
     pub order: Option<Located<Vec<Text>>>,
+    /// Whether the ladders are those of a controller file.
+    pub has_controller: bool,
+    /// The field devices of a controller file, in its order.
+    pub devices: Vec<Text>,
     /// The number of the first file: spans of the ladder at index k say `first_file + k`.
     pub first_file: FileId,
 }
@@ -137,6 +142,7 @@ impl<'a> Resolver<'a> {
             program.allow.extend(names.collect::<Vec<_>>());
         }
         self.declare(ladders, &mut program);
+        program.sizes.devices = program.devices.len() as u32;
         let written = ladders.iter().flat_map(|(_, ladder)| &ladder.blocks);
         for (at, block) in written.enumerate() {
             self.rungs(block, &mut program.blocks[at]);

@@ -42,7 +42,7 @@ pub struct Modbus {
 }
 
 /// The four tables of Modbus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Table {
     /// Bits, read and written: `coil`.
     Coils,
@@ -107,6 +107,16 @@ impl Modbus {
 }
 
 impl Table {
+    /// Whether its elements are bits.
+    pub fn is_bits(self) -> bool {
+        matches!(self, Table::Coils | Table::DiscreteInputs)
+    }
+
+    /// Whether a client can write it.
+    pub fn is_writable(self) -> bool {
+        matches!(self, Table::Coils | Table::HoldingRegisters)
+    }
+
     /// Its name in a controller file.
     pub fn name(self) -> &'static str {
         match self {

@@ -143,6 +143,7 @@ impl Resolver<'_> {
             let help = match bit {
                 Bit::Stage(_) => "SGSET, SGRST and JMP turn stages ON and OFF",
                 Bit::Running(_) | Bit::Done(_) => "RUN, HALT and ENTASK start and stop blocks",
+                Bit::Device(..) => "it says how the device is; nothing writes it",
                 Bit::Flag(..) => "the owning instruction writes it; RSTCT, RSTT and RES reset it",
                 _ => "status bits are the controller's; use a C bit",
             };

@@ -1,7 +1,8 @@
-//! Bits or words in a row, as a Modbus map or a list of writes names them.
+//! Bits or words in a row, as a map or a list of writes names them.
 //!
 //! `X0..X15`, `CT0.Acc..CT7.Acc`, or one bit or word of any kind, a Stage too. Wider than a
-//! [`range`](super::range), which has whole structures and no members. Used by `modbus_server`.
+//! [`range`](super::range), which has whole structures and no members. Used by `modbus_server` and
+//! `device`.
 
 use super::range::{look_up, other_range};
 use super::scope::{Scope, Thing};
@@ -101,6 +102,10 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
             format!("`{name}` is a constant, {value}: no memory holds it"),
             "name a bit or word".to_owned(),
         ),
+        Thing::Device(_) => wrong(
+            format!("`{name}` is a device"),
+            format!("its bits are `{name}.Ok`, `{name}.Stale`"),
+        ),
         Thing::Block(_) => {
             wrong(format!("`{name}` is a block"), format!("its bit is `{name}.Running`"))
         }
@@ -114,9 +119,8 @@ fn number(address: Address) -> Option<u32> {
         Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
             Some(structure.number())
         }
-        Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) | Address::Structure(_) => {
-            None
-        }
+        Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..))
+        | Address::Structure(_) => None,
     }
 }
 

@@ -27,12 +27,25 @@ pub struct Program {
     pub order: Vec<BlockId>,
     /// All tags, in file order.
     pub tags: Vec<Tag>,
+    /// The field devices that the ladder may name, by `DeviceId`.
+    pub devices: Vec<DeviceName>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
     /// Where the ladder names a constant by its tag, and the tag's index; in order of place.
     pub constants: Vec<(Span, usize)>,
     /// `[ladder] allow`: warnings that are silenced in a whole file.
     pub allow: Vec<(FileId, String)>,
+}
+
+/// A field device that a controller file has, or that a ladder file says it will have.
+#[derive(Clone, Debug)]
+pub struct DeviceName {
+    /// Its name.
+    pub name: String,
+    /// The place of the name.
+    pub span: Span,
+    /// Whether a controller file has it; else a ladder file says that one will.
+    pub real: bool,
 }
 
 /// What kind of block, and how it comes to execute.

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use super::program::{BlockKind, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
-use crate::isa::{Address, Bit, BlockId, MemorySizes, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, StageId, Structure};
 use crate::source::finding::Code;
 use crate::source::nearest::did_you_mean;
 
@@ -17,6 +17,7 @@ pub struct Scope {
     sizes: MemorySizes,
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
     blocks: HashMap<String, BlockNames>,
+    devices: HashMap<String, DeviceId>,
 }
 
 /// A block, and the names of its stages.
@@ -36,6 +37,8 @@ pub enum Thing {
     Constant(i32, Written),
     /// A Program or Task.
     Block(BlockId),
+    /// A field device.
+    Device(DeviceId),
 }
 
 /// A thing, and the tag by which it was found.
@@ -65,7 +68,8 @@ pub enum Mistake {
 
 impl Scope {
     pub(super) fn new(sizes: MemorySizes) -> Scope {
-        Scope { sizes, tags: HashMap::new(), blocks: HashMap::new() }
+        let (tags, blocks, devices) = (HashMap::new(), HashMap::new(), HashMap::new());
+        Scope { sizes, tags, blocks, devices }
     }
 
     /// The names of a resolved program.
@@ -78,6 +82,9 @@ impl Scope {
             let stages = block.stages.iter().map(|stage| (stage.name.clone(), stage.id)).collect();
             scope.add_block(&block.name, BlockNames { id: block.id, kind: block.kind, stages });
         }
+        for (at, device) in program.devices.iter().enumerate() {
+            scope.add_device(&device.name, DeviceId(at as u32));
+        }
         scope
     }
 
@@ -87,6 +94,10 @@ impl Scope {
 
     pub(super) fn add_block(&mut self, name: &str, block: BlockNames) {
         self.blocks.entry(name.to_owned()).or_insert(block);
+    }
+
+    pub(super) fn add_device(&mut self, name: &str, id: DeviceId) {
+        self.devices.entry(name.to_owned()).or_insert(id);
     }
 
     /// The tag's index in the program; none for a tag that is in itself wrong.
@@ -119,6 +130,9 @@ impl Scope {
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
             }
+            Ok(Found { thing: Thing::Device(_), .. }) => {
+                Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
+            }
             Err(Mistake::Reported) => Err(format!("`{name}` stands for nothing")),
             Err(Mistake::New { message, help: None, .. }) => Err(message),
             Err(Mistake::New { message, help: Some(help), .. }) => {
@@ -148,6 +162,9 @@ impl Scope {
         }
         if let Some(block) = self.blocks.get(base) {
             return Ok(Found { thing: of_block(base, block, member)?, tag: None });
+        }
+        if let Some(id) = self.devices.get(base) {
+            return Ok(Found { thing: of_device(base, *id, member)?, tag: None });
         }
         Err(self.unknown(base, member))
     }
@@ -187,6 +204,7 @@ impl Scope {
     fn sorted_names(&self) -> Vec<&str> {
         let mut names: Vec<&str> =
             self.tags.keys().chain(self.blocks.keys()).map(String::as_str).collect();
+        names.extend(self.devices.keys().map(String::as_str));
         names.sort_unstable();
         names
     }
@@ -294,6 +312,15 @@ fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {
             AddressError::Case(format!("{base}.{right}")),
         ),
         None => unknown_member(&format!("{base}.{member}"), members),
+    }
+}
+
+fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<Thing, Mistake> {
+    let Some(member) = member else { return Ok(Thing::Device(id)) };
+    let names = Health::ALL.map(Health::name);
+    match Health::from_name(member) {
+        Some(health) => Ok(Thing::Address(Address::Bit(Bit::Device(id, health)))),
+        None => Err(unknown_member(&format!("{base}.{member}"), &names)),
     }
 }
 

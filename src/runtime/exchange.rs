@@ -10,8 +10,10 @@
 
 use std::collections::VecDeque;
 use std::fmt;
+use std::future::{Future, poll_fn};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Poll, Waker};
 use std::time::Duration;
 
 use super::command::{Answer, Command, CommandId, Denial, Desk, Forces};
@@ -269,6 +271,8 @@ pub(super) struct Shared {
     /// The monitor has called the scan thread stuck, and has heard nothing of it since.
     stuck: AtomicBool,
     desk: Mutex<Desk>,
+    /// Who waits for a further image.
+    waiting: Mutex<Vec<Waker>>,
     /// The [`Tempo`] that scans have, in ns.
     period_ns: AtomicU64,
     watchdog_ns: AtomicU64,
@@ -323,6 +327,7 @@ impl Port {
             refusals: Mutex::default(),
             stuck: AtomicBool::new(false),
             desk: Mutex::new(desk),
+            waiting: Mutex::default(),
             period_ns: AtomicU64::new(0),
             watchdog_ns: AtomicU64::new(0),
         };
@@ -367,6 +372,22 @@ impl Port {
     /// The last complete scan as published, and the mode.
     pub fn latest(&self) -> Arc<Snapshot> {
         Arc::clone(&locked(&self.shared.latest))
+    }
+
+    /// Ends once [`Port::latest`] is another than `seen`.
+    pub fn changed(&self, seen: &Arc<Snapshot>) -> impl Future<Output = ()> + use<> {
+        let (port, seen) = (self.clone(), Arc::clone(seen));
+        poll_fn(move |context| {
+            let mut waiting = locked(&port.shared.waiting);
+            // Behind the lock: whoever publishes takes it last, and so wakes this one.
+            if !Arc::ptr_eq(&port.latest(), &seen) {
+                return Poll::Ready(());
+            }
+            if !waiting.iter().any(|waker| waker.will_wake(context.waker())) {
+                waiting.push(context.waker().clone());
+            }
+            Poll::Pending
+        })
     }
 
     /// Hands in a batch: applied whole, between two scans, in the order of tickets.
@@ -445,7 +466,9 @@ impl Port {
     }
 
     pub(super) fn publish(&self, snapshot: Arc<Snapshot>) -> Arc<Snapshot> {
-        std::mem::replace(&mut *locked(&self.shared.latest), snapshot)
+        let old = std::mem::replace(&mut *locked(&self.shared.latest), snapshot);
+        locked(&self.shared.waiting).drain(..).for_each(Waker::wake);
+        old
     }
 
     pub(super) fn refuse(&self, ticket: Ticket) {

@@ -11,10 +11,12 @@
 mod beat;
 pub mod command;
 pub mod exchange;
+pub mod field;
 mod histogram;
 mod link;
 #[cfg(test)]
 mod link_tests;
+mod local;
 mod machine;
 mod monitor;
 mod obey;
@@ -40,7 +42,7 @@ pub use link::{Facts, Publication, Returned, Safe, ScanSide, Shape, WorldSide, l
 pub use machine::Machine;
 pub use monitor::{Monitor, Observer};
 pub use posture::{Grant, Held, Policy, Posture, Refusal};
-pub use record::{Record, Watched, What};
+pub use record::{DeviceEdge, Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Meter, Reading, Spread, Statistics};
 pub use swap::{Carried, Contents, Generations, Package, Reloader, Swapped};
@@ -48,6 +50,7 @@ pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};
 use exchange::Port;
+use field::{Ends, Wiring};
 use pacing::{Clock, MonotonicClock};
 
 /// All that the two threads are told at start.
@@ -61,6 +64,8 @@ pub struct Settings {
     pub watched: Watched,
     /// What is asked of the machine.
     pub posture: Posture,
+    /// The field devices, by number.
+    pub field: Vec<Wiring>,
 }
 
 /// How much of the machine's memory the world sees, and where its inputs and outputs lie.
@@ -90,6 +95,7 @@ pub struct Prepared {
     beat: Arc<Beat>,
     gauge: Gauge,
     held: Held,
+    lines: Vec<Ends>,
 }
 
 /// What can be read of the two threads from outside, beside the images. Cheap to clone.
@@ -134,8 +140,8 @@ pub fn assemble<M: Machine, C: Clock, O: Observer>(
     settings: &Settings,
     observer: O,
 ) -> (Scanner<M, C>, Monitor<O>, Port) {
-    let (scanner, monitor, port, _) = assemble_reloadable(machine, clock, settings, observer);
-    (scanner, monitor, port)
+    let whole = assemble_whole(machine, clock, settings, observer);
+    (whole.scanner, whole.monitor, whole.port)
 }
 
 /// As [`assemble`], with the way in for other programs.
@@ -145,6 +151,31 @@ pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
     settings: &Settings,
     observer: O,
 ) -> (Scanner<M, C>, Monitor<O>, Port, Reloader<M>) {
+    let whole = assemble_whole(machine, clock, settings, observer);
+    (whole.scanner, whole.monitor, whole.port, whole.reloader)
+}
+
+/// All that [`assemble_whole`] puts together.
+pub struct Whole<M, C, O> {
+    /// The scan thread's.
+    pub scanner: Scanner<M, C>,
+    /// The monitor thread's.
+    pub monitor: Monitor<O>,
+    /// For drivers.
+    pub port: Port,
+    /// The way in for other programs.
+    pub reloader: Reloader<M>,
+    /// The field devices' ends, by number.
+    pub lines: Vec<Ends>,
+}
+
+/// As [`assemble`], with the way in for other programs, and for field devices.
+pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
+    machine: M,
+    clock: C,
+    settings: &Settings,
+    observer: O,
+) -> Whole<M, C, O> {
     let memory = &settings.memory;
     let (bits, words) = machine.image();
     let (port, side, world) = link(Shape {
@@ -158,6 +189,9 @@ pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
     port.set_tempo(settings.pace.tempo);
     let (journal, reader) = record::journal();
     let beat = Arc::new(Beat::default());
+    let now_ns = clock.now_ns();
+    let (field, lines) = field::field(&settings.field, memory, now_ns);
+    let rescues = lines.iter().filter_map(|ends| Some(ends.local.as_ref()?.rescue())).collect();
     let monitor = Monitor {
         world,
         journal: reader,
@@ -168,11 +202,12 @@ pub fn assemble_reloadable<M: Machine, C: Clock, O: Observer>(
         lost: false,
         looked_ns: 0,
         grace: monitor::Grace::default(),
+        rescues,
     };
     let (pace, watched) = (settings.pace.clone(), settings.watched.clone());
     let (reloader, swaps) = swap::swaps(port.clone());
-    let parts = scanner::Parts { machine, clock, side, journal, beat, pace, watched, swaps };
-    (Scanner::new(parts), monitor, port, reloader)
+    let parts = scanner::Parts { machine, clock, side, journal, beat, pace, watched, swaps, field };
+    Whole { scanner: Scanner::new(parts), monitor, port, reloader, lines }
 }
 
 /// Starts the scan thread up to the point where its first scan could begin; gives the way in for
@@ -190,8 +225,8 @@ where
     O: Observer + 'static,
 {
     let (held, mut grants) = settings.posture.apply_to_process();
-    let (scanner, monitor, port, reloader) =
-        assemble_reloadable(machine, MonotonicClock, settings, observer);
+    let whole = assemble_whole(machine, MonotonicClock, settings, observer);
+    let Whole { scanner, monitor, port, reloader, lines } = whole;
     let beat = Arc::clone(&monitor.beat);
     let records_dropped = Arc::clone(&monitor.journal.dropped);
     let gauge = Gauge { meter: scanner.meter(), records_dropped };
@@ -208,7 +243,7 @@ where
         let named = thread::Builder::new().name("rungd-monitor".into());
         named.spawn(move || run_monitor(monitor))
     });
-    Ok((Prepared { grants, go, scan, monitor, port, beat, gauge, held }, reloader))
+    Ok((Prepared { grants, go, scan, monitor, port, beat, gauge, held, lines }, reloader))
 }
 
 impl Prepared {
@@ -225,6 +260,11 @@ impl Prepared {
     /// The port, for drivers; nothing is scanned yet.
     pub fn port(&self) -> Port {
         self.port.clone()
+    }
+
+    /// The field devices' ends, by number; handed out once.
+    pub fn lines(&mut self) -> Vec<Ends> {
+        std::mem::take(&mut self.lines)
     }
 
     /// Lets the first scan begin. (A `Prepared` that is dropped instead ends its thread.)

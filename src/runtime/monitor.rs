@@ -15,8 +15,10 @@ use std::sync::atomic::Ordering;
 use super::beat::{Beat, Life};
 use super::exchange::{FaultReason, Port, Snapshot};
 use super::link::WorldSide;
+use super::local::Rescue;
 use super::record::{JournalReader, Record};
 use super::statistics::Statistics;
+use crate::faults::{self, Point};
 
 /// Who wants to know: the log writer. Called on the monitor thread; none of it may block.
 pub trait Observer: Send {
@@ -46,6 +48,8 @@ pub struct Monitor<O> {
     /// When it looked last.
     pub(super) looked_ns: u64,
     pub(super) grace: Grace,
+    /// Of local devices.
+    pub(super) rescues: Vec<Rescue>,
 }
 
 /// Time given to one scan that is due, since the monitor itself did not run.
@@ -58,6 +62,7 @@ pub(super) struct Grace {
 impl<O: Observer> Monitor<O> {
     /// One turn; false once the scan thread has ended and all it left is handed on.
     pub fn turn(&mut self, now_ns: u64) -> bool {
+        faults::point(Point::Monitor);
         let life = self.beat.life();
         self.world.pump();
         self.read_journal();
@@ -101,6 +106,8 @@ impl<O: Observer> Monitor<O> {
         };
         self.looked_ns = now_ns;
         self.world.trip(reason, now_ns);
+        let latest = self.port.latest();
+        self.rescues.iter().for_each(|rescue| rescue.make_safe(&latest));
         self.observer.tripped(reason, now_ns);
     }
 

@@ -46,11 +46,31 @@ pub enum What {
     Bit { watch: u32, on: bool, after_ns: u64 },
     /// From here on all numbers are those of another program.
     Swapped { generation: u32, swap_ns: u64 },
+    /// A field device, by its number.
+    Device { device: u32, edge: DeviceEdge },
     /// A watched word, by its position in [`Watched::words`].
     Word { watch: u32, from: i32, to: i32 },
     /// Scans that ended after the next grid point, since the last such record: because they
     /// took long, or began late.
     Overruns { count: u32, skipped: u64, scan_ns_max: u64, late_ns_max: u64 },
+}
+
+/// What happened to a field device, as the scan sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeviceEdge {
+    /// Its first good exchange.
+    Present,
+    /// It has been awaited for as long as it may be lost.
+    Absent,
+    /// Its last good exchange is too long ago.
+    Lost,
+    /// It exchanges again.
+    Back {
+        /// After so long.
+        lost_ns: u64,
+        /// And so many scans.
+        scans: u64,
+    },
 }
 
 /// What the log wants to know of every change: alarms and tags with `log = "change"`.

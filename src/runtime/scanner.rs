@@ -14,12 +14,14 @@ use std::sync::Arc;
 use super::beat::Beat;
 use super::command::Forces;
 use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Tempo, Write};
+use super::field::Field;
 use super::link::{Facts, ScanSide};
 use super::machine::Machine;
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Meter, Statistics};
 use super::swap::{Package, Swapped, Swaps};
+use crate::faults::{self, Point};
 
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
@@ -65,6 +67,7 @@ pub struct Scanner<M, C> {
     books: Books,
     watches: Watches,
     pub(super) swaps: Swaps<M>,
+    field: Field,
     overruns: OverrunSummary,
     pub(super) mode: Mode,
     /// When it was entered.
@@ -91,11 +94,12 @@ pub(super) struct Parts<M, C> {
     pub pace: Pace,
     pub watched: Watched,
     pub swaps: Swaps<M>,
+    pub field: Field,
 }
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
     pub(super) fn new(parts: Parts<M, C>) -> Scanner<M, C> {
-        let Parts { machine, clock, side, journal, beat, pace, watched, swaps } = parts;
+        let Parts { machine, clock, side, journal, beat, pace, watched, swaps, field } = parts;
         let now_ns = clock.now_ns();
         Scanner {
             watches: Watches::new(&watched, machine.image().1, now_ns),
@@ -112,6 +116,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             next_report_ns: 0,
             ended_ns: now_ns,
             swaps,
+            field,
             machine,
             clock,
             side,
@@ -128,6 +133,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             Some(reason) => {
                 let now_ns = self.clock.now_ns();
                 self.enter(Mode::Stop(reason), now_ns);
+                self.field.make_safe(Some(self.machine.image()));
                 self.unpublished = true;
                 self.publish_stop(now_ns);
             }
@@ -152,12 +158,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let running = self.mode == Mode::Run || faulted;
         package.note(&self.machine);
         std::mem::swap(&mut self.machine, &mut package.machine);
-        let Package { machine: old, transfer, watches, carried, fresh, .. } = &mut *package;
+        let Package { machine: old, transfer, watches, carried, fresh, safe, .. } = &mut *package;
         self.machine.adopt(old, transfer, running, self.forces.list());
         self.forces.renumber(|cell| transfer.cell(cell));
         watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
         std::mem::swap(&mut self.watches, watches);
         std::mem::swap(&mut self.side.fresh, fresh);
+        self.field.exchange_safe(safe);
         let generation = package.generation;
         self.side.generation = generation;
         self.set_tempo(package.tempo);
@@ -192,6 +199,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// Waits for the next grid point and does what is due; false once the thread is to end.
     pub fn step(&mut self) -> bool {
+        faults::point(Point::Thread);
         let deadline_ns = self.grid.deadline_ns();
         let scans = self.mode == Mode::Run;
         if scans {
@@ -244,8 +252,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             Some(_) if !in_time => self.fail(too_long(scan_ns), woke_ns),
             Some(last) => {
                 self.books.scan(scan_ns, lateness_ns);
-                self.complete(woke_ns);
-                if last {
+                if self.complete(woke_ns) && last {
                     self.stop(woke_ns);
                 }
             }
@@ -254,11 +261,14 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// An operator's commands, then steps 1 to 7.
     fn execute(&mut self, now_ns: u64) -> bool {
+        faults::point(Point::Scan);
+        faults::point(Point::Stall);
         self.obey(now_ns);
         self.machine.begin_scan(now_ns, &self.books.scan_times());
         for (x, on) in self.side.inputs() {
             self.machine.set_input(x, on);
         }
+        self.bring_in(now_ns);
         let mut writes_left = SCAN_WRITES_MAX;
         while let Some(writes) = self.side.next_batch(writes_left) {
             writes_left -= writes.len();
@@ -277,8 +287,18 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.machine.execute()
     }
 
-    /// Steps 8 and 9.
-    fn complete(&mut self, now_ns: u64) {
+    /// The rest of the input step: field devices.
+    fn bring_in(&mut self, now_ns: u64) {
+        let Scanner { field, machine, journal, scans, .. } = self;
+        field.bring_in(machine, (now_ns, *scans), |what| journal.tell(*scans, now_ns, what));
+    }
+
+    /// Steps 8 and 9; false if local outputs took so long that it is a fault.
+    fn complete(&mut self, now_ns: u64) -> bool {
+        if let Err(reason) = self.bring_out() {
+            self.fail(reason, now_ns);
+            return false;
+        }
         self.scans += 1;
         // Where the monitor closed the door by mistake, it is open again.
         self.side.set_running(true);
@@ -286,6 +306,20 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.publish(now_ns);
         self.tell_events(now_ns);
         self.beat.pulse();
+        true
+    }
+
+    /// Local outputs, watched as the scan is.
+    fn bring_out(&mut self) -> Result<(), FaultReason> {
+        if !self.field.has_local() {
+            return Ok(());
+        }
+        let begin_ns = self.clock.now_ns();
+        self.beat.begin(begin_ns);
+        self.field.bring_out(&self.machine);
+        let took_ns = self.clock.now_ns().saturating_sub(begin_ns);
+        let in_time = self.beat.end() && took_ns <= self.pace.tempo.watchdog_ns;
+        if in_time { Ok(()) } else { Err(too_long(took_ns)) }
     }
 
     /// Behind the last scan: the passes, then STOP.
@@ -294,6 +328,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         match self.terminate(now_ns) {
             Err(fault) => self.fail(fault, now_ns),
             Ok(()) => {
+                self.field.make_safe(Some(self.machine.image()));
                 self.leave_run(now_ns);
                 self.enter(Mode::Stop(self.stopping.unwrap_or(StopReason::Instruction)), now_ns);
                 self.unpublished = true;
@@ -320,6 +355,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     pub(super) fn fail(&mut self, reason: FaultReason, now_ns: u64) {
+        self.field.make_safe(None);
         self.side.set_running(false);
         self.side.answer(false);
         self.side.publish_fault(reason, now_ns);
@@ -332,6 +368,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// STOP and FAULT: nothing is scanned, the thread shows that it lives.
     fn tick(&mut self, now_ns: u64) {
         self.side.refuse_waiting();
+        self.field.tick((!matches!(self.mode, Mode::Fault(_))).then(|| self.machine.image()));
         if self.guarded(|scanner| scanner.obey(now_ns)).is_none() {
             self.fail(FaultReason::EnginePanic, now_ns);
         }

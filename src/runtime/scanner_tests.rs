@@ -194,6 +194,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
         },
         watched: Watched::default(),
         posture: Posture::default(),
+        field: Vec::new(),
     };
     change(&mut fake, &mut settings);
     let heard = Heard::default();

@@ -37,6 +37,8 @@ pub struct Package<M> {
     pub(super) watches: Watches,
     /// By watch: which watch of the old program it goes on from.
     pub(super) carried: Carried,
+    /// What each Y does outside RUN.
+    pub(super) safe: Vec<Safe>,
     /// Snapshots of its shape.
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
@@ -100,13 +102,13 @@ impl<M> Package<M> {
         let Contents { transfer, generation, tempo, asked, watched, carried, bits, words, safe } =
             contents;
         let asked = asked.into_iter().map(|cell| (cell, 0)).collect();
-        let safe: Arc<[Safe]> = safe.into();
+        let shown: Arc<[Safe]> = safe.clone().into();
         let fresh = |_| {
             Arc::new(Snapshot {
                 generation,
                 bits: vec![0; bits].into(),
                 words: vec![0; words].into(),
-                safe: Arc::clone(&safe),
+                safe: Arc::clone(&shown),
                 ..latest.clone()
             })
         };
@@ -121,6 +123,7 @@ impl<M> Package<M> {
             swapped: None,
             watches,
             carried,
+            safe,
             fresh,
         }
     }

@@ -4,7 +4,7 @@ use std::io;
 
 use super::stimulus::{Change, Stimulus};
 use super::trace::{RowName, Trace};
-use crate::engine::{self, Engine, ScanTimes};
+use crate::engine::{self, BitCell, Engine, ScanTimes};
 
 const NS_PER_MS: u64 = 1_000_000;
 
@@ -17,6 +17,8 @@ pub struct Plan {
     pub scans: u64,
     /// Whether the last of them is the last scan of an orderly stop.
     pub stop: bool,
+    /// Bits that are ON from the first scan on, until a stimulus writes them: devices are well.
+    pub well: Vec<BitCell>,
     /// What comes from outside.
     pub stimulus: Stimulus,
 }
@@ -49,6 +51,9 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
             engine.request_stop();
         }
         engine.begin_scan(time_ms * NS_PER_MS, &times);
+        if scan == 0 {
+            plan.well.iter().for_each(|cell| engine.write_bit(*cell, true));
+        }
         for change in plan.stimulus.of_scan(scan, &mut next_change) {
             match change {
                 Change::Input(n, on) => engine.set_input(n, on),

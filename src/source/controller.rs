@@ -3,6 +3,7 @@
 //! [`read`] takes the file's text. Names and ranges are still texts here, since tags can stand in
 //! them: the resolver makes addresses of them once the ladders are loaded.
 
+use super::device::{self, Device};
 use super::finding::{Code, Finding};
 use super::modbus_server::{self, ModbusServer};
 use super::operator::{self, Operator};
@@ -35,7 +36,9 @@ pub struct Controller {
     /// `[modbus-server]`.
     pub modbus_server: Option<ModbusServer>,
     /// `[[simulated-device]]`, in file order.
-    pub devices: Vec<DeviceRule>,
+    pub rules: Vec<DeviceRule>,
+    /// `[[device]]`, in file order.
+    pub devices: Vec<Device>,
     /// `[operator]`.
     pub operator: Option<Operator>,
     /// `[log]`.
@@ -122,6 +125,7 @@ pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
         "reload",
         "modbus-server",
         "simulated-device",
+        "device",
         "operator",
     ];
     let tables = controller.iter().any(|key| root.has(key));
@@ -148,8 +152,9 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
     let retain = root.table("retain", "`[retain]`");
     let retain = retain.map_or_else(|| Retain::absent(file), |table| retain::read(table, file));
     let modbus_server = root.table("modbus-server", "`[modbus-server]`").map(modbus_server::read);
-    let devices = root.tables("simulated-device", "a simulated device");
-    let devices = devices.into_iter().map(read_device).collect();
+    let rules = root.tables("simulated-device", "a simulated device");
+    let rules = rules.into_iter().map(read_rule).collect();
+    let devices = root.tables("device", "a device").into_iter().map(device::read).collect();
     let mut log = Log { statistics_ms: 60_000 };
     if let Some(mut table) = root.table("log", "`[log]`") {
         log.statistics_ms = duration(&mut table, "statistics", log.statistics_ms);
@@ -172,6 +177,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> Controller {
         outputs_hold,
         retain,
         modbus_server,
+        rules,
         devices,
         operator,
         log,
@@ -239,7 +245,7 @@ fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
     scan
 }
 
-fn read_device(mut table: Table<'_>) -> DeviceRule {
+fn read_rule(mut table: Table<'_>) -> DeviceRule {
     let rule = DeviceRule {
         span: table.span(),
         input: table.required_string("input"),

@@ -167,6 +167,7 @@ findings! {
     RetainedButReset "retained-but-reset" Warning
         "A retained structure loses its value at every stop.";
     RetainsNothing "retains-nothing" Warning "`[retain]` names nothing that a restart keeps.";
+    OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
 }

@@ -29,6 +29,9 @@ const fn limited(mut row: Key, more: &'static str) -> Key {
 /// A name of a tag or block; the grammar in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 const BLOCK_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}"#;
+const PART_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}"#;
+const FAULT_NAME: &str = r#"{"pattern":"^[a-z][A-Za-z0-9_]*$"}"#;
+const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 const RUNG_NAME: &str = r#"{"pattern":"^[a-z0-9]+(-[a-z0-9]+)*$"}"#;
 const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en"]}}"#;
 const NOT_EMPTY: &str = r#"{"minItems":1}"#;
@@ -51,6 +54,10 @@ pub const LADDER: &[Key] = &[
     key("`[ladder]`", "doc", "What the program is for."),
     key("`[ladder]`", "order", "The scan order: every Program and Task once."),
     key("`[ladder]`", "allow", "Names of warnings that are silenced in this file."),
+    limited(
+        key("`[ladder]`", "devices", "Names of field devices that a controller file has."),
+        DEVICE_NAMES,
+    ),
     key("`[tags]`", "*", "A tag: an address with a name (`at`), or a constant with one (`value`)."),
     key(TAG, "at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."),
     key(TAG, "value", "A constant: a number, or a duration as `\"2s500ms\"`."),
@@ -91,6 +98,11 @@ const MODBUS: &str = "`[modbus-server]`";
 const ENTRY: &str = "an entry of the Modbus map";
 const WRITES: &str = "a list of writes";
 const DEVICE: &str = "a simulated device";
+const FIELD: &str = "a device";
+const MAP: &str = "a device's map";
+const PART: &str = "a part";
+const PLACES: &str = "the places of a part";
+const FAULT: &str = "a fault";
 const OPERATOR: &str = "`[operator]`";
 const MEMORY: &str = "`[memory]`";
 
@@ -108,6 +120,7 @@ pub const CONTROLLER: &[Key] = &[
     key(FILE, "retain", "What a restart keeps."),
     key(FILE, "modbus-server", "A Modbus TCP server; none where this is absent."),
     key(FILE, "simulated-device", "Inputs that move by themselves, instead of a plant."),
+    key(FILE, "device", "Field devices: remote I/O, local lines, a simulated plant."),
     key(FILE, "operator", "The socket by which operators ask and command."),
     key(FILE, "reload", "How a reload goes."),
     key(FILE, "log", "What the log tells by itself."),
@@ -122,6 +135,139 @@ pub const CONTROLLER: &[Key] = &[
     key(MEMORY, "MIR", "Modbus input registers."),
     key(MEMORY, "CT", "Counters."),
     key(MEMORY, "T", "Timers."),
+    limited(key(FIELD, "name", "Its name: `NAME.Ok` and `NAME.Stale` are its bits."), BLOCK_NAME),
+    limited(
+        key(FIELD, "driver", "How it is reached."),
+        r#"{"enum":["modbus-tcp","modbus-rtu","gpio","simulated"]}"#,
+    ),
+    limited(key(FIELD, "poll", "From exchange to exchange; 20ms if not given."), LEAST_1MS),
+    limited(
+        key(FIELD, "on-loss", "What becomes of its inputs when it is lost; `hold` if not given."),
+        r#"{"enum":["hold","zero"]}"#,
+    ),
+    limited(
+        key(FIELD, "loss-after", "So old may its last good exchange be; 1s if not given."),
+        LEAST_1MS,
+    ),
+    key(FIELD, "map", "Which of its points goes with which bit or word."),
+    key(MAP, "from", "Where the values come from: points of the device, or bits and words."),
+    key(MAP, "to", "Where they go."),
+    key(MAP, "safe", "What an output that is no Y is in STOP and FAULT; 0 if not given."),
+    key(MAP, "hold", "An output that is no Y stays in STOP and FAULT as it was."),
+    key(FIELD, "address", "`modbus-tcp`: its IP address and port; port 502 if not given."),
+    limited(
+        key(
+            FIELD,
+            "connect-timeout",
+            "`modbus-tcp`: a connection is made by then; 1s if not given.",
+        ),
+        LEAST_1MS,
+    ),
+    key(FIELD, "port", "`modbus-rtu`: the character device of its serial line."),
+    key(FIELD, "baud", "`modbus-rtu`: bits a second; 19200 if not given."),
+    limited(
+        key(FIELD, "parity", "`modbus-rtu`: its parity bit; `even` if not given."),
+        r#"{"enum":["none","even","odd"]}"#,
+    ),
+    key(FIELD, "stop-bits", "`modbus-rtu`: 1 if not given, without parity 2."),
+    key(FIELD, "unit", "Modbus: the unit of rows that name none; 1 if not given."),
+    limited(
+        key(FIELD, "timeout", "Modbus: an answer is whole by then; 200ms if not given."),
+        LEAST_1MS,
+    ),
+    key(
+        FIELD,
+        "write-every",
+        "Modbus: all outputs are written so often; 1s if not given; 0ms: never.",
+    ),
+    limited(
+        key(FIELD, "writes", "Modbus: functions 5 and 6, 15 and 16, or which fits."),
+        r#"{"enum":["fitting","single","multiple"]}"#,
+    ),
+    key(
+        FIELD,
+        "gap",
+        "Modbus: registers between two points that are read with them; 0 if not given.",
+    ),
+    key(FIELD, "watchdog", "Modbus: a holding register to which a counter is written."),
+    key("a watchdog", "register", "Its protocol address, from 0."),
+    limited(key("a watchdog", "every", "How often it is fed; 500ms if not given."), LEAST_1MS),
+    key("a watchdog", "unit", "Its unit; else the device's."),
+    key(MAP, "unit", "Modbus: whose points; else the device's."),
+    limited(
+        key(MAP, "type", "Modbus: what the bits of a register, or two, are; `u16` if not given."),
+        r#"{"enum":["u16","i16","u32","i32","f32"]}"#,
+    ),
+    limited(
+        key(MAP, "word-order", "Modbus: which of two registers has the higher 16 bits."),
+        r#"{"enum":["high-first","low-first"]}"#,
+    ),
+    limited(
+        key(MAP, "multiply", "Modbus: the number is multiplied by it."),
+        r#"{"not":{"const":0}}"#,
+    ),
+    key(MAP, "divide", "Modbus: then divided by it."),
+    key(MAP, "offset", "Modbus: then this is added: what memory has."),
+    key(FIELD, "part", "`simulated`: the parts of its plant."),
+    key(FIELD, "fault", "`simulated`: what goes wrong, on demand."),
+    key(FIELD, "seed", "`simulated`: another number, another noise; 1 if not given."),
+    limited(key(PART, "name", "Its name: `NAME.point` is one of its points."), PART_NAME),
+    limited(
+        key(PART, "kind", "What it is."),
+        r#"{"enum":["delay","motor","conveyor","tank","sensor","pulse"]}"#,
+    ),
+    key(PART, "in", "A delay's: the point of the plant that it follows, if no row of the map is."),
+    key(PART, "of", "A sensor's: the point of the plant that it measures."),
+    key(PART, "run", "The point of the plant by which it runs."),
+    key(PART, "trip", "A motor's: the point of the plant by which it trips."),
+    key(PART, "reset", "A motor's: the point of the plant by which it is reset."),
+    key(PART, "feed", "A conveyor's: the point of the plant by which a part is laid on."),
+    key(PART, "jam", "A conveyor's: the point of the plant by which its parts stand."),
+    key(PART, "fill", "A tank's: the point of the plant that opens its inlet."),
+    key(PART, "drain", "A tank's: the point of the plant that opens its outlet."),
+    key(PART, "after", "So long it must be told to be ON before it is."),
+    key(PART, "release", "So long it must be told to be OFF before it is; else as `after`."),
+    key(PART, "pulse", "How long a pulse is ON."),
+    key(PART, "every", "From pulse to pulse; from one part on the belt to the next."),
+    key(PART, "offset", "When the first pulse begins."),
+    key(PART, "length", "A conveyor's, in mm."),
+    key(PART, "speed", "A conveyor's, in mm/s."),
+    key(PART, "part-length", "Of the parts on a conveyor, in mm; 100 if not given."),
+    key(PART, "eyes", "A conveyor's eyes: names, and where they look, in mm."),
+    key(PART, "capacity", "What a tank holds."),
+    key(PART, "fill-rate", "What comes in each second while the inlet is open."),
+    key(PART, "drain-rate", "What goes out each second while the outlet is open."),
+    key(PART, "initial", "What is in the tank at the start."),
+    key(PART, "switches", "A tank's switches: names, and the levels from which they are ON."),
+    key(PART, "on-at", "A sensor is ON from this value; 1 if not given."),
+    key(PART, "off-at", "It is OFF below this value; else as `on-at`."),
+    key(PART, "range", "What a sensor measures, from and to."),
+    key(PART, "raw", "What it tells of that, from and to."),
+    key(PART, "invert", "ON where it would be OFF."),
+    key(PLACES, "*", "Where it is."),
+    limited(key(FAULT, "name", "Its name: `fault.NAME` brings it about."), FAULT_NAME),
+    key(FAULT, "point", "The point of the plant that it falsifies."),
+    limited(
+        key(FAULT, "kind", "What it does."),
+        r#"{"enum":["stuck-on","stuck-off","stuck","noisy","late","lost"]}"#,
+    ),
+    key(FAULT, "when", "The point of the plant that brings it about."),
+    key(FAULT, "value", "What a stuck point is; else what it was."),
+    key(FAULT, "every", "How often noise is another; 20ms if not given."),
+    key(FAULT, "amplitude", "By how much a number is off, at most."),
+    key(FAULT, "by", "By how long a point is late."),
+    key(FIELD, "chip", "`gpio`: its character device, or `label:` and what the chip calls itself."),
+    key(FIELD, "budget-us", "`gpio`: so long may an exchange take; 200 if not given."),
+    key(MAP, "active-low", "`gpio`: ON is a low level."),
+    key(MAP, "debounce", "`gpio`: a level lasts so long before it counts; at most 10s."),
+    limited(
+        key(MAP, "bias", "`gpio`: what holds the line where nothing drives it."),
+        r#"{"enum":["pull-up","pull-down","disabled"]}"#,
+    ),
+    limited(
+        key(MAP, "drive", "`gpio`: how an output drives its line; `push-pull` if not given."),
+        r#"{"enum":["push-pull","open-drain","open-source"]}"#,
+    ),
     limited(key(SCAN, "period", "From one scan to the next; 10ms if not given."), LEAST_1MS),
     limited(
         key(SCAN, "watchdog", "A scan longer than this is a fault; 200ms if not given."),

@@ -21,6 +21,8 @@ pub struct Ladder {
     pub doc: Option<String>,
     /// `[ladder] allow`.
     pub allow: Vec<Text>,
+    /// `[ladder] devices`: field devices that a controller file will have.
+    pub devices: Vec<Text>,
     /// `[ladder] order`.
     pub order: Option<Located<Vec<Text>>>,
     /// `[tags]`, in file order.
@@ -178,6 +180,7 @@ fn read_root(mut root: Table<'_>) -> Ladder {
         ladder.doc = head.string("doc").map(|doc| doc.text);
         ladder.order = head.strings("order");
         ladder.allow = head.strings("allow").map_or(Vec::new(), |allow| allow.value);
+        ladder.devices = head.strings("devices").map_or(Vec::new(), |names| names.value);
         head.finish();
     }
     if let Some(mut tags) = root.table("tags", "`[tags]`") {

@@ -12,6 +12,7 @@ mod contact_parser;
 #[cfg(test)]
 mod contact_tests;
 pub mod controller;
+pub mod device;
 pub mod finding;
 mod headers;
 pub mod instruction;

@@ -366,6 +366,18 @@ impl<'a> Table<'a> {
         arrays.collect()
     }
 
+    /// All entries as integers within a range, by key and in file order: named places.
+    pub fn integers_by_name(&mut self, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
+        self.shape.iter().for_each(|shape| shape.note_others(Form::Integer(range.0, range.1)));
+        let entries = self.in_file_order();
+        let integers = entries.into_iter().filter_map(|(key, value)| {
+            let number = self.number(value, key.get_ref(), range)?;
+            let span = self.doc.span(value.span());
+            Some((self.key_text(key), Located { value: number, span }))
+        });
+        integers.collect()
+    }
+
     fn in_file_order(&self) -> Vec<(&'a Spanned<DeString<'a>>, Value<'a>)> {
         let mut entries: Vec<_> = self.table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);

@@ -120,7 +120,13 @@ fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
         .map_err(|e| format!("line {} of the stimulus: {}", e.line, e.message))?;
     let cells = table.columns.iter().map(|column| cell(&program, &symbols, &column.operand));
     let cells: Vec<Cell> = cells.collect::<Result<_, _>>()?;
-    let plan = Plan { period_ms: case.period_ms, scans: table.scans(), stop: case.stop, stimulus };
+    let plan = Plan {
+        period_ms: case.period_ms,
+        scans: table.scans(),
+        stop: case.stop,
+        well: Vec::new(),
+        stimulus,
+    };
     let mut rows = Rows::new(cells.clone());
     run(engine_program, &plan, &mut rows).map_err(|e| e.to_string())?;
     let mut unordered = Rows::new(cells);

@@ -12,11 +12,12 @@ use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
 use crate::daemon::retain_thread::Retention;
 use crate::engine::Layout;
-use crate::isa::{Bit, BlockId, StageId};
+use crate::io::device::Health;
+use crate::isa::{self, Bit, BlockId, DeviceId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
-    self, Bar, Block, Devices, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan, Spread,
-    Status, Value,
+    self, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan,
+    Spread, Status, Value,
 };
 use crate::runtime::exchange::{Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
@@ -30,6 +31,8 @@ pub(in super::super) struct AboutParts {
     /// Where the Modbus server listens, how many it takes, and how many are there.
     pub modbus: Option<(String, u32, Arc<AtomicUsize>)>,
     pub retention: Option<Retention>,
+    /// The field devices, by number.
+    pub devices: Vec<Health>,
 }
 
 impl AboutParts {
@@ -41,6 +44,7 @@ impl AboutParts {
             started: Instant::now(),
             modbus: None,
             retention,
+            devices: Vec::new(),
         }
     }
 }
@@ -146,6 +150,7 @@ impl About {
                     }
                 }),
                 simulated_rules: (self.rules > 0).then_some(self.rules),
+                field: self.field(latest),
             },
             retain: self.parts.retention.as_ref().map(retain),
             log: Log {
@@ -154,6 +159,26 @@ impl About {
                 records_dropped: self.parts.gauge.records_dropped(),
             },
         }
+    }
+
+    fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {
+        let is_on = |bit| latest.bit(self.layout.bit(bit));
+        let device = |(at, health): (usize, &Health)| {
+            let (id, reading) = (DeviceId(at as u32), health.reading());
+            FieldDevice {
+                name: reading.name,
+                driver: reading.driver.to_owned(),
+                peer: reading.peer,
+                ok: is_on(Bit::Device(id, isa::Health::Ok)),
+                stale: is_on(Bit::Device(id, isa::Health::Stale)),
+                exchanges: reading.exchanges,
+                failures: reading.failures,
+                took_us: reading.took.as_micros() as u64,
+                took_max_us: reading.took_max.as_micros() as u64,
+                trouble: reading.trouble,
+            }
+        };
+        self.parts.devices.iter().enumerate().map(device).collect()
     }
 
     fn block(&self, block: &NamedBlock, latest: &Snapshot) -> Block {

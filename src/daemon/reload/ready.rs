@@ -26,6 +26,8 @@ pub(super) struct Ready {
 /// What files must fit, to be put in without a restart.
 pub(super) struct Fit {
     pub sizes: MemorySizes,
+    /// The field devices' names, in their order.
+    pub devices: Vec<String>,
     /// systemd's own limit, if it has one.
     pub systemd_watchdog: Option<Duration>,
 }
@@ -43,6 +45,13 @@ pub(super) fn read(path: &Path, fit: &Fit) -> Result<Running, String> {
             setup.controller,
             span(period_ns),
             span(limit.map_or(0, |limit| limit.as_nanos() as u64))
+        ));
+    }
+    if setup.symbols.devices != fit.devices {
+        return Err(format!(
+            "{}: its devices are others than the running ones, or in another order: they need a \
+             restart, and nothing is reloaded until then",
+            setup.controller
         ));
     }
     if setup.symbols.layout.sizes() != &fit.sizes {
@@ -130,6 +139,7 @@ pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
             "`[modbus-server]` listen, connections and timeouts, or whether there is one",
             modbus(old) != modbus(new),
         ),
+        ("`[[device]]`", old.devices_differ(new)),
         ("the first `[[simulated-device]]`", old.rules.is_empty() && !new.rules.is_empty()),
     ];
     let named = differs.into_iter().filter(|(_, differs)| *differs);

@@ -128,7 +128,7 @@ impl Connection {
     /// Answers one request, and starts the wait for the next.
     async fn answer(&mut self, header: Header, pdu: &[u8]) -> Result<(), Closed> {
         let reply = self.reply(header.unit, pdu).await;
-        let frame = frame::reply(header, |bytes| bytes.extend_from_slice(&reply));
+        let frame = frame::around(header, |bytes| bytes.extend_from_slice(&reply));
         let limits = &self.shared;
         match timeout(limits.frame_timeout(), self.stream.write_all(&frame)).await {
             Err(_) => return Err(Closed::NotTaken(limits.frame_timeout())),

@@ -1,7 +1,7 @@
 //! Frames of Modbus TCP: where one ends in a stream of bytes, and its header.
 //!
 //! A frame is seven bytes (transaction, protocol 0, length, unit) and a PDU of at most 253. The
-//! connection calls [`split`] on what it has received, and puts a reply together with [`reply`].
+//! connection calls [`split`] on what it has received, and puts a reply together with [`around`].
 //! Nothing here knows what a PDU means, reads a socket or allocates; no bytes make it panic, and
 //! none make it want more than [`FRAME_BYTES_MAX`].
 //!
@@ -88,16 +88,16 @@ pub fn split(bytes: &[u8]) -> Split<'_> {
     }
 }
 
-/// A reply: the request's header around a PDU that `pdu` appends.
+/// A frame: a header around a PDU that `pdu` appends. A reply has the header of its request.
 ///
 /// # Panics
 /// If what `pdu` appends is longer than a PDU can be: the PDUs made here never are.
-pub fn reply(header: Header, pdu: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+pub fn around(header: Header, pdu: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut frame = Vec::with_capacity(FRAME_BYTES_MAX);
     frame.extend_from_slice(&header.transaction.to_be_bytes());
     frame.extend_from_slice(&[0, 0, 0, 0, header.unit]);
     pdu(&mut frame);
-    assert!(frame.len() <= FRAME_BYTES_MAX, "a reply of {} bytes", frame.len());
+    assert!(frame.len() <= FRAME_BYTES_MAX, "a frame of {} bytes", frame.len());
     let length = (frame.len() - (HEADER_BYTES - 1)) as u16;
     frame[4..6].copy_from_slice(&length.to_be_bytes());
     frame
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn a_reply_is_a_frame() {
         let header = Header { transaction: 7, unit: 1 };
-        let bytes = reply(header, |pdu| pdu.extend_from_slice(&[0x83, 2]));
+        let bytes = around(header, |pdu| pdu.extend_from_slice(&[0x83, 2]));
         assert_eq!(bytes, [0, 7, 0, 0, 0, 3, 1, 0x83, 2]);
     }
 

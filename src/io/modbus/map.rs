@@ -112,7 +112,7 @@ impl Map {
         reply: &mut Vec<u8>,
     ) -> Result<(), Refusal> {
         let Read { function, table, first, count } = ask;
-        if matches!(table, Table::Coils | Table::DiscreteInputs) {
+        if table.is_bits() {
             let bits = self.bits(unit, table, (first, count))?;
             pdu::push_bits(reply, function, bits.iter().map(|bit| bit.shown(snapshot)));
         } else {

@@ -77,10 +77,14 @@ pub enum Exception {
 
 const MASK_WRITE: u8 = 22;
 
-const READ_BITS_MAX: u16 = 2000;
-const READ_WORDS_MAX: u16 = 125;
-const WRITE_BITS_MAX: u16 = 1968;
-const WRITE_WORDS_MAX: u16 = 123;
+/// The most bits that one request reads.
+pub const READ_BITS_MAX: u16 = 2000;
+/// The most registers.
+pub const READ_WORDS_MAX: u16 = 125;
+/// The most coils that one request writes.
+pub const WRITE_BITS_MAX: u16 = 1968;
+/// The most registers.
+pub const WRITE_WORDS_MAX: u16 = 123;
 /// Of FC 23.
 const READ_WRITE_WORDS_MAX: u16 = 121;
 

@@ -5,8 +5,9 @@
 //! was seen to when the controller file was resolved. No clock: pulses are reckoned from the time
 //! given, so a step that comes late shifts nothing that follows.
 
+use super::follower::Follower;
 use crate::isa::Bit;
-use crate::resolve::controller::{Device as Rule, Motion};
+use crate::resolve::controller::{Motion, Rule};
 
 /// All rules with their state.
 #[derive(Clone, Debug)]
@@ -22,14 +23,6 @@ struct Part {
     follower: Follower,
     /// The input as given last; nothing before the first step.
     given: Option<bool>,
-}
-
-/// The delays of a `Follow`.
-#[derive(Clone, Copy, Debug, Default)]
-struct Follower {
-    on: bool,
-    /// Since when the bit differs from `on`.
-    differs_ms: Option<u64>,
 }
 
 impl Device {
@@ -90,21 +83,6 @@ impl Part {
             }
         };
         on != self.rule.invert
-    }
-}
-
-impl Follower {
-    fn step(&mut self, now_ms: u64, bit: bool, after_ms: u32, release_ms: u32) -> bool {
-        if bit == self.on {
-            self.differs_ms = None;
-            return self.on;
-        }
-        let since_ms = *self.differs_ms.get_or_insert(now_ms);
-        let delay_ms = if bit { after_ms } else { release_ms };
-        if now_ms - since_ms >= delay_ms.into() {
-            *self = Follower { on: bit, differs_ms: None };
-        }
-        self.on
     }
 }
 

@@ -9,7 +9,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 use super::device::Device;
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace};
-use crate::resolve::controller::Device as Rule;
+use crate::resolve::controller::Rule;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 

@@ -7,6 +7,8 @@
 
 mod device;
 mod drive;
+mod follower;
 
 pub use device::Device;
 pub use drive::{Drive, Rules};
+pub(in crate::io) use follower::Follower;

@@ -1,0 +1,140 @@
+//! Field devices: what the controller file asks for → drivers with their lines to the scan.
+//!
+//! The one place that knows every driver. What a device's task does is `io::device`'s business.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::task::JoinSet;
+use tracing::info;
+
+use super::config::Setup;
+use crate::io::device;
+use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
+use crate::io::gpio::{Gpio, Kernel};
+use crate::io::modbus_client::{Client, Lines, Tcp};
+use crate::io::plant::Plant;
+use crate::resolve::device::modbus::{self, Link};
+use crate::resolve::device::{Device, Driver as Settings};
+use crate::runtime::exchange::Port;
+use crate::runtime::field::{Ends, Wiring};
+
+/// How all devices are, by number.
+pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
+    let health = |device: &Device| {
+        let (driver, peer) = match &device.driver {
+            Settings::Modbus(client) => modbus(client),
+            Settings::Gpio(lines) => ("gpio", lines.chip.to_string()),
+            Settings::Simulated(_) => ("simulated", "this process".to_owned()),
+        };
+        Health::new(&device.name, driver, peer)
+    };
+    devices.iter().map(health).collect()
+}
+
+fn modbus(client: &modbus::Client) -> (&'static str, String) {
+    match &client.link {
+        Link::Tcp { address, .. } => ("modbus-tcp", address.to_string()),
+        Link::Serial(serial) => ("modbus-rtu", serial.port.clone()),
+    }
+}
+
+/// What the devices' tasks are started with.
+pub(super) struct Starter<'a> {
+    pub setup: &'a Setup,
+    pub port: &'a Port,
+    pub healths: &'a [Health],
+    pub stop: tokio::sync::watch::Receiver<bool>,
+}
+
+impl Starter<'_> {
+    /// Starts a task for each device.
+    pub fn start(&self, ends: Vec<Ends>, tasks: &mut JoinSet<()>) {
+        let devices = self.setup.devices.iter().zip(&self.setup.field);
+        let mut lines = Lines::default();
+        for ((device, wiring), ends) in devices.zip(ends) {
+            let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
+            info!(event = "device", device = %name, points, "device {name}: {points} points");
+            self.one((device, wiring), ends, &mut lines, tasks);
+        }
+    }
+
+    fn one(
+        &self,
+        (device, wiring): (&Device, &Wiring),
+        ends: Ends,
+        lines: &mut Lines,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let ms = |ms: u32| Duration::from_millis(ms.into());
+        match &device.driver {
+            Settings::Modbus(client) => match &client.link {
+                Link::Tcp { address, connect_timeout_ms } => {
+                    let link = Tcp::new(*address, ms(*connect_timeout_ms), ms(client.timeout_ms));
+                    self.beside(Client::new(client, link), (device, wiring), ends, tasks);
+                }
+                Link::Serial(serial) => {
+                    let link = lines.link(serial, ms(client.timeout_ms));
+                    self.beside(Client::new(client, link), (device, wiring), ends, tasks);
+                }
+            },
+            Settings::Simulated(plant) => {
+                self.beside(Plant::new(plant), (device, wiring), ends, tasks);
+            }
+            Settings::Gpio(lines) => {
+                self.within(Arc::new(Gpio::new(lines, Kernel)), device, ends, tasks);
+            }
+        }
+    }
+
+    /// A device that is exchanged beside the scan.
+    fn beside<D: Driver>(
+        &self,
+        driver: D,
+        (device, wiring): (&Device, &Wiring),
+        ends: Ends,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let parts = Parts {
+            driver,
+            line: ends.line,
+            port: self.port.clone(),
+            inputs: wiring.inputs.len(),
+            outputs: wiring.outputs.clone(),
+            health: self.healths[device.id.0 as usize].clone(),
+            poll: Duration::from_millis(device.poll_ms.into()),
+        };
+        self.spawn(device::Device::new(parts).run(super::shell::told(&self.stop)), device, tasks);
+    }
+
+    /// A device that the scan itself exchanges.
+    fn within(
+        &self,
+        opener: Arc<dyn Opener>,
+        device: &Device,
+        ends: Ends,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let Some(line) = ends.local else { return };
+        let health = self.healths[device.id.0 as usize].clone();
+        let mut keeper = Keeper::new(opener, line, health, self.port.clone());
+        keeper.open();
+        self.spawn(keeper.run(super::shell::told(&self.stop)), device, tasks);
+    }
+
+    /// A task that ends in a panic is one device gone (the scan sees its age), never the others'
+    /// end or the daemon's.
+    fn spawn(
+        &self,
+        task: impl Future<Output = ()> + Send + 'static,
+        device: &Device,
+        tasks: &mut JoinSet<()>,
+    ) {
+        let health = self.healths[device.id.0 as usize].clone();
+        tasks.spawn(async move {
+            if let Err(gone) = tokio::spawn(task).await {
+                health.end(&format!("its task is gone: {gone}; restart rungd"));
+            }
+        });
+    }
+}

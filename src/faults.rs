@@ -1,0 +1,96 @@
+//! Faults on purpose: named points at which a test has rungd panic or stall.
+//!
+//! How rungd ends when it meets a bug can be shown only by a bug. In a build with debug
+//! assertions, and where the environment's `RUNGD_FAULTS` names a file, the name of a point that
+//! is written into that file is a fault there, once. A release build has none of this: its points
+//! are empty, and `.ci/run` looks that no word of it is in there.
+
+/// Where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Point {
+    /// A panic in the scan, as the engine's would be.
+    Scan = 1,
+    /// The scan takes a second longer.
+    Stall,
+    /// A panic in the scan thread, between two scans.
+    Thread,
+    /// A panic in the monitor thread.
+    Monitor,
+    /// A panic in a field device's driver.
+    Device,
+    /// A panic in the shell, on the main thread.
+    Shell,
+}
+
+#[cfg(debug_assertions)]
+pub use armed::{listen, point};
+
+/// Nothing, in a build without debug assertions.
+#[cfg(not(debug_assertions))]
+pub fn listen() {}
+
+/// Nothing, in a build without debug assertions.
+#[cfg(not(debug_assertions))]
+#[inline(always)]
+pub fn point(_: Point) {}
+
+#[cfg(debug_assertions)]
+mod armed {
+    use std::path::Path;
+    use std::sync::atomic::{AtomicU8, Ordering};
+    use std::thread;
+    use std::time::Duration;
+
+    use super::Point;
+
+    const POINTS: [(&str, Point); 6] = [
+        ("scan", Point::Scan),
+        ("stall", Point::Stall),
+        ("thread", Point::Thread),
+        ("monitor", Point::Monitor),
+        ("device", Point::Device),
+        ("shell", Point::Shell),
+    ];
+    /// How often the file is looked at.
+    const LOOK_EVERY: Duration = Duration::from_millis(1);
+    /// How long a scan stalls.
+    const STALL: Duration = Duration::from_secs(1);
+
+    /// The point that is a fault when it is reached next; 0: none.
+    static ARMED: AtomicU8 = AtomicU8::new(0);
+
+    /// Waits for faults that are asked for, on a thread of its own.
+    pub fn listen() {
+        let Some(file) = std::env::var_os("RUNGD_FAULTS") else { return };
+        let named = thread::Builder::new().name("rungd-faults".into());
+        let _ = named.spawn(move || {
+            loop {
+                look(Path::new(&file));
+                thread::sleep(LOOK_EVERY);
+            }
+        });
+    }
+
+    fn look(file: &Path) {
+        let Ok(text) = std::fs::read_to_string(file) else { return };
+        if let Some((_, point)) = POINTS.iter().find(|(name, _)| *name == text.trim()) {
+            let _ = std::fs::remove_file(file);
+            ARMED.store(*point as u8, Ordering::Release);
+        }
+    }
+
+    /// A fault, if one was asked for here.
+    pub fn point(point: Point) {
+        let (own, order) = (point as u8, Ordering::AcqRel);
+        if ARMED.load(Ordering::Relaxed) != own
+            || ARMED.compare_exchange(own, 0, order, Ordering::Acquire).is_err()
+        {
+            return;
+        }
+        match point {
+            Point::Stall => thread::sleep(STALL),
+            _ => panic!("a fault on purpose: {point:?}"),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! How a device is, for the log and for who looks: shared by its task and its readers.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use tracing::error;
+
+/// How a device is. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Health {
+    inner: Arc<Mutex<Reading>>,
+}
+
+/// What can be read of it.
+#[derive(Clone, Debug, Default)]
+pub struct Reading {
+    /// Its name.
+    pub name: String,
+    /// Its driver's name.
+    pub driver: &'static str,
+    /// Whom it reaches.
+    pub peer: String,
+    /// Exchanges that succeeded since the start.
+    pub exchanges: u64,
+    /// Exchanges and connections that failed.
+    pub failures: u64,
+    /// How long the last good exchange took.
+    pub took: Duration,
+    /// How long the slowest one took.
+    pub took_max: Duration,
+    /// Why the last one failed; nothing once one has succeeded again.
+    pub trouble: Option<String>,
+}
+
+impl Health {
+    /// Of a device that has not exchanged yet.
+    pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
+        let reading = Reading { name: name.to_owned(), driver, peer, ..Reading::default() };
+        Health { inner: Arc::new(Mutex::new(reading)) }
+    }
+
+    /// As it is now.
+    pub fn reading(&self) -> Reading {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// An exchange succeeded; gives what the trouble before it was.
+    pub(super) fn good(&self, took: Duration) -> Option<String> {
+        let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        reading.exchanges += 1;
+        reading.took = took;
+        reading.took_max = reading.took_max.max(took);
+        reading.trouble.take()
+    }
+
+    /// Its task is gone, for this reason: nothing is exchanged any more.
+    pub fn end(&self, reason: &str) {
+        self.bad(reason);
+        let reading = self.reading();
+        let (device, peer) = (&reading.name, &reading.peer);
+        error!(event = "device-ended", %device, %peer, "{device}: {reason}");
+    }
+
+    /// An exchange failed; true if the one before it had not, or for another reason.
+    pub(super) fn bad(&self, reason: &str) -> bool {
+        let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        reading.failures += 1;
+        let is_news = reading.trouble.as_deref() != Some(reason);
+        reading.trouble = Some(reason.to_owned());
+        is_news
+    }
+}

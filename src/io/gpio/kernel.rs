@@ -1,0 +1,138 @@
+//! Chips as Linux has them: the character device's uAPI, version 2 (since Linux 5.10).
+
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+
+use gpiocdev_uapi::v2::{self, LineFlags, LineValues};
+use gpiocdev_uapi::{Error, Name};
+
+use super::{CONSUMER, Chip, Chips, LineFacts, Lines, Request, Wanted};
+use crate::resolve::device::gpio::{Bias, Drive};
+
+/// The chips of this machine.
+pub struct Kernel;
+
+struct Opened(File);
+
+/// Lines that were taken: all of the first so many bits.
+struct Taken {
+    file: File,
+    mask: u64,
+}
+
+impl Chips for Kernel {
+    fn open(&self, chip: &Wanted) -> io::Result<Box<dyn Chip>> {
+        let path = match chip {
+            Wanted::Path(path) => PathBuf::from(path),
+            Wanted::Label(label) => labelled(label)?,
+        };
+        Ok(Box::new(Opened(open(&path)?)))
+    }
+}
+
+fn open(path: &Path) -> io::Result<File> {
+    File::options().read(true).write(true).open(path)
+}
+
+/// The chip of this label, if there is one only.
+fn labelled(label: &str) -> io::Result<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir("/dev")? {
+        let entry = entry?;
+        if !entry.file_name().as_bytes().starts_with(b"gpiochip") {
+            continue;
+        }
+        // One that may not be opened is another one's.
+        let info = open(&entry.path()).and_then(|file| v2::get_chip_info(&file).map_err(system));
+        if info.is_ok_and(|info| text(&info.label) == label) {
+            found.push(entry.path());
+        }
+    }
+    match found.as_slice() {
+        [path] => Ok(path.clone()),
+        [] => Err(io::Error::new(io::ErrorKind::NotFound, "there is none that may be opened")),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "there are several")),
+    }
+}
+
+impl Chip for Opened {
+    fn lines(&self) -> io::Result<u32> {
+        Ok(v2::get_chip_info(&self.0).map_err(system)?.num_lines)
+    }
+
+    fn line(&self, offset: u32) -> io::Result<LineFacts> {
+        let info = v2::get_line_info(&self.0, offset).map_err(system)?;
+        let is_used = info.flags.contains(LineFlags::USED);
+        Ok(LineFacts { name: text(&info.name), holder: is_used.then(|| text(&info.consumer)) })
+    }
+
+    fn request(&self, request: &Request<'_>) -> io::Result<Box<dyn Lines>> {
+        let many = request.offsets.len();
+        let mask = u64::MAX >> (64 - many.clamp(1, 64));
+        let mut asked = v2::LineRequest {
+            offsets: v2::Offsets::from_slice(request.offsets),
+            consumer: Name::from_bytes(CONSUMER.as_bytes()),
+            num_lines: many as u32,
+            ..Default::default()
+        };
+        asked.config.flags = flags(request);
+        if let Some(bits) = request.values {
+            asked.config.add_values(&LineValues { bits, mask });
+        }
+        if request.setting.debounce_ms > 0 {
+            let period_us = request.setting.debounce_ms.saturating_mul(1000);
+            asked.config.add_debounce(period_us, mask);
+        }
+        let file = v2::get_line(&self.0, asked).map_err(system)?;
+        Ok(Box::new(Taken { file, mask }))
+    }
+}
+
+fn flags(request: &Request<'_>) -> LineFlags {
+    let setting = request.setting;
+    let mut flags = match (request.values, setting.drive) {
+        (None, _) => LineFlags::INPUT,
+        (Some(_), Drive::PushPull) => LineFlags::OUTPUT,
+        (Some(_), Drive::OpenDrain) => LineFlags::OUTPUT | LineFlags::OPEN_DRAIN,
+        (Some(_), Drive::OpenSource) => LineFlags::OUTPUT | LineFlags::OPEN_SOURCE,
+    };
+    flags |= match setting.bias {
+        Bias::AsIs => LineFlags::empty(),
+        Bias::PullUp => LineFlags::BIAS_PULL_UP,
+        Bias::PullDown => LineFlags::BIAS_PULL_DOWN,
+        Bias::Disabled => LineFlags::BIAS_DISABLED,
+    };
+    if setting.active_low {
+        flags |= LineFlags::ACTIVE_LOW;
+    }
+    flags
+}
+
+impl Lines for Taken {
+    fn get(&self) -> Result<u64, i32> {
+        let mut values = LineValues { bits: 0, mask: self.mask };
+        v2::get_line_values(&self.file, &mut values).map_err(number)?;
+        Ok(values.bits)
+    }
+
+    fn set(&self, bits: u64) -> Result<(), i32> {
+        v2::set_line_values(&self.file, &LineValues { bits, mask: self.mask }).map_err(number)
+    }
+}
+
+fn number(error: Error) -> i32 {
+    match error {
+        Error::Os(errno) => errno.0,
+        Error::UnderRead(_) => libc::EIO,
+    }
+}
+
+fn system(error: Error) -> io::Error {
+    io::Error::from_raw_os_error(number(error))
+}
+
+fn text(name: &Name) -> String {
+    name.as_os_str().to_string_lossy().into_owned()
+}

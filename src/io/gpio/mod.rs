@@ -1,0 +1,237 @@
+//! Lines of a chip of this machine (Linux character devices), read and written by the scan itself.
+//!
+//! [`Gpio`] opens them: lines that are asked for alike go together, 64 at most, and the outputs
+//! begin with the values that they are opened with, so nothing glitches. An exchange is a call of
+//! the kernel for each such group, and nothing is allocated for it. The kernel stands behind
+//! [`Chips`]: tests put a chip of their own there; `kernel` is the only file that knows the uAPI.
+
+mod kernel;
+#[cfg(test)]
+mod tests;
+
+use std::io;
+use std::sync::Arc;
+
+use super::device::Opener;
+use crate::resolve::device::gpio::{At, Chip as Wanted, Gpio as Settings, Line, Setting};
+use crate::runtime::field::Local;
+
+pub use kernel::Kernel;
+
+/// The most lines of a request: a value is a bit of 64.
+pub const REQUEST_LINES_MAX: usize = 64;
+
+/// What a line's holder is told.
+pub const CONSUMER: &str = "rungd";
+
+/// Where chips are found.
+pub trait Chips: Send + Sync + 'static {
+    /// Opens a chip.
+    ///
+    /// # Errors
+    /// There is none, or it may not be opened.
+    fn open(&self, chip: &Wanted) -> io::Result<Box<dyn Chip>>;
+}
+
+/// A chip.
+pub trait Chip {
+    /// How many lines it has.
+    ///
+    /// # Errors
+    /// The system's.
+    fn lines(&self) -> io::Result<u32>;
+    /// What it knows of a line.
+    ///
+    /// # Errors
+    /// The system's.
+    fn line(&self, offset: u32) -> io::Result<LineFacts>;
+    /// Takes lines.
+    ///
+    /// # Errors
+    /// The system's; EBUSY if somebody has one of them.
+    fn request(&self, request: &Request<'_>) -> io::Result<Box<dyn Lines>>;
+}
+
+/// What a chip knows of a line.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LineFacts {
+    /// Its name; empty if it has none.
+    pub name: String,
+    /// Who holds it, if anybody; empty if that is not told.
+    pub holder: Option<String>,
+}
+
+/// Lines that are asked for together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Request<'a> {
+    /// Their numbers, 64 at most.
+    pub offsets: &'a [u32],
+    /// How.
+    pub setting: Setting,
+    /// Of outputs, their first values, a bit each.
+    pub values: Option<u64>,
+}
+
+/// Lines that were taken. They are let go of when this is dropped.
+pub trait Lines: Send + Sync {
+    /// All values, a bit each. Must not allocate.
+    ///
+    /// # Errors
+    /// The system's error number.
+    fn get(&self) -> Result<u64, i32>;
+    /// Drives all lines. Must not allocate.
+    ///
+    /// # Errors
+    /// The system's error number.
+    fn set(&self, values: u64) -> Result<(), i32>;
+}
+
+/// Opens the lines of a device.
+pub struct Gpio<C> {
+    settings: Settings,
+    chips: C,
+}
+
+/// Lines of one request, and which point each is.
+struct Group {
+    lines: Box<dyn Lines>,
+    points: Vec<usize>,
+}
+
+/// All lines of a device.
+struct Opened {
+    inputs: Vec<Group>,
+    outputs: Vec<Group>,
+}
+
+impl<C: Chips> Gpio<C> {
+    /// The lines of a device, not opened yet.
+    pub fn new(settings: &Settings, chips: C) -> Gpio<C> {
+        Gpio { settings: settings.clone(), chips }
+    }
+}
+
+impl<C: Chips> Opener for Gpio<C> {
+    fn open(&self, outputs: &[i32]) -> io::Result<Arc<dyn Local>> {
+        let Settings { chip: wanted, inputs, outputs: driven, .. } = &self.settings;
+        let chip = self.chips.open(wanted).map_err(|error| told(error, &wanted.to_string()))?;
+        let found = Found::new(chip.as_ref(), inputs.iter().chain(driven))?;
+        let (read, driven) = (&found.offsets[..inputs.len()], &found.offsets[inputs.len()..]);
+        // Outputs first: they are safe from then on.
+        let outputs = groups(chip.as_ref(), (&self.settings.outputs, driven), Some(outputs))?;
+        let inputs = groups(chip.as_ref(), (inputs, read), None)?;
+        Ok(Arc::new(Opened { inputs, outputs }))
+    }
+}
+
+/// An error that says what it happened at. Its kind stays; its number is in its text.
+fn told(error: io::Error, at: &str) -> io::Error {
+    io::Error::new(error.kind(), format!("{at}: {error}"))
+}
+
+/// The numbers of lines.
+struct Found {
+    offsets: Vec<u32>,
+}
+
+impl Found {
+    fn new<'a>(chip: &dyn Chip, lines: impl Iterator<Item = &'a Line>) -> io::Result<Found> {
+        let mut offsets = Vec::new();
+        for line in lines {
+            let offset = match &line.at {
+                At::Offset(offset) => *offset,
+                At::Name(name) => by_name(chip, name)?,
+            };
+            if offset >= chip.lines()? {
+                let message = format!("{}: the chip has {} lines", line.at, chip.lines()?);
+                return Err(io::Error::new(io::ErrorKind::NotFound, message));
+            }
+            if offsets.contains(&offset) {
+                let message = format!("{} is line {offset}, which stands in two rows", line.at);
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+            }
+            offsets.push(offset);
+        }
+        Ok(Found { offsets })
+    }
+}
+
+fn by_name(chip: &dyn Chip, name: &str) -> io::Result<u32> {
+    for offset in 0..chip.lines()? {
+        if chip.line(offset)?.name == name {
+            return Ok(offset);
+        }
+    }
+    Err(io::Error::new(io::ErrorKind::NotFound, format!("the chip has no line {name}")))
+}
+
+/// Asks for lines: those that are asked for alike together.
+fn groups(
+    chip: &dyn Chip,
+    (lines, offsets): (&[Line], &[u32]),
+    values: Option<&[i32]>,
+) -> io::Result<Vec<Group>> {
+    let mut alike: Vec<(Setting, Vec<usize>)> = Vec::new();
+    for (at, line) in lines.iter().enumerate() {
+        let room = |(setting, points): &&mut (Setting, Vec<usize>)| {
+            *setting == line.setting && points.len() < REQUEST_LINES_MAX
+        };
+        match alike.iter_mut().find(room) {
+            Some((_, points)) => points.push(at),
+            None => alike.push((line.setting, vec![at])),
+        }
+    }
+    let ask = |(setting, points): (Setting, Vec<usize>)| {
+        let offsets: Vec<u32> = points.iter().map(|at| offsets[*at]).collect();
+        let values = values.map(|values| packed(&points, values));
+        let request = Request { offsets: &offsets, setting, values };
+        let lines = chip.request(&request).map_err(|error| refused(chip, &offsets, error))?;
+        Ok(Group { lines, points })
+    };
+    alike.into_iter().map(ask).collect()
+}
+
+/// Why lines were not given: if one is held already, by whom.
+fn refused(chip: &dyn Chip, offsets: &[u32], error: io::Error) -> io::Error {
+    let is_busy = error.raw_os_error() == Some(libc::EBUSY);
+    let held = offsets.iter().filter(|_| is_busy).find_map(|offset| {
+        let holder = chip.line(*offset).ok()?.holder?;
+        Some((offset, holder))
+    });
+    match held {
+        Some((offset, holder)) if holder.is_empty() => {
+            io::Error::new(error.kind(), format!("line {offset} is in use"))
+        }
+        Some((offset, holder)) => {
+            io::Error::new(error.kind(), format!("line {offset} is in use by {holder}"))
+        }
+        None => {
+            let lines: Vec<_> = offsets.iter().map(u32::to_string).collect();
+            told(error, &format!("lines {}", lines.join(", ")))
+        }
+    }
+}
+
+/// The points' values, a bit each.
+fn packed(points: &[usize], values: &[i32]) -> u64 {
+    let bits = points.iter().enumerate();
+    bits.fold(0, |bits, (bit, at)| bits | u64::from(values[*at] != 0) << bit)
+}
+
+impl Local for Opened {
+    fn read(&self, inputs: &mut [i32]) -> Result<(), i32> {
+        for Group { lines, points } in &self.inputs {
+            let bits = lines.get()?;
+            for (bit, at) in points.iter().enumerate() {
+                inputs[*at] = (bits >> bit & 1) as i32;
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&self, outputs: &[i32]) -> Result<(), i32> {
+        // All of them, also where one fails: what can be made safe is.
+        let set = |Group { lines, points }: &Group| lines.set(packed(points, outputs));
+        self.outputs.iter().map(set).fold(Ok(()), Result::and)
+    }
+}

@@ -1,0 +1,190 @@
+//! Answers: whether a PDU answers a request, and the data in it.
+//!
+//! Pure: the links hand in what came, whatever it is. Nothing here panics or allocates; what is
+//! not an answer is [`Wrong`], with a clause for the log that does not change from one time to the
+//! next, so that lasting trouble is one line.
+
+use std::fmt;
+
+/// Why a PDU is no answer to its request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrong {
+    /// It refuses, with this exception.
+    Exception(u8),
+    /// It has nothing in it.
+    Empty,
+    /// It is of this function.
+    Function(u8),
+    /// Its length does not fit to what it says of itself.
+    Length,
+    /// It has so many bytes of data, of these that were asked for.
+    Count {
+        /// That came.
+        came: u8,
+        /// That the request asks for.
+        asked: u8,
+    },
+    /// It does not say again what was written.
+    Echo,
+}
+
+/// The exceptions by which a gateway says that its unit does not answer.
+const GATEWAY: [u8; 2] = [10, 11];
+
+/// The data of the answer to a request: of a read its bits or registers, of a write nothing.
+///
+/// # Errors
+/// It is no answer to this request.
+pub fn check<'a>(request: &[u8], answer: &'a [u8]) -> Result<&'a [u8], Wrong> {
+    let (&asked, body) = request.split_first().ok_or(Wrong::Empty)?;
+    let (&function, rest) = answer.split_first().ok_or(Wrong::Empty)?;
+    if function == asked | 0x80 {
+        return match rest {
+            [exception] => Err(Wrong::Exception(*exception)),
+            _ => Err(Wrong::Length),
+        };
+    }
+    if function != asked {
+        return Err(Wrong::Function(function));
+    }
+    let Some(bytes) = data_bytes(request) else {
+        return match rest.len() {
+            4 if body.starts_with(rest) => Ok(&[]),
+            4 => Err(Wrong::Echo),
+            _ => Err(Wrong::Length),
+        };
+    };
+    match rest.split_first() {
+        Some((&came, data)) if usize::from(came) == data.len() => match came == bytes {
+            true => Ok(data),
+            false => Err(Wrong::Count { came, asked: bytes }),
+        },
+        _ => Err(Wrong::Length),
+    }
+}
+
+/// How many bytes of data the answer to a read has; of a write `None`.
+fn data_bytes(request: &[u8]) -> Option<u8> {
+    let [function, _, _, high, low, ..] = *request else { return None };
+    let count = u16::from_be_bytes([high, low]);
+    match function {
+        1 | 2 => u8::try_from(count.div_ceil(8)).ok(),
+        3 | 4 => u8::try_from(count.checked_mul(2)?).ok(),
+        _ => None,
+    }
+}
+
+/// How long the PDU of the answer to a request is, if it is no exception.
+pub fn expected_bytes(request: &[u8]) -> usize {
+    data_bytes(request).map_or(5, |bytes| 2 + usize::from(bytes))
+}
+
+impl Wrong {
+    /// Whether nobody was there to answer: a gateway says so.
+    pub fn is_absence(self) -> bool {
+        matches!(self, Wrong::Exception(code) if GATEWAY.contains(&code))
+    }
+}
+
+impl fmt::Display for Wrong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Wrong::Exception(code) => match exception(code) {
+                Some(name) => write!(f, "exception {code} ({name})"),
+                None => write!(f, "exception {code}, which Modbus does not have"),
+            },
+            Wrong::Empty => f.write_str("the answer is empty"),
+            Wrong::Function(code) => write!(f, "the answer is of function {code}"),
+            Wrong::Length => f.write_str("the answer is not as long as it says"),
+            Wrong::Count { came, asked } => {
+                write!(f, "{came} bytes of data where {asked} were asked for")
+            }
+            Wrong::Echo => f.write_str("the answer confirms another write"),
+        }
+    }
+}
+
+fn exception(code: u8) -> Option<&'static str> {
+    match code {
+        1 => Some("illegal function"),
+        2 => Some("illegal data address"),
+        3 => Some("illegal data value"),
+        4 => Some("device failure"),
+        5 => Some("acknowledge: it takes long"),
+        6 => Some("device busy"),
+        8 => Some("memory parity error"),
+        10 => Some("gateway path unavailable"),
+        11 => Some("the gateway's device does not answer"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const READ_3: [u8; 5] = [3, 0, 9, 0, 2];
+    const WRITE_6: [u8; 5] = [6, 0, 1, 0, 3];
+    const WRITE_16: [u8; 10] = [16, 0, 1, 0, 2, 4, 0, 10, 1, 2];
+
+    fn wrong(request: &[u8], answer: &[u8]) -> String {
+        check(request, answer).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn right_answers() {
+        assert_eq!(check(&READ_3, &[3, 4, 1, 2, 3, 4]), Ok(&[1, 2, 3, 4][..]));
+        assert_eq!(check(&[1, 0, 0, 0, 9], &[1, 2, 0xff, 1]), Ok(&[0xff, 1][..]));
+        assert_eq!(check(&WRITE_6, &WRITE_6), Ok(&[][..]));
+        assert_eq!(check(&WRITE_16, &WRITE_16[..5]), Ok(&[][..]));
+    }
+
+    #[test]
+    fn every_mismatch_has_its_words() {
+        let cases: [(&[u8], &[u8], &str); 13] = [
+            (&READ_3, &[0x83, 2], "exception 2 (illegal data address)"),
+            (&READ_3, &[0x83, 99], "exception 99, which Modbus does not have"),
+            (&READ_3, &[0x83], "the answer is not as long as it says"),
+            (&READ_3, &[0x83, 2, 0], "the answer is not as long as it says"),
+            (&READ_3, &[0x84, 2], "the answer is of function 132"),
+            (&READ_3, &[4, 4, 1, 2, 3, 4], "the answer is of function 4"),
+            (&READ_3, &[3, 2, 1, 2], "2 bytes of data where 4 were asked for"),
+            (&READ_3, &[3, 6, 1, 2, 3, 4, 5, 6], "6 bytes of data where 4 were asked for"),
+            (&READ_3, &[3, 4, 1, 2, 3], "the answer is not as long as it says"),
+            (&READ_3, &[3], "the answer is not as long as it says"),
+            (&READ_3, &[], "the answer is empty"),
+            (&WRITE_6, &[6, 0, 1, 0, 4], "the answer confirms another write"),
+            (&WRITE_16, &WRITE_16, "the answer is not as long as it says"),
+        ];
+        for (request, answer, words) in cases {
+            assert_eq!(wrong(request, answer), words, "{answer:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_judged_without_a_panic(
+            request in prop::collection::vec(any::<u8>(), 0..12),
+            answer in prop::collection::vec(any::<u8>(), 0..300),
+        ) {
+            let _ = expected_bytes(&request);
+            if let Ok(data) = check(&request, &answer) {
+                prop_assert!(data.len() <= 250 || request[0] > 4 || data.len() <= 255);
+            }
+        }
+
+        #[test]
+        fn data_is_as_long_as_the_request_wants(
+            function in 1u8..5,
+            count in 1u16..=125,
+            data in prop::collection::vec(any::<u8>(), 0..=255),
+        ) {
+            let [high, low] = count.to_be_bytes();
+            let request = [function, 0, 0, high, low];
+            let answer = [&[function, data.len() as u8], &data[..]].concat();
+            let wanted = expected_bytes(&request) - 2;
+            prop_assert_eq!(check(&request, &answer).is_ok(), data.len() == wanted);
+        }
+    }
+}

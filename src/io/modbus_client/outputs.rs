@@ -1,0 +1,284 @@
+//! The plan of writes: outputs side by side in few requests, and what the peer was given last.
+//!
+//! A run is a stretch of coils or holding registers of one unit that are all outputs. What changed
+//! goes out from the first change to the last; all of it goes out where that is due, and where it
+//! is not known what the peer has: at first, and after a write that failed.
+
+use super::request::{push_write_multiple, push_write_single};
+use super::values;
+use crate::io::modbus::pdu::{WRITE_BITS_MAX, WRITE_WORDS_MAX};
+use crate::resolve::device::modbus::{Form, Point, Table, Writes};
+
+/// Outputs side by side.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Whose.
+    pub unit: u8,
+    /// Coils or holding registers.
+    pub table: Table,
+    /// From which address.
+    pub first: u16,
+    /// Their numbers in the order of the map.
+    points: Vec<(usize, Point)>,
+    /// What is to be there, an element each: coils 0 and 1, registers.
+    wanted: Vec<u16>,
+    /// What was written last.
+    sent: Vec<u16>,
+    /// Whether `sent` is what the peer has.
+    is_known: bool,
+}
+
+/// A part of a run, in elements from its first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    from: usize,
+    to: usize,
+}
+
+/// The runs of all outputs.
+pub fn runs(points: &[Point]) -> Vec<Run> {
+    let mut sorted: Vec<(usize, Point)> = points.iter().copied().enumerate().collect();
+    sorted.sort_by_key(|(at, point)| (point.unit, point.table, point.at, *at));
+    let mut runs: Vec<Run> = Vec::new();
+    for (at, point) in sorted {
+        let run = match runs.last_mut() {
+            Some(run) if run.takes(&point) => run,
+            _ => {
+                runs.push(Run::begin(&point));
+                runs.last_mut().expect("it was put there")
+            }
+        };
+        let count = usize::from(point.at - run.first + point.width());
+        run.wanted.resize(count.max(run.wanted.len()), 0);
+        run.sent.resize(run.wanted.len(), 0);
+        run.points.push((at, point));
+    }
+    runs
+}
+
+impl Run {
+    fn begin(point: &Point) -> Run {
+        Run {
+            unit: point.unit,
+            table: point.table,
+            first: point.at,
+            points: Vec::new(),
+            wanted: Vec::new(),
+            sent: Vec::new(),
+            is_known: false,
+        }
+    }
+
+    /// Whether a point, not before the first one, stands beside what is there.
+    fn takes(&self, point: &Point) -> bool {
+        let max = if self.table.is_bits() { WRITE_BITS_MAX } else { WRITE_WORDS_MAX };
+        let place = usize::from(point.at.wrapping_sub(self.first));
+        (self.unit, self.table) == (point.unit, point.table)
+            && place <= self.wanted.len()
+            && place + usize::from(point.width()) <= usize::from(max)
+    }
+
+    /// How many elements it has.
+    pub fn count(&self) -> u16 {
+        self.wanted.len() as u16
+    }
+
+    /// Nobody knows what the peer has.
+    pub fn forget(&mut self) {
+        self.is_known = false;
+    }
+
+    /// What is to be there: all outputs, in the order of the map.
+    pub fn want(&mut self, outputs: &[i32]) {
+        self.wanted.fill(0);
+        for (at, point) in &self.points {
+            let (place, value) = (usize::from(point.at - self.first), outputs[*at]);
+            match point.form {
+                Form::Bit => self.wanted[place] = u16::from(value != 0),
+                Form::RegisterBit(bit) => self.wanted[place] |= u16::from(value != 0) << bit,
+                Form::Number(number) => {
+                    let bits = values::encode(&number, value);
+                    let (high, low) = ((bits >> 16) as u16, bits as u16);
+                    match (number.kind.registers(), number.low_first) {
+                        (1, _) => self.wanted[place] = low,
+                        (_, false) => self.wanted[place..place + 2].copy_from_slice(&[high, low]),
+                        (_, true) => self.wanted[place..place + 2].copy_from_slice(&[low, high]),
+                    }
+                }
+            }
+        }
+    }
+
+    /// The part that is to be written; `all`: whether it changed or not.
+    pub fn due(&self, all: bool) -> Option<Part> {
+        if all || !self.is_known {
+            return Some(Part { from: 0, to: self.wanted.len() });
+        }
+        let changed = |at: &usize| self.wanted[*at] != self.sent[*at];
+        let first = (0..self.wanted.len()).find(changed)?;
+        let last = (0..self.wanted.len()).rev().find(changed)?;
+        let mut part = Part { from: first, to: last + 1 };
+        // Both halves of a number, though only one changed.
+        for (_, point) in self.points.iter().filter(|(_, point)| point.width() == 2) {
+            let place = usize::from(point.at - self.first);
+            if place < part.to && part.from < place + 2 {
+                part = Part { from: part.from.min(place), to: part.to.max(place + 2) };
+            }
+        }
+        Some(part)
+    }
+
+    /// How many requests write a part.
+    pub fn requests(&self, part: Part, writes: Writes) -> usize {
+        if writes == Writes::Single { part.to - part.from } else { 1 }
+    }
+
+    /// One of these requests.
+    pub fn push_request(&self, pdu: &mut Vec<u8>, part: Part, writes: Writes, number: usize) {
+        let are_coils = self.table.is_bits();
+        let single = |at: usize| (self.first + at as u16, self.wanted[at]);
+        match (writes, part.to - part.from) {
+            (Writes::Single, _) | (Writes::Fitting, 1) => {
+                let (address, value) = single(part.from + number);
+                push_write_single(pdu, are_coils, address, value);
+            }
+            (Writes::Multiple | Writes::Fitting, _) => {
+                let values = &self.wanted[part.from..part.to];
+                push_write_multiple(pdu, are_coils, self.first + part.from as u16, values);
+            }
+        }
+    }
+
+    /// A part has been written.
+    pub fn written(&mut self, part: Part) {
+        self.sent[part.from..part.to].copy_from_slice(&self.wanted[part.from..part.to]);
+        self.is_known |= part == Part { from: 0, to: self.wanted.len() };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::modbus::pdu;
+    use crate::resolve::device::modbus::{Kind, Number};
+    use proptest::prelude::*;
+
+    fn coil(at: u16) -> Point {
+        Point { unit: 1, table: Table::Coils, at, form: Form::Bit }
+    }
+
+    fn register(at: u16, kind: Kind) -> Point {
+        let number = Number { kind, low_first: false, multiply: 1, divide: 1, offset: 0 };
+        Point { unit: 1, table: Table::HoldingRegisters, at, form: Form::Number(number) }
+    }
+
+    /// What goes out, and is taken by the peer.
+    fn written(run: &mut Run, all: bool, writes: Writes, outputs: &[i32]) -> Vec<Vec<u8>> {
+        run.want(outputs);
+        let Some(part) = run.due(all) else { return Vec::new() };
+        let request = |number| {
+            let mut request = Vec::new();
+            run.push_request(&mut request, part, writes, number);
+            request
+        };
+        let requests = (0..run.requests(part, writes)).map(request).collect();
+        run.written(part);
+        requests
+    }
+
+    #[test]
+    fn all_goes_out_at_first_then_what_changed() {
+        let mut run = runs(&[coil(4), coil(5), coil(6)]).remove(0);
+        let mut write = |all, outputs| written(&mut run, all, Writes::Fitting, outputs);
+        assert_eq!(write(false, &[1, 0, 0]), [[15, 0, 4, 0, 3, 1, 0b001]]);
+        assert_eq!(write(false, &[1, 0, 0]), [[0u8; 0]; 0]);
+        assert_eq!(write(false, &[1, 1, 0]), [[5, 0, 5, 0xff, 0]]);
+        assert_eq!(write(false, &[0, 1, 1]), [[15, 0, 4, 0, 3, 1, 0b110]]);
+        assert_eq!(write(true, &[0, 1, 1]), [[15, 0, 4, 0, 3, 1, 0b110]]);
+    }
+
+    #[test]
+    fn what_failed_goes_out_again_though_it_is_as_it_was() {
+        let mut run = runs(&[coil(0), coil(1)]).remove(0);
+        written(&mut run, false, Writes::Fitting, &[0, 0]);
+        run.want(&[1, 0]);
+        assert!(run.due(false).is_some());
+        run.forget();
+        assert_eq!(
+            written(&mut run, false, Writes::Fitting, &[0, 0]),
+            [[15, 0, 0, 0, 2, 1, 0]],
+            "the peer may have taken the 1"
+        );
+    }
+
+    #[test]
+    fn both_halves_of_a_number_go_out_together() {
+        let points = [register(0, Kind::U16), register(1, Kind::I32), register(3, Kind::U16)];
+        let mut run = runs(&points).remove(0);
+        written(&mut run, false, Writes::Fitting, &[1, 2, 3]);
+        let half = written(&mut run, false, Writes::Fitting, &[1, 4, 3]);
+        assert_eq!(half, [[16, 0, 1, 0, 2, 4, 0, 0, 0, 4]]);
+        let one = written(&mut run, false, Writes::Fitting, &[7, 4, 3]);
+        assert_eq!(one, [[6, 0, 0, 0, 7]]);
+        let one = written(&mut run, false, Writes::Multiple, &[8, 4, 3]);
+        assert_eq!(one, [[16, 0, 0, 0, 1, 2, 0, 8]]);
+    }
+
+    #[test]
+    fn single_writes_are_one_a_point() {
+        let mut run = runs(&[register(7, Kind::U16), register(8, Kind::I16)]).remove(0);
+        let requests = written(&mut run, false, Writes::Single, &[1, -1]);
+        assert_eq!(requests, [[6, 0, 7, 0, 1], [6, 0, 8, 0xff, 0xff]]);
+    }
+
+    #[test]
+    fn bits_of_one_register_make_one_value() {
+        let bit = |bit| Point { form: Form::RegisterBit(bit), ..register(5, Kind::U16) };
+        let mut run = runs(&[bit(0), bit(15), bit(3)]).remove(0);
+        let requests = written(&mut run, false, Writes::Fitting, &[1, 1, 0]);
+        assert_eq!(requests, [[6, 0, 5, 0x80, 1]]);
+    }
+
+    #[test]
+    fn runs_end_at_holes_and_at_the_protocols_limits() {
+        let shape = |points: &[Point]| -> Vec<(u16, u16)> {
+            runs(points).iter().map(|run| (run.first, run.count())).collect()
+        };
+        assert_eq!(shape(&[coil(0), coil(2)]), [(0, 1), (2, 1)]);
+        let coils: Vec<Point> = (0..2000).map(coil).collect();
+        assert_eq!(shape(&coils), [(0, 1968), (1968, 32)]);
+        let wide: Vec<Point> = (0..70).map(|at| register(at * 2, Kind::U32)).collect();
+        assert_eq!(shape(&wide), [(0, 122), (122, 18)]);
+        assert_eq!(shape(&[coil(65_535)]), [(65_535, 1)]);
+    }
+
+    proptest! {
+        #[test]
+        fn a_peer_has_what_was_wanted(
+            steps in prop::collection::vec(prop::collection::vec(-2i32..3, 6), 1..20),
+            writes in prop::sample::select(vec![Writes::Fitting, Writes::Multiple]),
+        ) {
+            let kinds = [Kind::I16, Kind::I32, Kind::I16, Kind::I32, Kind::I16, Kind::I16];
+            let addresses = [0, 1, 3, 4, 6, 9];
+            let points: Vec<Point> =
+                addresses.into_iter().zip(kinds).map(|(at, kind)| register(at, kind)).collect();
+            let (mut planned, mut peer) = (runs(&points), [0u16; 10]);
+            for outputs in steps {
+                for run in &mut planned {
+                    for request in written(run, false, writes, &outputs) {
+                        let Ok(pdu::Request::WriteRegisters { first, values }) =
+                            pdu::parse(&request) else { panic!("{request:?}") };
+                        for (at, value) in values.chunks(2).enumerate() {
+                            peer[usize::from(first) + at] =
+                                u16::from_be_bytes([value[0], value[1]]);
+                        }
+                    }
+                }
+                let wide = |at: usize| (u32::from(peer[at]) << 16 | u32::from(peer[at + 1])) as i32;
+                let one = |at: usize| i32::from(peer[at] as i16);
+                let has = [one(0), wide(1), one(3), wide(4), one(6), one(9)];
+                prop_assert_eq!(&has[..], &outputs[..]);
+            }
+        }
+    }
+}

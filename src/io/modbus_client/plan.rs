@@ -1,0 +1,217 @@
+//! The plan of reads: points of one unit and table together, in few requests.
+//!
+//! Made once, before the first exchange. Neighbours share a request, and points whose distance is
+//! no more than the author's `gap`; a request stays within the protocol's limits, and a number in
+//! two registers within one request, so that both come from one moment.
+
+use super::values;
+use crate::io::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
+use crate::resolve::device::modbus::{Form, Number, Point, Table};
+
+/// One request that reads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// Whose.
+    pub unit: u8,
+    /// Of which table.
+    pub table: Table,
+    /// From which address.
+    pub first: u16,
+    /// How many elements.
+    pub count: u16,
+    /// The points in it: their numbers in the order of the map.
+    points: Vec<(usize, Point)>,
+}
+
+/// The requests that read all points.
+pub fn reads(points: &[Point], gap: u16) -> Vec<Group> {
+    let mut sorted: Vec<(usize, Point)> = points.iter().copied().enumerate().collect();
+    sorted.sort_by_key(|(at, point)| (point.unit, point.table, point.at, *at));
+    let mut groups: Vec<Group> = Vec::new();
+    for (at, point) in sorted {
+        match groups.last_mut() {
+            Some(group) if group.takes(&point, gap) => {
+                group.count = group.count.max(point.at - group.first + point.width());
+                group.points.push((at, point));
+            }
+            _ => groups.push(Group {
+                unit: point.unit,
+                table: point.table,
+                first: point.at,
+                count: point.width(),
+                points: vec![(at, point)],
+            }),
+        }
+    }
+    groups
+}
+
+impl Group {
+    /// Whether a point, not before the first one, belongs to the same request.
+    fn takes(&self, point: &Point, gap: u16) -> bool {
+        if (self.unit, self.table) != (point.unit, point.table) {
+            return false;
+        }
+        let (max, gap) = match self.table.is_bits() {
+            true => (READ_BITS_MAX, u32::from(gap) * 16),
+            false => (READ_WORDS_MAX, u32::from(gap)),
+        };
+        let end = u32::from(self.first) + u32::from(self.count);
+        let count = u32::from(point.at - self.first) + u32::from(point.width());
+        u32::from(point.at) <= end + gap && count <= u32::from(max)
+    }
+
+    /// Puts what was read where its points are; `data` is as long as [`super::answer::check`]
+    /// has it. False where a point is an f32 that is no number: it stays as it was.
+    pub fn bring_in(&self, data: &[u8], inputs: &mut [i32]) -> bool {
+        let mut all = true;
+        for (at, point) in &self.points {
+            let place = usize::from(point.at - self.first);
+            let value = match point.form {
+                Form::Bit => Some(i32::from(data[place / 8] >> (place % 8) & 1)),
+                Form::RegisterBit(bit) => Some(i32::from(word(data, place) >> bit & 1)),
+                Form::Number(number) => values::decode(&number, bits(&number, data, place)),
+            };
+            match value {
+                Some(value) => inputs[*at] = value,
+                None => all = false,
+            }
+        }
+        all
+    }
+}
+
+fn bits(number: &Number, data: &[u8], place: usize) -> u32 {
+    let first = u32::from(word(data, place));
+    if number.kind.registers() == 1 {
+        return first;
+    }
+    let second = u32::from(word(data, place + 1));
+    match number.low_first {
+        true => second << 16 | first,
+        false => first << 16 | second,
+    }
+}
+
+fn word(data: &[u8], place: usize) -> u16 {
+    u16::from_be_bytes([data[place * 2], data[place * 2 + 1]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resolve::device::modbus::Kind;
+    use proptest::prelude::*;
+
+    pub(super) fn number(kind: Kind, low_first: bool) -> Form {
+        Form::Number(Number { kind, low_first, multiply: 1, divide: 1, offset: 0 })
+    }
+
+    fn register(at: u16) -> Point {
+        Point { unit: 1, table: Table::HoldingRegisters, at, form: number(Kind::U16, false) }
+    }
+
+    fn wide(at: u16) -> Point {
+        Point { form: number(Kind::U32, false), ..register(at) }
+    }
+
+    fn bit(at: u16) -> Point {
+        Point { unit: 1, table: Table::DiscreteInputs, at, form: Form::Bit }
+    }
+
+    fn shape(points: &[Point], gap: u16) -> Vec<(u16, u16)> {
+        reads(points, gap).iter().map(|group| (group.first, group.count)).collect()
+    }
+
+    #[test]
+    fn neighbours_share_a_request_in_whatever_order_they_are_written() {
+        let points = [register(12), register(10), wide(13), register(11)];
+        assert_eq!(shape(&points, 0), [(10, 5)]);
+        assert_eq!(shape(&[register(10), register(12)], 0), [(10, 1), (12, 1)]);
+        assert_eq!(shape(&[register(10), register(12)], 1), [(10, 3)]);
+        assert_eq!(shape(&[bit(0), bit(16)], 0), [(0, 1), (16, 1)]);
+        assert_eq!(shape(&[bit(0), bit(16)], 1), [(0, 17)]);
+        assert_eq!(shape(&[wide(10), register(10)], 0), [(10, 2)], "one register in two points");
+    }
+
+    #[test]
+    fn units_and_tables_have_requests_of_their_own() {
+        let other_unit = Point { unit: 2, ..register(11) };
+        let other_table = Point { table: Table::InputRegisters, ..register(12) };
+        let groups = reads(&[register(10), other_unit, other_table], 100);
+        assert_eq!(groups.len(), 3);
+    }
+
+    #[test]
+    fn requests_are_as_long_as_the_protocol_allows() {
+        let registers: Vec<Point> = (0..300).map(register).collect();
+        assert_eq!(shape(&registers, 0), [(0, 125), (125, 125), (250, 50)]);
+        let bits: Vec<Point> = (0..2001).map(bit).collect();
+        assert_eq!(shape(&bits, 0), [(0, 2000), (2000, 1)]);
+        assert_eq!(shape(&[register(65_534), register(65_535)], 0), [(65_534, 2)]);
+    }
+
+    #[test]
+    fn a_number_in_two_registers_is_never_split() {
+        let numbers: Vec<Point> = (0..100).map(|at| wide(at * 2)).collect();
+        assert_eq!(shape(&numbers, 0), [(0, 124), (124, 76)]);
+    }
+
+    #[test]
+    fn what_is_read_goes_to_its_points() {
+        let low_first = Point { form: number(Kind::I32, true), ..register(12) };
+        let flag = Point { form: Form::RegisterBit(9), ..register(11) };
+        let points = [low_first, register(10), flag];
+        let mut inputs = [0; 3];
+        let groups = reads(&points, 0);
+        assert!(groups[0].bring_in(&[0, 7, 2, 0, 0, 5, 0, 1], &mut inputs));
+        assert_eq!(inputs, [65_541, 7, 1]);
+        let bits = reads(&[bit(3), bit(8)], 1);
+        let mut inputs = [0; 2];
+        assert!(bits[0].bring_in(&[0b10_0000], &mut inputs));
+        assert_eq!(inputs, [0, 1]);
+    }
+
+    #[test]
+    fn what_is_no_number_is_told_and_left() {
+        let float = Point { form: number(Kind::F32, false), ..register(0) };
+        let mut inputs = [5];
+        assert!(!reads(&[float], 0)[0].bring_in(&[0x7f, 0xc0, 0, 0], &mut inputs));
+        assert_eq!(inputs, [5]);
+    }
+
+    const TABLES: [Table; 4] =
+        [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
+
+    fn any_point() -> impl Strategy<Value = Point> {
+        (1u8..4, 0..4usize, 0u16..700, any::<bool>()).prop_map(|(unit, table, at, is_wide)| {
+            let table = TABLES[table];
+            let form = match (table.is_bits(), is_wide) {
+                (true, _) => Form::Bit,
+                (false, true) => number(Kind::U32, false),
+                (false, false) => number(Kind::U16, false),
+            };
+            Point { unit, table, at, form }
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn every_point_is_read_once_and_whole(
+            points in prop::collection::vec(any_point(), 0..200), gap in 0u16..=100,
+        ) {
+            let mut seen = vec![0; points.len()];
+            for group in reads(&points, gap) {
+                let max = if group.table.is_bits() { READ_BITS_MAX } else { READ_WORDS_MAX };
+                prop_assert!((1..=max).contains(&group.count));
+                for (at, point) in &group.points {
+                    seen[*at] += 1;
+                    prop_assert!(point.at >= group.first);
+                    prop_assert!(point.at + point.width() <= group.first + group.count);
+                    prop_assert_eq!((point.unit, point.table), (group.unit, group.table));
+                }
+            }
+            prop_assert!(seen.iter().all(|times| *times == 1));
+        }
+    }
+}

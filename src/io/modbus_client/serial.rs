@@ -1,0 +1,226 @@
+//! The way by a serial line: Modbus RTU, one question at a time, silence before each.
+//!
+//! Several devices may be on one line: they share it ([`Lines`]), question by question. What the
+//! line brings between questions is thrown away before the next, so a late or wrong answer costs
+//! only itself, and the port stays open. A port that fails (an adapter unplugged) is closed at
+//! once and opened again by whoever connects next. Not done here: switching a transceiver's
+//! direction, which adapters and their kernel drivers do themselves.
+
+use std::collections::HashMap;
+use std::io::{self, ErrorKind};
+use std::os::fd::OwnedFd;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
+use rustix::termios::{
+    ControlModes, InputModes, OptionalActions, QueueSelector, SpecialCodeIndex, tcflush, tcgetattr,
+    tcsetattr,
+};
+use tokio::io::unix::AsyncFd;
+use tokio::sync::Mutex;
+use tokio::time::{Instant, sleep_until, timeout_at};
+
+use super::answer::expected_bytes;
+use super::link::{Failure, Link};
+use super::rtu::{self, FRAME_BYTES_MAX};
+use crate::io::device::Trouble;
+use crate::resolve::device::modbus::{Parity, Serial};
+
+/// More than a request sent back and an answer is noise.
+const RECEIVED_MAX: usize = 2 * FRAME_BYTES_MAX;
+
+/// The least silence between frames, whatever the speed: as the specification has it.
+const SILENCE_MIN: Duration = Duration::from_micros(1750);
+
+/// All lines, so that devices of one line share it.
+#[derive(Default)]
+pub struct Lines {
+    by_port: HashMap<String, Arc<Mutex<Line>>>,
+}
+
+/// A device's way over its line.
+pub struct Rtu {
+    line: Arc<Mutex<Line>>,
+    port: String,
+    timeout: Duration,
+}
+
+/// A line, and whether it is open.
+struct Line {
+    settings: Serial,
+    port: Option<AsyncFd<OwnedFd>>,
+    /// When the last byte had come or gone.
+    quiet_since: Instant,
+    frame: Vec<u8>,
+    received: Vec<u8>,
+}
+
+impl Lines {
+    /// A way over this line, for a device whose answers are whole within `timeout`.
+    pub fn link(&mut self, settings: &Serial, timeout: Duration) -> Rtu {
+        let port = settings.port.clone();
+        let new = || Arc::new(Mutex::new(Line::new(settings.clone())));
+        let line = self.by_port.entry(port.clone()).or_insert_with(new);
+        Rtu { line: Arc::clone(line), port, timeout }
+    }
+}
+
+impl Link for Rtu {
+    const STARTS_ANEW: bool = true;
+
+    async fn connect(&mut self) -> Result<(), Trouble> {
+        let mut line = self.line.lock().await;
+        if line.port.is_none() {
+            let port = open_port(&line.settings);
+            line.port = Some(
+                port.map_err(|error| Trouble::disconnected(format!("cannot open it: {error}")))?,
+            );
+        }
+        Ok(())
+    }
+
+    async fn ask(&mut self, unit: u8, request: &[u8], answer: &mut Vec<u8>) -> Result<(), Failure> {
+        let mut line = self.line.lock().await;
+        let asked = line.ask(unit, request, self.timeout).await;
+        line.quiet_since = Instant::now();
+        match asked {
+            Ok(Some(pdu)) => {
+                answer.clear();
+                answer.extend_from_slice(&pdu);
+                Ok(())
+            }
+            Ok(None) => Err(Failure::Silent(line.why_none(self.timeout))),
+            Err(error) => {
+                line.port = None;
+                Err(Failure::Broken(error.to_string()))
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        // Others may be talking over it, and a healthy port stays open.
+    }
+
+    fn peer(&self) -> String {
+        self.port.clone()
+    }
+}
+
+impl Line {
+    fn new(settings: Serial) -> Line {
+        let (frame, received) = (Vec::new(), Vec::with_capacity(RECEIVED_MAX));
+        Line { settings, port: None, quiet_since: Instant::now(), frame, received }
+    }
+
+    /// How long so many bytes are on the wire.
+    fn wire_time(&self, bytes: usize) -> Duration {
+        let parity = u32::from(self.settings.parity != Parity::None);
+        let bits = 1 + 8 + parity + u32::from(self.settings.stop_bits);
+        Duration::from_secs(1) * (bits * bytes as u32) / self.settings.baud
+    }
+
+    /// The answer's PDU; `None`: none came in time.
+    async fn ask(
+        &mut self,
+        unit: u8,
+        request: &[u8],
+        timeout: Duration,
+    ) -> io::Result<Option<Vec<u8>>> {
+        // Three and a half characters.
+        let silence = (self.wire_time(7) / 2).max(SILENCE_MIN);
+        sleep_until(self.quiet_since + silence).await;
+        let Some(port) = &self.port else { return Err(io::Error::other("the line is closed")) };
+        tcflush(port, QueueSelector::IOFlush)?;
+        rtu::frame(&mut self.frame, unit, request);
+        let on_the_wire = self.frame.len() + expected_bytes(request) + 3;
+        let deadline = Instant::now() + timeout + self.wire_time(on_the_wire);
+        self.received.clear();
+        let talk = async {
+            send(port, &self.frame).await?;
+            while self.received.len() < RECEIVED_MAX {
+                receive(port, &mut self.received).await?;
+                if let Some(pdu) = rtu::find(&self.received, unit, request) {
+                    return Ok(Some(pdu.to_vec()));
+                }
+            }
+            Ok(None)
+        };
+        timeout_at(deadline, talk).await.unwrap_or(Ok(None))
+    }
+
+    fn why_none(&self, timeout: Duration) -> String {
+        let limit = timeout.as_millis();
+        match self.received.len() {
+            0 => format!("no answer in {limit} ms"),
+            RECEIVED_MAX.. => "noise without an end where the answer should be".to_owned(),
+            _ => format!("what came in {limit} ms is no whole, right answer"),
+        }
+    }
+}
+
+async fn send(port: &AsyncFd<OwnedFd>, mut bytes: &[u8]) -> io::Result<()> {
+    while !bytes.is_empty() {
+        let mut ready = port.writable().await?;
+        match ready.try_io(|port| Ok(rustix::io::write(port, bytes)?)) {
+            Ok(Ok(count)) => bytes = &bytes[count..],
+            Ok(Err(error)) if error.kind() != ErrorKind::Interrupted => return Err(error),
+            Ok(Err(_)) | Err(_) => {}
+        }
+    }
+    Ok(())
+}
+
+/// Receives at least a byte, and never more than there is room for.
+async fn receive(port: &AsyncFd<OwnedFd>, received: &mut Vec<u8>) -> io::Result<()> {
+    let mut bytes = [0; FRAME_BYTES_MAX];
+    let room = (RECEIVED_MAX - received.len()).min(bytes.len());
+    loop {
+        let mut ready = port.readable().await?;
+        match ready.try_io(|port| Ok(rustix::io::read(port, &mut bytes[..room])?)) {
+            Ok(Ok(0)) => return Err(io::Error::other("the line is gone")),
+            Ok(Ok(count)) => {
+                received.extend_from_slice(&bytes[..count]);
+                return Ok(());
+            }
+            Ok(Err(error)) if error.kind() != ErrorKind::Interrupted => return Err(error),
+            Ok(Err(_)) | Err(_) => {}
+        }
+    }
+}
+
+/// Opens a port and makes it a line of bytes as the settings say.
+fn open_port(settings: &Serial) -> io::Result<AsyncFd<OwnedFd>> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let port = open(&settings.port, flags, Mode::empty())?;
+    let mut modes = tcgetattr(&port)?;
+    flock(&port, FlockOperation::NonBlockingLockExclusive)
+        .map_err(|_| io::Error::other("another program has it"))?;
+    modes.make_raw();
+    modes.input_modes.remove(InputModes::INPCK);
+    modes.control_modes.remove(
+        ControlModes::CSIZE
+            | ControlModes::PARENB
+            | ControlModes::PARODD
+            | ControlModes::CSTOPB
+            | ControlModes::CRTSCTS,
+    );
+    modes.control_modes.insert(ControlModes::CS8 | ControlModes::CREAD | ControlModes::CLOCAL);
+    if settings.parity != Parity::None {
+        modes.control_modes.insert(ControlModes::PARENB);
+        modes.control_modes.set(ControlModes::PARODD, settings.parity == Parity::Odd);
+    }
+    modes.control_modes.set(ControlModes::CSTOPB, settings.stop_bits == 2);
+    // A read without bytes is no end of the line.
+    modes.special_codes[SpecialCodeIndex::VMIN] = 1;
+    modes.special_codes[SpecialCodeIndex::VTIME] = 0;
+    modes.set_speed(settings.baud)?;
+    tcsetattr(&port, OptionalActions::Now, &modes)?;
+    watched(port)
+}
+
+#[allow(unsafe_code)]
+fn watched(port: OwnedFd) -> io::Result<AsyncFd<OwnedFd>> {
+    // SAFETY: an `OwnedFd` is open, and the same, until it is dropped; nothing takes it out.
+    Ok(unsafe { AsyncFd::register(port) }?)
+}

@@ -1,0 +1,119 @@
+//! The way by TCP: one connection, one question at a time.
+//!
+//! A frame that is not the answer to the question asked, a late one to an earlier question too,
+//! breaks the connection: made anew, it has nothing old in it. Memory is one frame.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+
+use super::link::{Failure, Link};
+use crate::io::device::Trouble;
+use crate::io::modbus::frame::{self, FRAME_BYTES_MAX, Header, Split};
+
+/// A peer's address, and the connection to it.
+pub struct Tcp {
+    address: SocketAddr,
+    connect_timeout: Duration,
+    timeout: Duration,
+    stream: Option<TcpStream>,
+    transaction: u16,
+    received: [u8; FRAME_BYTES_MAX],
+}
+
+impl Tcp {
+    /// Not connected yet.
+    pub fn new(address: SocketAddr, connect_timeout: Duration, timeout: Duration) -> Tcp {
+        let received = [0; FRAME_BYTES_MAX];
+        Tcp { address, connect_timeout, timeout, stream: None, transaction: 0, received }
+    }
+}
+
+impl Link for Tcp {
+    const STARTS_ANEW: bool = false;
+
+    async fn connect(&mut self) -> Result<(), Trouble> {
+        let refused = |reason: String| Trouble::disconnected(format!("no connection: {reason}"));
+        let stream = match timeout(self.connect_timeout, TcpStream::connect(self.address)).await {
+            Err(_) => {
+                return Err(refused(format!("none in {} ms", self.connect_timeout.as_millis())));
+            }
+            Ok(Err(error)) => return Err(refused(error.to_string())),
+            Ok(Ok(stream)) => stream,
+        };
+        // A question is one small packet whose answer is waited for.
+        let _ = stream.set_nodelay(true);
+        self.stream = Some(stream);
+        Ok(())
+    }
+
+    async fn ask(&mut self, unit: u8, request: &[u8], answer: &mut Vec<u8>) -> Result<(), Failure> {
+        let Some(stream) = &mut self.stream else {
+            return Err(Failure::Broken("there is no connection".to_owned()));
+        };
+        self.transaction = self.transaction.wrapping_add(1);
+        let header = Header { transaction: self.transaction, unit };
+        let question = frame::around(header, |frame| frame.extend_from_slice(request));
+        let mut filled = 0;
+        let talk = async {
+            stream.write_all(&question).await?;
+            receive(stream, &mut self.received, &mut filled).await
+        };
+        let limit = self.timeout.as_millis();
+        let received = match timeout(self.timeout, talk).await {
+            Err(_) if filled == 0 => Err(format!("no answer in {limit} ms")),
+            Err(_) => Err(format!("no whole answer in {limit} ms")),
+            Ok(Err(error)) => Err(error.to_string()),
+            Ok(Ok(())) => check(&self.received[..filled], header, answer),
+        };
+        received.map_err(Failure::Broken)
+    }
+
+    fn close(&mut self) {
+        self.stream = None;
+    }
+
+    fn peer(&self) -> String {
+        self.address.to_string()
+    }
+}
+
+/// Receives until it is a whole frame, or can be none.
+async fn receive(stream: &mut TcpStream, bytes: &mut [u8], filled: &mut usize) -> io::Result<()> {
+    loop {
+        // A frame is never longer than the room for it.
+        match stream.read(&mut bytes[*filled..]).await? {
+            0 => return Err(io::Error::other("the peer has closed the connection")),
+            count => *filled += count,
+        }
+        if frame::split(&bytes[..*filled]) != Split::More {
+            return Ok(());
+        }
+    }
+}
+
+/// Takes the answer's PDU out of what came.
+fn check(received: &[u8], asked: Header, answer: &mut Vec<u8>) -> Result<(), String> {
+    match frame::split(received) {
+        Split::More => Err("no whole answer".to_owned()),
+        Split::Broken(broken) => Err(broken.to_string()),
+        Split::Frame { header, .. } if header.transaction != asked.transaction => {
+            Err("the answer is to another question (transaction)".to_owned())
+        }
+        Split::Frame { header, .. } if header.unit != asked.unit => {
+            Err(format!("the answer is unit {}'s, not unit {}'s", header.unit, asked.unit))
+        }
+        Split::Frame { bytes, .. } if bytes < received.len() => {
+            Err("there is more behind the answer".to_owned())
+        }
+        Split::Frame { pdu, .. } => {
+            answer.clear();
+            answer.extend_from_slice(pdu);
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Faults on demand: what a point is instead of what it should be.
+//!
+//! A fault is brought about by a point of its own; while that is OFF it changes nothing. What
+//! seems to be chance is reckoned from a seed: the same times, the same noise.
+
+use std::collections::VecDeque;
+
+use crate::resolve::device::simulated::{Effect, Fault as Settings, PointId};
+
+/// Which points a fault falsifies: before the parts move, or behind them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// What drives a part.
+    Command,
+    /// What a part tells.
+    Told,
+}
+
+/// A fault with its state.
+#[derive(Clone, Debug)]
+pub(super) struct Fault {
+    pub place: Place,
+    when: usize,
+    point: usize,
+    effect: Effect,
+    /// Since when it is brought about.
+    since_ms: Option<u64>,
+    /// What a stuck point is; by how much a noisy one is off.
+    held: i32,
+    random: Random,
+    /// Of a late point, its last values; the oldest first.
+    past: VecDeque<i32>,
+}
+
+/// Numbers that look like chance (SplitMix64).
+#[derive(Clone, Debug)]
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+}
+
+impl Fault {
+    /// A fault that is not brought about; none is made of one that falsifies no point.
+    pub fn new(
+        settings: &Settings,
+        seed: u64,
+        is_command: impl Fn(PointId) -> bool,
+    ) -> Option<Fault> {
+        let point = match settings.effect {
+            Effect::Fixed { point, .. }
+            | Effect::Stuck { point }
+            | Effect::Bouncing { point, .. }
+            | Effect::Noisy { point, .. }
+            | Effect::Late { point, .. } => point,
+            Effect::Lost => return None,
+        };
+        Some(Fault {
+            place: if is_command(point) { Place::Command } else { Place::Told },
+            when: settings.when.0 as usize,
+            point: point.0 as usize,
+            effect: settings.effect,
+            since_ms: None,
+            held: 0,
+            random: Random(seed),
+            past: VecDeque::new(),
+        })
+    }
+
+    /// Falsifies its point in this tick.
+    pub fn tick(&mut self, now_ms: u64, values: &mut [i32], before: &[i32]) {
+        let mut value = values[self.point];
+        if let Effect::Late { by_ms, .. } = self.effect {
+            value = self.late(value, by_ms);
+        }
+        if values[self.when] == 0 {
+            self.since_ms = None;
+            return;
+        }
+        let is_new = self.since_ms.is_none();
+        let since_ms = *self.since_ms.get_or_insert(now_ms);
+        let is_due = |every_ms: u32| (now_ms - since_ms).is_multiple_of(every_ms.max(1).into());
+        match self.effect {
+            Effect::Fixed { value: fixed, .. } => value = fixed,
+            Effect::Stuck { .. } => {
+                if is_new {
+                    self.held = before[self.point];
+                }
+                value = self.held;
+            }
+            Effect::Bouncing { every_ms, .. } => {
+                if is_due(every_ms) {
+                    self.held = (self.random.next() >> 63) as i32;
+                }
+                value = self.held;
+            }
+            Effect::Noisy { every_ms, amplitude, .. } => {
+                if is_due(every_ms) {
+                    let span = 2 * u64::from(amplitude) + 1;
+                    let off = (self.random.next() % span) as i64 - i64::from(amplitude);
+                    self.held = off as i32;
+                }
+                value = value.saturating_add(self.held);
+            }
+            Effect::Late { .. } | Effect::Lost => {}
+        }
+        values[self.point] = value;
+    }
+
+    /// Remembers a value, and gives the one of so long ago; at first, the first one.
+    fn late(&mut self, value: i32, by_ms: u32) -> i32 {
+        if self.past.is_empty() {
+            self.past.extend(std::iter::repeat_n(value, by_ms as usize));
+        }
+        self.past.push_back(value);
+        self.past.pop_front().unwrap_or(value)
+    }
+}

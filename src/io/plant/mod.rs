@@ -1,0 +1,48 @@
+//! A plant in software, as a field device: belts with parts on them, tanks, motors, faults.
+//!
+//! [`Model`] is pure: it takes the time and what goes out to the plant, and tells what comes in.
+//! Tests step it by hand; here it is a driver, and an exchange is a step up to the present. What
+//! parts and faults do is `docs/simulated-plant.md`.
+
+mod fault;
+mod model;
+mod part;
+
+use std::time::Instant;
+
+pub use model::{Lost, Model};
+
+use super::device::{Driver, Exchange, Trouble};
+use crate::resolve::device::simulated::Plant as Settings;
+
+/// A plant whose time is the machine's.
+pub struct Plant {
+    model: Model,
+    /// Since its first step.
+    started: Option<Instant>,
+}
+
+impl Plant {
+    /// A plant at rest.
+    pub fn new(settings: &Settings) -> Plant {
+        Plant { model: Model::new(settings), started: None }
+    }
+}
+
+impl Driver for Plant {
+    async fn connect(&mut self) -> Result<(), Trouble> {
+        Ok(())
+    }
+
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<(), Trouble> {
+        let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
+        let stepped = self.model.step(now_ms, exchange.outputs, exchange.inputs);
+        stepped.map_err(|Lost| Trouble::kept("the plant does not answer, as a fault wants it"))
+    }
+
+    fn disconnect(&mut self) {}
+
+    fn peer(&self) -> String {
+        "this process".to_owned()
+    }
+}

@@ -1,0 +1,228 @@
+//! The parts of a plant with their state: what one tick of a millisecond does to each.
+//!
+//! A part finds its points in a slice that begins with its own, in the order in which
+//! `resolve::device::simulated` counts them. It keeps what it is in its own state, never in a
+//! point: a fault may have falsified that.
+
+use std::collections::VecDeque;
+
+use crate::io::simulated::Follower;
+use crate::resolve::device::simulated::{Delays, Kind, Scale, opening};
+
+/// Nanometres in a millimetre, and as many millionths in a tank's unit.
+const MILLION: u64 = 1_000_000;
+
+/// A part with its state.
+#[derive(Clone, Debug)]
+pub(super) enum Part {
+    Delay { delays: Delays, invert: bool, follower: Follower },
+    Motor { delays: Delays, follower: Follower, tripped: bool },
+    Conveyor(Belt),
+    Tank(Tank),
+    Sensor(Sensor),
+    Pulse { width_ms: u64, every_ms: u64, offset_ms: u64, since_ms: Option<u64> },
+}
+
+/// A belt with parts on it. Lengths in nanometres: what a belt of 1 mm/s moves in a tick at a
+/// thousandth of its speed.
+#[derive(Clone, Debug)]
+pub(super) struct Belt {
+    length: u64,
+    /// In a tick, at a thousandth of its speed.
+    speed: u64,
+    every_ms: u64,
+    part: u64,
+    eyes: Vec<u64>,
+    /// How far it has moved.
+    moved: u64,
+    /// How many ticks it has moved in.
+    moved_ms: u64,
+    /// How far it had moved when each part was laid on; the foremost part first.
+    laid: VecDeque<u64>,
+    /// The bit by which parts are laid on, as it was.
+    fed: bool,
+}
+
+/// A tank; amounts in millionths of its unit.
+#[derive(Clone, Debug)]
+pub(super) struct Tank {
+    capacity: u64,
+    fill_rate: u64,
+    drain_rate: u64,
+    switches: Vec<u64>,
+    level: u64,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Sensor {
+    on_at: i32,
+    off_at: i32,
+    delays: Delays,
+    invert: bool,
+    scale: Option<Scale>,
+    is_above: bool,
+    follower: Follower,
+}
+
+impl Part {
+    /// A part at rest.
+    pub fn new(kind: &Kind) -> Part {
+        let follower = Follower::default();
+        match kind {
+            Kind::Delay { delays, invert } => {
+                Part::Delay { delays: *delays, invert: *invert, follower }
+            }
+            Kind::Motor { delays } => Part::Motor { delays: *delays, follower, tripped: false },
+            Kind::Conveyor { length_mm, speed_mm_s, every_ms, part_mm, eyes_mm } => {
+                let nm = |mm: &u32| u64::from(*mm) * MILLION;
+                Part::Conveyor(Belt {
+                    length: nm(length_mm),
+                    speed: u64::from(*speed_mm_s),
+                    every_ms: u64::from(*every_ms),
+                    part: nm(part_mm),
+                    eyes: eyes_mm.iter().map(nm).collect(),
+                    moved: 0,
+                    moved_ms: 0,
+                    laid: VecDeque::new(),
+                    fed: false,
+                })
+            }
+            Kind::Tank { capacity, fill_rate, drain_rate, initial, switches } => {
+                let millionths = |units: &u32| u64::from(*units) * MILLION;
+                Part::Tank(Tank {
+                    capacity: millionths(capacity),
+                    fill_rate: u64::from(*fill_rate),
+                    drain_rate: u64::from(*drain_rate),
+                    switches: switches.iter().map(millionths).collect(),
+                    level: millionths(initial),
+                })
+            }
+            &Kind::Sensor { on_at, off_at, delays, invert, scale } => {
+                let is_above = false;
+                Part::Sensor(Sensor { on_at, off_at, delays, invert, scale, is_above, follower })
+            }
+            &Kind::Pulse { width_ms, every_ms, offset_ms } => Part::Pulse {
+                width_ms: width_ms.into(),
+                every_ms: every_ms.max(1).into(),
+                offset_ms: offset_ms.into(),
+                since_ms: None,
+            },
+        }
+    }
+
+    /// What it tells before the first tick, so that this finds it as it begins.
+    pub fn begin(&self, points: &mut [i32]) {
+        match self {
+            Part::Delay { invert, .. } | Part::Sensor(Sensor { invert, .. }) => {
+                points[1] = i32::from(*invert);
+            }
+            Part::Tank(tank) => tank.tell(points),
+            Part::Motor { .. } | Part::Conveyor(_) | Part::Pulse { .. } => {}
+        }
+    }
+
+    /// One millisecond. `points` begins with the part's own.
+    pub fn tick(&mut self, now_ms: u64, points: &mut [i32]) {
+        match self {
+            Part::Delay { delays, invert, follower } => {
+                let on = followed(follower, now_ms, points[0] != 0, *delays);
+                points[1] = i32::from(on != *invert);
+            }
+            Part::Motor { delays, follower, tripped } => {
+                let (run, trip, reset) = (points[0] != 0, points[1] != 0, points[2] != 0);
+                *tripped = trip || (*tripped && !reset);
+                let running = followed(follower, now_ms, run && !*tripped, *delays);
+                points[3..5].copy_from_slice(&[running.into(), (*tripped).into()]);
+            }
+            Part::Conveyor(belt) => belt.tick(points),
+            Part::Tank(tank) => tank.tick(points),
+            Part::Sensor(sensor) => sensor.tick(now_ms, points),
+            Part::Pulse { width_ms, every_ms, offset_ms, since_ms } => {
+                if points[0] == 0 {
+                    *since_ms = None;
+                    points[1] = 0;
+                    return;
+                }
+                let since_ms = *since_ms.get_or_insert(now_ms);
+                let since_first = (now_ms - since_ms).checked_sub(*offset_ms);
+                points[1] = since_first.is_some_and(|ms| ms % *every_ms < *width_ms).into();
+            }
+        }
+    }
+}
+
+fn followed(follower: &mut Follower, now_ms: u64, bit: bool, delays: Delays) -> bool {
+    follower.step(now_ms, bit, delays.after_ms, delays.release_ms)
+}
+
+/// How far open a valve is, or how fast a drive, in thousandths.
+fn opened(point: i32) -> u64 {
+    point.clamp(0, opening::FULL).unsigned_abs().into()
+}
+
+impl Belt {
+    fn tick(&mut self, points: &mut [i32]) {
+        let (speed, feed, jam) = (opened(points[0]), points[1] != 0, points[2] != 0);
+        let mut is_due = feed && !self.fed;
+        self.fed = feed;
+        if speed > 0 && !jam {
+            self.moved += self.speed * speed;
+            is_due |= self.every_ms > 0 && self.moved_ms.is_multiple_of(self.every_ms);
+            self.moved_ms += 1;
+        }
+        let many = self.laid.len();
+        while self.laid.front().is_some_and(|at| self.moved - at >= self.length) {
+            self.laid.pop_front();
+        }
+        points[4] = i32::from(self.laid.len() < many);
+        // Not upon the one before it.
+        if is_due && self.laid.back().is_none_or(|at| self.moved - at >= self.part) {
+            self.laid.push_back(self.moved);
+        }
+        points[3] = self.laid.len() as i32;
+        for (eye, point) in self.eyes.iter().zip(&mut points[5..]) {
+            let covers = |at: &u64| (*eye..*eye + self.part).contains(&(self.moved - at));
+            *point = self.laid.iter().any(covers).into();
+        }
+    }
+}
+
+impl Tank {
+    fn tick(&mut self, points: &mut [i32]) {
+        let (fill, drain) = (opened(points[0]), opened(points[1]));
+        let filled = self.level + fill * self.fill_rate;
+        let outflow = if filled > 0 && self.drain_rate > 0 { drain } else { 0 };
+        let left = filled.saturating_sub(drain * self.drain_rate);
+        self.level = left.min(self.capacity);
+        points[3] = i32::from(left > self.capacity);
+        points[5] = outflow as i32;
+        self.tell(points);
+    }
+
+    fn tell(&self, points: &mut [i32]) {
+        points[2] = (self.level / MILLION) as i32;
+        points[4] = i32::from(self.level == 0);
+        for (switch, point) in self.switches.iter().zip(&mut points[6..]) {
+            *point = i32::from(self.level >= *switch);
+        }
+    }
+}
+
+impl Sensor {
+    fn tick(&mut self, now_ms: u64, points: &mut [i32]) {
+        let measured = points[0];
+        self.is_above = measured >= if self.is_above { self.off_at } else { self.on_at };
+        let on = followed(&mut self.follower, now_ms, self.is_above, self.delays);
+        points[1] = i32::from(on != self.invert);
+        points[2] = self.scale.map_or(measured, |scale| scaled(measured, scale));
+    }
+}
+
+/// Beyond its range a transmitter tells the end of it.
+fn scaled(measured: i32, Scale { range, raw }: Scale) -> i32 {
+    let measured = measured.clamp(range[0].min(range[1]), range[0].max(range[1]));
+    let [from, to, low, high, measured] =
+        [range[0], range[1], raw[0], raw[1], measured].map(i128::from);
+    let told = low + (measured - from) * (high - low) / (to - from);
+    told as i32
+}

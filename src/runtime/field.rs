@@ -1,0 +1,426 @@
+//! How a scan and its field devices meet: whole images, and how old they are.
+//!
+//! Every device has an image of its inputs, filled beside the scan ([`Line`], held by a driver's
+//! task) or within it ([`Local`], for lines that answer at once). A whole image goes through a
+//! ring, so that a scan sees all of one exchange or nothing of it. At the scan's input step
+//! `Field` takes the newest, judges by the scan's own clock how old the last good exchange is,
+//! and moves the inputs; a device whose task hangs or is gone goes stale just as one whose cable
+//! is cut. Outputs leave by the published image ([`outgoing`]); those of a local device at the
+//! output step.
+//!
+//! Nothing on the scan's side locks, allocates or frees: images that were read go back by another
+//! ring, and so do local devices that failed.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::Memory;
+use super::exchange::{Mode, Snapshot};
+use super::link::Safe;
+use super::local::LocalSide;
+pub use super::local::{Local, LocalFailure, LocalLine};
+use super::machine::Machine;
+use super::record::{DeviceEdge, What};
+use crate::engine::{BitCell, Cell, WordCell};
+
+/// Images on their way to the scan, at most.
+const IMAGES_MAX: usize = 4;
+
+/// What moves when an input image comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// An input, by its number.
+    Input(u32),
+    /// A bit.
+    Bit(BitCell),
+    /// A word, and what it can hold.
+    Word {
+        /// Which.
+        cell: WordCell,
+        /// The least value; what is below becomes this.
+        min: i32,
+        /// The greatest.
+        max: i32,
+    },
+}
+
+/// What goes out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// An output, as driven: by its number.
+    Output(u32),
+    /// Anything else, with what it is outside RUN; `None`: as it is.
+    Cell(Cell, Option<i32>),
+}
+
+/// A device, as the scan has to know it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wiring {
+    /// One a point that comes in.
+    pub inputs: Vec<Target>,
+    /// One a point that goes out.
+    pub outputs: Vec<Source>,
+    /// The cell of its `.Ok`.
+    pub ok: BitCell,
+    /// The cell of its `.Stale`.
+    pub stale: BitCell,
+    /// A last good exchange that is older than this makes it stale.
+    pub loss_after_ns: u64,
+    /// Stale inputs are OFF and 0, instead of as read last.
+    pub zero_on_loss: bool,
+    /// Exchanged by the scan thread itself; so long may one exchange take. Later ones, several
+    /// times running, are a failure.
+    pub local_budget_ns: Option<u64>,
+}
+
+/// What both ends know of a device's exchanges.
+#[derive(Default)]
+pub(super) struct Pulse {
+    /// When the last good one ended (CLOCK_MONOTONIC); 0: there was none.
+    good_ns: AtomicU64,
+    /// The last one failed.
+    troubled: AtomicBool,
+}
+
+/// The world's end of a device: held by its driver's task.
+pub struct Line {
+    pulse: Arc<Pulse>,
+    images: Producer<Box<[i32]>>,
+    spares: Consumer<Box<[i32]>>,
+    targets: Vec<Target>,
+    /// As handed over last.
+    given: Option<Box<[i32]>>,
+}
+
+/// Both ends of a device's exchange that the world holds.
+pub struct Ends {
+    /// To hand inputs in.
+    pub line: Line,
+    /// Of a local device: to hand the device itself in.
+    pub local: Option<LocalLine>,
+}
+
+/// The scan's side: all devices.
+pub(super) struct Field {
+    devices: Vec<Device>,
+    /// What each Y does outside RUN.
+    safe: Vec<Safe>,
+    /// The cell of Y0.
+    first_output: usize,
+}
+
+struct Device {
+    wiring: Wiring,
+    pulse: Arc<Pulse>,
+    images: Consumer<Box<[i32]>>,
+    spares: Producer<Box<[i32]>>,
+    /// The newest image; empty before the first.
+    current: Box<[i32]>,
+    local: Option<LocalSide>,
+    /// When the field was made, from which a first exchange is awaited.
+    start_ns: u64,
+    /// There was a good exchange.
+    has_exchanged: bool,
+    state: State,
+}
+
+/// Since when a device is lost, if it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// No good exchange since the start.
+    Awaited {
+        since_ns: u64,
+        told: bool,
+    },
+    Well,
+    Lost {
+        since_ns: u64,
+        scans: u64,
+    },
+}
+
+impl fmt::Debug for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Line of {} inputs", self.targets.len())
+    }
+}
+
+/// Makes both sides for so many devices.
+pub(super) fn field(wirings: &[Wiring], memory: &Memory, now_ns: u64) -> (Field, Vec<Ends>) {
+    let (devices, ends) = wirings.iter().map(|wiring| device(wiring, now_ns)).unzip();
+    let (safe, first_output) = (memory.safe.clone(), memory.first_output);
+    (Field { devices, safe, first_output }, ends)
+}
+
+fn device(wiring: &Wiring, now_ns: u64) -> (Device, Ends) {
+    let (image_in, images) = RingBuffer::new(IMAGES_MAX);
+    // Every image that can be on its way, and the one in hand.
+    let (spare_in, spares) = RingBuffer::new(2 * IMAGES_MAX);
+    let pulse = Arc::new(Pulse::default());
+    let (local, local_line) = match wiring.local_budget_ns {
+        Some(budget_ns) => {
+            let (side, line) = super::local::local(wiring, budget_ns);
+            (Some(side), Some(line))
+        }
+        None => (None, None),
+    };
+    let current = match local {
+        Some(_) => vec![0; wiring.inputs.len()].into(),
+        None => Box::default(),
+    };
+    let device = Device {
+        wiring: wiring.clone(),
+        pulse: Arc::clone(&pulse),
+        images,
+        spares: spare_in,
+        current,
+        local,
+        start_ns: now_ns,
+        has_exchanged: false,
+        state: State::Awaited { since_ns: now_ns, told: false },
+    };
+    let targets = wiring.inputs.clone();
+    let line = Line { pulse, images: image_in, spares, targets, given: None };
+    (device, Ends { line, local: local_line })
+}
+
+impl Line {
+    /// A good exchange has ended: these are all inputs, one a point. False where the scan has not
+    /// taken the images before it; then this one is not seen.
+    pub fn deliver(&mut self, inputs: &[i32], now_ns: u64) -> bool {
+        if self.given.as_deref().is_none_or(|given| given != inputs) && !self.hand_over(inputs) {
+            return false;
+        }
+        self.pulse.good_ns.store(now_ns.max(1), Ordering::Release);
+        self.pulse.troubled.store(false, Ordering::Release);
+        true
+    }
+
+    /// An exchange has failed.
+    pub fn trouble(&self) {
+        self.pulse.troubled.store(true, Ordering::Release);
+    }
+
+    fn hand_over(&mut self, inputs: &[i32]) -> bool {
+        if self.images.is_full() {
+            return false;
+        }
+        let mut image = self.spares.pop().unwrap_or_default();
+        if image.len() != inputs.len() {
+            image = vec![0; inputs.len()].into();
+        }
+        image.copy_from_slice(inputs);
+        // Never beyond what its cell holds.
+        for (value, target) in image.iter_mut().zip(&self.targets) {
+            *value = target.held(*value);
+        }
+        self.given = Some(inputs.into());
+        self.images.push(image).is_ok()
+    }
+}
+
+impl Target {
+    fn held(&self, value: i32) -> i32 {
+        match *self {
+            Target::Input(_) | Target::Bit(_) => i32::from(value != 0),
+            Target::Word { min, max, .. } => value.clamp(min, max),
+        }
+    }
+}
+
+/// What goes out now: in RUN the last complete scan's values, else the safe ones.
+pub fn outgoing(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
+    let safe = image.mode != Mode::Run;
+    for (value, source) in values.iter_mut().zip(sources) {
+        *value = match *source {
+            Source::Output(y) => i32::from(image.outputs[y as usize]),
+            Source::Cell(_, Some(fixed)) if safe => fixed,
+            Source::Cell(cell, _) => image.value(cell),
+        };
+    }
+}
+
+/// What goes out at the end of the process, whatever the mode still says.
+pub fn last_words(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
+    outgoing(sources, image, values);
+    for (value, source) in values.iter_mut().zip(sources) {
+        match *source {
+            Source::Output(y) => match image.safe[y as usize] {
+                Safe::Off => *value = 0,
+                Safe::On => *value = 1,
+                Safe::Hold => {}
+            },
+            Source::Cell(_, Some(fixed)) => *value = fixed,
+            Source::Cell(_, None) => {}
+        }
+    }
+}
+
+impl Field {
+    /// The input step: every device's newest image, or what its loss makes of it.
+    pub fn bring_in<M: Machine>(
+        &mut self,
+        machine: &mut M,
+        (now_ns, scan): (u64, u64),
+        mut tell: impl FnMut(What),
+    ) {
+        for (at, device) in self.devices.iter_mut().enumerate() {
+            let stale = device.take(now_ns);
+            let ok = device.has_exchanged && !stale && !device.pulse.is_troubled();
+            machine.write_bit(device.wiring.ok, ok);
+            machine.write_bit(device.wiring.stale, stale);
+            let exchanged = device.has_exchanged;
+            if let Some(edge) = device.state.step(Seen { exchanged, stale, now_ns, scan }) {
+                tell(What::Device { device: at as u32, edge });
+            }
+            device.move_inputs(machine, stale);
+        }
+    }
+
+    /// Whether the scan itself exchanges with any device.
+    pub fn has_local(&self) -> bool {
+        self.devices.iter().any(|device| device.local.is_some())
+    }
+
+    /// The output step behind a complete scan: local devices.
+    pub fn bring_out<M: Machine>(&mut self, machine: &M) {
+        let (image, first_output) = (machine.image(), self.first_output);
+        for device in &mut self.devices {
+            if let Some(local) = &mut device.local {
+                let done = local.write_image(image, first_output);
+                device.pulse.note_failure(done);
+            }
+        }
+    }
+
+    /// RUN is over: local outputs go to their safe values. `image`: what those that hold are from
+    /// now on; else they stay as they are.
+    pub fn make_safe(&mut self, image: Option<(&[u8], &[i32])>) {
+        let Field { devices, safe, first_output } = self;
+        for device in devices {
+            if let Some(local) = &mut device.local {
+                let done = local.write_safe(safe, image, *first_output);
+                device.pulse.note_failure(done);
+            }
+        }
+    }
+
+    /// Outside RUN nothing is moved; images do not pile up all the same, and a local device that
+    /// comes is made safe.
+    pub fn tick(&mut self, image: Option<(&[u8], &[i32])>) {
+        let Field { devices, safe, first_output } = self;
+        for device in devices {
+            device.newest();
+            if let Some(local) = &mut device.local
+                && local.arrive()
+            {
+                let done = local.write_safe(safe, image, *first_output);
+                device.pulse.note_failure(done);
+            }
+        }
+    }
+
+    /// What each Y does outside RUN is another from now on.
+    pub fn exchange_safe(&mut self, safe: &mut Vec<Safe>) {
+        std::mem::swap(&mut self.safe, safe);
+    }
+}
+
+impl Pulse {
+    fn is_troubled(&self) -> bool {
+        self.troubled.load(Ordering::Acquire)
+    }
+
+    fn note_failure(&self, done: bool) {
+        if !done {
+            self.troubled.store(true, Ordering::Release);
+        }
+    }
+}
+
+impl Device {
+    /// Takes what is there; says whether it is stale.
+    fn take(&mut self, now_ns: u64) -> bool {
+        // Read before the images, so that these are at least as new.
+        let mut good_ns = self.pulse.good_ns.load(Ordering::Acquire);
+        self.newest();
+        if let Some(local) = &mut self.local {
+            match local.read(&mut self.current) {
+                Some(true) => {
+                    good_ns = now_ns;
+                    self.pulse.good_ns.store(now_ns, Ordering::Release);
+                    self.pulse.troubled.store(false, Ordering::Release);
+                }
+                Some(false) | None => self.pulse.troubled.store(true, Ordering::Release),
+            }
+        }
+        self.has_exchanged |= good_ns > 0;
+        now_ns.saturating_sub(good_ns.max(self.start_ns)) > self.wiring.loss_after_ns
+    }
+
+    fn newest(&mut self) {
+        while let Ok(image) = self.images.pop() {
+            let old = std::mem::replace(&mut self.current, image);
+            if let Err(rtrb::PushError::Full(kept)) = self.spares.push(old) {
+                // The ring has room for all there are. In a state that cannot be, memory is let
+                // go rather than freed here.
+                std::mem::forget(kept);
+            }
+        }
+    }
+
+    fn move_inputs<M: Machine>(&self, machine: &mut M, stale: bool) {
+        if !self.has_exchanged {
+            // Before the first exchange inputs are what their tags' `initial` says.
+            return;
+        }
+        let zero = stale && self.wiring.zero_on_loss;
+        for (target, value) in self.wiring.inputs.iter().zip(&self.current) {
+            let value = if zero { target.held(0) } else { *value };
+            match *target {
+                Target::Input(x) => machine.set_input(x, value != 0),
+                Target::Bit(cell) => machine.write_bit(cell, value != 0),
+                Target::Word { cell, .. } => machine.write_word(cell, value),
+            }
+        }
+    }
+}
+
+/// What a scan sees of a device.
+struct Seen {
+    exchanged: bool,
+    stale: bool,
+    now_ns: u64,
+    scan: u64,
+}
+
+impl State {
+    /// What is to be told of this scan.
+    fn step(&mut self, seen: Seen) -> Option<DeviceEdge> {
+        let Seen { exchanged, stale, now_ns, scan } = seen;
+        let (next, edge) = match *self {
+            State::Awaited { told: false, .. } if exchanged => (State::Well, DeviceEdge::Present),
+            State::Awaited { since_ns, told: true } if exchanged => {
+                let lost_ns = now_ns.saturating_sub(since_ns);
+                (State::Well, DeviceEdge::Back { lost_ns, scans: scan })
+            }
+            State::Awaited { since_ns, told: false } if stale => {
+                (State::Awaited { since_ns, told: true }, DeviceEdge::Absent)
+            }
+            State::Well if stale => {
+                (State::Lost { since_ns: now_ns, scans: scan }, DeviceEdge::Lost)
+            }
+            State::Lost { since_ns, scans } if !stale => {
+                let lost_ns = now_ns.saturating_sub(since_ns);
+                let scans = scan.saturating_sub(scans);
+                (State::Well, DeviceEdge::Back { lost_ns, scans })
+            }
+            _ => return None,
+        };
+        *self = next;
+        Some(edge)
+    }
+}

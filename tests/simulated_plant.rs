@@ -1,0 +1,453 @@
+//! The simulated plant by itself, in virtual time: what each kind of part does, what faults make
+//! of it, and that the same commands at the same times give the same plant however it is stepped.
+
+use std::collections::HashMap;
+
+use proptest::prelude::*;
+use rungd::io::plant::{Lost, Model};
+use rungd::resolve::controller::resolve_controller;
+use rungd::resolve::device::Driver;
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::source::controller::read;
+use rungd::source::span::{FileId, SourceFile};
+
+const LADDER: &str = r#"
+[[program]]
+name = "Main"
+rung = [{ when = ["X0"], do = ["OUT C0"] }]
+"#;
+
+/// A plant whose points are called by name: `told` come in to words or bits, `driven` go out.
+struct Bench {
+    model: Model,
+    told: Vec<String>,
+    driven: Vec<String>,
+    outputs: Vec<i32>,
+    inputs: Vec<i32>,
+    /// The changes of what comes in: at which time to what.
+    changes: HashMap<String, Vec<(u64, i32)>>,
+}
+
+/// Words begin with `#`, bits do not.
+fn bench(parts: &str, driven: &[&str], told: &[&str]) -> Bench {
+    let is_word = |point: &str| point.starts_with('#');
+    let bare = |point: &str| point.trim_start_matches('#').to_owned();
+    let mut rows = Vec::new();
+    for (at, point) in driven.iter().enumerate() {
+        let from = if is_word(point) { format!("D{}", 500 + at) } else { format!("Y{at}") };
+        rows.push(format!("{{ from = \"{from}\", to = \"{}\" }}", bare(point)));
+    }
+    for (at, point) in told.iter().enumerate() {
+        let to = if is_word(point) { format!("D{at}") } else { format!("X{at}") };
+        rows.push(format!("{{ from = \"{}\", to = \"{to}\" }}", bare(point)));
+    }
+    // TOML has inline tables on one line; here they go on in lines that are indented.
+    let parts = parts.replace("\n    ", " ");
+    let text = format!(
+        "ladder = [\"a.toml\"]\n[[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
+         map = [{}]\n{parts}",
+        rows.join(",")
+    );
+    Bench {
+        model: model(&text),
+        told: told.iter().map(|point| bare(point)).collect(),
+        driven: driven.iter().map(|point| bare(point)).collect(),
+        outputs: vec![0; driven.len()],
+        inputs: vec![-1; told.len()],
+        changes: HashMap::new(),
+    }
+}
+
+fn model(text: &str) -> Model {
+    let source = SourceFile { name: "a.toml".into(), text: LADDER.into() };
+    let (program, findings) = load_ladders(&[source], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    let (written, findings) = read(text, FileId(1));
+    assert!(findings.is_empty(), "{findings:#?}");
+    let (controller, findings) = resolve_controller(&written.expect("TOML"), &program);
+    match controller.devices.first().map(|device| &device.driver) {
+        Some(Driver::Simulated(plant)) => Model::new(plant),
+        other => panic!("{other:?}: {findings:#?}"),
+    }
+}
+
+impl Bench {
+    fn step(&mut self, now_ms: u64) -> Result<(), Lost> {
+        let before = self.inputs.clone();
+        self.model.step(now_ms, &self.outputs, &mut self.inputs)?;
+        for ((name, old), new) in self.told.iter().zip(&before).zip(&self.inputs) {
+            if old != new {
+                self.changes.entry(name.clone()).or_default().push((now_ms, *new));
+            }
+        }
+        Ok(())
+    }
+
+    fn drive(&mut self, point: &str, value: i32) {
+        let at = self.driven.iter().position(|name| name == point).expect("it is driven");
+        self.outputs[at] = value;
+    }
+
+    /// Steps each millisecond, with commands at their times.
+    fn run(&mut self, until_ms: u64, script: &[(u64, &str, i32)]) {
+        for now_ms in 0..=until_ms {
+            for (_, point, value) in script.iter().filter(|(at_ms, ..)| *at_ms == now_ms) {
+                self.drive(point, *value);
+            }
+            self.step(now_ms).expect("it is not lost");
+        }
+    }
+
+    fn of(&self, point: &str) -> Vec<(u64, i32)> {
+        self.changes.get(point).cloned().unwrap_or_default()
+    }
+
+    fn now(&self, point: &str) -> i32 {
+        let at = self.told.iter().position(|name| name == point).expect("it is told");
+        self.inputs[at]
+    }
+}
+
+#[test]
+fn a_delay_follows_what_lasts() {
+    let parts = r#"part = [{ name = "door", kind = "delay", after = "30ms", release = "10ms" }]"#;
+    let mut bench = bench(parts, &["door.in"], &["door.out"]);
+    let on_for = |from, to| [(from, "door.in", 1), (to, "door.in", 0)];
+    bench.run(300, &[on_for(5, 34), on_for(50, 80), on_for(100, 200)].concat());
+    // For 29 ms it is not followed; for 30 it goes off as soon as it came.
+    assert_eq!(bench.of("door.out"), [(0, 0), (130, 1), (210, 0)]);
+}
+
+#[test]
+fn a_motor_answers_and_trips_until_it_is_reset() {
+    let parts = r#"part = [{ name = "m", kind = "motor", after = "60ms", release = "40ms" }]"#;
+    let mut bench = bench(parts, &["m.run", "m.trip", "m.reset"], &["m.running", "m.tripped"]);
+    let trip = [(500, "m.trip", 1), (510, "m.trip", 0)];
+    let reset = [(800, "m.reset", 1), (810, "m.reset", 0)];
+    bench.run(1000, &[&[(100, "m.run", 1)][..], &trip, &reset].concat());
+    assert_eq!(bench.of("m.running"), [(0, 0), (160, 1), (540, 0), (860, 1)]);
+    assert_eq!(bench.of("m.tripped"), [(0, 0), (500, 1), (800, 0)]);
+}
+
+#[test]
+fn a_motor_that_nothing_resets_is_well_again_by_itself() {
+    let parts = r#"part = [{ name = "m", kind = "motor" }]"#;
+    let mut bench = bench(parts, &["m.run", "m.trip"], &["m.running"]);
+    bench.run(50, &[(1, "m.run", 1), (10, "m.trip", 1), (20, "m.trip", 0)]);
+    assert_eq!(bench.of("m.running"), [(0, 0), (1, 1), (10, 0), (20, 1)]);
+}
+
+const BELT: &str = r#"part = [{ name = "belt", kind = "conveyor", length = 1000, speed = 500,
+    every = "1s", part-length = 100, eyes = { eye = 500, exit = 990 } }]"#;
+
+#[test]
+fn parts_pass_the_eyes_of_a_belt() {
+    let mut bench = bench(BELT, &["belt.run"], &["belt.eye", "belt.exit", "#belt.parts"]);
+    // From 10 on half a millimetre a tick. The first part is laid on in the first of them.
+    bench.run(3200, &[(10, "belt.run", 1)]);
+    let eye = [(0, 0), (1010, 1), (1210, 0), (2010, 1), (2210, 0), (3010, 1)];
+    assert_eq!(bench.of("belt.eye"), eye);
+    // 990 mm: 1980 ticks; at its end the part is gone.
+    assert_eq!(bench.of("belt.exit"), [(0, 0), (1990, 1), (2010, 0), (2990, 1), (3010, 0)]);
+    assert_eq!(bench.of("belt.parts"), [(0, 0), (10, 1), (1010, 2)]);
+}
+
+#[test]
+fn a_part_stops_where_the_belt_stops() {
+    let mut bench = bench(BELT, &["belt.run"], &["belt.eye"]);
+    let script = [(0, "belt.run", 1), (1100, "belt.run", 0), (5000, "belt.run", 1)];
+    bench.run(5200, &script);
+    assert_eq!(bench.of("belt.eye"), [(0, 0), (1000, 1), (5100, 0)]);
+}
+
+#[test]
+fn a_drive_at_half_speed_takes_twice_as_long() {
+    let mut bench = bench(BELT, &["#belt.run"], &["belt.eye"]);
+    bench.run(2000, &[(0, "belt.run", 500)]);
+    assert_eq!(bench.of("belt.eye"), [(0, 0), (2000, 1)]);
+}
+
+#[test]
+fn a_jam_keeps_the_parts_though_the_belt_runs() {
+    let mut bench = bench(BELT, &["belt.run", "belt.jam"], &["belt.eye"]);
+    let script = [(0, "belt.run", 1), (1100, "belt.jam", 1), (9000, "belt.jam", 0)];
+    bench.run(9300, &script);
+    assert_eq!(bench.of("belt.eye"), [(0, 0), (1000, 1), (9100, 0)]);
+}
+
+#[test]
+fn a_part_that_leaves_a_belt_is_laid_on_the_next() {
+    let parts = r#"part = [
+        { name = "a", kind = "conveyor", length = 100, speed = 1000, part-length = 20 },
+        { name = "b", kind = "conveyor", length = 100, speed = 1000, part-length = 20,
+          feed = "a.out", run = "a.run", eyes = { eye = 50 } }]"#;
+    let mut bench = bench(parts, &["a.run", "a.feed"], &["b.eye", "#a.parts", "#b.parts"]);
+    let fed = |at| [(at, "a.feed", 1), (at + 5, "a.feed", 0)];
+    // The second one lies upon the first, and is left out.
+    bench.run(400, &[&[(0, "a.run", 1)][..], &fed(10), &fed(20), &fed(50)].concat());
+    assert_eq!(bench.of("a.parts"), [(0, 0), (10, 1), (50, 2), (110, 1), (150, 0)]);
+    assert_eq!(bench.of("b.parts"), [(0, 0), (111, 1), (151, 2), (211, 1), (251, 0)]);
+    assert_eq!(bench.of("b.eye"), [(0, 0), (161, 1), (181, 0), (201, 1), (221, 0)]);
+}
+
+const TANK: &str = r#"part = [{ name = "tank", kind = "tank", capacity = 100, initial = 10,
+    fill-rate = 40, drain-rate = 20, switches = { low = 20, high = 80 } }]"#;
+
+#[test]
+fn a_tank_fills_drains_and_runs_over() {
+    let told = ["#tank.level", "tank.low", "tank.high", "tank.overflow", "tank.empty"];
+    let mut bench = bench(TANK, &["tank.fill", "tank.drain"], &told);
+    let script = [
+        (1, "tank.fill", 1),
+        (3001, "tank.drain", 1),
+        (4001, "tank.fill", 0),
+        (12_001, "tank.drain", 0),
+    ];
+    bench.run(13_000, &script);
+    // 10 more from 10 at 40 a second: the tick at 250 is the 250th.
+    assert_eq!(bench.of("tank.low"), [(0, 0), (250, 1), (8001, 0)]);
+    assert_eq!(bench.of("tank.high"), [(0, 0), (1750, 1), (5001, 0)]);
+    // It runs over while more comes than goes.
+    assert_eq!(bench.of("tank.overflow"), [(0, 0), (2251, 1), (4001, 0)]);
+    assert_eq!(bench.of("tank.empty"), [(0, 0), (9000, 1)]);
+    let levels = bench.of("tank.level");
+    assert_eq!(levels[..3], [(0, 10), (25, 11), (50, 12)]);
+    assert!(levels.contains(&(2250, 100)) && bench.now("tank.level") == 0);
+}
+
+#[test]
+fn what_one_tank_loses_the_next_one_gets() {
+    let parts = r#"part = [
+        { name = "a", kind = "tank", capacity = 100, initial = 60, drain-rate = 50 },
+        { name = "b", kind = "tank", capacity = 100, fill-rate = 50, fill = "a.outflow" }]"#;
+    let mut bench = bench(parts, &["#a.drain"], &["#a.level", "#b.level", "#a.outflow"]);
+    bench.run(5000, &[(1, "a.drain", 500), (1001, "a.drain", 2000)]);
+    assert_eq!((bench.now("a.level"), bench.now("b.level")), (0, 60));
+    // Half open, open (beyond which nothing opens it), empty.
+    assert_eq!(bench.of("a.outflow"), [(0, 0), (1, 500), (1001, 1000), (1701, 0)]);
+}
+
+#[test]
+fn a_sensor_has_thresholds_delays_and_a_signal() {
+    let parts = format!(
+        "{},{}",
+        TANK.trim_end_matches(']'),
+        r#"{ name = "float", kind = "sensor", of = "tank.level", on-at = 50, off-at = 40,
+             after = "100ms", range = [0, 100], raw = [4000, 20000] },
+           { name = "dry", kind = "sensor", of = "tank.level", on-at = 15, invert = true }]"#
+    );
+    let told = ["float.out", "#float.value", "dry.out"];
+    let mut bench = bench(&parts, &["tank.fill", "tank.drain"], &told);
+    bench.run(4000, &[(1, "tank.fill", 1), (1501, "tank.fill", 0), (1501, "tank.drain", 1)]);
+    // 50 at 1000, seen a tick later; 70 at 1500; below 40 behind 3000.
+    assert_eq!(bench.of("float.out"), [(0, 0), (1101, 1), (3102, 0)]);
+    assert_eq!(bench.of("dry.out"), [(0, 1), (126, 0)]);
+    assert_eq!(bench.of("float.value")[..3], [(0, 5600), (26, 5760), (51, 5920)]);
+}
+
+#[test]
+fn what_stands_at_the_begin_is_measured_at_once() {
+    let sensor = r#"{ name = "gauge", kind = "sensor", of = "tank.level", on-at = 5 }]"#;
+    let parts = format!("{},{sensor}", TANK.trim_end_matches(']'));
+    let mut bench = bench(&parts, &[], &["#gauge.value", "gauge.out"]);
+    bench.run(5, &[]);
+    assert_eq!((bench.of("gauge.value"), bench.of("gauge.out")), (vec![(0, 10)], vec![(0, 1)]));
+}
+
+#[test]
+fn pulses_come_while_they_are_wanted() {
+    let parts = r#"part = [
+        { name = "meter", kind = "pulse", pulse = "20ms", every = "50ms", offset = "10ms" },
+        { name = "always", kind = "pulse", pulse = "1ms", every = "100ms" }]"#;
+    let mut bench = bench(parts, &["meter.run"], &["meter.out", "always.out"]);
+    bench.run(205, &[(100, "meter.run", 1), (165, "meter.run", 0)]);
+    assert_eq!(bench.of("meter.out"), [(0, 0), (110, 1), (130, 0), (160, 1), (165, 0)]);
+    assert_eq!(bench.of("always.out"), [(0, 1), (1, 0), (100, 1), (101, 0), (200, 1), (201, 0)]);
+}
+
+fn with_fault(parts: &str, fault: &str) -> String {
+    format!("{parts}\nfault = [{fault}]")
+}
+
+#[test]
+fn an_eye_sticks_on_off_or_as_it_was() {
+    // The eye sees a part from 1000 to 1200; the fault lasts from 900 or 1100 on for 400 ms.
+    for (kind, from_ms, changes) in [
+        ("stuck-on", 900, vec![(0, 0), (900, 1), (1300, 0)]),
+        ("stuck-off", 1100, vec![(0, 0), (1000, 1), (1100, 0)]),
+        ("stuck", 900, vec![(0, 0)]),
+        ("stuck", 1100, vec![(0, 0), (1000, 1), (1500, 0)]),
+    ] {
+        let fault = format!("{{ name = \"eye\", point = \"belt.eye\", kind = \"{kind}\" }}");
+        let parts = with_fault(BELT, &fault);
+        let mut bench = bench(&parts, &["belt.run", "fault.eye"], &["belt.eye"]);
+        let fault = [(from_ms, "fault.eye", 1), (from_ms + 400, "fault.eye", 0)];
+        bench.run(1900, &[&[(0, "belt.run", 1)][..], &fault].concat());
+        assert_eq!(bench.of("belt.eye"), changes, "{kind} from {from_ms} on");
+    }
+}
+
+#[test]
+fn a_word_sticks_at_what_a_broken_wire_gives() {
+    let fault = r#"{ name = "wire", point = "tank.level", kind = "stuck", value = -1 }"#;
+    let mut bench = bench(&with_fault(TANK, fault), &["fault.wire"], &["#tank.level"]);
+    bench.run(30, &[(10, "fault.wire", 1), (20, "fault.wire", 0)]);
+    assert_eq!(bench.of("tank.level"), [(0, 10), (10, -1), (20, 10)]);
+}
+
+#[test]
+fn a_valve_sticks_shut_or_open() {
+    for (kind, level) in [("stuck-on", 50), ("stuck-off", 10)] {
+        let fault = format!("{{ name = \"valve\", point = \"tank.fill\", kind = \"{kind}\" }}");
+        let parts = with_fault(TANK, &fault);
+        let mut bench = bench(&parts, &["tank.fill", "fault.valve"], &["#tank.level"]);
+        let wanted = i32::from(kind == "stuck-off");
+        bench.run(1000, &[(1, "tank.fill", wanted), (1, "fault.valve", 1)]);
+        assert_eq!(bench.now("tank.level"), level, "{kind}");
+    }
+}
+
+#[test]
+fn a_late_eye_shows_what_was() {
+    let fault = r#"{ name = "late", point = "belt.eye", kind = "late", by = "70ms" }"#;
+    let mut bench = bench(&with_fault(BELT, fault), &["belt.run", "fault.late"], &["belt.eye"]);
+    bench.run(1500, &[(0, "belt.run", 1), (300, "fault.late", 1)]);
+    assert_eq!(bench.of("belt.eye"), [(0, 0), (1070, 1), (1270, 0)]);
+}
+
+#[test]
+fn noise_stays_within_its_amplitude_and_follows_its_seed() {
+    let fault = r#"{ name = "noise", point = "tank.level", kind = "noisy", amplitude = 3,
+        every = "10ms" }"#;
+    let noise = |seed: &str| {
+        let parts = format!("{}\n{seed}", with_fault(TANK, fault));
+        let mut bench = bench(&parts, &["fault.noise"], &["#tank.level"]);
+        bench.run(2000, &[(0, "fault.noise", 1), (1990, "fault.noise", 0)]);
+        bench.of("tank.level")
+    };
+    let levels = noise("seed = 7");
+    assert!(levels.iter().all(|(at_ms, level)| (7..=13).contains(level) && at_ms % 10 == 0));
+    assert!(levels.len() > 100 && levels.last() == Some(&(1990, 10)), "{levels:?}");
+    assert_eq!(noise("seed = 7"), levels);
+    assert_ne!(noise("seed = 8"), levels);
+}
+
+#[test]
+fn a_contact_that_bounces_is_on_about_half_the_time() {
+    let fault = r#"{ name = "loose", point = "belt.eye", kind = "noisy", every = "5ms" }"#;
+    let mut bench = bench(&with_fault(BELT, fault), &["belt.run", "fault.loose"], &["belt.eye"]);
+    bench.run(4999, &[(0, "fault.loose", 1)]);
+    let changes = bench.of("belt.eye").len();
+    assert!((400..600).contains(&changes), "{changes} of 1000");
+}
+
+#[test]
+fn a_lost_device_takes_and_tells_nothing_until_its_fault_is_over() {
+    let fault = r#"{ name = "cable", kind = "lost" }"#;
+    let driven = ["tank.fill", "fault.cable"];
+    let mut bench = bench(&with_fault(TANK, fault), &driven, &["#tank.level"]);
+    bench.step(0).expect("well");
+    bench.drive("fault.cable", 1);
+    assert_eq!(bench.step(1), Err(Lost));
+    bench.drive("tank.fill", 1);
+    assert_eq!(bench.step(500), Err(Lost));
+    bench.drive("fault.cable", 0);
+    bench.step(1000).expect("well again");
+    assert_eq!(bench.now("tank.level"), 10, "it was not filled");
+    bench.step(1001).expect("well");
+    bench.step(1101).expect("well");
+    assert_eq!(bench.now("tank.level"), 14);
+}
+
+#[test]
+fn a_part_of_the_plant_can_bring_a_fault_about() {
+    let parts = r#"part = [
+        { name = "wear", kind = "pulse", pulse = "1s", every = "5s", offset = "2s" },
+        { name = "lamp", kind = "delay" }]
+fault = [{ name = "lamp", point = "lamp.out", kind = "stuck-off", when = "wear.out" }]"#;
+    let mut bench = bench(parts, &["lamp.in"], &["lamp.out"]);
+    bench.run(4000, &[(0, "lamp.in", 1)]);
+    assert_eq!(bench.of("lamp.out"), [(0, 1), (2001, 0), (3001, 1)]);
+}
+
+#[test]
+fn a_process_that_was_held_up_finds_its_plant_as_it_was() {
+    let mut bench = bench(TANK, &["tank.fill"], &["#tank.level"]);
+    bench.drive("tank.fill", 1);
+    bench.step(0).expect("well");
+    bench.step(3_600_000).expect("well");
+    assert_eq!(bench.now("tank.level"), 50, "a second's worth");
+}
+
+/// A plant with all there is, as property tests like it.
+fn everything() -> Bench {
+    let parts = r#"part = [
+            { name = "m", kind = "motor", after = "7ms", release = "3ms" },
+            { name = "belt", kind = "conveyor", length = 60, speed = 900, every = "40ms",
+              part-length = 15, eyes = { eye = 30 }, run = "m.running" },
+            { name = "a", kind = "tank", capacity = 9, initial = 4, fill-rate = 70,
+              drain-rate = 33, switches = { high = 6 } },
+            { name = "b", kind = "tank", capacity = 5, fill-rate = 33, fill = "a.outflow" },
+            { name = "s", kind = "sensor", of = "a.level", on-at = 5, off-at = 3, after = "4ms",
+              range = [0, 9], raw = [-2147483648, 2147483647] },
+            { name = "p", kind = "pulse", pulse = "3ms", every = "11ms", run = "belt.eye" },
+            { name = "d", kind = "delay", in = "p.out", after = "1ms", invert = true }]
+fault = [
+            { name = "stuck", point = "belt.eye", kind = "stuck", when = "s.out" },
+            { name = "noisy", point = "a.level", kind = "noisy", amplitude = 2147483647 },
+            { name = "late", point = "s.value", kind = "late", by = "9ms", when = "d.out" }]"#;
+    let driven = ["m.run", "m.trip", "#a.fill", "a.drain", "fault.noisy"];
+    let told = ["belt.eye", "#belt.parts", "#a.level", "#b.level", "s.out", "#s.value", "d.out"];
+    bench(parts, &driven, &told)
+}
+
+proptest! {
+    #[test]
+    fn how_often_it_is_stepped_changes_nothing(
+        commands in proptest::collection::vec((0u64..400, 0usize..5, -5i32..1500), 0..20),
+        steps in proptest::collection::vec(1u64..90, 1..20),
+    ) {
+        let (mut fine, mut coarse) = (everything(), everything());
+        // Commands come with a step of both.
+        let mut grid = vec![0];
+        for step in steps {
+            grid.push(grid.last().unwrap() + step);
+        }
+        let script = |bench: &mut Bench, from: u64, to: u64| {
+            let due = commands.iter().filter(|(at_ms, ..)| (from..to).contains(at_ms));
+            for (_, at, value) in due {
+                bench.outputs[*at] = *value;
+            }
+        };
+        for pair in grid.windows(2) {
+            script(&mut fine, pair[0], pair[1]);
+            script(&mut coarse, pair[0], pair[1]);
+            for now_ms in pair[0]..pair[1] {
+                fine.step(now_ms).unwrap();
+            }
+            coarse.step(pair[0]).unwrap();
+            if pair[1] == pair[0] + 1 {
+                prop_assert_eq!(&fine.inputs, &coarse.inputs);
+            }
+        }
+        let end = *grid.last().unwrap();
+        fine.step(end).unwrap();
+        coarse.step(end).unwrap();
+        prop_assert_eq!(fine.inputs, coarse.inputs);
+    }
+
+    #[test]
+    fn no_plant_panics_at_any_time(
+        mut nows in proptest::collection::vec(any::<u64>(), 0..12),
+        values in proptest::collection::vec(any::<[i32; 5]>(), 12),
+    ) {
+        nows.sort_unstable();
+        let mut bench = everything();
+        for (now_ms, values) in nows.into_iter().zip(values) {
+            bench.outputs.copy_from_slice(&values);
+            bench.step(now_ms).unwrap();
+        }
+        // Going back is not forbidden either.
+        bench.step(0).unwrap();
+    }
+}

@@ -1,0 +1,107 @@
+//! A controller with a simulated plant, in virtual time.
+#![allow(dead_code)]
+
+use rungd::engine::{Cell, Engine, ScanTimes};
+use rungd::io::plant::Model;
+use rungd::isa::{Address, Bit, BitSpace, Health};
+use rungd::load::Loaded;
+use rungd::lower::{Symbols, lower};
+use rungd::resolve::device::{Device, Driver};
+use rungd::resolve::scope::Scope;
+
+const PERIOD_MS: u64 = 10;
+
+/// The controller with its plant, on one grid: a scan sees what the plant told at its time.
+pub struct Plant {
+    scope: Scope,
+    symbols: Symbols,
+    engine: Engine,
+    device: Device,
+    model: Model,
+    pub now_ms: u64,
+    /// When the last good exchange was.
+    good_ms: u64,
+}
+
+impl Plant {
+    /// The only device of a controller without a finding.
+    pub fn of(loaded: Loaded) -> Plant {
+        assert!(loaded.findings.is_empty(), "{:#?}", loaded.findings);
+        let (program, controller) = (loaded.program.unwrap(), loaded.controller.unwrap());
+        let (code, symbols) = lower(&program);
+        let mut engine = Engine::new(code);
+        engine.start(0);
+        let device = controller.devices[0].clone();
+        let Driver::Simulated(settings) = &device.driver else { panic!("{device:?}") };
+        let model = Model::new(settings);
+        let scope = Scope::of(&program);
+        Plant { scope, symbols, engine, device, model, now_ms: 0, good_ms: 0 }
+    }
+
+    fn cell(&self, name: &str) -> Cell {
+        let address = self.scope.address(name).expect("an operand");
+        self.symbols.layout.cell(address).expect("a bit or a word")
+    }
+
+    pub fn value(&self, name: &str) -> i32 {
+        let image = self.engine.image();
+        match self.cell(name) {
+            Cell::Bit(bit) => image.bit(bit).into(),
+            Cell::Word(word) => image.word(word),
+        }
+    }
+
+    pub fn force(&mut self, name: &str, on: bool) {
+        let Cell::Bit(bit) = self.cell(name) else { panic!("{name} is a word") };
+        self.engine.force_bit(bit, on);
+    }
+
+    pub fn scan(&mut self) {
+        let image = self.engine.image();
+        let value = |address| match self.symbols.layout.cell(address) {
+            Some(Cell::Bit(bit)) => i32::from(image.bit(bit)),
+            Some(Cell::Word(word)) => image.word(word),
+            None => panic!("{address}"),
+        };
+        let outputs: Vec<i32> = self.device.outputs.iter().map(|out| value(out.address)).collect();
+        let mut inputs: Vec<i32> =
+            self.device.inputs.iter().map(|row| value(row.address)).collect();
+        let done = self.model.step(self.now_ms, &outputs, &mut inputs);
+        if done.is_ok() {
+            self.good_ms = self.now_ms;
+        }
+        let stale = self.now_ms - self.good_ms > u64::from(self.device.loss_after_ms);
+        if stale {
+            inputs.fill(0);
+        }
+        self.engine.begin_scan(self.now_ms * 1_000_000, &ScanTimes::default());
+        for (row, value) in self.device.inputs.iter().zip(inputs) {
+            match (row.address, self.symbols.layout.cell(row.address)) {
+                (Address::Bit(Bit::Space(BitSpace::X, n)), _) => {
+                    self.engine.set_input(n, value != 0);
+                }
+                (_, Some(Cell::Word(word))) => self.engine.write_word(word, value),
+                (address, _) => panic!("{address}"),
+            }
+        }
+        for (health, on) in [(Health::Ok, done.is_ok()), (Health::Stale, stale)] {
+            let bit = self.symbols.layout.bit(Bit::Device(self.device.id, health));
+            self.engine.write_bit(bit, on);
+        }
+        self.engine.execute();
+        self.now_ms += PERIOD_MS;
+    }
+
+    /// Scans up to a time, and looks behind each.
+    pub fn until(&mut self, end_ms: u64, mut look: impl FnMut(&Plant)) {
+        while self.now_ms < end_ms {
+            self.scan();
+            look(self);
+        }
+    }
+
+    /// Which of these are ON.
+    pub fn on<'a>(&self, names: &[&'a str]) -> Vec<&'a str> {
+        names.iter().copied().filter(|name| self.value(name) != 0).collect()
+    }
+}
