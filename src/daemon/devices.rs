@@ -45,8 +45,8 @@ const INPUTS_MAX: Duration = Duration::from_secs(5);
 /// How often it looks whether they are there.
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 
-/// Ends when every device has exchanged, so that the first scan sees its inputs: an input that is ON is
-/// no rising edge of the second scan. A device is awaited for its `loss-after`, and no longer.
+/// Ends when every device has exchanged, so that the first scan sees its inputs: an input that is
+/// ON is no rising edge of the second scan. A device is awaited for its `loss-after`, and no longer.
 pub(super) fn inputs(devices: &[Device], healths: &[Health]) -> impl Future<Output = ()> + use<> {
     let awaited = |device: &Device| {
         let patience = Duration::from_millis(device.loss_after_ms.into()).min(INPUTS_MAX);
