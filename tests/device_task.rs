@@ -90,9 +90,17 @@ const POLL: Duration = Duration::from_millis(20);
 impl Bench {
     /// A running controller, and a device's task that begins.
     fn start(script: Script) -> Bench {
-        let script = Arc::new(Mutex::new(Script { inputs: vec![1, 0, 42, 7], ..script }));
         let mut rig = rig(false);
         rig.scans(1);
+        Bench::of(rig, script)
+    }
+
+    fn before_the_first_scan(script: Script) -> Bench {
+        Bench::of(rig(false), script)
+    }
+
+    fn of(mut rig: Rig, script: Script) -> Bench {
+        let script = Arc::new(Mutex::new(Script { inputs: vec![1, 0, 42, 7], ..script }));
         let health = Health::new("line1", "scripted", "the test".to_owned());
         let driver = Scripted { script: Arc::clone(&script), begun: Instant::now() };
         let (stop, stopped) = oneshot::channel::<()>();
@@ -151,6 +159,38 @@ fn it_exchanges_every_poll_and_the_scan_sees_it() {
         assert_eq!(bench.rig.values(&["X0", "D0", "line1.Ok", "line1.Stale"]), [1, 42, 1, 0]);
         let reading = bench.health.reading();
         assert_eq!((reading.exchanges, reading.failures, reading.trouble), (3, 0, None));
+    });
+}
+
+#[test]
+fn before_the_first_scan_inputs_are_read_and_no_output_is_touched() {
+    run(async {
+        let mut bench = Bench::before_the_first_scan(Script::default());
+        sleep(Duration::from_millis(30)).await;
+        let first = || Call::Exchange(Occasion::First, vec![0, -1, 0]);
+        assert_eq!(bench.calls(), [Call::Connect, first(), first()]);
+        assert!(bench.health.has_exchanged());
+        bench.rig.advance_to_now();
+        bench.rig.scans(1);
+        assert_eq!(
+            bench.rig.values(&["X0", "D0", "line1.Ok"]),
+            [1, 42, 1],
+            "the first scan sees it"
+        );
+        sleep(Duration::from_millis(1)).await;
+        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        assert_eq!(bench.calls(), [changed], "its outputs leave at once");
+    });
+}
+
+#[test]
+fn an_end_before_the_first_scan_touches_no_output() {
+    run(async {
+        let mut bench = Bench::before_the_first_scan(Script::default());
+        sleep(Duration::from_millis(1)).await;
+        bench.calls();
+        bench.end().await;
+        assert_eq!(bench.calls(), [Call::Disconnect]);
     });
 }
 

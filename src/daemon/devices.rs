@@ -3,9 +3,10 @@
 //! The one place that knows every driver. What a device's task does is `io::device`'s business.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::task::JoinSet;
+use tokio::time::sleep;
 use tracing::info;
 
 use super::config::Setup;
@@ -36,6 +37,28 @@ fn modbus(client: &modbus::Client) -> (&'static str, String) {
     match &client.link {
         Link::Tcp { address, .. } => ("modbus-tcp", address.to_string()),
         Link::Serial(serial) => ("modbus-rtu", serial.port.clone()),
+    }
+}
+
+/// No first scan waits longer for the inputs of a device.
+const INPUTS_MAX: Duration = Duration::from_secs(5);
+/// How often it looks whether they are there.
+const LOOK_EVERY: Duration = Duration::from_millis(1);
+
+/// Ends when every device has exchanged, so that the first scan sees its inputs: an input that is
+/// ON is no rising edge of the second scan. A device is awaited for its `loss-after`, and no longer.
+pub(super) fn inputs(devices: &[Device], healths: &[Health]) -> impl Future<Output = ()> + use<> {
+    let awaited = |device: &Device| {
+        let patience = Duration::from_millis(device.loss_after_ms.into()).min(INPUTS_MAX);
+        (patience, healths[device.id.0 as usize].clone())
+    };
+    let awaited: Vec<_> = devices.iter().map(awaited).collect();
+    async move {
+        let begun = Instant::now();
+        let is_late = |patience: &Duration| begun.elapsed() > *patience;
+        while !awaited.iter().all(|(patience, at)| at.has_exchanged() || is_late(patience)) {
+            sleep(LOOK_EVERY).await;
+        }
     }
 }
 

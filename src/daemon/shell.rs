@@ -169,9 +169,10 @@ async fn shell(
 ) -> Result<Ending, Failure> {
     let (stop, stopped) = watch::channel(false);
     let retention = attendance.retention.clone();
+    let inputs = devices::inputs(&first.running.setup.devices, &first.field.1);
     let drivers = start_drivers(first, &prepared, &retention, &stopped).await?;
     let (mut drivers, reloads) = drivers;
-    if let Some(name) = attendance.signals.waiting().await {
+    if let Some(name) = attendance.signals.before(inputs).await {
         info!(
             event = "signal",
             signal = name,

@@ -119,7 +119,16 @@ impl Signals {
     }
 
     /// One that stops and has come already.
-    pub async fn waiting(&mut self) -> Option<&'static str> {
+    pub async fn before(&mut self, work: impl Future<Output = ()>) -> Option<&'static str> {
+        tokio::select! {
+            biased;
+            name = self.stop() => return Some(name),
+            () = work => {}
+        }
+        self.waiting().await
+    }
+
+    async fn waiting(&mut self) -> Option<&'static str> {
         yield_now().await;
         tokio::select! {
             biased;

@@ -10,6 +10,9 @@ use std::future::Future;
 /// Why an exchange takes place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occasion {
+    /// No scan is complete yet: read all inputs, so that the first scan sees them. Nothing is
+    /// written, and no watchdog is fed.
+    First,
     /// `poll` is over: write what changed or is due, feed a watchdog, read all inputs.
     Poll,
     /// An output changed: write what changed. Inputs are not looked at.

@@ -44,6 +44,11 @@ impl Health {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
+    /// Whether an exchange has succeeded since the start.
+    pub fn has_exchanged(&self) -> bool {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner).exchanges > 0
+    }
+
     /// An exchange succeeded; gives what the trouble before it was.
     pub(super) fn good(&self, took: Duration) -> Option<String> {
         let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);

@@ -17,7 +17,7 @@ use super::health::Health;
 use super::retry::Retry;
 use crate::faults::{self, Point};
 use crate::io::caught::caught;
-use crate::runtime::exchange::{Port, Snapshot};
+use crate::runtime::exchange::{Mode, Port, Snapshot, StopReason};
 use crate::runtime::field::{Line, Source, last_words, outgoing};
 use crate::runtime::monotonic_ns;
 
@@ -60,6 +60,12 @@ pub struct Parts<D> {
     pub poll: Duration,
 }
 
+/// Whether a scan is complete, or the start was meant to be in STOP. Until then outputs are as they
+/// were before this process.
+fn has_begun(image: &Snapshot) -> bool {
+    image.mode != Mode::Stop(StopReason::NotStarted)
+}
+
 /// What a device waits for.
 enum Due {
     Poll,
@@ -96,8 +102,8 @@ impl<D: Driver> Device<D> {
                 break;
             }
         }
-        if self.connected {
-            let image = self.port.latest();
+        let image = self.port.latest();
+        if self.connected && has_begun(&image) {
             last_words(&self.outputs, &image, &mut self.values);
             let _ = timeout(LAST_MAX, self.exchange(Occasion::Last)).await;
         }
@@ -140,11 +146,11 @@ impl<D: Driver> Device<D> {
             image = self.port.latest();
             let occasion = match due {
                 Due::Stop => return false,
-                Due::Change if !self.has_changed(&image) => continue,
+                Due::Change if !has_begun(&image) || !self.has_changed(&image) => continue,
                 Due::Change => Occasion::Change,
                 Due::Poll => {
                     outgoing(&self.outputs, &image, &mut self.values);
-                    Occasion::Poll
+                    if has_begun(&image) { Occasion::Poll } else { Occasion::First }
                 }
             };
             // Not abandoned half-way for a stop: it has its own time limit.
@@ -180,9 +186,11 @@ impl<D: Driver> Device<D> {
         };
         let done = caught(call).await.unwrap_or_else(bug);
         // Offered, if not taken: then the driver has it, for the next poll.
-        self.offered.copy_from_slice(&self.values);
+        if occasion != Occasion::First {
+            self.offered.copy_from_slice(&self.values);
+        }
         done?;
-        if occasion == Occasion::Poll {
+        if matches!(occasion, Occasion::Poll | Occasion::First) {
             self.retry.reset();
             self.line.deliver(&self.inputs, monotonic_ns());
             if self.health.good(begun.elapsed()).is_some() {

@@ -227,6 +227,10 @@ impl<L: Link> Driver for Client<L> {
         let Exchange { occasion, outputs, inputs } = exchange;
         let now = Instant::now();
         self.talk.units.iter_mut().for_each(|unit| unit.begin(occasion, now));
+        if occasion == Occasion::First {
+            self.read(inputs).await?;
+            return self.verdict();
+        }
         self.write(occasion, outputs).await?;
         if occasion == Occasion::Poll {
             if self.feed().await? {
@@ -320,7 +324,7 @@ impl Unit {
         self.was_troubled = self.trouble.is_some();
         self.is_left = match occasion {
             Occasion::Change => self.was_troubled,
-            Occasion::Poll => self.rests_until.is_some_and(|until| now < until),
+            Occasion::First | Occasion::Poll => self.rests_until.is_some_and(|until| now < until),
             Occasion::Last => false,
         };
         if !self.is_left {
