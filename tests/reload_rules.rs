@@ -249,6 +249,78 @@ fn a_contact_history_follows_the_name_of_its_rung() {
         .holds([("D0", 1)]);
 }
 
+/// Unnamed rungs, each with this contact and one instruction.
+fn rungs(of: &[(&str, &str)]) -> String {
+    let rung =
+        |(when, run): &(&str, &str)| format!("{{ when = [\"{when}\"], do = [\"{run}\"] }},\n");
+    format!("rung = [ {} ]", of.iter().map(rung).collect::<String>())
+}
+
+const ADD: (&str, &str) = ("rise(X0)", "ADD D0 1 to=D0");
+const SET: (&str, &str) = ("rise(X0)", "SET C1");
+
+#[test]
+fn a_rung_that_is_put_before_others_has_none_of_them_fire() {
+    let new = ("rise(X0)", "SET C7");
+    for after in [[new, ADD, SET], [ADD, new, SET], [ADD, SET, new]] {
+        main_with(&rungs(&[ADD, SET]))
+            .scan(&[("X0", 1)])
+            .scan(&[("C1", 0)])
+            .main(&rungs(&after))
+            .scan(&[])
+            .holds([("D0", 1), ("C1", 0), ("C7", 0)])
+            .scan(&[("X0", 0)])
+            .scan(&[("X0", 1)])
+            .holds([("D0", 2), ("C1", 1), ("C7", 1)]);
+    }
+}
+
+#[test]
+fn a_new_fall_sees_what_the_one_beside_it_saw() {
+    let fall = ("fall(X0)", "ADD D0 1 to=D0");
+    main_with(&rungs(&[fall]))
+        .scan(&[("X0", 1)])
+        .main(&rungs(&[("fall(X0)", "SET C7"), fall]))
+        .scan(&[("X0", 0)])
+        .holds([("D0", 1), ("C7", 1)]);
+}
+
+#[test]
+fn instructions_of_rungs_that_nobody_edited_keep_their_own_history() {
+    let (a, b) = (("X0", "PONOFF C0"), ("X1", "PONOFF C0"));
+    main_with(&rungs(&[a, b]))
+        .scan(&[("X0", 1)])
+        .holds([("C0", 1)])
+        .main(&rungs(&[("X2", "PONOFF C0"), a, b]))
+        .scan(&[])
+        .holds([("C0", 1)])
+        .scan(&[("X1", 1)])
+        .holds([("C0", 0)]);
+}
+
+#[test]
+fn a_history_follows_the_name_of_its_rung_only_to_its_own_kind() {
+    let check = |was: &str, is: &str, scan: &[(&str, i32)], fires: i64| {
+        let rung = |when: &str| {
+            let named = format!("name = \"n\", when = [{when}]");
+            format!("rung = [ {{ {named}, do = [\"ADD D0 1 to=D0\"] }} ]")
+        };
+        main_with(&rung(was))
+            .scan(&[("X0", 1)])
+            .scan(&[("D0", 0)])
+            .main(&rung(is))
+            .scan(scan)
+            .holds([("D0", fires)]);
+    };
+    check("\"rise(X0)\"", "\"fall(X1)\"", &[], 0);
+    check("\"rise(X0)\"", "\"fall(X0)\"", &[], 0);
+    // A `fall` has seen its own bit alone.
+    check("\"fall(X0)\"", "\"fall(X1)\"", &[], 0);
+    check("\"rise(X0)\"", "\"rise(X1)\"", &[("X1", 1)], 0);
+    check("\"rise(X0)\"", "\"!rise(X5)\", \"rise(X0)\"", &[], 0);
+    check("\"fall(X0)\", \"!X7\"", "\"fall(X0)\"", &[("X0", 0)], 1);
+}
+
 #[test]
 fn a_new_contact_history_is_off() {
     let rung = |contact: &str| {
