@@ -200,4 +200,8 @@ fn ranges_of_retentive_memory_can_be_taken_away() {
     assert!(said.contains("retained elements 0 → 2") && !said.contains("restart"), "{said}");
     live.ok("retain save");
     assert!(show().contains("D100"), "{}", show());
+    let text = std::fs::read_to_string(&controller).unwrap();
+    std::fs::write(&controller, text.replace("\"D100..D101\"", "\"D102\", \"D109\"")).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("\nretained ranges D100..D101 → D102 D109\n"), "{said}");
 }

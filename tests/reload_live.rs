@@ -83,6 +83,31 @@ fn bad_files_change_nothing_and_the_command_prints_the_findings() {
 }
 
 #[test]
+fn a_reload_of_a_comment_says_that_there_is_no_difference() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    write(&live, "ladder.toml", &format!("# Another day.\n{LADDER}"));
+    let none = "no difference in what the program does\n";
+    let said = live.ok("reload --dry-run");
+    assert!(said.starts_with(none) && said.ends_with("\ndry run: nothing was done\n"), "{said}");
+    let said = live.ok("reload");
+    assert!(said.starts_with(none) && said.contains("\nladder runs since"), "{said}");
+}
+
+#[test]
+fn other_safe_values_are_told() {
+    let live = Live::start(LADDER, "", &[]);
+    live.ok("mode stop");
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    write(&live, "controller.toml", &format!("{controller}[outputs]\non = [\"Y3..Y4\"]\n"));
+    for words in ["reload --dry-run", "reload"] {
+        let said = live.ok(words);
+        assert!(said.starts_with("no difference in what the program does\n"), "{said}");
+        assert!(said.contains("\nY3..Y4 outside RUN OFF → ON\n"), "{said}");
+    }
+}
+
+#[test]
 fn a_rollback_by_hand_takes_back_once() {
     let live = Live::start(LADDER, "", &[]);
     live.await_values("Y0", "ON");
@@ -114,6 +139,7 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
     write(&live, "controller.toml", &changed);
     let said = live.ok("reload");
     assert!(said.contains("needs a restart: `[log] statistics`\n"), "{said}");
+    assert!(said.contains("Y9 outside RUN OFF → ON\n"), "{said}");
     assert!(said.contains("scan period 10ms → 20ms\nscan watchdog 200ms → 300ms\n"), "{said}");
     assert_eq!(live.line("needs a restart")["event"], "reload-restart");
     assert!(live.ok("status").contains("every 20ms, watchdog 300ms"));

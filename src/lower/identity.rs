@@ -4,7 +4,7 @@
 //! each other, and a retentive store writes the keys down: nothing here depends on the numbers that
 //! one lowering gave out. What is done with it is not said here.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
@@ -26,8 +26,8 @@ pub struct Identity {
     pub histories: Vec<History>,
     /// Rungs, in file order.
     pub rungs: Vec<RungText>,
-    /// Bits that instructions write, and whether one of these drives it (its pass turns it OFF).
-    pub written: BTreeMap<Bit, bool>,
+    /// Bits that instructions write.
+    pub written: BTreeSet<Bit>,
     /// Recurrent ENTASKs, in file order.
     pub intervals: Vec<Interval>,
     /// Every address that the program tags or names (a structure for its members), with the first
@@ -161,12 +161,11 @@ impl Identity {
             let presets = names.filter_map(|name| Some((name, value(name)?))).collect();
             self.owners.push(Owner { structure, mnemonic, standing, presets });
         }
-        let drives = matches!(mnemonic, Mnemonic::Out | Mnemonic::Pd | Mnemonic::Nd);
-        for arg in &instruction.args {
-            if let ArgValue::Bit(bit) = arg.value {
-                *self.written.entry(bit).or_default() |= drives;
-            }
-        }
+        let bits = instruction.args.iter().filter_map(|arg| match arg.value {
+            ArgValue::Bit(bit) => Some(bit),
+            _ => None,
+        });
+        self.written.extend(bits);
     }
 
     /// Notes a history.
