@@ -212,12 +212,12 @@ const RTU_LIES: [(&str, Answer); 17] = [
     ("noise without an end", |_, _| Lie::Say(vec![0x55; 2000])),
     ("", |_, right| Lie::Say([&[0xff, 0, 1, 4, 4], right].concat())),
     ("", |_, right| Lie::Say([right, &[0xff, 0, 1, 4]].concat())),
-    ("", |request, right| Lie::Say([request, right].concat())),
+    ("set `echo = true`", |request, right| Lie::Say([request, right].concat())),
     ("", |_, right| Lie::Say([&rtu_frame(2, &[4, 4, 0, 1, 2, 3]), right].concat())),
 ];
 
 fn serial(port: String) -> Serial {
-    Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1 }
+    Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo: false }
 }
 
 #[tokio::test]

@@ -309,6 +309,11 @@ impl<L: Link> Talk<L> {
                 self.unit(what.unit).miss(format!("{what}: {reason}"), pause);
                 return Ok(None);
             }
+            // Asked further: a read shows whether it is there.
+            Err(Failure::Doubtful(reason)) => {
+                self.unit(what.unit).trouble.get_or_insert(format!("{what}: {reason}"));
+                return Ok(None);
+            }
             Ok(()) => {}
         }
         match answer::check(&self.request, &self.answer).map(|data| data.len()) {
