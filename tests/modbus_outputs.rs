@@ -2,10 +2,12 @@
 //! for those that a unit refuses.
 
 mod liars;
+#[path = "support/process.rs"]
+mod process;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use liars::{Lie, Script, TIMEOUT, client, listen, poll, tcp_frame};
 use rungd::io::device::{Done, Driver, Exchange, Occasion};
@@ -141,4 +143,59 @@ async fn a_watchdog_is_fed_between_two_reads() {
     assert_eq!(asked(&seen), [(5, 0), (6, 99), (5, 0), (4, 0)]);
     assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Done::Part));
     assert_eq!(asked(&seen)[0], (6, 99));
+}
+
+/// What the coil was given last by the binary, ended while its peer does this with every request
+/// that reads. `OUT Y0` is ON for as long as it scans.
+fn last_coil_behind(lie: impl Fn() -> Lie + Clone + Send + 'static) -> Option<u8> {
+    let script = Script::default();
+    let coils = Seen::default();
+    for _ in 0..10_000 {
+        let (coils, lie) = (Arc::clone(&coils), lie.clone());
+        script.lock().unwrap().push(Box::new(move |request, _| match request[7] {
+            5 => {
+                coils.lock().unwrap().push(request[10..11].to_vec());
+                Lie::None
+            }
+            _ => lie(),
+        }));
+    }
+    let address = listen(&script);
+    let rows: String =
+        (0..40).map(|n| format!("{{ from = \"input {}\", to = \"D{n}\" }}, ", n * 2)).collect();
+    let device = format!(
+        "[[device]]\nname = \"slow\"\ndriver = \"modbus-tcp\"\naddress = \"{address}\"\n\
+         loss-after = \"100ms\"\nmap = [{{ from = \"Y0\", to = \"coil 0\" }}, {rows}]\n"
+    );
+    let ladder = "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"$On\"]\n\
+                  do = [\"OUT Y0\"]\n";
+    let plant = process::Plant::new(ladder, &device);
+    let mut rungd = process::Running::new(&mut plant.command::<&str>(&[]));
+    let deadline = Instant::now() + process::PATIENCE;
+    while coils.lock().unwrap().last() != Some(&vec![0xff]) {
+        assert!(Instant::now() < deadline, "the coil is never ON");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // In the middle of what its peer does.
+    std::thread::sleep(Duration::from_millis(400));
+    rungd.stop();
+    coils.lock().unwrap().last().map(|value| value[0])
+}
+
+#[test]
+fn the_end_makes_a_slow_peers_outputs_safe() {
+    let coil = last_coil_behind(|| Lie::After(Duration::from_millis(150)));
+    assert_eq!(coil, Some(0));
+}
+
+#[test]
+fn the_end_makes_outputs_safe_whose_peer_answers_no_read() {
+    let coil = last_coil_behind(|| Lie::Silence);
+    assert_eq!(coil, Some(0));
+}
+
+#[test]
+fn the_end_makes_outputs_safe_whose_peer_closes_every_connection_that_reads() {
+    let coil = last_coil_behind(|| Lie::Leave(Vec::new()));
+    assert_eq!(coil, Some(0));
 }
