@@ -71,6 +71,14 @@ pub(super) fn begin(wanted: &Wanted, engine: &mut Engine) -> Result<Opened, Fail
     })?;
     news.iter().for_each(|news| tell_news(&wanted.path, news));
     let (restored, cold) = match image {
+        Ok((stamp, restoration)) if restoration.restored == 0 => {
+            tell_dropped(&restoration);
+            let (image, scan) = (stamp.sequence, stamp.scan);
+            let why = format!(
+                "image {image} of scan {scan} is whole, and nothing of it fits what is retained now"
+            );
+            (tell_cold(wanted, &why), Some(StopReason::NothingRestored))
+        }
         Ok((stamp, restoration)) => (restore(engine, wanted, stamp, &restoration), None),
         Err(why) => (tell_cold(wanted, &why), Some(StopReason::NothingRestored)),
     };
@@ -108,6 +116,11 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
         orderly = is_final,
         "retentive memory: {text}"
     );
+    tell_dropped(what);
+    text
+}
+
+fn tell_dropped(what: &Restoration) {
     for dropped in what.dropped.iter().take(DROPPED_LINES_MAX) {
         warn!(
             event = "retain-dropped",
@@ -121,7 +134,6 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
     if let Some(more) = what.dropped.len().checked_sub(DROPPED_LINES_MAX).filter(|more| *more > 0) {
         warn!(event = "retain-dropped", more, "retentive memory: {more} more are not restored");
     }
-    text
 }
 
 fn tell_cold(wanted: &Wanted, why: &str) -> String {

@@ -125,7 +125,7 @@ impl Retention {
                 "retentive memory: the last image is durable"
             ),
             // No scan was complete: the file has what it had.
-            Err(why) if why == NOTHING_TO_KEEP => {}
+            Err(why) if why == NOTHING_TO_KEEP || why == NOTHING_RETAINED => {}
             Err(why) => error!(
                 event = "retain-lost",
                 file = %self.wanted.path.display(),
@@ -158,6 +158,8 @@ fn projected(bytes: u64, over: Duration, budget: u64) -> Option<u64> {
 }
 
 const NOTHING_TO_KEEP: &str = "no scan is complete: memory is as it was at the start";
+
+const NOTHING_RETAINED: &str = "the program that runs retains nothing; the last image stays";
 
 struct Worker {
     keeper: Keeper,
@@ -227,6 +229,9 @@ impl Worker {
         }
         let begin = Instant::now();
         self.tried = Some(begin);
+        if self.keeper.plan().is_empty() {
+            return Err(NOTHING_RETAINED.to_owned());
+        }
         let image = Image {
             scan: latest.scans,
             bits: &latest.bits,

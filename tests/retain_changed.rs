@@ -1,0 +1,124 @@
+//! The real binary with memory that another program kept: nothing of it fits, what the former
+//! program would have reset, a preset that is another now.
+
+mod memory;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use memory::{Plant, Running, file, find, message};
+use rungd::retain::content::{self, Content, address};
+use rungd::retain::file::{Access, FileDevice};
+use rungd::retain::slots::survey;
+use serde_json::Value;
+
+fn write(plant: &Plant, name: &str, text: &str) {
+    fs::write(plant.0.join(name), text).unwrap();
+}
+
+/// A controller that keeps `ranges`; `more` stands in `[retain]`.
+fn keeps(ranges: &str, more: &str) -> String {
+    format!(
+        "ladder = [\"ladder.toml\"]\nscan.period = \"2ms\"\n[operator]\nsocket = \"op\"\n\
+         [retain]\nranges = [{ranges}]\nfile = \"memory\"\ninterval = \"20ms\"\n{more}\n"
+    )
+}
+
+const COLD: &str = "cold-start = \"run\"";
+
+fn plant(ladder: &str, ranges: &str) -> Plant {
+    let plant = Plant::new(ladder, "");
+    write(&plant, "controller.toml", &keeps(ranges, COLD));
+    plant
+}
+
+fn main(tags: &str, rungs: &str) -> String {
+    format!("[tags]\n{tags}\n[[program]]\nname = \"Main\"\nrung = [\n{rungs}\n]\n")
+}
+
+fn run(plant: &Plant, scans: &str) -> Vec<Value> {
+    let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
+    let lines = running.rest();
+    assert_eq!(running.end().code(), Some(0), "{lines:#?}");
+    lines
+}
+
+/// Runs until memory was kept, and dies without a termination pass.
+fn run_and_kill(plant: &Plant, set: &[&str]) {
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    for words in set {
+        ask(plant, &words.split(' ').collect::<Vec<_>>());
+    }
+    ask(plant, &["retain", "save"]);
+    running.child.kill().unwrap();
+    running.end();
+}
+
+fn ask(plant: &Plant, words: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn read(plant: &Plant, operand: &str) -> String {
+    ask(plant, &["read", operand]).split_whitespace().last().unwrap_or_default().to_owned()
+}
+
+fn content(path: &Path) -> Content {
+    let mut device = FileDevice::open(path, Access::Read).unwrap();
+    let newest = survey(&mut device).unwrap().newest.unwrap();
+    content::read(&newest.content).unwrap()
+}
+
+fn word(content: &Content, element: &str) -> Option<i32> {
+    let mut elements = content.elements.iter();
+    elements.find(|(at, _)| address(*at) == element).map(|(_, value)| value.word)
+}
+
+const LEVEL: &str = "{ when = [\"$FirstScan\"], do = [\"ADD level 55 to=level\"] }";
+
+#[test]
+fn memory_of_which_nothing_fits_is_a_cold_start() {
+    let plant = plant(&main("level = { at = \"D5\" }", LEVEL), "\"D5\"");
+    run(&plant, "5");
+    let renamed = main("height = { at = \"D5\" }", &LEVEL.replace("level", "height"));
+    write(&plant, "ladder.toml", &renamed);
+    write(&plant, "controller.toml", &keeps("\"D5\"", ""));
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    let dropped = running.line("no tag of this name is retained any more");
+    assert_eq!(dropped["event"], "retain-dropped");
+    let cold = running.line("nothing is restored");
+    assert_eq!((&cold["event"], &cold["level"]), (&"retain-cold".into(), &"ERROR".into()));
+    assert!(message(&cold).contains("nothing of it fits"), "{cold}");
+    running.line("STOP");
+    running.stop();
+    assert_eq!(word(&content(&file(&plant)), "D5"), Some(55), "the image stays until a run");
+    write(&plant, "controller.toml", &keeps("\"D5\"", COLD));
+    let lines = run(&plant, "5");
+    assert_eq!(find(&lines, "nothing is restored")["level"], "WARN");
+}
+
+#[test]
+fn a_reload_that_retains_nothing_any_more_leaves_the_last_image() {
+    let plant = plant(&main("level = { at = \"D5\" }", LEVEL), "\"D5\"");
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    ask(&plant, &["retain", "save"]);
+    let with = keeps("\"D5\"", COLD);
+    write(&plant, "controller.toml", with.split("[retain]").next().unwrap());
+    ask(&plant, &["reload"]);
+    let mut save = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let save = save.args(["retain", "save", "--socket"]).arg(plant.0.join("op")).output().unwrap();
+    let told = String::from_utf8(save.stderr).unwrap();
+    assert!(!save.status.success() && told.contains("nothing"), "{told}");
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    assert_eq!(word(&content(&file(&plant)), "D5"), Some(55));
+    let lines = running.stop();
+    assert!(lines.iter().all(|line| line["event"] != "retain-lost"), "{lines:#?}");
+    write(&plant, "controller.toml", &with);
+    let lines = run(&plant, "5");
+    assert_eq!(find(&lines, "restored: image")["restored"], 1);
+}
