@@ -122,3 +122,36 @@ fn a_reload_that_retains_nothing_any_more_leaves_the_last_image() {
     let lines = run(&plant, "5");
     assert_eq!(find(&lines, "restored: image")["restored"], 1);
 }
+
+#[test]
+fn what_the_former_program_would_have_reset_is_reset_after_a_crash() {
+    let before = "{ when = [\"X0\"], do = [\"OUT C5\"] },\n\
+        { when = [\"X0\"], do = [\"PD C6\", \"SET C7\"] },\n\
+        { when = [\"X0\"], do = [\"ONDTMR T0 preset=1ms output=C8\"] },\n\
+        { leg.up = [\"$ScanToggle\"], leg.rst = [\"$Off\"], do = [\"CNT CT0 preset=9\"] },\n\
+        { leg.up = [\"$ScanToggle\"], leg.dn = [\"$Off\"], do = [\"UDCG CT1\"] },\n\
+        { when = [\"X0\"], do = [\"CTU N0 preset=5\", \"MOVE 6 to=D1\"] },\n\
+        { when = [\"C5\"], do = [\"OUT Y0\"] }";
+    let tags = "eye = { at = \"X0\", initial = true }\nmoved = { at = \"C8\" }";
+    let plant = plant(&main(tags, before), "\"C0..C9\", \"D1\", \"CT0..CT1\", \"N0\", \"T0\"");
+    run_and_kill(&plant, &[]);
+    let found = content(&file(&plant));
+    assert_eq!([word(&found, "C5"), word(&found, "C8")], [Some(1); 2]);
+    let after = "{ when = [\"X2\"], do = [\"SET C5\"] },\n\
+        { when = [\"X3\"], do = [\"RST C5\"] },\n\
+        { leg.up = [\"$ScanToggle\"], leg.dn = [\"$Off\"], do = [\"UDCG CT0\"] },\n\
+        { leg.up = [\"$ScanToggle\"], leg.dn = [\"$Off\"], do = [\"UDCG CT1\"] },\n\
+        { when = [\"C5\"], do = [\"OUT Y0\"] }";
+    write(&plant, "ladder.toml", &main(&tags.replace("C8", "C9"), after));
+    let mut command = plant.command(&[] as &[&str]);
+    let mut running = Running::new(command.arg("--stopped"));
+    let restored = running.line("restored: image");
+    assert!(message(&restored).contains("OFF or 0 by the program of that time"), "{restored}");
+    running.line("STOP");
+    let values = |names: &[&str]| names.iter().map(|name| read(&plant, name)).collect::<Vec<_>>();
+    assert_eq!(values(&["C5", "C6", "C7", "C9", "Y0"]), ["OFF", "OFF", "ON", "OFF", "OFF"]);
+    assert_eq!(values(&["CT0.Acc", "CT0.Reset", "T0.Acc", "D1"]), ["0", "ON", "0", "6"]);
+    assert_eq!(values(&["N0.ACC", "N0.CU"]), ["1", "OFF"]);
+    assert_ne!(read(&plant, "CT1.Acc"), "0", "a UDCG has no termination logic");
+    running.stop();
+}

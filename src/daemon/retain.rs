@@ -19,6 +19,8 @@ use crate::runtime::exchange::StopReason;
 
 /// The most lines about what was not restored.
 const DROPPED_LINES_MAX: usize = 100;
+const NO_STOP: &str = "and no orderly stop followed, so that all that has termination logic is \
+                       terminated";
 /// The file's name in the directory that systemd gives, and its ending beside a controller file.
 const FILE_NAME: &str = "retain";
 
@@ -92,10 +94,10 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
     if !is_final {
         engine.terminate_all();
     }
-    let end = if is_final {
-        "behind an orderly stop"
-    } else {
-        "in RUN, and no orderly stop followed: all that has termination logic is terminated"
+    let end = match what.terminated {
+        _ if is_final => "behind an orderly stop".to_owned(),
+        0 => NO_STOP.to_owned(),
+        count => format!("{NO_STOP}: {count} of them are OFF or 0 by the program of that time"),
     };
     let text = format!(
         "{} of {} elements restored: image {} of scan {}, kept at {} {end}",
@@ -111,6 +113,7 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
         restored = what.restored,
         dropped = what.dropped.len(),
         fresh = what.fresh,
+        terminated = what.terminated,
         image = stamp.sequence,
         scan = stamp.scan,
         orderly = is_final,

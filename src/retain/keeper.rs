@@ -175,7 +175,8 @@ impl Keeper {
         let newest = survey.newest.as_ref().ok_or("no slot of it holds a whole image")?;
         let content = content::read(&newest.content)
             .ok_or("its newest image is whole, and its content makes no sense")?;
-        Ok((newest.stamp, self.plan.restore(&content)))
+        let is_final = newest.stamp.flags & FLAG_FINAL != 0;
+        Ok((newest.stamp, self.plan.restore(&content, is_final)))
     }
 
     /// Where the file may be read and not written: what it has is restored all the same.

@@ -12,9 +12,10 @@ use std::collections::{HashMap, HashSet};
 use super::content::{self, Content, Element, Kind, RECORD_BYTES, Run, Value, address};
 use super::limits::Limits;
 use crate::engine::{BitCell, Cell, Layout, WordCell};
-use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::isa::instruction::Termination;
+use crate::isa::{Address, Bit, BitSpace, Mnemonic, Structure, Word, WordSpace};
 use crate::lower::Symbols;
-use crate::resolve::program::{ArgValue, Program, Rung, TagMeaning};
+use crate::resolve::program::{ArgValue, Block, Program, Rung, TagMeaning};
 use crate::resolve::range::{Range, Space};
 
 /// What is retained.
@@ -37,6 +38,9 @@ pub struct Restoration {
     pub restored: usize,
     /// What was not, and why: tags one by one, addresses in runs.
     pub dropped: Vec<Dropped>,
+    /// How many had a value that their program would have reset at a stop, and are OFF or 0: the
+    /// image was taken in RUN.
+    pub terminated: usize,
     /// Retained now, and not in the image: these start as after a cold start.
     pub fresh: usize,
 }
@@ -53,7 +57,7 @@ pub struct Dropped {
 impl Plan {
     /// What ranges of a program come to.
     pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> Plan {
-        let runs = runs(ranges);
+        let runs = runs(ranges, &terminated(program));
         let is_kept = |element: &Element| runs.iter().any(|run| holds(run, *element));
         let mut tags = Vec::new();
         for tag in &program.tags {
@@ -126,8 +130,12 @@ impl Plan {
         into.extend_from_slice(&bits[record.start as usize..record.end as usize]);
     }
 
-    /// What of a content goes where.
-    pub fn restore(&self, found: &Content) -> Restoration {
+    /// What of a content goes where; `is_final`: the termination passes of its own program have
+    /// run over it.
+    ///
+    /// What that program would have terminated is terminated here: today's may have changed, and
+    /// know nothing of it.
+    pub fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
         let values: HashMap<Element, &Value> =
@@ -151,7 +159,13 @@ impl Plan {
                     (Some(then), Some(now)) => then == now,
                     _ => false,
                 };
-                self.put(&mut restoration, element, values[&from], same_owner);
+                let mut value = *values[&from];
+                if !is_final {
+                    terminate(from, found, &mut value);
+                    let differs = value.word != values[&from].word;
+                    restoration.terminated += usize::from(differs);
+                }
+                self.put(&mut restoration, element, &value, same_owner);
             }
         }
         for (element, _) in &found.elements {
@@ -201,6 +215,21 @@ impl Plan {
             (None, Some(tag)) if here => format!("it had no tag, and is `{tag}` now"),
             _ => "it is not retained any more".to_owned(),
         }
+    }
+}
+
+/// A value as a stop would have left it.
+fn terminate(element: Element, found: &Content, value: &mut Value) {
+    if element.0 == Kind::N {
+        // The count stays; the enable bits and histories are of a rung that is false.
+        let enabled_and_histories = [0, 1, 5, 6, 7];
+        enabled_and_histories.into_iter().for_each(|at| value.record[at] = 0);
+    }
+    if found.terminated.contains(&element) {
+        value.word = 0;
+        // Reset and Zero. A preset that is the reset value is known where its owner still is, and
+        // that is terminated anew in any case.
+        value.record = [0, 1, 1, 0, 0, 0, 0, 0];
     }
 }
 
@@ -280,8 +309,22 @@ fn holds(run: &Run, element: Element) -> bool {
     run.kind == element.0 && (run.first..run.first + run.count).contains(&element.1)
 }
 
-/// Ranges in order, without overlaps.
-fn runs(ranges: &[Range]) -> Vec<Run> {
+/// Ranges in order, without overlaps, divided by what a stop terminates.
+fn runs(ranges: &[Range], terminated: &HashSet<Element>) -> Vec<Run> {
+    let mut divided: Vec<Run> = Vec::new();
+    for run in merged(ranges) {
+        for number in run.first..run.first + run.count {
+            let is = terminated.contains(&(run.kind, number));
+            match divided.last_mut() {
+                Some(last) if number > run.first && last.terminated == is => last.count += 1,
+                _ => divided.push(Run { first: number, count: 1, terminated: is, ..run }),
+            }
+        }
+    }
+    divided
+}
+
+fn merged(ranges: &[Range]) -> Vec<Run> {
     let mut all: Vec<(Kind, u32, u32)> =
         ranges.iter().filter_map(|r| Some((kind_of(r.space)?, r.first, r.last))).collect();
     all.sort_unstable();
@@ -294,7 +337,7 @@ fn runs(ranges: &[Range]) -> Vec<Run> {
             run.count = run.count.max(last + 1 - run.first);
             continue;
         }
-        runs.push(Run { kind, first, count: last + 1 - first });
+        runs.push(Run { kind, first, count: last + 1 - first, terminated: false });
     }
     runs
 }
@@ -349,12 +392,30 @@ fn structure(kind: Kind, n: u32) -> Structure {
     }
 }
 
+/// What the termination passes of a program switch OFF or reset.
+fn terminated(program: &Program) -> HashSet<Element> {
+    let terminates = |mnemonic: Mnemonic| {
+        matches!(mnemonic.spec().termination, Termination::Off | Termination::Reset)
+    };
+    let all = program.blocks.iter().flat_map(rungs).flat_map(instructions);
+    let args = all.filter(|one| terminates(one.mnemonic)).flat_map(|one| &one.args);
+    let elements = args.filter_map(|arg| match arg.value {
+        ArgValue::Bit(bit) => element_of(Address::Bit(bit)),
+        ArgValue::Structure(at) => element_of(Address::Structure(at)),
+        _ => None,
+    });
+    elements.collect()
+}
+
+fn rungs(block: &Block) -> impl Iterator<Item = &Rung> {
+    block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
+}
+
 /// The owners of structures: `UDCG in Main`; of a Sensaphone counter, each that counts.
 fn owners(program: &Program) -> Vec<(String, Element)> {
     let mut owners: Vec<(String, Element)> = Vec::new();
     for block in &program.blocks {
-        let stages = block.stages.iter().flat_map(|stage| &stage.rungs);
-        for instruction in block.rungs.iter().chain(stages).flat_map(instructions) {
+        for instruction in rungs(block).flat_map(instructions) {
             let Some(ArgValue::Structure(at)) = instruction.args.first().map(|arg| arg.value)
             else {
                 continue;
