@@ -45,12 +45,10 @@ fn run(plant: &Plant, scans: &str) -> Vec<Value> {
 }
 
 /// Runs until memory was kept, and dies without a termination pass.
-fn run_and_kill(plant: &Plant, set: &[&str]) {
+fn run_and_kill(plant: &Plant) {
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
-    for words in set {
-        ask(plant, &words.split(' ').collect::<Vec<_>>());
-    }
+    std::thread::sleep(std::time::Duration::from_millis(100));
     ask(plant, &["retain", "save"]);
     running.child.kill().unwrap();
     running.end();
@@ -134,7 +132,7 @@ fn what_the_former_program_would_have_reset_is_reset_after_a_crash() {
         { when = [\"C5\"], do = [\"OUT Y0\"] }";
     let tags = "eye = { at = \"X0\", initial = true }\nmoved = { at = \"C8\" }";
     let plant = plant(&main(tags, before), "\"C0..C9\", \"D1\", \"CT0..CT1\", \"N0\", \"T0\"");
-    run_and_kill(&plant, &[]);
+    run_and_kill(&plant);
     let found = content(&file(&plant));
     assert_eq!([word(&found, "C5"), word(&found, "C8")], [Some(1); 2]);
     let after = "{ when = [\"X2\"], do = [\"SET C5\"] },\n\
@@ -153,5 +151,37 @@ fn what_the_former_program_would_have_reset_is_reset_after_a_crash() {
     assert_eq!(values(&["CT0.Acc", "CT0.Reset", "T0.Acc", "D1"]), ["0", "ON", "0", "6"]);
     assert_eq!(values(&["N0.ACC", "N0.CU"]), ["1", "OFF"]);
     assert_ne!(read(&plant, "CT1.Acc"), "0", "a UDCG has no termination logic");
+    running.stop();
+}
+
+#[test]
+fn a_preset_that_the_ladder_states_anew_counts_and_not_the_retained_one() {
+    let counts = |preset: &str| {
+        main("", &format!("{{ when = [\"$ScanToggle\"], do = [\"CTU N0{preset}\"] }}"))
+    };
+    let plant = plant(&counts(" preset=10"), "\"N0\", \"D5\"");
+    let start = |ladder: &str, awaited: &str| {
+        write(&plant, "ladder.toml", ladder);
+        let running = Running::new(&mut plant.command(&[] as &[&str]));
+        let told = running.line(awaited);
+        running.line("RUN");
+        let preset = read(&plant, "N0.PRE");
+        (running, preset, message(&told).to_owned())
+    };
+    run(&plant, "5");
+    let (mut running, preset, told) = start(&counts(" preset=3"), "N0.PRE");
+    assert_eq!(preset, "3");
+    assert_ne!(read(&plant, "N0.ACC"), "0");
+    assert!(told.ends_with("it was 10, 10 in the ladder then, and is 3 now"), "{told}");
+    ask(&plant, &["write", "N0.PRE", "7"]);
+    running.stop();
+    let (mut running, preset, _) = start(&counts(" preset=3"), "restored: image");
+    assert_eq!(preset, "7", "the ladder says what it said");
+    running.stop();
+    let (mut running, preset, _) = start(&counts(" preset=D5"), "restored: image");
+    assert_eq!(preset, "0");
+    running.stop();
+    let (mut running, preset, _) = start(&counts(" preset=12"), "restored: image");
+    assert_eq!(preset, "12");
     running.stop();
 }

@@ -119,6 +119,9 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
         orderly = is_final,
         "retentive memory: {text}"
     );
+    for note in &what.notes {
+        info!(event = "retain-restored", "retentive memory: {note}");
+    }
     tell_dropped(what);
     text
 }

@@ -11,11 +11,11 @@ use std::collections::{HashMap, HashSet};
 
 use super::content::{self, Content, Element, Kind, RECORD_BYTES, Run, Value, address};
 use super::limits::Limits;
+use super::owners::{Preset, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
-use crate::isa::instruction::Termination;
-use crate::isa::{Address, Bit, BitSpace, Mnemonic, Structure, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
 use crate::lower::Symbols;
-use crate::resolve::program::{ArgValue, Block, Program, Rung, TagMeaning};
+use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::range::{Range, Space};
 
 /// What is retained.
@@ -38,6 +38,8 @@ pub struct Restoration {
     pub restored: usize,
     /// What was not, and why: tags one by one, addresses in runs.
     pub dropped: Vec<Dropped>,
+    /// What was restored and may surprise, in words.
+    pub notes: Vec<String>,
     /// How many had a value that their program would have reset at a stop, and are OFF or 0: the
     /// image was taken in RUN.
     pub terminated: usize,
@@ -155,17 +157,14 @@ impl Plan {
                     drops.push((from, why));
                     continue;
                 }
-                let same_owner = match (found.owners.get(&from), self.owners.get(&element)) {
-                    (Some(then), Some(now)) => then == now,
-                    _ => false,
-                };
                 let mut value = *values[&from];
                 if !is_final {
                     terminate(from, found, &mut value);
                     let differs = value.word != values[&from].word;
                     restoration.terminated += usize::from(differs);
                 }
-                self.put(&mut restoration, element, &value, same_owner);
+                let owner = found.owners.get(&from).map(String::as_str);
+                self.put(&mut restoration, element, &value, owner);
             }
         }
         for (element, _) in &found.elements {
@@ -173,11 +172,11 @@ impl Plan {
                 drops.push((*element, self.why(*element, &then, &now)));
             }
         }
-        restoration.dropped = told(&drops, &then);
+        restoration.dropped.splice(0..0, told(&drops, &then));
         restoration
     }
 
-    fn put(&self, to: &mut Restoration, element: Element, value: &Value, same_owner: bool) {
+    fn put(&self, to: &mut Restoration, element: Element, value: &Value, owner: Option<&str>) {
         to.restored += 1;
         let (low, high) = element.0.range();
         let word = value.word.clamp(low, high);
@@ -187,16 +186,49 @@ impl Plan {
             return;
         };
         to.puts.push((Cell::Word(self.layout.word(Word::Acc(structure))), word));
-        if let Structure::Sensaphone(n) = structure {
+        if let Structure::Sensaphone(n) = structure
+            && self.takes_preset(to, element, value.preset, owner)
+        {
             to.puts.push((Cell::Word(self.layout.word(Word::Pre(n))), value.preset));
         }
         // Flags are the structure's, what follows them is its owner's.
         let flags = if element.0 == Kind::N { 5 } else { 4 };
+        let same_owner = owner.is_some() && owner == self.owners.get(&element).map(String::as_str);
         let kept = if same_owner { RECORD_BYTES } else { flags };
         let cells = self.layout.record_bits(structure);
         for (cell, bit) in cells.zip(value.record).take(kept) {
             to.puts.push((Cell::Bit(BitCell(cell)), i32::from(bit)));
         }
+    }
+
+    /// Whether a Sensaphone counter has its PRE from the image: not where the ladder has stated
+    /// another constant since, which is what its author wants.
+    fn takes_preset(
+        &self,
+        to: &mut Restoration,
+        element: Element,
+        value: i32,
+        owner: Option<&str>,
+    ) -> bool {
+        let now = self.owners.get(&element).and_then(|now| preset(now));
+        let Some(Preset::Constant(now)) = now else { return true };
+        let what = format!("{}.PRE", address(element));
+        let from = match owner.and_then(preset) {
+            Some(Preset::Constant(then)) if then == now => return true,
+            Some(Preset::Constant(then)) => format!("{then} in the ladder then"),
+            Some(Preset::Location) => "from a location then".to_owned(),
+            None => {
+                if value != now {
+                    to.notes.push(format!("{what} is restored as {value}, the ladder says {now}"));
+                }
+                return true;
+            }
+        };
+        if value != now {
+            let why = format!("it was {value}, {from}, and is {now} now");
+            to.dropped.push(Dropped { what, why });
+        }
+        false
     }
 
     /// Why an element of the image is given to nothing.
@@ -358,7 +390,7 @@ fn kind_of(space: Space) -> Option<Kind> {
     })
 }
 
-fn element_of(at: Address) -> Option<Element> {
+pub(super) fn element_of(at: Address) -> Option<Element> {
     Some(match at {
         Address::Bit(Bit::Space(space, n)) => (kind_of(Space::Bit(space))?, n),
         Address::Word(Word::Space(space, n)) => (kind_of(Space::Word(space))?, n),
@@ -390,50 +422,4 @@ fn structure(kind: Kind, n: u32) -> Structure {
         Kind::T => Structure::Timer(n),
         _ => Structure::Sensaphone(n),
     }
-}
-
-/// What the termination passes of a program switch OFF or reset.
-fn terminated(program: &Program) -> HashSet<Element> {
-    let terminates = |mnemonic: Mnemonic| {
-        matches!(mnemonic.spec().termination, Termination::Off | Termination::Reset)
-    };
-    let all = program.blocks.iter().flat_map(rungs).flat_map(instructions);
-    let args = all.filter(|one| terminates(one.mnemonic)).flat_map(|one| &one.args);
-    let elements = args.filter_map(|arg| match arg.value {
-        ArgValue::Bit(bit) => element_of(Address::Bit(bit)),
-        ArgValue::Structure(at) => element_of(Address::Structure(at)),
-        _ => None,
-    });
-    elements.collect()
-}
-
-fn rungs(block: &Block) -> impl Iterator<Item = &Rung> {
-    block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
-}
-
-/// The owners of structures: `UDCG in Main`; of a Sensaphone counter, each that counts.
-fn owners(program: &Program) -> Vec<(String, Element)> {
-    let mut owners: Vec<(String, Element)> = Vec::new();
-    for block in &program.blocks {
-        for instruction in rungs(block).flat_map(instructions) {
-            let Some(ArgValue::Structure(at)) = instruction.args.first().map(|arg| arg.value)
-            else {
-                continue;
-            };
-            let Some(element) = element_of(Address::Structure(at)) else { continue };
-            if !instruction.mnemonic.owns_structure() {
-                continue;
-            }
-            let own = format!("{} in {}", instruction.mnemonic.spec().name, block.name);
-            match owners.iter_mut().find(|(_, other)| *other == element) {
-                Some((text, _)) => *text = format!("{text}, {own}"),
-                None => owners.push((own, element)),
-            }
-        }
-    }
-    owners
-}
-
-fn instructions(rung: &Rung) -> impl Iterator<Item = &crate::resolve::program::Instruction> {
-    rung.body.iter().chain(rung.branches.iter().flat_map(|branch| &branch.body))
 }
