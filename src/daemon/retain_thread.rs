@@ -22,7 +22,7 @@ use crate::runtime::exchange::{Mode, Port};
 
 /// How soon a change of mode is seen, at most.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// How soon it is seen that somebody took the file away or wrote it, where nothing is to be written.
+/// How soon it is seen that somebody took the file away, or wrote it, while nothing changes.
 const WATCH_EVERY: Duration = Duration::from_secs(1);
 /// A write that failed is tried again after so long at least.
 const RETRY_LEAST: Duration = Duration::from_secs(1);

@@ -1,8 +1,9 @@
 //! What in a program keeps a state, and by which name another program has the same thing.
 //!
 //! Made while a program is lowered, and kept in its `Symbols`. A reload holds two of these against
-//! each other: nothing here depends on the numbers that one lowering gave out. Retentive memory keeps
-//! no histories but those of structures, and goes by none of these keys. What is done with it is not said here.
+//! each other: nothing here depends on the numbers that one lowering gave out. Retentive memory
+//! keeps no histories but those of structures, and goes by none of these keys. What is done with it
+//! is not said here.
 
 use std::collections::{BTreeMap, HashMap};
 

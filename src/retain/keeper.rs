@@ -295,6 +295,9 @@ impl Keeper {
     /// Whether what is kept still is in the file. What is not there is not kept.
     fn is_there(&mut self) -> io::Result<bool> {
         let Some((kept, slots)) = self.kept.zip(self.slots.as_mut()) else { return Ok(false) };
+        if slots.is_doubted() {
+            return Ok(false);
+        }
         let looked = slots.has(&kept.stamp, &self.kept_content);
         match &looked {
             Ok(true) => {

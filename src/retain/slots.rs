@@ -197,6 +197,11 @@ impl<D: Device> Slots<D> {
         Ok(read_slot(&self.buffer[..count], self.geometry.id) == Ok((*stamp, content)))
     }
 
+    /// Whether a write failed, so that nobody knows which image a start would find.
+    pub fn is_doubted(&self) -> bool {
+        self.doubted
+    }
+
     /// What is found on the device now.
     ///
     /// # Errors
