@@ -69,6 +69,10 @@ fn its_bits_are_forced_and_not_written() {
     live.await_values("line1.Ok line1.Stale C0", "OFF ON ON");
     let refused = live.say("write line1.Ok on");
     assert_eq!(refused.code, 2, "{refused:?}");
+    let written = live.say("write X0 on");
+    assert!(written.err.contains("device line1 moves `X0`"), "{written:?}");
+    let written = live.say("write D5 7");
+    assert!(written.err.contains("device line1 moves `D5`"), "{written:?}");
     live.ok("force line1.Stale off");
     live.await_values("line1.Stale C0", "OFF OFF");
     live.ok("unforce line1.Stale");

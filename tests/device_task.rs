@@ -322,3 +322,10 @@ fn the_end_does_not_wait_for_a_device_that_is_not_there() {
         assert_eq!(bench.calls().last(), Some(&Call::Disconnect));
     });
 }
+
+#[test]
+fn a_device_that_comes_and_goes_writes_so_many_lines_and_says_what_it_left_out() {
+    let health = Health::new("line1", "scripted", String::new());
+    let told = (0..50).filter(|_| health.may_tell().is_some()).count();
+    assert_eq!(told, 20);
+}

@@ -205,7 +205,7 @@ fn a_force_is_seen_by_modbus_in_forces_active_and_in_status() {
 fn a_forced_input_stays_against_its_driver() {
     let rule = "[operator]\nsocket = \"s\"\n[[simulated-device]]\ninput = \"eye\"\npulse = \"20ms\"\nevery = \"40ms\"\n";
     let live = Live::start(LADDER, rule, &[]);
-    assert!(live.say("write eye on").err.contains("the simulated device moves this input"));
+    assert!(live.say("write eye on").err.contains("the simulated device moves `eye`"));
     live.ok("force eye off");
     let held = live.ok("read parts.Acc");
     let out = live.ok("watch eye parts.Acc --interval 50ms --count 6");

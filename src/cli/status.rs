@@ -180,10 +180,11 @@ fn devices(status: &Status) -> Vec<String> {
         lines.push(format!("simulated device: {rules} rules"));
     }
     for device in &status.devices.field {
-        let state = match (device.ok, device.stale) {
-            (_, true) => "STALE",
-            (true, false) => "ok",
-            (false, false) => "in trouble",
+        let state = match (&device.trouble, device.ok, device.stale) {
+            (_, _, true) => "STALE",
+            (Some(_), _, false) => "in trouble",
+            (None, true, false) => "ok",
+            (None, false, false) => "not seen by a scan yet",
         };
         let (name, driver, peer) = (&device.name, &device.driver, &device.peer);
         let (exchanges, failures) = (device.exchanges, device.failures);

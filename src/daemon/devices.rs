@@ -46,7 +46,7 @@ const INPUTS_MAX: Duration = Duration::from_secs(5);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 
 /// Ends when every device has exchanged, so that the first scan sees its inputs: an input that is
-/// ON is no rising edge of the second scan. A device is awaited for its `loss-after`, and no longer.
+/// ON is no rising edge of the second scan. A device is awaited for its `loss-after`, no longer.
 pub(super) fn inputs(devices: &[Device], healths: &[Health]) -> impl Future<Output = ()> + use<> {
     let awaited = |device: &Device| {
         let patience = Duration::from_millis(device.loss_after_ms.into()).min(INPUTS_MAX);

@@ -85,8 +85,8 @@ pub(super) struct LogWriter {
     /// That of the program that scans.
     narration: Arc<Narration>,
     facts: Facts,
-    /// The field devices, by number.
-    devices: Vec<Health>,
+    /// The field devices, by number; whether the log knows how each is.
+    devices: Vec<(Health, bool)>,
     /// As seen last.
     mode: Mode,
     /// How many bits and words are forced, likewise.
@@ -115,7 +115,7 @@ impl LogWriter {
             narrations,
             narration,
             facts,
-            devices,
+            devices: devices.into_iter().map(|health| (health, true)).collect(),
             mode,
             forces: 0,
             beat_ns: None,
@@ -191,11 +191,23 @@ impl LogWriter {
         }
     }
 
-    fn device(&self, device: u32, edge: DeviceEdge, scan: u64) {
-        let Some(health) = self.devices.get(device as usize) else { return };
+    fn device(&mut self, device: u32, edge: DeviceEdge, scan: u64) {
+        let Some((health, is_told)) = self.devices.get_mut(device as usize) else { return };
+        let withheld = match edge {
+            DeviceEdge::Present | DeviceEdge::Back { .. } if !*is_told => return,
+            DeviceEdge::Present | DeviceEdge::Back { .. } => String::new(),
+            DeviceEdge::Absent | DeviceEdge::Lost => match health.may_tell() {
+                Some(withheld) => withheld,
+                None => {
+                    *is_told = false;
+                    return;
+                }
+            },
+        };
+        *is_told = true;
         let reading = health.reading();
         let (device, peer) = (&reading.name, &reading.peer);
-        let why = reading.trouble.map_or(String::new(), |reason| format!(": {reason}"));
+        let why = reading.trouble.map_or(String::new(), |reason| format!(": {reason}")) + &withheld;
         match edge {
             DeviceEdge::Present => {
                 info!(event = "device-present", %device, %peer, scan, "{device} exchanges");

@@ -18,7 +18,7 @@ pub(super) const EVENTS: &[Event] = &[
         name: "device-present",
         level: Level::Info,
         id: "2bc25580ef4743a29dbbc1fd569fa683",
-        limit: Limit::PLANT,
+        limit: Limit::NONE,
         meaning: "A field device exchanged for the first time: its inputs are what it says from \
                  this scan on.",
         remedy: "Nothing.",
@@ -28,7 +28,7 @@ pub(super) const EVENTS: &[Event] = &[
         name: "device-absent",
         level: Level::Warn,
         id: "d71f8f00529f448684726e0fd65a9e40",
-        limit: Limit::PLANT,
+        limit: Limit::NONE,
         meaning: "A field device has not exchanged once since the start, for longer than its \
                  `loss-after`. Its inputs are what their tags' `initial` says, its `.Stale` is \
                  ON.",
@@ -40,7 +40,7 @@ pub(super) const EVENTS: &[Event] = &[
         name: "device-lost",
         level: Level::Warn,
         id: "9021052623be4ea3aa097c8b7c59efe8",
-        limit: Limit::PLANT,
+        limit: Limit::NONE,
         meaning: "The last good exchange with a field device is longer ago than its \
                  `loss-after`. Its `.Stale` is ON; its inputs are held or zero, as `on-loss` says. \
                  What its outputs do meanwhile only the device itself decides.",
@@ -52,7 +52,7 @@ pub(super) const EVENTS: &[Event] = &[
         name: "device-back",
         level: Level::Info,
         id: "4cdc93e15dee4df69374951f99ee3150",
-        limit: Limit::PLANT,
+        limit: Limit::NONE,
         meaning: "A lost field device exchanges again; lost_ms and scans say for how long the \
                  ladder saw it as lost.",
         remedy: "Nothing; if it comes and goes, look at its cable and its load.",
@@ -62,7 +62,7 @@ pub(super) const EVENTS: &[Event] = &[
         name: "device-trouble",
         level: Level::Warn,
         id: "adae0a9c2f2249f491c97ac462172ecd",
-        limit: Limit::PLANT,
+        limit: Limit::NONE,
         meaning: "An exchange with a field device failed, for the reason given; its `.Ok` is OFF \
                  until one succeeds. Told when the trouble begins, and when its reason changes.",
         remedy: "An exception: the device does not know what the map asks for. No answer: check \
@@ -74,7 +74,7 @@ pub(super) const EVENTS: &[Event] = &[
         name: "device-well",
         level: Level::Info,
         id: "250dc75d733940729217a27f55854773",
-        limit: Limit::PLANT,
+        limit: Limit::NONE,
         meaning: "Exchanges with a field device succeed again; lasted_ms says how long they did \
                  not.",
         remedy: "Nothing.",

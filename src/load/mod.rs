@@ -9,6 +9,7 @@
 mod files;
 mod memory;
 
+use std::collections::HashSet;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -17,8 +18,9 @@ use anyhow::{Context, Result, bail};
 pub use files::read_bytes;
 
 use crate::check::{check, check_partial, silence};
+use crate::isa::Address;
 use crate::resolve::controller::{Controller, resolve_controller};
-use crate::resolve::program::Program;
+use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::{LoadOptions, resolve_ladders};
 use crate::source::controller as written;
 use crate::source::finding::{Code, Finding, Severity};
@@ -136,6 +138,19 @@ pub fn controller_input(input: &Input) -> Loaded {
     loaded
 }
 
+/// A tag of what a device moves or takes does its work, whether or not the ladder names it.
+fn mark_mapped(program: &mut Program, controller: &Controller) {
+    let devices = &controller.devices;
+    let inputs = devices.iter().flat_map(|device| &device.inputs).map(|input| input.address);
+    let outputs = devices.iter().flat_map(|device| &device.outputs).map(|output| output.address);
+    let mapped: HashSet<Address> = inputs.chain(outputs).collect();
+    for tag in &mut program.tags {
+        if let TagMeaning::Address(address) = tag.meaning {
+            tag.used |= mapped.contains(&address);
+        }
+    }
+}
+
 /// What tells a file from all others, however its path is spelt.
 fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
@@ -226,6 +241,9 @@ impl Loaded {
     /// Applies the rules to the program, silences what is allowed, and keeps the program only if
     /// nothing refuses it.
     fn judge(&mut self) {
+        if let (Some(program), Some(controller)) = (&mut self.program, &self.controller) {
+            mark_mapped(program, controller);
+        }
         if let Some(program) = &self.program {
             let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);
             if self.has_error() {

@@ -1,33 +1,29 @@
 //! How a scan and its field devices meet: whole images, and how old they are.
 //!
 //! Every device has an image of its inputs, filled beside the scan ([`Line`], held by a driver's
-//! task) or within it ([`Local`], for lines that answer at once). A whole image goes through a
-//! ring, so that a scan sees all of one exchange or nothing of it. At the scan's input step
-//! `Field` takes the newest, judges by the scan's own clock how old the last good exchange is,
+//! task) or within it ([`Local`], for lines that answer at once). Images pass
+//! whole (`latest`), so that a scan sees all of one exchange or nothing of it. At the scan's input
+//! step `Field` takes the newest, judges by the scan's own clock how old the last good exchange is,
 //! and moves the inputs; a device whose task hangs or is gone goes stale just as one whose cable
 //! is cut. Outputs leave by the published image ([`outgoing`]); those of a local device at the
 //! output step.
 //!
-//! Nothing on the scan's side locks, allocates or frees: images that were read go back by another
-//! ring, and so do local devices that failed.
+//! Nothing on the scan's side locks, allocates or frees: local devices that failed go back by a
+//! ring.
 
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use rtrb::{Consumer, Producer, RingBuffer};
-
 use super::Memory;
 use super::exchange::{Mode, Snapshot};
+use super::latest::{Reader, Writer, latest};
 use super::link::Safe;
 use super::local::LocalSide;
 pub use super::local::{Local, LocalFailure, LocalLine};
 use super::machine::Machine;
 use super::record::{DeviceEdge, What};
 use crate::engine::{BitCell, Cell, WordCell};
-
-/// Images on their way to the scan, at most.
-const IMAGES_MAX: usize = 4;
 
 /// What moves when an input image comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,8 +84,7 @@ pub(super) struct Pulse {
 /// The world's end of a device: held by its driver's task.
 pub struct Line {
     pulse: Arc<Pulse>,
-    images: Producer<Box<[i32]>>,
-    spares: Consumer<Box<[i32]>>,
+    images: Writer,
     targets: Vec<Target>,
     /// As handed over last.
     given: Option<Box<[i32]>>,
@@ -115,10 +110,7 @@ pub(super) struct Field {
 struct Device {
     wiring: Wiring,
     pulse: Arc<Pulse>,
-    images: Consumer<Box<[i32]>>,
-    spares: Producer<Box<[i32]>>,
-    /// The newest image; empty before the first.
-    current: Box<[i32]>,
+    images: Reader,
     local: Option<LocalSide>,
     /// When the field was made, from which a first exchange is awaited.
     start_ns: u64,
@@ -156,73 +148,52 @@ pub(super) fn field(wirings: &[Wiring], memory: &Memory, now_ns: u64) -> (Field,
 }
 
 fn device(wiring: &Wiring, now_ns: u64) -> (Device, Ends) {
-    let (image_in, images) = RingBuffer::new(IMAGES_MAX);
-    // Every image that can be on its way, and the one in hand.
-    let (spare_in, spares) = RingBuffer::new(2 * IMAGES_MAX);
+    let (image_in, images) = latest(wiring.inputs.len());
     let pulse = Arc::new(Pulse::default());
-    let (local, local_line) = match wiring.local_budget_ns {
-        Some(budget_ns) => {
-            let (side, line) = super::local::local(wiring, budget_ns);
-            (Some(side), Some(line))
-        }
-        None => (None, None),
-    };
-    let current = match local {
-        Some(_) => vec![0; wiring.inputs.len()].into(),
-        None => Box::default(),
-    };
+    let local = wiring.local_budget_ns.map(|budget_ns| super::local::local(wiring, budget_ns));
+    let (local, local_line) = local.unzip();
     let device = Device {
         wiring: wiring.clone(),
         pulse: Arc::clone(&pulse),
         images,
-        spares: spare_in,
-        current,
         local,
         start_ns: now_ns,
         has_exchanged: false,
         state: State::Awaited { since_ns: now_ns, told: false },
     };
     let targets = wiring.inputs.clone();
-    let line = Line { pulse, images: image_in, spares, targets, given: None };
+    let line = Line { pulse, images: image_in, targets, given: None };
     (device, Ends { line, local: local_line })
 }
 
 impl Line {
-    /// A good exchange has ended: these are all inputs, one a point. False where the scan has not
-    /// taken the images before it; then this one is not seen.
-    pub fn deliver(&mut self, inputs: &[i32], now_ns: u64) -> bool {
-        if self.given.as_deref().is_none_or(|given| given != inputs) && !self.hand_over(inputs) {
-            return false;
+    /// A good exchange has ended: these are all inputs, one a point.
+    pub fn deliver(&mut self, inputs: &[i32], now_ns: u64) {
+        if self.given.as_deref() != Some(inputs) {
+            // Never beyond what its cell holds.
+            let held = self.targets.iter().zip(inputs).map(|(target, value)| target.held(*value));
+            self.images.write(held);
+            self.given = Some(inputs.into());
         }
         self.pulse.good_ns.store(now_ns.max(1), Ordering::Release);
         self.pulse.troubled.store(false, Ordering::Release);
-        true
     }
 
     /// An exchange has failed.
     pub fn trouble(&self) {
         self.pulse.troubled.store(true, Ordering::Release);
     }
-
-    fn hand_over(&mut self, inputs: &[i32]) -> bool {
-        if self.images.is_full() {
-            return false;
-        }
-        let mut image = self.spares.pop().unwrap_or_default();
-        if image.len() != inputs.len() {
-            image = vec![0; inputs.len()].into();
-        }
-        image.copy_from_slice(inputs);
-        // Never beyond what its cell holds.
-        for (value, target) in image.iter_mut().zip(&self.targets) {
-            *value = target.held(*value);
-        }
-        self.given = Some(inputs.into());
-        self.images.push(image).is_ok()
-    }
 }
 
 impl Target {
+    fn receive<M: Machine>(&self, machine: &mut M, value: i32) {
+        match *self {
+            Target::Input(x) => machine.set_input(x, value != 0),
+            Target::Bit(cell) => machine.write_bit(cell, value != 0),
+            Target::Word { cell, .. } => machine.write_word(cell, value),
+        }
+    }
+
     fn held(&self, value: i32) -> i32 {
         match *self {
             Target::Input(_) | Target::Bit(_) => i32::from(value != 0),
@@ -308,12 +279,10 @@ impl Field {
         }
     }
 
-    /// Outside RUN nothing is moved; images do not pile up all the same, and a local device that
-    /// comes is made safe.
+    /// Outside RUN nothing is moved; a local device that comes is made safe.
     pub fn tick(&mut self, image: Option<(&[u8], &[i32])>) {
         let Field { devices, safe, first_output } = self;
         for device in devices {
-            device.newest();
             if let Some(local) = &mut device.local
                 && local.arrive()
             {
@@ -344,32 +313,19 @@ impl Pulse {
 impl Device {
     /// Takes what is there; says whether it is stale.
     fn take(&mut self, now_ns: u64) -> bool {
-        // Read before the images, so that these are at least as new.
+        // Read before the image, so that this is at least as new.
         let mut good_ns = self.pulse.good_ns.load(Ordering::Acquire);
-        self.newest();
+        self.images.refresh();
         if let Some(local) = &mut self.local {
-            match local.read(&mut self.current) {
-                Some(true) => {
-                    good_ns = now_ns;
-                    self.pulse.good_ns.store(now_ns, Ordering::Release);
-                    self.pulse.troubled.store(false, Ordering::Release);
-                }
-                Some(false) | None => self.pulse.troubled.store(true, Ordering::Release),
+            let is_good = local.read();
+            self.pulse.troubled.store(!is_good, Ordering::Release);
+            if is_good {
+                good_ns = now_ns;
+                self.pulse.good_ns.store(now_ns, Ordering::Release);
             }
         }
         self.has_exchanged |= good_ns > 0;
         now_ns.saturating_sub(good_ns.max(self.start_ns)) > self.wiring.loss_after_ns
-    }
-
-    fn newest(&mut self) {
-        while let Ok(image) = self.images.pop() {
-            let old = std::mem::replace(&mut self.current, image);
-            if let Err(rtrb::PushError::Full(kept)) = self.spares.push(old) {
-                // The ring has room for all there are. In a state that cannot be, memory is let
-                // go rather than freed here.
-                std::mem::forget(kept);
-            }
-        }
     }
 
     fn move_inputs<M: Machine>(&self, machine: &mut M, stale: bool) {
@@ -377,14 +333,13 @@ impl Device {
             // Before the first exchange inputs are what their tags' `initial` says.
             return;
         }
-        let zero = stale && self.wiring.zero_on_loss;
-        for (target, value) in self.wiring.inputs.iter().zip(&self.current) {
-            let value = if zero { target.held(0) } else { *value };
-            match *target {
-                Target::Input(x) => machine.set_input(x, value != 0),
-                Target::Bit(cell) => machine.write_bit(cell, value != 0),
-                Target::Word { cell, .. } => machine.write_word(cell, value),
-            }
+        let targets = self.wiring.inputs.iter();
+        if stale && self.wiring.zero_on_loss {
+            targets.for_each(|target| target.receive(machine, target.held(0)));
+        } else if let Some(local) = &self.local {
+            targets.zip(local.inputs()).for_each(|(to, value)| to.receive(machine, *value));
+        } else {
+            targets.zip(self.images.values()).for_each(|(to, value)| to.receive(machine, value));
         }
     }
 }

@@ -65,6 +65,9 @@ pub(super) struct LocalSide {
     handed: Consumer<Arc<dyn Local>>,
     returned: Producer<Arc<dyn Local>>,
     device: Option<Arc<dyn Local>>,
+    /// As the last good read found them, and what a read fills: a failed one changes nothing.
+    inputs: Vec<i32>,
+    reading: Vec<i32>,
     outputs: Vec<Source>,
     /// What is to go out, and what went out last.
     values: Vec<i32>,
@@ -100,6 +103,8 @@ pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalLine) {
         handed,
         returned: returned_in,
         device: None,
+        inputs: vec![0; wiring.inputs.len()],
+        reading: vec![0; wiring.inputs.len()],
         values: vec![0; wiring.outputs.len()],
         written: vec![0; wiring.outputs.len()],
         is_written: false,
@@ -205,13 +210,22 @@ impl LocalSide {
         any
     }
 
-    /// Reads the inputs; `None`: there is no device at present.
-    pub fn read(&mut self, inputs: &mut [i32]) -> Option<bool> {
+    /// Reads the inputs, all or none; false where that fails, or there is no device at present.
+    pub fn read(&mut self) -> bool {
         self.arrive();
-        let device = self.device.as_deref()?;
+        let Some(device) = self.device.as_deref() else { return false };
         let begin_ns = monotonic_ns();
-        let done = device.read(inputs);
-        Some(self.judge(READ, done, begin_ns))
+        let done = device.read(&mut self.reading);
+        let is_good = self.judge(READ, done, begin_ns);
+        if is_good {
+            self.inputs.copy_from_slice(&self.reading);
+        }
+        is_good
+    }
+
+    /// As the last good read found them.
+    pub fn inputs(&self) -> &[i32] {
+        &self.inputs
     }
 
     /// Writes a complete scan's outputs, where they changed.

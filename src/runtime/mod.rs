@@ -13,6 +13,7 @@ pub mod command;
 pub mod exchange;
 pub mod field;
 mod histogram;
+mod latest;
 mod link;
 #[cfg(test)]
 mod link_tests;

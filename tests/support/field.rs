@@ -167,7 +167,7 @@ impl Rig {
     /// A good exchange, now.
     pub fn deliver(&mut self, x0: i32, x3: i32, d0: i32, v0: i32) {
         let now_ns = self.clock.now_ns();
-        assert!(self.line().deliver(&[x0, x3, d0, v0], now_ns));
+        self.line().deliver(&[x0, x3, d0, v0], now_ns);
     }
 
     pub fn scans(&mut self, count: u64) {

@@ -182,12 +182,10 @@ impl Desk {
 
     /// What somebody should know who wrote this.
     fn note(&self, operand: &Operand, value: i32, change: &Change) -> Option<String> {
-        let driver = operand.input().and_then(|x| self.seen().1.about.driver_of(x));
-        if let Some(driver) = driver {
+        if let Some(driver) = self.seen().1.about.driver_of(operand.what) {
             let name = &operand.operand;
             return Some(format!(
-                "{driver} moves this input and will write it again: to hold it, `rungd force \
-                 {name}`"
+                "{driver} moves `{name}` and will write it again: to hold it, `rungd force {name}`"
             ));
         }
         let written = operand.held(value);

@@ -3,6 +3,7 @@
 //! Put together from what was settled at the start, the latest image, and what can be read of the
 //! scan thread from outside: no scan is asked for anything.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -13,7 +14,7 @@ use crate::daemon::log;
 use crate::daemon::retain_thread::Retention;
 use crate::engine::Layout;
 use crate::io::device::Health;
-use crate::isa::{self, Bit, BlockId, DeviceId, StageId};
+use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
     self, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan,
@@ -70,8 +71,8 @@ pub(in super::super) struct About {
     blocks: Vec<NamedBlock>,
     layout: Layout,
     rules: usize,
-    /// Inputs that a driver moves, and which.
-    driven: Vec<(u32, u32, &'static str)>,
+    /// What drivers move, and which.
+    movers: Vec<(String, HashSet<Address>)>,
 }
 
 struct NamedBlock {
@@ -84,14 +85,18 @@ struct NamedBlock {
 impl About {
     fn new(setup: &Setup, parts: &AboutParts) -> About {
         let modbus = setup.modbus.as_ref();
-        let mut driven: Vec<_> = setup
-            .rules
-            .iter()
-            .map(|rule| (rule.input, rule.input, "the simulated device"))
-            .collect();
-        if let Some((_, x)) = modbus.and_then(|modbus| modbus.inputs.as_ref()) {
-            driven.push((x.first, x.last, "a Modbus client"));
-        }
+        let input = |n| Address::Bit(Bit::Space(BitSpace::X, n));
+        let simulated = setup.rules.iter().map(|rule| input(rule.input)).collect();
+        let image = modbus.and_then(|modbus| modbus.inputs.as_ref());
+        let image = image.into_iter().flat_map(|(_, x)| x.first..=x.last).map(input).collect();
+        let mut movers = vec![
+            ("the simulated device".to_owned(), simulated),
+            ("a Modbus client".to_owned(), image),
+        ];
+        movers.extend(setup.devices.iter().map(|device| {
+            let moved = device.inputs.iter().map(|input| input.address).collect();
+            (format!("device {}", device.name), moved)
+        }));
         About {
             controller: setup.controller.clone(),
             ladder: setup.ladder.clone(),
@@ -100,7 +105,7 @@ impl About {
             blocks: named_blocks(setup),
             layout: setup.symbols.layout.clone(),
             rules: setup.rules.len(),
-            driven,
+            movers,
         }
     }
 
@@ -109,10 +114,10 @@ impl About {
         self.parts.retention.as_ref()
     }
 
-    /// Which driver moves an input.
-    pub(super) fn driver_of(&self, x: u32) -> Option<&'static str> {
-        let moved = self.driven.iter().find(|(first, last, _)| (*first..=*last).contains(&x));
-        moved.map(|(_, _, driver)| *driver)
+    /// Which driver moves an input, or a word or bit as one.
+    pub(super) fn driver_of(&self, what: Address) -> Option<&str> {
+        let mover = self.movers.iter().find(|(_, moved)| moved.contains(&what));
+        mover.map(|(driver, _)| driver.as_str())
     }
 
     pub(super) fn status(&self, latest: &Snapshot, forces: Vec<Value>) -> Status {

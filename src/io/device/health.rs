@@ -1,7 +1,7 @@
 //! How a device is, for the log and for who looks: shared by its task and its readers.
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tracing::error;
 
@@ -9,7 +9,20 @@ use tracing::error;
 #[derive(Clone, Debug)]
 pub struct Health {
     inner: Arc<Mutex<Reading>>,
+    lines: Arc<Mutex<Lines>>,
 }
+
+/// How many lines of trouble a device may write: so many at once, one in ten seconds in the long
+/// run. One that comes and goes all the time hides no other's.
+#[derive(Debug)]
+struct Lines {
+    left: u32,
+    filled: Instant,
+    withheld: u64,
+}
+
+const LINES_MAX: u32 = 20;
+const LINE_EVERY: Duration = Duration::from_secs(10);
 
 /// What can be read of it.
 #[derive(Clone, Debug, Default)]
@@ -36,7 +49,8 @@ impl Health {
     /// Of a device that has not exchanged yet.
     pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
         let reading = Reading { name: name.to_owned(), driver, peer, ..Reading::default() };
-        Health { inner: Arc::new(Mutex::new(reading)) }
+        let lines = Lines { left: LINES_MAX, filled: Instant::now(), withheld: 0 };
+        Health { inner: Arc::new(Mutex::new(reading)), lines: Arc::new(Mutex::new(lines)) }
     }
 
     /// As it is now.
@@ -47,6 +61,26 @@ impl Health {
     /// Whether an exchange has succeeded since the start.
     pub fn has_exchanged(&self) -> bool {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner).exchanges > 0
+    }
+
+    /// Whether a line of trouble may be written, and what it adds of those that were not.
+    pub fn may_tell(&self) -> Option<String> {
+        let mut lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        let earned = lines.filled.elapsed().as_secs() / LINE_EVERY.as_secs();
+        if earned > 0 {
+            let earned = u32::try_from(earned).unwrap_or(LINES_MAX);
+            lines.left = lines.left.saturating_add(earned).min(LINES_MAX);
+            lines.filled = Instant::now();
+        }
+        if lines.left == 0 {
+            lines.withheld += 1;
+            return None;
+        }
+        lines.left -= 1;
+        Some(match std::mem::take(&mut lines.withheld) {
+            0 => String::new(),
+            withheld => format!(" ({withheld} lines about it were left out)"),
+        })
     }
 
     /// An exchange succeeded; gives what the trouble before it was.

@@ -40,6 +40,8 @@ pub struct Device<D> {
     connected: bool,
     /// Since when exchanges fail.
     troubled: Option<Instant>,
+    /// The log knows of it.
+    is_told: bool,
 }
 
 /// What a device is made of.
@@ -91,6 +93,7 @@ impl<D: Driver> Device<D> {
             offered: vec![0; count],
             connected: false,
             troubled: None,
+            is_told: false,
         }
     }
 
@@ -203,15 +206,22 @@ impl<D: Driver> Device<D> {
     fn tell_trouble(&mut self, trouble: &Trouble) {
         self.line.trouble();
         self.troubled.get_or_insert_with(Instant::now);
-        if self.health.bad(&trouble.reason) {
+        if !self.health.bad(&trouble.reason) {
+            return;
+        }
+        if let Some(withheld) = self.health.may_tell() {
+            self.is_told = true;
             let (reading, peer) = (self.health.reading(), self.driver.peer());
-            let (device, reason) = (&reading.name, &trouble.reason);
-            warn!(event = "device-trouble", %device, %peer, "{device}: {reason} ({peer})");
+            let (device, reason) = (&reading.name, format!("{trouble} ({peer}){withheld}"));
+            warn!(event = "device-trouble", %device, %peer, "{device}: {reason}");
         }
     }
 
     fn tell_well(&mut self) {
         let Some(since) = self.troubled.take() else { return };
+        if !std::mem::take(&mut self.is_told) {
+            return;
+        }
         let (reading, lasted_ms) = (self.health.reading(), since.elapsed().as_millis() as u64);
         let (device, peer) = (&reading.name, &reading.peer);
         let seconds = since.elapsed().as_secs_f64();

@@ -171,7 +171,7 @@ fn one(
     }
     let on_loss = on_loss(device.on_loss.as_ref(), findings);
     let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
-    let loss_after_ms = at_least_one("loss-after", device.loss_after_ms.as_ref(), 1000, findings);
+    let loss_after_ms = loss_after(device, poll_ms, findings);
     let driver = match kind {
         Kind::ModbusTcp | Kind::ModbusRtu => {
             modbus::resolve(device, &rows, findings).map(Driver::Modbus)
@@ -285,6 +285,7 @@ fn inputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Input> {
 
 fn outputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
     let mut outputs = Vec::new();
+    findings.extend(rows.iter().filter_map(misplaced_hold));
     for row in rows.iter().filter(|row| row.direction == Direction::Out) {
         for address in &row.addresses {
             let safe = safe_value(row, *address, findings);
@@ -294,6 +295,27 @@ fn outputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
     outputs
 }
 
+/// `hold` where it means nothing.
+fn misplaced_hold(row: &Row<'_>) -> Option<Finding> {
+    let hold = row.entry.hold.as_ref().filter(|hold| hold.value)?;
+    let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
+    let (message, help) = match row.direction {
+        Direction::In => (
+            "an input has no safe value".to_owned(),
+            "what becomes of it when the device is lost, `on-loss` of the device says",
+        ),
+        Direction::Out if row.addresses.iter().any(is_y) => (
+            format!("`[outputs]` says what `{}` is when safe", row.text.text),
+            "write it in `[outputs]`: `hold = [\"Y1\"]`",
+        ),
+        Direction::Out if row.entry.safe.is_some() => {
+            ("`hold` and `safe` in one row".to_owned(), "one of the two: what it was, or a value")
+        }
+        Direction::Out => return None,
+    };
+    Some(Finding::new(Code::Controller, hold.span, message).help(help))
+}
+
 fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> SafeValue {
     let is_output = matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let (min, max) = match address {
@@ -301,11 +323,10 @@ fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> S
         _ => (0, 1),
     };
     let Some(safe) = &row.entry.safe else {
-        let hold = row.entry.hold && !is_output;
-        return match is_output {
-            true => SafeValue::AsOutput,
-            false if hold => SafeValue::Hold,
-            false => SafeValue::Value(0),
+        return match (is_output, row.entry.hold.as_ref().is_some_and(|hold| hold.value)) {
+            (true, _) => SafeValue::AsOutput,
+            (false, true) => SafeValue::Hold,
+            (false, false) => SafeValue::Value(0),
         };
     };
     let mut refuse = |message: String, help: String| {
@@ -339,6 +360,26 @@ fn on_loss(text: Option<&Text>, findings: &mut Vec<Finding>) -> OnLoss {
             OnLoss::Hold
         }
     }
+}
+
+/// How old the last good exchange may be: always more than a poll, which it takes to know better.
+fn loss_after(device: &written::Device, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
+    let default_ms = poll_ms.saturating_mul(3).max(1000);
+    let loss_after = device.loss_after_ms.as_ref();
+    let loss_after_ms = at_least_one("loss-after", loss_after, default_ms, findings);
+    if let Some(written) = loss_after
+        && device.driver != Some(Kind::Gpio)
+        && (1..=i64::from(poll_ms)).contains(&i64::from(written.value))
+    {
+        let message = format!("lost after {loss_after_ms} ms, and polled every {poll_ms} ms");
+        let finding = Finding::new(Code::Controller, written.span, message);
+        findings.push(
+            finding.label("it would be lost between any two exchanges").help(
+                "`loss-after` is longer than `poll`: three times as long is a good beginning",
+            ),
+        );
+    }
+    loss_after_ms
 }
 
 /// A duration of at least 1 ms.

@@ -61,7 +61,7 @@ pub struct Entry {
     /// `safe`: what an output that is no Y is outside RUN.
     pub safe: Option<Located<Constant>>,
     /// `hold`: an output that is no Y stays outside RUN as it was.
-    pub hold: bool,
+    pub hold: Option<Located<bool>>,
     /// The keys of the Modbus clients.
     pub modbus: modbus::EntryKeys,
     /// The keys of local lines.
@@ -136,7 +136,7 @@ fn read_entry(mut row: Table<'_>, driver: Option<Kind>) -> Entry {
         from: row.required_string("from"),
         to: row.required_string("to"),
         safe: row.constant("safe"),
-        hold: row.boolean("hold").is_some_and(|hold| hold.value),
+        hold: row.boolean("hold"),
         modbus: modbus::EntryKeys::read(&mut row, driver),
         gpio: gpio::EntryKeys::read(&mut row, driver),
     };
