@@ -8,7 +8,7 @@ mod support;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use rungd::io::device::{Device, Driver, Exchange, Health, Occasion, Parts, Trouble};
+use rungd::io::device::{Device, Done, Driver, Exchange, Health, Occasion, Parts, Trouble};
 use support::{Rig, rig};
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, LocalSet};
@@ -28,6 +28,8 @@ struct Script {
     /// What the next calls answer; good where there is nothing.
     connects: Vec<Result<(), Trouble>>,
     exchanges: Vec<Result<(), Trouble>>,
+    /// How long an exchange takes: so many requests, each so long.
+    requests: (u32, Duration),
     /// What is read.
     inputs: Vec<i32>,
 }
@@ -35,6 +37,8 @@ struct Script {
 struct Scripted {
     script: Arc<Mutex<Script>>,
     begun: Instant,
+    /// How many have been put.
+    requests: u32,
 }
 
 impl Scripted {
@@ -58,14 +62,25 @@ impl Driver for Scripted {
         next(&mut self.note(Call::Connect).connects)
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<(), Trouble> {
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
         let call = Call::Exchange(exchange.occasion, exchange.outputs.to_vec());
-        let mut script = self.note(call);
-        let answer = next(&mut script.exchanges);
-        exchange.inputs.copy_from_slice(&script.inputs);
-        drop(script);
+        let (answer, (requests, each)) = {
+            let mut script = self.note(call);
+            exchange.inputs.copy_from_slice(&script.inputs);
+            (next(&mut script.exchanges), script.requests)
+        };
         assert!(!answer.as_ref().is_err_and(|trouble| trouble.reason == BUG), "{BUG}");
-        answer
+        if matches!(exchange.occasion, Occasion::Poll | Occasion::First) {
+            while self.requests < requests {
+                sleep(each).await;
+                self.requests += 1;
+                if self.requests < requests && (exchange.is_urgent)() {
+                    return Ok(Done::Part);
+                }
+            }
+            self.requests = 0;
+        }
+        answer.map(|()| Done::Whole)
     }
 
     fn disconnect(&mut self) {
@@ -102,7 +117,7 @@ impl Bench {
     fn of(mut rig: Rig, script: Script) -> Bench {
         let script = Arc::new(Mutex::new(Script { inputs: vec![1, 0, 42, 7], ..script }));
         let health = Health::new("line1", "scripted", "the test".to_owned());
-        let driver = Scripted { script: Arc::clone(&script), begun: Instant::now() };
+        let driver = Scripted { script: Arc::clone(&script), begun: Instant::now(), requests: 0 };
         let (stop, stopped) = oneshot::channel::<()>();
         let line = rig.take_line();
         let parts = Parts {
@@ -320,6 +335,111 @@ fn the_end_does_not_wait_for_a_device_that_is_not_there() {
         bench.end().await;
         assert_eq!(begun.elapsed(), Duration::ZERO);
         assert_eq!(bench.calls().last(), Some(&Call::Disconnect));
+    });
+}
+
+/// A change of the outputs, by a scan that sees the device's inputs.
+fn scan(bench: &mut Bench) {
+    bench.rig.advance_to_now();
+    bench.rig.scans(1);
+}
+
+/// The last exchange of a controller that scanned twice.
+fn last() -> Call {
+    Call::Exchange(Occasion::Last, vec![0, -1, 1])
+}
+
+#[test]
+fn the_end_connects_once_more_to_a_device_in_back_off() {
+    run(async {
+        let connects = (0..9).map(|_| Err(Trouble::disconnected("refused"))).collect();
+        let mut bench = Bench::start(Script { connects, ..Script::default() });
+        sleep(Duration::from_millis(460)).await;
+        bench.calls();
+        // It waits for its next attempt when its peer is back.
+        bench.script.lock().unwrap().connects.clear();
+        let begun = Instant::now();
+        bench.end().await;
+        assert_eq!(bench.calls(), [Call::Connect, last(), Call::Disconnect]);
+        assert_eq!(begun.elapsed(), Duration::ZERO);
+    });
+}
+
+#[test]
+fn the_end_connects_anew_where_the_exchange_under_way_or_the_last_one_fails() {
+    run(async {
+        let lost = || Err(Trouble::disconnected("no answer in 200 ms"));
+        let exchanges = vec![lost(), lost()];
+        let mut bench = Bench::start(Script { exchanges, ..Script::default() });
+        sleep(Duration::from_millis(1)).await;
+        assert_eq!(bench.calls(), [Call::Connect, poll(0, 0, 1), Call::Disconnect]);
+        bench.end().await;
+        let again = [Call::Connect, last(), Call::Disconnect];
+        assert_eq!(bench.calls(), [&again[..], &again].concat(), "the first one fails too");
+    });
+}
+
+#[test]
+fn the_end_takes_two_seconds_at_most_whatever_a_driver_does() {
+    run(async {
+        let requests = (1, Duration::from_secs(60));
+        let mut bench = Bench::start(Script { requests, ..Script::default() });
+        sleep(Duration::from_millis(1)).await;
+        bench.calls();
+        let begun = Instant::now();
+        bench.end().await;
+        assert_eq!(begun.elapsed(), Duration::from_secs(1), "the exchange under way is abandoned");
+        let again = [Call::Disconnect, Call::Connect, last(), Call::Disconnect];
+        assert_eq!(bench.calls(), again);
+    });
+}
+
+#[test]
+fn a_change_goes_out_between_two_requests_of_a_long_exchange() {
+    run(async {
+        let requests = (40, Duration::from_millis(150));
+        let mut bench = Bench::start(Script { requests, ..Script::default() });
+        sleep(Duration::from_millis(10)).await;
+        bench.rig.port.set_input(0, true);
+        bench.rig.scans(1);
+        sleep(Duration::from_millis(150)).await;
+        assert_eq!(bench.timed()[2], (Duration::from_millis(150), poll(1, 0, 2)));
+        // It goes on where it was: six seconds from the first exchange on, not from the second.
+        sleep(Duration::from_millis(5830)).await;
+        assert_eq!((bench.health.reading().exchanges, bench.calls().len()), (0, 0));
+        sleep(Duration::from_millis(20)).await;
+        let reading = bench.health.reading();
+        assert_eq!((reading.exchanges, reading.took), (1, Duration::from_secs(6)));
+    });
+}
+
+#[test]
+fn outputs_that_change_with_every_scan_starve_no_inputs() {
+    run(async {
+        let requests = (40, Duration::from_millis(150));
+        let mut bench = Bench::start(Script { requests, ..Script::default() });
+        for _ in 0..610 {
+            sleep(Duration::from_millis(10)).await;
+            bench.rig.scans(1);
+        }
+        assert_eq!(bench.health.reading().exchanges, 1);
+    });
+}
+
+#[test]
+fn the_end_interrupts_a_long_exchange_and_the_first_scan_does() {
+    run(async {
+        let requests = (40, Duration::from_millis(150));
+        let mut bench = Bench::before_the_first_scan(Script { requests, ..Script::default() });
+        sleep(Duration::from_millis(10)).await;
+        scan(&mut bench);
+        sleep(Duration::from_millis(150)).await;
+        let first = Call::Exchange(Occasion::First, vec![0, -1, 0]);
+        assert_eq!(bench.calls(), [Call::Connect, first, poll(0, 0, 1)]);
+        let begun = Instant::now();
+        bench.end().await;
+        assert!(begun.elapsed() <= Duration::from_millis(150), "{:?}", begun.elapsed());
+        assert_eq!(bench.calls(), [last(), Call::Disconnect]);
     });
 }
 

@@ -451,7 +451,21 @@ fn one_late_exchange_is_forgiven_and_several_are_not() {
     assert_eq!(rig.line.failure(), None);
     rig.scans(1);
     let Some(LocalFailure::Late { took_us }) = rig.line.failure() else { panic!("not let go") };
-    assert!(u64::from(took_us) * 1000 > BUDGET_NS && rig.line.slowest_ns() > BUDGET_NS);
+    assert!(u64::from(took_us) * 1000 > BUDGET_NS && rig.line.exchanged().slowest_ns > BUDGET_NS);
+}
+
+#[test]
+fn exchanges_are_counted_and_the_last_and_the_slowest_are_told_apart() {
+    let fake = fake(0);
+    let mut rig = Rig::with(&fake);
+    fake.slow_read.store(BUDGET_NS + MS, Ordering::Release);
+    rig.scans(1);
+    fake.slow_read.store(0, Ordering::Release);
+    rig.scans(9);
+    let exchanged = rig.line.exchanged();
+    // A read with each scan, and the first write: no output changes.
+    assert_eq!(exchanged.count, 11);
+    assert!(exchanged.slowest_ns > BUDGET_NS && exchanged.last_ns < exchanged.slowest_ns);
 }
 
 /// Reads are late in every scan, while every scan writes too, and in time.

@@ -9,9 +9,11 @@ use std::sync::{Arc, Mutex};
 use std::thread::spawn;
 use std::time::Duration;
 
-use liars::{Lie, Script, TIMEOUT, client, exchange, listen, pty, rtu_frame, serve_rtu, tcp_frame};
+use liars::{
+    Lie, Script, TIMEOUT, client, exchange, listen, poll, pty, rtu_frame, serve_rtu, tcp_frame,
+};
 use proptest::test_runner::TestRunner;
-use rungd::io::device::{Driver, Exchange, Occasion};
+use rungd::io::device::Driver;
 use rungd::io::modbus_client::{Client, Lines, Tcp};
 use rungd::resolve::device::modbus::{Link, Parity, Serial};
 use tokio::time::timeout;
@@ -129,8 +131,7 @@ async fn a_unit_that_does_not_answer_keeps_no_other_from_its_outputs() {
     }
     let mut inputs = [0; 2];
     for on in [1, 0, 1, 1] {
-        let exchange = Exchange { occasion: Occasion::Poll, outputs: &[on], inputs: &mut inputs };
-        let trouble = client.exchange(exchange).await.unwrap_err();
+        let trouble = client.exchange(poll(&[on], &mut inputs)).await.unwrap_err();
         assert!(trouble.reason.ends_with("(the gateway's device does not answer)"), "{trouble}");
         assert!(!trouble.is_disconnected);
     }
@@ -211,12 +212,12 @@ const RTU_LIES: [(&str, Answer); 17] = [
     ("noise without an end", |_, _| Lie::Say(vec![0x55; 2000])),
     ("", |_, right| Lie::Say([&[0xff, 0, 1, 4, 4], right].concat())),
     ("", |_, right| Lie::Say([right, &[0xff, 0, 1, 4]].concat())),
-    ("", |request, right| Lie::Say([request, right].concat())),
+    ("set `echo = true`", |request, right| Lie::Say([request, right].concat())),
     ("", |_, right| Lie::Say([&rtu_frame(2, &[4, 4, 0, 1, 2, 3]), right].concat())),
 ];
 
 fn serial(port: String) -> Serial {
-    Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1 }
+    Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo: false }
 }
 
 #[tokio::test]

@@ -335,3 +335,23 @@ fn all_that_can_happen() {
     told("all", whole, all);
     assert!(all > 1_000_000);
 }
+
+#[test]
+fn what_was_written_is_looked_for_and_what_failed_is_in_doubt() {
+    let geometry = geometry(300);
+    let disk = Handle::new(512, geometry.file_bytes() as usize);
+    let mut slots = Slots::format(disk.clone(), geometry).unwrap();
+    let first = slots.save(stamp(1), &image(1, 300)).unwrap().0;
+    let older = disk.0.borrow().cache.clone();
+    let second = slots.save(stamp(2), &image(2, 300)).unwrap().0;
+    assert!(slots.has(&second, &image(2, 300)).unwrap());
+    assert!(!slots.has(&first, &image(1, 300)).unwrap(), "the newest is asked for");
+    let newer = std::mem::replace(&mut disk.0.borrow_mut().cache, older);
+    assert!(!slots.has(&second, &image(2, 300)).unwrap(), "an older copy lies there");
+    disk.0.borrow_mut().cache = newer;
+    assert!(slots.has(&second, &image(2, 300)).unwrap() && !slots.is_doubted());
+    // The header is read, and then the image is not written.
+    let calls = disk.0.borrow().calls;
+    disk.0.borrow_mut().fault = Some((Fault::Errno(5), calls + 2, 100));
+    assert!(slots.save(stamp(3), &image(3, 300)).is_err() && slots.is_doubted());
+}

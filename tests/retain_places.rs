@@ -1,5 +1,6 @@
 //! Where retentive memory lies, and what lies there: symbolic links, which are followed and never
-//! replaced; a file whose numbers are used up.
+//! replaced; a file whose numbers are used up; one that is harmed while nothing changes, or cannot
+//! be replaced by a longer one.
 
 mod memory;
 
@@ -147,6 +148,126 @@ fn a_file_that_was_emptied_under_the_running_controller_is_made_anew() {
     fs::OpenOptions::new().write(true).truncate(true).open(file(&plant)).unwrap();
     let told = running.line("cannot be written");
     assert!(message(&told).contains("it is not what was written there"), "{told}");
+    running.line("is written again");
+    running.stop();
+    assert!(held(&file(&plant)).unwrap().is_final);
+}
+
+const STILL: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
+    { when = [\"$FirstScan\"], do = [\"MOVE 7 to=D0\"] },\n]\n";
+
+fn ask(plant: &Plant, words: &[&str]) -> String {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// D0 in the newest image, and whether that lies behind an orderly stop.
+fn kept_d0(plant: &Plant) -> Option<(i32, bool)> {
+    let mut device = FileDevice::open(&file(plant), Access::Read).ok()?;
+    let newest = survey(&mut device).ok()?.newest?;
+    let content = rungd::retain::content::read(&newest.content).unwrap();
+    let found =
+        content.elements.iter().find(|(at, _)| rungd::retain::content::address(*at) == "D0");
+    Some((found.unwrap().1.word, newest.stamp.flags != 0))
+}
+
+/// Something happens to the file of a controller in which nothing changes; `older` is what the file
+/// was before D0 was 8. What is told to be durable is there, what is not asked for comes by itself.
+#[track_caller]
+fn harmed(harm: impl Fn(&std::path::Path, &[u8])) {
+    let plant = Plant::new(STILL, &KEEPS.replace("20ms", "1h"));
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    ask(&plant, &["retain", "save"]);
+    let older = fs::read(file(&plant)).unwrap();
+    ask(&plant, &["write", "D0", "8"]);
+    ask(&plant, &["retain", "save"]);
+    assert_eq!(kept_d0(&plant), Some((8, false)));
+    harm(&file(&plant), &older);
+    ask(&plant, &["retain", "save"]);
+    assert_eq!(kept_d0(&plant), Some((8, false)), "an operator asked");
+    running.line("is written again");
+    harm(&file(&plant), &older);
+    running.line("is written again");
+    assert_eq!(kept_d0(&plant), Some((8, false)), "nobody asked");
+    ask(&plant, &["mode", "stop"]);
+    ask(&plant, &["retain", "save"]);
+    harm(&file(&plant), &older);
+    running.stop();
+    assert_eq!(kept_d0(&plant), Some((8, true)), "at the end");
+}
+
+#[test]
+fn a_file_that_is_taken_away_while_nothing_changes_is_made_anew() {
+    harmed(|file, _| fs::remove_file(file).unwrap());
+}
+
+#[test]
+fn a_file_that_is_emptied_while_nothing_changes_is_made_anew() {
+    harmed(|file, _| fs::write(file, "").unwrap());
+}
+
+#[test]
+fn a_file_that_is_cut_while_nothing_changes_is_made_anew() {
+    harmed(|file, _| {
+        fs::OpenOptions::new().write(true).open(file).unwrap().set_len(8192).unwrap();
+    });
+}
+
+#[test]
+fn a_file_that_an_older_copy_is_written_into_is_written_again() {
+    harmed(|file, older| fs::write(file, older).unwrap());
+}
+
+#[test]
+fn a_file_that_an_older_copy_replaces_is_written_again() {
+    harmed(|file, older| {
+        fs::write(file.with_extension("copy"), older).unwrap();
+        fs::rename(file.with_extension("copy"), file).unwrap();
+    });
+}
+
+/// A controller whose file is too short for its ranges, and in whose way to a longer one stands
+/// something that cannot be removed.
+#[track_caller]
+fn cannot_grow(plant: &Plant, running: &Running) {
+    let told = running.line("cannot be written");
+    assert!(message(&told).contains("memory.new is in the way: "), "{told}");
+    // A third has to wait as well as a second.
+    let mut second = Running::new(&mut plant.command(&[] as &[&str]));
+    second.line("another rungd keeps its memory in this file");
+    assert_eq!(second.end().code(), Some(74));
+}
+
+#[test]
+fn who_cannot_make_a_longer_file_keeps_the_old_one_and_its_lock() {
+    let short = KEEPS.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
+    let plant = Plant::new(COUNTS, &short);
+    run(&plant, "30");
+    fs::write(plant.0.join("controller.toml"), format!("ladder = [\"ladder.toml\"]\n{KEEPS}"))
+        .unwrap();
+    fs::create_dir_all(plant.0.join("memory.new/full")).unwrap();
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    cannot_grow(&plant, &running);
+    fs::remove_dir_all(plant.0.join("memory.new")).unwrap();
+    running.stop();
+    assert!(held(&file(&plant)).unwrap().count > 30);
+}
+
+#[test]
+fn a_reload_that_wants_a_longer_file_keeps_the_old_one_until_it_is_there() {
+    let short = KEEPS.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
+    let plant = Plant::new(COUNTS, &short);
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    fs::write(plant.0.join("controller.toml"), format!("ladder = [\"ladder.toml\"]\n{KEEPS}"))
+        .unwrap();
+    fs::create_dir_all(plant.0.join("memory.new/full")).unwrap();
+    ask(&plant, &["reload"]);
+    cannot_grow(&plant, &running);
+    fs::remove_dir_all(plant.0.join("memory.new")).unwrap();
     running.line("is written again");
     running.stop();
     assert!(held(&file(&plant)).unwrap().is_final);

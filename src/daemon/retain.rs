@@ -19,6 +19,8 @@ use crate::runtime::exchange::StopReason;
 
 /// The most lines about what was not restored.
 const DROPPED_LINES_MAX: usize = 100;
+const NO_STOP: &str = "and no orderly stop followed, so that all that has termination logic is \
+                       terminated";
 /// The file's name in the directory that systemd gives, and its ending beside a controller file.
 const FILE_NAME: &str = "retain";
 
@@ -71,6 +73,14 @@ pub(super) fn begin(wanted: &Wanted, engine: &mut Engine) -> Result<Opened, Fail
     })?;
     news.iter().for_each(|news| tell_news(&wanted.path, news));
     let (restored, cold) = match image {
+        Ok((stamp, restoration)) if restoration.restored == 0 => {
+            tell_dropped(&restoration);
+            let (image, scan) = (stamp.sequence, stamp.scan);
+            let why = format!(
+                "image {image} of scan {scan} is whole, and nothing of it fits what is retained now"
+            );
+            (tell_cold(wanted, &why), Some(StopReason::NothingRestored))
+        }
         Ok((stamp, restoration)) => (restore(engine, wanted, stamp, &restoration), None),
         Err(why) => (tell_cold(wanted, &why), Some(StopReason::NothingRestored)),
     };
@@ -84,10 +94,10 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
     if !is_final {
         engine.terminate_all();
     }
-    let end = if is_final {
-        "behind an orderly stop"
-    } else {
-        "in RUN, and no orderly stop followed: all that has termination logic is terminated"
+    let end = match what.terminated {
+        _ if is_final => "behind an orderly stop".to_owned(),
+        0 => NO_STOP.to_owned(),
+        count => format!("{NO_STOP}: {count} of them are OFF or 0 by the program of that time"),
     };
     let text = format!(
         "{} of {} elements restored: image {} of scan {}, kept at {} {end}",
@@ -103,11 +113,20 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
         restored = what.restored,
         dropped = what.dropped.len(),
         fresh = what.fresh,
+        terminated = what.terminated,
         image = stamp.sequence,
         scan = stamp.scan,
         orderly = is_final,
         "retentive memory: {text}"
     );
+    for note in &what.notes {
+        info!(event = "retain-restored", "retentive memory: {note}");
+    }
+    tell_dropped(what);
+    text
+}
+
+fn tell_dropped(what: &Restoration) {
     for dropped in what.dropped.iter().take(DROPPED_LINES_MAX) {
         warn!(
             event = "retain-dropped",
@@ -121,7 +140,6 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
     if let Some(more) = what.dropped.len().checked_sub(DROPPED_LINES_MAX).filter(|more| *more > 0) {
         warn!(event = "retain-dropped", more, "retentive memory: {more} more are not restored");
     }
-    text
 }
 
 fn tell_cold(wanted: &Wanted, why: &str) -> String {

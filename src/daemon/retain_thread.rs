@@ -22,6 +22,8 @@ use crate::runtime::exchange::{Mode, Port};
 
 /// How soon a change of mode is seen, at most.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// How soon it is seen that somebody took the file away, or wrote it, while nothing changes.
+const WATCH_EVERY: Duration = Duration::from_secs(1);
 /// A write that failed is tried again after so long at least.
 const RETRY_LEAST: Duration = Duration::from_secs(1);
 /// What lasts is told again after this.
@@ -84,6 +86,7 @@ impl Retention {
             wanted: Arc::clone(&wanted),
             figures: Arc::clone(&figures),
             tried: None,
+            watched: Instant::now(),
             ran: false,
             failed: None,
             told_slow: None,
@@ -122,7 +125,7 @@ impl Retention {
                 "retentive memory: the last image is durable"
             ),
             // No scan was complete: the file has what it had.
-            Err(why) if why == NOTHING_TO_KEEP => {}
+            Err(why) if why == NOTHING_TO_KEEP || why == NOTHING_RETAINED => {}
             Err(why) => error!(
                 event = "retain-lost",
                 file = %self.wanted.path.display(),
@@ -156,6 +159,8 @@ fn projected(bytes: u64, over: Duration, budget: u64) -> Option<u64> {
 
 const NOTHING_TO_KEEP: &str = "no scan is complete: memory is as it was at the start";
 
+const NOTHING_RETAINED: &str = "the program that runs retains nothing; the last image stays";
+
 struct Worker {
     keeper: Keeper,
     plans: Generations<Plan>,
@@ -166,6 +171,8 @@ struct Worker {
     figures: Arc<Mutex<Figures>>,
     /// When the last write was begun.
     tried: Option<Instant>,
+    /// When the file was looked at last.
+    watched: Instant,
     /// The mode was RUN at the last look.
     ran: bool,
     /// Since when it fails was told last.
@@ -196,9 +203,18 @@ impl Worker {
         let rest = if self.failed.is_some() { RETRY_LEAST } else { Duration::ZERO };
         let wait = self.wanted.interval.max(rest);
         let due = self.tried.is_none_or(|tried| tried.elapsed() >= wait);
-        if left || due {
+        if left || due || self.is_disturbed() {
             let _ = self.save();
         }
+    }
+
+    /// Once in a while: whether the file is as it was left.
+    fn is_disturbed(&mut self) -> bool {
+        if self.watched.elapsed() < WATCH_EVERY {
+            return false;
+        }
+        self.watched = Instant::now();
+        self.failed.is_none() && self.keeper.is_disturbed()
     }
 
     /// Keeps the latest image, if there is one and it differs from what is kept.
@@ -213,6 +229,9 @@ impl Worker {
         }
         let begin = Instant::now();
         self.tried = Some(begin);
+        if self.keeper.plan().is_empty() {
+            return Err(NOTHING_RETAINED.to_owned());
+        }
         let image = Image {
             scan: latest.scans,
             bits: &latest.bits,
@@ -220,7 +239,15 @@ impl Worker {
             is_final: matches!(latest.mode, Mode::Stop(_)),
             now_ms: now_ms(),
         };
-        match self.keeper.save(image) {
+        let mut saved = self.keeper.save(image);
+        if let Err(error) = &saved
+            && error.kind() == io::ErrorKind::NotFound
+        {
+            // The file is not what it was: that is told, and it is made anew at once.
+            self.tell_failure(error);
+            saved = self.keeper.save(image);
+        }
+        match saved {
             Ok(None) => {
                 let kept = self.keeper.kept().map(|kept| (kept, Duration::ZERO));
                 kept.ok_or_else(|| NOTHING_TO_KEEP.to_owned())

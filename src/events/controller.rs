@@ -99,8 +99,10 @@ pub(super) const EVENTS: &[Event] = &[
         id: "9ca0d2e0f6b5493ca4d3e47c87690373",
         limit: Limit::NONE,
         meaning: "A driver did not end in time after the last scan, and was abandoned. The \
-                  outputs were safe before.",
-        remedy: "Nothing for the plant. If it comes again, report it with the log.",
+                  outputs of a device in trouble, or whose last write was under way, may be as \
+                  they were.",
+        remedy: "Look at the outputs of devices with a `device-trouble` before it. What else \
+                 makes them safe is the device's own watchdog.",
     },
     Event {
         number: 11,

@@ -23,8 +23,9 @@ pub(super) const EVENTS: &[Event] = &[
                   memory is as after a cold start. Unless `[retain] cold-start` lets it run, the \
                   mode is STOP.",
         remedy: "At the very first start: `rungd mode run`. Later: find out where the file is \
-                 (a disk that is not mounted, another `file`), put right by hand what counts, then \
-                 `rungd mode run`.",
+                 (a disk that is not mounted, another `file`), or which tags had other names (the \
+                 retain-dropped lines before it; the image stays until the next run), put \
+                 right by hand what counts, then `rungd mode run`.",
     },
     Event {
         number: 903,

@@ -7,6 +7,7 @@
 //! cannot be read is a failure.
 
 mod files;
+mod memory;
 
 use std::collections::HashSet;
 use std::io::ErrorKind;
@@ -120,6 +121,7 @@ pub fn controller_input(input: &Input) -> Loaded {
     let (written, found) = written::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
+    loaded.findings.extend(memory::finding(path, &written));
     let first = loaded.files.len();
     if !loaded.named_files(path, &written.ladder) {
         loaded.settings(&written);

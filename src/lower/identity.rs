@@ -1,8 +1,9 @@
 //! What in a program keeps a state, and by which name another program has the same thing.
 //!
 //! Made while a program is lowered, and kept in its `Symbols`. A reload holds two of these against
-//! each other, and a retentive store writes the keys down: nothing here depends on the numbers that
-//! one lowering gave out. What is done with it is not said here.
+//! each other: nothing here depends on the numbers that one lowering gave out. Retentive memory
+//! keeps no histories but those of structures, and goes by none of these keys. What is done with it
+//! is not said here.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -95,7 +96,7 @@ pub struct History {
     pub whole: Arc<str>,
     /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
     pub text: String,
-    /// By which it is kept outside the process: the block, the rung's name or else the text, and
+    /// By which another program has the same one: the block, the rung's name or else the text, and
     /// which of several it is: `Main/count-bottles/0`, `Main//rise(X0)/1`.
     pub key: String,
 }

@@ -4,7 +4,7 @@
 //! Written by `plan`, read back here. Reading trusts nothing: a content that makes no sense is
 //! refused as a whole, whatever its checksums said.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What an element is. Its number is what stands in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -39,6 +39,9 @@ const KINDS: [Kind; 10] = [
     Kind::N,
 ];
 
+/// Of a run's flags: its program terminates these elements.
+const TERMINATED: u8 = 1;
+
 /// The most elements that are believed: more than all of memory.
 const ELEMENTS_MAX: u64 = 1 << 20;
 
@@ -54,6 +57,8 @@ pub struct Run {
     pub first: u32,
     /// So many.
     pub count: u32,
+    /// The program terminates them: they are OFF or reset behind its stop.
+    pub terminated: bool,
 }
 
 /// What an element holds.
@@ -76,6 +81,8 @@ pub struct Content {
     pub tags: Vec<(String, Element)>,
     /// Which instruction in which block owns a structure.
     pub owners: HashMap<Element, String>,
+    /// What the program that kept them would have terminated at a stop.
+    pub terminated: HashSet<Element>,
 }
 
 impl Kind {
@@ -146,7 +153,8 @@ pub(super) fn preamble(
     let mut bytes = Vec::new();
     put_u32(&mut bytes, runs.len());
     for run in runs {
-        bytes.extend_from_slice(&[run.kind as u8, 0, 0, 0]);
+        let flags = if run.terminated { TERMINATED } else { 0 };
+        bytes.extend_from_slice(&[run.kind as u8, flags, 0, 0]);
         bytes.extend_from_slice(&run.first.to_le_bytes());
         bytes.extend_from_slice(&run.count.to_le_bytes());
     }
@@ -174,8 +182,9 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     let mut runs = Vec::new();
     let mut total = 0;
     for _ in 0..reader.u32()? {
-        let kind = Kind::of(reader.take(4)?[0])?;
-        let run = Run { kind, first: reader.u32()?, count: reader.u32()? };
+        let head = reader.take(4)?;
+        let (kind, terminated) = (Kind::of(head[0])?, head[1] & TERMINATED != 0);
+        let run = Run { kind, first: reader.u32()?, count: reader.u32()?, terminated };
         run.first.checked_add(run.count)?;
         total += u64::from(run.count);
         if total > ELEMENTS_MAX {
@@ -185,13 +194,16 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     }
     let tags = reader.texts()?;
     let owners = reader.texts()?.into_iter().map(|(text, element)| (element, text)).collect();
-    let mut elements = Vec::new();
+    let (mut elements, mut terminated) = (Vec::new(), HashSet::new());
     for run in runs {
         for number in run.first..run.first + run.count {
+            if run.terminated {
+                terminated.insert((run.kind, number));
+            }
             elements.push(((run.kind, number), reader.value(run.kind)?));
         }
     }
-    (reader.at == bytes.len()).then_some(Content { elements, tags, owners })
+    (reader.at == bytes.len()).then_some(Content { elements, tags, owners, terminated })
 }
 
 struct Reader<'a> {
@@ -254,7 +266,7 @@ mod tests {
 
     #[test]
     fn a_content_that_makes_no_sense_is_refused() {
-        let runs = [Run { kind: Kind::D, first: 3, count: 2 }];
+        let runs = [Run { kind: Kind::D, first: 3, count: 2, terminated: false }];
         let tags = [("level".to_owned(), (Kind::D, 4))];
         let mut bytes = preamble(&runs, &tags, &[]);
         bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);

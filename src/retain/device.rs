@@ -36,6 +36,14 @@ pub trait Device {
     /// As far as that can be had.
     fn settle(&mut self);
 
+    /// Whether it still is what others find under its name.
+    ///
+    /// # Errors
+    /// `NotFound`: it is not; else the system's.
+    fn in_place(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
     /// Lets go of the device and opens it anew, after an error.
     ///
     /// # Errors

@@ -23,6 +23,13 @@ pub struct FileDevice {
     file: File,
 }
 
+/// By which a file that somebody else wrote, cut or replaced is known, without reading it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Trace {
+    file: (u64, u64, u64),
+    changed: (i64, i64, i64, i64),
+}
+
 /// What a process may do with the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
@@ -60,6 +67,13 @@ impl FileDevice {
         identity(&self.file.metadata()?)
     }
 
+    /// What a look from outside shows of what has its name: any change of it but the reading.
+    pub fn trace(&self) -> Option<Trace> {
+        let named = fs::metadata(&self.path).ok()?;
+        let changed = (named.mtime(), named.mtime_nsec(), named.ctime(), named.ctime_nsec());
+        Some(Trace { file: (named.dev(), named.ino(), named.len()), changed })
+    }
+
     /// Makes an empty file beside the place, for [`FileDevice::put_in_place`].
     ///
     /// # Errors
@@ -73,9 +87,13 @@ impl FileDevice {
             if !is_named(&left, &path) {
                 return Err(busy());
             }
-            let _ = fs::remove_file(&path);
-        } else {
-            let _ = fs::remove_file(&path);
+        }
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                let why = format!("{} is in the way: {error}", path.display());
+                return Err(io::Error::new(error.kind(), why));
+            }
+            _ => {}
         }
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path);
@@ -169,6 +187,10 @@ impl Device for FileDevice {
     fn sync(&mut self) -> io::Result<()> {
         self.file.sync_data()?;
         // Bytes of a file that has no name any more are durable for nobody.
+        self.in_place()
+    }
+
+    fn in_place(&mut self) -> io::Result<()> {
         let (own, named) = (self.file.metadata()?, fs::metadata(&self.path)?);
         if (own.dev(), own.ino()) != (named.dev(), named.ino()) {
             let message = "there is another file in its place";
@@ -185,8 +207,13 @@ impl Device for FileDevice {
     fn reopen(&mut self) -> io::Result<()> {
         // The lock goes with the old file; nobody can want it in between who was refused before.
         flock(&self.file, FlockOperation::Unlock)?;
-        let opened = FileDevice::open(&self.path, Access::Own)?;
-        *self = opened;
+        match FileDevice::open(&self.path, Access::Own) {
+            Ok(opened) => *self = opened,
+            Err(error) => {
+                let _ = lock(&self.file);
+                return Err(error);
+            }
+        }
         Ok(())
     }
 }

@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::content;
-use super::file::{Access, FileDevice, keep_aside, rename_aside};
+use super::file::{Access, FileDevice, Trace, keep_aside, rename_aside};
 use super::format::{BadSlot, FLAG_FINAL, Geometry, Stamp};
 use super::plan::{Plan, Restoration};
 use super::slots::{Found, Slots, Survey, Unusable, survey};
@@ -22,6 +22,8 @@ pub struct Keeper {
     /// What is durable.
     kept: Option<Kept>,
     kept_content: Vec<u8>,
+    /// What the file looked like from outside when it was last known to hold that.
+    trace: Option<Trace>,
     /// Another process turned out to own the file.
     busy: Option<io::Error>,
 }
@@ -85,6 +87,7 @@ impl Keeper {
             gathered: Vec::new(),
             kept: None,
             kept_content: Vec::new(),
+            trace: None,
             busy: None,
         };
         let mut news = Vec::new();
@@ -155,7 +158,8 @@ impl Keeper {
         // Longer slots are needed, or the file was cut: a new one takes the image along first. The
         // old one is ours until then.
         self.make((id, survey.newest.as_ref()), true, news);
-        drop(slots);
+        // Without a new one the old one stays, and with it what keeps others out.
+        self.slots.get_or_insert(slots);
         image
     }
 
@@ -171,7 +175,8 @@ impl Keeper {
         let newest = survey.newest.as_ref().ok_or("no slot of it holds a whole image")?;
         let content = content::read(&newest.content)
             .ok_or("its newest image is whole, and its content makes no sense")?;
-        Ok((newest.stamp, self.plan.restore(&content)))
+        let is_final = newest.stamp.flags & FLAG_FINAL != 0;
+        Ok((newest.stamp, self.plan.restore(&content, is_final)))
     }
 
     /// Where the file may be read and not written: what it has is restored all the same.
@@ -238,23 +243,35 @@ impl Keeper {
         whole
     }
 
-    /// Writes an image if what is retained of it is not what is durable already; returns once it
-    /// is, and tells what was written.
+    /// Whether somebody did something to the file since it was known to hold what is kept: a look
+    /// from outside, for a time in which nothing is written.
+    pub fn is_disturbed(&self) -> bool {
+        self.kept.is_some() && self.trace_now() != self.trace
+    }
+
+    fn trace_now(&self) -> Option<Trace> {
+        self.slots.as_ref().and_then(|slots| slots.device().trace())
+    }
+
+    /// Writes an image if what is retained of it is not what is durable already, which is looked
+    /// at in the file; returns once it is, and tells what was written.
     ///
     /// # Errors
-    /// The system's. What was durable before still is.
+    /// The system's. What was durable before still is, but for `NotFound`: the file is gone, or is
+    /// not what was written there. The next save, which may come at once, makes it good.
     pub fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };
         if self.kept.is_some_and(|kept| kept.stamp.flags == flags)
             && self.kept_content == self.gathered
+            && self.is_there()?
         {
             return Ok(None);
         }
         let stamp = Stamp { sequence: 0, scan: image.scan, saved_ms: image.now_ms, flags };
-        let fits = |slots: &Slots<FileDevice>| slots.geometry().fits(self.gathered.len());
-        let mut slots = match self.slots.take().filter(fits) {
-            Some(slots) => slots,
+        let mut slots = match self.slots.take() {
+            Some(slots) if slots.geometry().fits(self.gathered.len()) => slots,
+            Some(slots) => self.grow(slots, image.now_ms)?,
             None => self.attach(image.now_ms)?,
         };
         match slots.save(stamp, &self.gathered) {
@@ -262,6 +279,7 @@ impl Keeper {
                 self.slots = Some(slots);
                 self.kept = Some(Kept { stamp, bytes });
                 self.kept_content.clone_from(&self.gathered);
+                self.trace = self.trace_now();
                 Ok(self.kept)
             }
             Err(error) => {
@@ -272,6 +290,38 @@ impl Keeper {
                 Err(error)
             }
         }
+    }
+
+    /// Whether what is kept still is in the file. What is not there is not kept.
+    fn is_there(&mut self) -> io::Result<bool> {
+        let Some((kept, slots)) = self.kept.zip(self.slots.as_mut()) else { return Ok(false) };
+        if slots.is_doubted() {
+            return Ok(false);
+        }
+        let looked = slots.has(&kept.stamp, &self.kept_content);
+        match &looked {
+            Ok(true) => {
+                self.trace = self.trace_now();
+                return looked;
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => self.slots = None,
+            _ => {}
+        }
+        self.kept = None;
+        let other = || io::Error::new(io::ErrorKind::NotFound, "its last image is not there");
+        looked.and(Err(other()))
+    }
+
+    /// A longer file in the place of one that is ours, which stays ours until then.
+    fn grow(&mut self, mut slots: Slots<FileDevice>, id: u64) -> io::Result<Slots<FileDevice>> {
+        let newest = slots.newest();
+        let made = newest.and_then(|newest| self.try_make((id, newest.as_ref()), true));
+        if let Err(error) = &made
+            && error.kind() != io::ErrorKind::NotFound
+        {
+            self.slots = Some(slots);
+        }
+        made
     }
 
     /// The file as it is now: taken over if it is one of ours, made if there is none.
@@ -289,7 +339,7 @@ impl Keeper {
             {
                 Ok(slots)
             }
-            Ok((_owned, survey)) => self.try_make((id, survey.newest.as_ref()), true),
+            Ok((slots, _)) => self.grow(slots, id),
             Err(Unusable::Io(error)) => Err(error),
             Err(Unusable::Header(_)) => {
                 keep_aside(&self.path, seen)?;

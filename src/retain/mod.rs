@@ -18,6 +18,7 @@ pub mod file;
 pub mod format;
 pub mod keeper;
 mod limits;
+mod owners;
 pub mod plan;
 pub mod show;
 pub mod slots;

@@ -11,10 +11,11 @@ use std::collections::{HashMap, HashSet};
 
 use super::content::{self, Content, Element, Kind, RECORD_BYTES, Run, Value, address};
 use super::limits::Limits;
+use super::owners::{Preset, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
 use crate::lower::Symbols;
-use crate::resolve::program::{ArgValue, Program, Rung, TagMeaning};
+use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::range::{Range, Space};
 
 /// What is retained.
@@ -37,6 +38,11 @@ pub struct Restoration {
     pub restored: usize,
     /// What was not, and why: tags one by one, addresses in runs.
     pub dropped: Vec<Dropped>,
+    /// What was restored and may surprise, in words.
+    pub notes: Vec<String>,
+    /// How many had a value that their program would have reset at a stop, and are OFF or 0: the
+    /// image was taken in RUN.
+    pub terminated: usize,
     /// Retained now, and not in the image: these start as after a cold start.
     pub fresh: usize,
 }
@@ -53,7 +59,7 @@ pub struct Dropped {
 impl Plan {
     /// What ranges of a program come to.
     pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> Plan {
-        let runs = runs(ranges);
+        let runs = runs(ranges, &terminated(program));
         let is_kept = |element: &Element| runs.iter().any(|run| holds(run, *element));
         let mut tags = Vec::new();
         for tag in &program.tags {
@@ -135,8 +141,12 @@ impl Plan {
         into.extend_from_slice(&bits[record.start as usize..record.end as usize]);
     }
 
-    /// What of a content goes where.
-    pub fn restore(&self, found: &Content) -> Restoration {
+    /// What of a content goes where; `is_final`: the termination passes of its own program have
+    /// run over it.
+    ///
+    /// What that program would have terminated is terminated here: today's may have changed, and
+    /// know nothing of it.
+    pub fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
         let values: HashMap<Element, &Value> =
@@ -156,11 +166,14 @@ impl Plan {
                     drops.push((from, why));
                     continue;
                 }
-                let same_owner = match (found.owners.get(&from), self.owners.get(&element)) {
-                    (Some(then), Some(now)) => then == now,
-                    _ => false,
-                };
-                self.put(&mut restoration, element, values[&from], same_owner);
+                let mut value = *values[&from];
+                if !is_final {
+                    terminate(from, found, &mut value);
+                    let differs = value.word != values[&from].word;
+                    restoration.terminated += usize::from(differs);
+                }
+                let owner = found.owners.get(&from).map(String::as_str);
+                self.put(&mut restoration, element, &value, owner);
             }
         }
         for (element, _) in &found.elements {
@@ -168,11 +181,11 @@ impl Plan {
                 drops.push((*element, self.why(*element, &then, &now)));
             }
         }
-        restoration.dropped = told(&drops, &then);
+        restoration.dropped.splice(0..0, told(&drops, &then));
         restoration
     }
 
-    fn put(&self, to: &mut Restoration, element: Element, value: &Value, same_owner: bool) {
+    fn put(&self, to: &mut Restoration, element: Element, value: &Value, owner: Option<&str>) {
         to.restored += 1;
         let (low, high) = element.0.range();
         let word = value.word.clamp(low, high);
@@ -182,16 +195,49 @@ impl Plan {
             return;
         };
         to.puts.push((Cell::Word(self.layout.word(Word::Acc(structure))), word));
-        if let Structure::Sensaphone(n) = structure {
+        if let Structure::Sensaphone(n) = structure
+            && self.takes_preset(to, element, value.preset, owner)
+        {
             to.puts.push((Cell::Word(self.layout.word(Word::Pre(n))), value.preset));
         }
         // Flags are the structure's, what follows them is its owner's.
         let flags = if element.0 == Kind::N { 5 } else { 4 };
+        let same_owner = owner.is_some() && owner == self.owners.get(&element).map(String::as_str);
         let kept = if same_owner { RECORD_BYTES } else { flags };
         let cells = self.layout.record_bits(structure);
         for (cell, bit) in cells.zip(value.record).take(kept) {
             to.puts.push((Cell::Bit(BitCell(cell)), i32::from(bit)));
         }
+    }
+
+    /// Whether a Sensaphone counter has its PRE from the image: not where the ladder has stated
+    /// another constant since, which is what its author wants.
+    fn takes_preset(
+        &self,
+        to: &mut Restoration,
+        element: Element,
+        value: i32,
+        owner: Option<&str>,
+    ) -> bool {
+        let now = self.owners.get(&element).and_then(|now| preset(now));
+        let Some(Preset::Constant(now)) = now else { return true };
+        let what = format!("{}.PRE", address(element));
+        let from = match owner.and_then(preset) {
+            Some(Preset::Constant(then)) if then == now => return true,
+            Some(Preset::Constant(then)) => format!("{then} in the ladder then"),
+            Some(Preset::Location) => "from a location then".to_owned(),
+            None => {
+                if value != now {
+                    to.notes.push(format!("{what} is restored as {value}, the ladder says {now}"));
+                }
+                return true;
+            }
+        };
+        if value != now {
+            let why = format!("it was {value}, {from}, and is {now} now");
+            to.dropped.push(Dropped { what, why });
+        }
+        false
     }
 
     /// Why an element of the image is given to nothing.
@@ -210,6 +256,21 @@ impl Plan {
             (None, Some(tag)) if here => format!("it had no tag, and is `{tag}` now"),
             _ => "it is not retained any more".to_owned(),
         }
+    }
+}
+
+/// A value as a stop would have left it.
+fn terminate(element: Element, found: &Content, value: &mut Value) {
+    if element.0 == Kind::N {
+        // The count stays; the enable bits and histories are of a rung that is false.
+        let enabled_and_histories = [0, 1, 5, 6, 7];
+        enabled_and_histories.into_iter().for_each(|at| value.record[at] = 0);
+    }
+    if found.terminated.contains(&element) {
+        value.word = 0;
+        // Reset and Zero. A preset that is the reset value is known where its owner still is, and
+        // that is terminated anew in any case.
+        value.record = [0, 1, 1, 0, 0, 0, 0, 0];
     }
 }
 
@@ -289,8 +350,22 @@ fn holds(run: &Run, element: Element) -> bool {
     run.kind == element.0 && (run.first..run.first + run.count).contains(&element.1)
 }
 
-/// Ranges in order, without overlaps.
-fn runs(ranges: &[Range]) -> Vec<Run> {
+/// Ranges in order, without overlaps, divided by what a stop terminates.
+fn runs(ranges: &[Range], terminated: &HashSet<Element>) -> Vec<Run> {
+    let mut divided: Vec<Run> = Vec::new();
+    for run in merged(ranges) {
+        for number in run.first..run.first + run.count {
+            let is = terminated.contains(&(run.kind, number));
+            match divided.last_mut() {
+                Some(last) if number > run.first && last.terminated == is => last.count += 1,
+                _ => divided.push(Run { first: number, count: 1, terminated: is, ..run }),
+            }
+        }
+    }
+    divided
+}
+
+fn merged(ranges: &[Range]) -> Vec<Run> {
     let mut all: Vec<(Kind, u32, u32)> =
         ranges.iter().filter_map(|r| Some((kind_of(r.space)?, r.first, r.last))).collect();
     all.sort_unstable();
@@ -303,7 +378,7 @@ fn runs(ranges: &[Range]) -> Vec<Run> {
             run.count = run.count.max(last + 1 - run.first);
             continue;
         }
-        runs.push(Run { kind, first, count: last + 1 - first });
+        runs.push(Run { kind, first, count: last + 1 - first, terminated: false });
     }
     runs
 }
@@ -324,7 +399,7 @@ fn kind_of(space: Space) -> Option<Kind> {
     })
 }
 
-fn element_of(at: Address) -> Option<Element> {
+pub(super) fn element_of(at: Address) -> Option<Element> {
     Some(match at {
         Address::Bit(Bit::Space(space, n)) => (kind_of(Space::Bit(space))?, n),
         Address::Word(Word::Space(space, n)) => (kind_of(Space::Word(space))?, n),
@@ -356,32 +431,4 @@ fn structure(kind: Kind, n: u32) -> Structure {
         Kind::T => Structure::Timer(n),
         _ => Structure::Sensaphone(n),
     }
-}
-
-/// The owners of structures: `UDCG in Main`; of a Sensaphone counter, each that counts.
-fn owners(program: &Program) -> Vec<(String, Element)> {
-    let mut owners: Vec<(String, Element)> = Vec::new();
-    for block in &program.blocks {
-        let stages = block.stages.iter().flat_map(|stage| &stage.rungs);
-        for instruction in block.rungs.iter().chain(stages).flat_map(instructions) {
-            let Some(ArgValue::Structure(at)) = instruction.args.first().map(|arg| arg.value)
-            else {
-                continue;
-            };
-            let Some(element) = element_of(Address::Structure(at)) else { continue };
-            if !instruction.mnemonic.owns_structure() {
-                continue;
-            }
-            let own = format!("{} in {}", instruction.mnemonic.spec().name, block.name);
-            match owners.iter_mut().find(|(_, other)| *other == element) {
-                Some((text, _)) => *text = format!("{text}, {own}"),
-                None => owners.push((own, element)),
-            }
-        }
-    }
-    owners
-}
-
-fn instructions(rung: &Rung) -> impl Iterator<Item = &crate::resolve::program::Instruction> {
-    rung.body.iter().chain(rung.branches.iter().flat_map(|branch| &branch.body))
 }

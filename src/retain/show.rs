@@ -47,8 +47,11 @@ fn slot_text(slot: &Result<Stamp, BadSlot>) -> String {
     match slot {
         Err(bad) => bad.to_string(),
         Ok(stamp) => {
-            let end =
-                if stamp.flags & FLAG_FINAL != 0 { "behind an orderly stop" } else { "in RUN" };
+            let end = if stamp.flags & FLAG_FINAL != 0 {
+                "behind an orderly stop"
+            } else {
+                "without an orderly stop"
+            };
             let (sequence, scan) = (stamp.sequence, stamp.scan);
             format!("image {sequence} of scan {scan}, {end}, {}", utc(stamp.saved_ms))
         }
@@ -120,6 +123,15 @@ pub fn utc(ms: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_kept_before_a_stop_may_be_of_run_or_of_a_fault() {
+        let stamp = Stamp { sequence: 3, scan: 9, saved_ms: 0, flags: 0 };
+        let said = |flags| slot_text(&Ok(Stamp { flags, ..stamp }));
+        let when = "1970-01-01 00:00:00 UTC";
+        assert_eq!(said(0), format!("image 3 of scan 9, without an orderly stop, {when}"));
+        assert_eq!(said(FLAG_FINAL), format!("image 3 of scan 9, behind an orderly stop, {when}"));
+    }
 
     #[test]
     fn a_time_of_day() {

@@ -13,8 +13,10 @@ use std::io;
 use super::device::{Device, read_all, write_all};
 use super::format::{
     BLOCK_BYTES, BadHeader, BadSlot, Geometry, HEADER_COPIES, Stamp, header, put_slot, read_header,
-    read_slot,
+    read_slot, slot_bytes,
 };
+
+const NOT_OURS: &str = "it is not what was written there";
 
 /// A device with slots.
 pub struct Slots<D> {
@@ -149,8 +151,7 @@ impl<D: Device> Slots<D> {
             self.open_anew()?;
         } else if read_geometry(&mut self.device)? != Ok(self.geometry) {
             // Emptied or written over by somebody: what is durable now would not be found again.
-            let message = "it is not what was written there";
-            return Err(io::Error::new(io::ErrorKind::NotFound, message));
+            return Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS));
         }
         let slot = self.next_slot();
         // Nobody writes so many images; a file from elsewhere may say that somebody did.
@@ -170,6 +171,48 @@ impl<D: Device> Slots<D> {
         self.held[slot] = stamp.sequence;
         self.durable = Some(slot);
         Ok((stamp, self.buffer.len()))
+    }
+
+    /// Whether an image that was written is still there for who looks for it by name: the file is
+    /// whole, and the slot reads back.
+    ///
+    /// # Errors
+    /// `NotFound`: it is another file, or none, or not whole; else the device's.
+    pub fn has(&mut self, stamp: &Stamp, content: &[u8]) -> io::Result<bool> {
+        let read = self.read_back(stamp, content);
+        self.doubted |= read.is_err();
+        read
+    }
+
+    fn read_back(&mut self, stamp: &Stamp, content: &[u8]) -> io::Result<bool> {
+        self.device.in_place()?;
+        let whole = self.device.size()? >= self.geometry.file_bytes();
+        if !whole || read_geometry(&mut self.device)? != Ok(self.geometry) {
+            return Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS));
+        }
+        let Some(slot) = self.durable else { return Ok(false) };
+        self.buffer.resize(slot_bytes(content.len()), 0);
+        let at = self.geometry.slot_at(slot);
+        let count = read_all(&mut self.device, at, &mut self.buffer)?;
+        Ok(read_slot(&self.buffer[..count], self.geometry.id) == Ok((*stamp, content)))
+    }
+
+    /// Whether a write failed, so that nobody knows which image a start would find.
+    pub fn is_doubted(&self) -> bool {
+        self.doubted
+    }
+
+    /// What is found on the device now.
+    ///
+    /// # Errors
+    /// The device's; `NotFound`: it is not ours any more.
+    pub fn newest(&mut self) -> io::Result<Option<Found>> {
+        self.device.in_place()?;
+        match survey(&mut self.device) {
+            Ok(survey) => Ok(survey.newest),
+            Err(Unusable::Io(error)) => Err(error),
+            Err(Unusable::Header(_)) => Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS)),
+        }
     }
 
     /// The slot whose image is worth least, of those that may be written.

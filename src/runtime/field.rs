@@ -20,7 +20,7 @@ use super::exchange::{Mode, Snapshot};
 use super::latest::{Reader, Writer, latest};
 use super::link::Safe;
 use super::local::LocalSide;
-pub use super::local::{Local, LocalFailure, LocalLine};
+pub use super::local::{Exchanged, Local, LocalFailure, LocalLine};
 use super::machine::Machine;
 use super::record::{DeviceEdge, What};
 use crate::engine::{BitCell, Cell, WordCell};

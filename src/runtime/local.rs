@@ -56,8 +56,23 @@ pub enum LocalFailure {
 struct Word {
     /// 0: in use, or none was given, or it was told; else why it was let go of.
     failure: AtomicU64,
+    /// How many exchanges succeeded so far.
+    exchanges: AtomicU64,
+    /// How long the last one took, ns.
+    last_ns: AtomicU64,
     /// The slowest exchange so far, ns.
     slowest_ns: AtomicU64,
+}
+
+/// What the scan has exchanged with a local device so far, be it opened anew in between.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Exchanged {
+    /// How many reads and writes succeeded.
+    pub count: u64,
+    /// How long the last one took, in nanoseconds.
+    pub last_ns: u64,
+    /// How long the slowest one took, in nanoseconds.
+    pub slowest_ns: u64,
 }
 
 /// The scan's side.
@@ -144,9 +159,12 @@ impl LocalLine {
         values
     }
 
-    /// The slowest exchange so far, in nanoseconds.
-    pub fn slowest_ns(&self) -> u64 {
-        self.word.slowest_ns.load(Ordering::Relaxed)
+    /// What has been exchanged so far.
+    pub fn exchanged(&self) -> Exchanged {
+        let Word { exchanges, last_ns, slowest_ns, .. } = &*self.word;
+        let [count, last_ns, slowest_ns] =
+            [exchanges, last_ns, slowest_ns].map(|word| word.load(Ordering::Relaxed));
+        Exchanged { count, last_ns, slowest_ns }
     }
 
     /// What makes its outputs safe from outside.
@@ -287,7 +305,11 @@ impl LocalSide {
             Ok(()) if self.late[what] >= LATE_MAX => {
                 LocalFailure::Late { took_us: u32::try_from(took_ns / 1000).unwrap_or(u32::MAX) }
             }
-            Ok(()) => return true,
+            Ok(()) => {
+                self.word.last_ns.store(took_ns, Ordering::Relaxed);
+                self.word.exchanges.fetch_add(1, Ordering::Relaxed);
+                return true;
+            }
         };
         self.let_go();
         self.word.failure.store(failure.encode(), Ordering::Release);

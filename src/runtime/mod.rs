@@ -340,7 +340,9 @@ fn run_monitor<O: Observer>(mut monitor: Monitor<O>) {
     }
 }
 
-/// Half a period, so that what waits for a scan hears of it soon; at least 1 ms, at most 10.
+/// A quarter of a period, so that outputs leave and writes are answered soon behind a scan; at
+/// least 250 us, at most 10 ms.
 fn turn_time(period_ns: u64) -> Duration {
-    Duration::from_nanos(period_ns / 2).clamp(Duration::from_millis(1), Duration::from_millis(10))
+    let quarter = Duration::from_nanos(period_ns / 4);
+    quarter.clamp(Duration::from_micros(250), Duration::from_millis(10))
 }

@@ -170,6 +170,7 @@ pub const CONTROLLER: &[Key] = &[
         r#"{"enum":["none","even","odd"]}"#,
     ),
     key(FIELD, "stop-bits", "`modbus-rtu`: 1 if not given, without parity 2."),
+    key(FIELD, "echo", "`modbus-rtu`: its adapter sends requests back; false if not given."),
     key(FIELD, "unit", "Modbus: the unit of rows that name none; 1 if not given."),
     limited(
         key(FIELD, "timeout", "Modbus: an answer is whole by then; 200ms if not given."),

@@ -178,8 +178,13 @@ fn act(stream: &mut (impl Read + Write), lie: Lie, answer: &[u8]) -> bool {
 /// One exchange, which is over in bounded time whatever the peer does.
 pub async fn exchange<L: Link>(client: &mut Client<L>) -> Result<[i32; 2], Trouble> {
     let mut inputs = [-1; 2];
-    let exchange = Exchange { occasion: Occasion::Poll, outputs: &[1], inputs: &mut inputs };
-    timeout(BOUND, client.exchange(exchange)).await.expect("bounded time").map(|()| inputs)
+    let exchange = poll(&[1], &mut inputs);
+    timeout(BOUND, client.exchange(exchange)).await.expect("bounded time").map(|_| inputs)
+}
+
+/// An exchange of a poll, in which nothing is urgent.
+pub fn poll<'a>(outputs: &'a [i32], inputs: &'a mut [i32]) -> Exchange<'a> {
+    Exchange { occasion: Occasion::Poll, outputs, inputs, is_urgent: &|| false }
 }
 
 /// A pty: the peer's end, and the path of the client's.

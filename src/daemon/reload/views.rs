@@ -33,7 +33,7 @@ impl Views {
             maps.insert(generation, modbus::Map::new(settings, layout, limits));
         }
         if let Some(retention) = &self.about.retention {
-            // Where nothing is to be retained any more, the next image is empty.
+            // Where nothing is to be retained any more, nothing is written: the last image stays.
             let nothing = || Plan::new(&[], &Program::default(), &setup.symbols);
             let plan = setup.retain.as_ref().map_or_else(nothing, |wanted| wanted.plan.clone());
             retention.plans.insert(generation, plan);

@@ -2,7 +2,9 @@
 //!
 //! A new driver is one file that implements [`Driver`] (or, for lines that answer at once,
 //! `runtime::field::Local`); the recipe is in `CONTRIBUTING.md`. It may wait, but for no longer
-//! than its own time limit; it has no clock of exchanges, no log and no memory of modes.
+//! than its own time limit; it has no clock of exchanges, no log and no memory of modes. Whose
+//! exchange takes many requests looks between two of them whether it [is urgent](Exchange) to
+//! write, and ends in part; who answers by one never has to.
 
 use std::fmt;
 use std::future::Future;
@@ -13,7 +15,8 @@ pub enum Occasion {
     /// No scan is complete yet: read all inputs, so that the first scan sees them. Nothing is
     /// written, and no watchdog is fed.
     First,
-    /// `poll` is over: write what changed or is due, feed a watchdog, read all inputs.
+    /// `poll` is over, or the exchange before it ended in part: write what changed or is due, feed
+    /// a watchdog, read all inputs that are not read yet.
     Poll,
     /// An output changed: write what changed. Inputs are not looked at.
     Change,
@@ -21,8 +24,17 @@ pub enum Occasion {
     Last,
 }
 
+/// How far an exchange came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Done {
+    /// To its end.
+    Whole,
+    /// Some inputs are not read yet, since something else was urgent. The next one, at once, goes
+    /// on from there; each reads at least something, so that all are read in the end.
+    Part,
+}
+
 /// One exchange, as a driver is asked for it.
-#[derive(Debug)]
 pub struct Exchange<'a> {
     /// Why.
     pub occasion: Occasion,
@@ -32,6 +44,9 @@ pub struct Exchange<'a> {
     /// only if the exchange succeeds, and then all together. Values beyond what the memory holds
     /// are brought to its nearest.
     pub inputs: &'a mut [i32],
+    /// Whether other outputs than these are to be written by now, or the end has come: inputs that
+    /// are not read yet have time.
+    pub is_urgent: &'a (dyn Fn() -> bool + Send + Sync),
 }
 
 /// Why an exchange failed.
@@ -49,11 +64,12 @@ pub trait Driver: Send + 'static {
     /// exchange writes all outputs.
     fn connect(&mut self) -> impl Future<Output = Result<(), Trouble>> + Send;
 
-    /// Exchanges once. An error leaves the scan's inputs as they were.
+    /// Exchanges once. An error leaves the scan's inputs as they were. At the end it may be
+    /// abandoned at any point where it waits; `disconnect` follows then.
     fn exchange(
         &mut self,
         exchange: Exchange<'_>,
-    ) -> impl Future<Output = Result<(), Trouble>> + Send;
+    ) -> impl Future<Output = Result<Done, Trouble>> + Send;
 
     /// Lets go of the peer.
     fn disconnect(&mut self);

@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use tracing::error;
 
+use crate::runtime::field::Exchanged;
+
 /// How a device is. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Health {
@@ -41,6 +43,8 @@ pub struct Reading {
     pub took: Duration,
     /// How long the slowest one took.
     pub took_max: Duration,
+    /// It is open, for the scan itself to exchange; not said of a device beside the scan.
+    pub is_open: bool,
     /// Why the last one failed; nothing once one has succeeded again.
     pub trouble: Option<String>,
 }
@@ -58,9 +62,10 @@ impl Health {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Whether an exchange has succeeded since the start.
+    /// Whether an exchange has succeeded since the start, or the first scan's will.
     pub fn has_exchanged(&self) -> bool {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner).exchanges > 0
+        let reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        reading.exchanges > 0 || reading.is_open
     }
 
     /// Whether a line of trouble may be written, and what it adds of those that were not.
@@ -92,6 +97,15 @@ impl Health {
         reading.trouble.take()
     }
 
+    /// It is open, and the scan has exchanged so much by now.
+    pub(super) fn open(&self, exchanged: Exchanged) {
+        let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        (reading.is_open, reading.exchanges) = (true, exchanged.count);
+        reading.took = Duration::from_nanos(exchanged.last_ns);
+        reading.took_max = Duration::from_nanos(exchanged.slowest_ns);
+        reading.trouble = None;
+    }
+
     /// Its task is gone, for this reason: nothing is exchanged any more.
     pub fn end(&self, reason: &str) {
         self.bad(reason);
@@ -104,6 +118,7 @@ impl Health {
     pub(super) fn bad(&self, reason: &str) -> bool {
         let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
         reading.failures += 1;
+        reading.is_open = false;
         let is_news = reading.trouble.as_deref() != Some(reason);
         reading.trouble = Some(reason.to_owned());
         is_news

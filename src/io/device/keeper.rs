@@ -66,7 +66,7 @@ impl Keeper {
             } else if !open {
                 self.open_again().await;
             } else {
-                self.health.good(Duration::from_nanos(self.line.slowest_ns()));
+                self.health.open(self.line.exchanged());
             }
         }
         self.line.rescue().make_safe(&self.port.latest());
@@ -87,7 +87,7 @@ impl Keeper {
             return self.tell_trouble("the scan thread takes no device");
         }
         self.retry.reset();
-        self.health.good(Duration::ZERO);
+        self.health.open(self.line.exchanged());
         if let Some(since) = self.troubled.take() {
             let (reading, lasted_ms) = (self.health.reading(), since.elapsed().as_millis() as u64);
             let (device, peer) = (&reading.name, &reading.peer);

@@ -11,7 +11,7 @@ mod keeper;
 mod retry;
 mod task;
 
-pub use driver::{Driver, Exchange, Occasion, Trouble};
+pub use driver::{Done, Driver, Exchange, Occasion, Trouble};
 pub use health::{Health, Reading};
 pub use keeper::{Keeper, Opener};
 pub(super) use retry::Retry;

@@ -11,6 +11,7 @@ mod tests;
 
 use std::io;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::device::Opener;
 use crate::resolve::device::gpio::{At, Chip as Wanted, Gpio as Settings, Line, Setting};
@@ -96,6 +97,8 @@ pub struct Gpio<C> {
 struct Group {
     lines: Box<dyn Lines>,
     points: Vec<usize>,
+    /// Of inputs, what was read last: a place that needs no allocation in the scan.
+    bits: AtomicU64,
 }
 
 /// All lines of a device.
@@ -186,7 +189,7 @@ fn groups(
         let values = values.map(|values| packed(&points, values));
         let request = Request { offsets: &offsets, setting, values };
         let lines = chip.request(&request).map_err(|error| refused(chip, &offsets, error))?;
-        Ok(Group { lines, points })
+        Ok(Group { lines, points, bits: AtomicU64::new(0) })
     };
     alike.into_iter().map(ask).collect()
 }
@@ -220,8 +223,12 @@ fn packed(points: &[usize], values: &[i32]) -> u64 {
 
 impl Local for Opened {
     fn read(&self, inputs: &mut [i32]) -> Result<(), i32> {
-        for Group { lines, points } in &self.inputs {
-            let bits = lines.get()?;
+        // All of them first: where one fails, the scan sees none of the others' new values.
+        for Group { lines, bits, .. } in &self.inputs {
+            bits.store(lines.get()?, Ordering::Relaxed);
+        }
+        for Group { points, bits, .. } in &self.inputs {
+            let bits = bits.load(Ordering::Relaxed);
             for (bit, at) in points.iter().enumerate() {
                 inputs[*at] = (bits >> bit & 1) as i32;
             }
@@ -231,7 +238,7 @@ impl Local for Opened {
 
     fn write(&self, outputs: &[i32]) -> Result<(), i32> {
         // All of them, also where one fails: what can be made safe is.
-        let set = |Group { lines, points }: &Group| lines.set(packed(points, outputs));
+        let set = |Group { lines, points, .. }: &Group| lines.set(packed(points, outputs));
         self.outputs.iter().map(set).fold(Ok(()), Result::and)
     }
 }

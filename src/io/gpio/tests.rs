@@ -19,6 +19,8 @@ struct State {
     /// What was asked for: lines, setting, first values.
     asked: Vec<(Vec<u32>, Setting, Option<u64>)>,
     gone: bool,
+    /// A line whose request fails from now on.
+    broken: Option<u32>,
 }
 
 struct Taken {
@@ -85,7 +87,7 @@ impl Chip for Fake {
 impl Lines for Taken {
     fn get(&self) -> Result<u64, i32> {
         let state = self.chip.state();
-        if state.gone {
+        if state.gone || state.broken.is_some_and(|line| self.offsets.contains(&line)) {
             return Err(libc::ENODEV);
         }
         let level = |offset| state.levels.get(offset).copied().unwrap_or(false);
@@ -228,4 +230,20 @@ fn a_chip_that_is_unplugged_says_so_by_number() {
     chip.state().gone = true;
     assert_eq!(opened.read(&mut [0]), Err(libc::ENODEV));
     assert_eq!(opened.write(&[1]), Err(libc::ENODEV));
+}
+
+#[test]
+fn a_read_that_fails_in_its_second_request_moves_no_input() {
+    let chip = Fake::of(8);
+    let low = Setting { active_low: true, ..Setting::default() };
+    let inputs = vec![plain(1), with(2, low)];
+    let opened = device(&chip, inputs, vec![]).open(&[]).unwrap();
+    let mut read = [0, 0];
+    chip.state().levels.insert(1, true);
+    chip.state().broken = Some(2);
+    assert_eq!(opened.read(&mut read), Err(libc::ENODEV));
+    assert_eq!(read, [0, 0]);
+    chip.state().broken = None;
+    opened.read(&mut read).unwrap();
+    assert_eq!(read, [1, 1]);
 }

@@ -4,7 +4,8 @@
 //! as can be; and writes again where the watchdog may have run out. Several units may stand behind
 //! one link: one that refuses or is silent does not keep the others from their outputs, though the
 //! exchange as a whole has failed. A silent one is asked once more soon, then ever less often, and
-//! has all its outputs when it is back.
+//! has all its outputs when it is back. Reads may take long: where outputs or the watchdog cannot
+//! wait, the exchange ends in part, and the next one goes on from there.
 
 use std::fmt;
 use std::time::Duration;
@@ -16,13 +17,15 @@ use super::link::{Failure, Link};
 use super::outputs::{self, Run};
 use super::plan::{self, Group};
 use super::request::{push_read, push_write_multiple, push_write_single};
-use crate::io::device::{Driver, Exchange, Occasion, Retry, Trouble};
+use crate::io::device::{Done, Driver, Exchange, Occasion, Retry, Trouble};
 use crate::resolve::device::modbus::{self as settings, Table, Watchdog, Writes};
 
 /// A Modbus device.
 pub struct Client<L> {
     talk: Talk<L>,
     groups: Vec<Group>,
+    /// Which of them is read next; at 0 all inputs are read anew.
+    next: usize,
     runs: Vec<Run>,
     writes: Writes,
     write_every: Option<Duration>,
@@ -51,9 +54,12 @@ struct Talk<L> {
 
 struct Unit {
     number: u8,
-    /// The first trouble of this exchange, or of the one before it.
+    /// It was silent, or refused a write: the first such trouble of this exchange, or of the one
+    /// before it.
     trouble: Option<String>,
-    /// The exchange before this one had trouble.
+    /// The first reason why inputs of it are missing, since the first group was read.
+    unread: Option<String>,
+    /// It was silent, or refused a write, in the exchange before this one.
     was_troubled: bool,
     /// Not asked any more in this exchange.
     is_left: bool,
@@ -91,6 +97,7 @@ impl<L: Link> Client<L> {
         Client {
             talk: Talk { link, units, request: Vec::new(), answer: Vec::new(), pause },
             groups,
+            next: 0,
             runs,
             writes: settings.writes,
             write_every: (!every.is_zero()).then_some(every),
@@ -159,34 +166,61 @@ impl<L: Link> Client<L> {
         self.write(Occasion::Change, outputs).await
     }
 
-    async fn read(&mut self, inputs: &mut [i32]) -> Result<(), Trouble> {
-        for group in &self.groups {
+    /// Reads on from where the exchange before this one ended; at least a group, or groups whose
+    /// order comes round every time would never be read.
+    async fn read(
+        &mut self,
+        inputs: &mut [i32],
+        is_urgent: &(dyn Fn() -> bool + Send + Sync),
+    ) -> Result<Done, Trouble> {
+        while let Some(group) = self.groups.get(self.next) {
             let Group { unit, table, first, count, .. } = *group;
             self.talk.request.clear();
             push_read(&mut self.talk.request, table, (first, count));
-            let what = What { verb: "reading", unit, table, first, count };
-            let Some(data) = self.talk.ask(&what).await? else { continue };
-            if !group.bring_in(data, inputs) {
-                self.talk.unit(unit).note(format!("{what}: an f32 is no number"));
+            let what = What { verb: READING, unit, table, first, count };
+            match self.talk.ask(&what).await? {
+                None => self.talk.unit(unit).leave_unread(),
+                Some(data) => {
+                    if !group.bring_in(data, inputs) {
+                        let trouble = format!("{what}: an f32 is no number");
+                        self.talk.unit(unit).unread.get_or_insert(trouble);
+                    }
+                }
+            }
+            self.next += 1;
+            if self.next < self.groups.len() && (is_urgent() || self.is_feeding_due()) {
+                return Ok(Done::Part);
             }
         }
-        Ok(())
+        self.next = 0;
+        Ok(Done::Whole)
+    }
+
+    fn is_feeding_due(&self) -> bool {
+        let due = self.feeding.as_ref().and_then(|feeding| feeding.due);
+        due.is_some_and(|due| due <= Instant::now())
     }
 
     /// What the exchange comes to: the first unit's trouble.
-    fn verdict(&mut self) -> Result<(), Trouble> {
+    fn verdict(&mut self, done: Done, occasion: Occasion) -> Result<Done, Trouble> {
         for run in &mut self.runs {
             // It may have been without power.
             if self.talk.unit(run.unit).is_left {
                 run.forget();
             }
         }
-        match self.talk.units.iter().find_map(|unit| unit.trouble.clone()) {
+        let has_read = matches!(occasion, Occasion::Poll | Occasion::First) && done == Done::Whole;
+        let unread = |unit: &Unit| unit.unread.clone().filter(|_| has_read);
+        let trouble = |unit: &Unit| unit.trouble.clone().or_else(|| unread(unit));
+        match self.talk.units.iter().find_map(trouble) {
             Some(reason) => Err(Trouble::kept(reason)),
-            None => Ok(()),
+            None => Ok(done),
         }
     }
 }
+
+/// What a question is called that asks for inputs.
+const READING: &str = "reading";
 
 async fn write_run<L: Link>(
     talk: &mut Talk<L>,
@@ -216,29 +250,29 @@ impl<L: Link> Driver for Client<L> {
         self.talk.link.connect().await?;
         self.runs.iter_mut().for_each(Run::forget);
         self.talk.units.iter_mut().for_each(Unit::begin_anew);
-        self.all_due = None;
+        (self.all_due, self.next) = (None, 0);
         if let Some(feeding) = &mut self.feeding {
             feeding.due = None;
         }
         Ok(())
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<(), Trouble> {
-        let Exchange { occasion, outputs, inputs } = exchange;
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
+        let Exchange { occasion, outputs, inputs, is_urgent } = exchange;
         let now = Instant::now();
-        self.talk.units.iter_mut().for_each(|unit| unit.begin(occasion, now));
-        if occasion == Occasion::First {
-            self.read(inputs).await?;
-            return self.verdict();
+        let is_anew = self.next == 0;
+        self.talk.units.iter_mut().for_each(|unit| unit.begin(occasion, now, is_anew));
+        if occasion != Occasion::First {
+            self.write(occasion, outputs).await?;
         }
-        self.write(occasion, outputs).await?;
-        if occasion == Occasion::Poll {
-            if self.feed().await? {
-                self.write_again(outputs).await?;
-            }
-            self.read(inputs).await?;
+        if occasion == Occasion::Poll && self.feed().await? {
+            self.write_again(outputs).await?;
         }
-        self.verdict()
+        let done = match occasion {
+            Occasion::First | Occasion::Poll => self.read(inputs, is_urgent).await?,
+            Occasion::Change | Occasion::Last => Done::Whole,
+        };
+        self.verdict(done, occasion)
     }
 
     fn disconnect(&mut self) {
@@ -275,6 +309,11 @@ impl<L: Link> Talk<L> {
                 self.unit(what.unit).miss(format!("{what}: {reason}"), pause);
                 return Ok(None);
             }
+            // Asked further: a read shows whether it is there.
+            Err(Failure::Doubtful(reason)) => {
+                self.unit(what.unit).trouble.get_or_insert(format!("{what}: {reason}"));
+                return Ok(None);
+            }
             Ok(()) => {}
         }
         match answer::check(&self.request, &self.answer).map(|data| data.len()) {
@@ -289,7 +328,10 @@ impl<L: Link> Talk<L> {
             }
             Err(wrong @ Wrong::Exception(_)) => {
                 self.unit(what.unit).found();
-                self.unit(what.unit).note(format!("{what}: {wrong}"));
+                let unit = self.unit(what.unit);
+                // One that refuses a read takes its outputs all the same.
+                let noted = if what.verb == READING { &mut unit.unread } else { &mut unit.trouble };
+                noted.get_or_insert(format!("{what}: {wrong}"));
                 Ok(None)
             }
             // It may have been to an earlier question, and the right one on its way.
@@ -307,6 +349,7 @@ impl Unit {
         Unit {
             number,
             trouble: None,
+            unread: None,
             was_troubled: false,
             is_left: false,
             absences: 0,
@@ -320,7 +363,8 @@ impl Unit {
     }
 
     /// Before an exchange: a unit in trouble is asked when inputs are due, not at every change.
-    fn begin(&mut self, occasion: Occasion, now: Instant) {
+    /// `is_anew`: inputs are read from the first on.
+    fn begin(&mut self, occasion: Occasion, now: Instant, is_anew: bool) {
         self.was_troubled = self.trouble.is_some();
         self.is_left = match occasion {
             Occasion::Change => self.was_troubled,
@@ -330,15 +374,21 @@ impl Unit {
         if !self.is_left {
             self.trouble = None;
         }
+        if is_anew {
+            self.unread = None;
+        }
     }
 
-    fn note(&mut self, trouble: String) {
-        self.trouble.get_or_insert(trouble);
+    /// Inputs of it were not read.
+    fn leave_unread(&mut self) {
+        if self.unread.is_none() {
+            self.unread.clone_from(&self.trouble);
+        }
     }
 
     /// It did not answer.
     fn miss(&mut self, trouble: String, pause: Duration) {
-        self.note(trouble);
+        self.trouble.get_or_insert(trouble);
         self.is_left = true;
         self.absences += 1;
         let wait = if self.absences > 1 { self.retry.next() } else { Duration::ZERO };

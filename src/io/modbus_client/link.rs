@@ -9,6 +9,8 @@ use crate::io::device::Trouble;
 pub enum Failure {
     /// None came, or none that fits; the link itself is as good as before.
     Silent(String),
+    /// What came may be the answer, or not; the unit may be there.
+    Doubtful(String),
     /// The link is of no use any more.
     Broken(String),
 }

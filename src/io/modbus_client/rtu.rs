@@ -1,8 +1,9 @@
 //! Frames of Modbus RTU: the CRC, and the answer among whatever a line brings.
 //!
 //! A frame is the unit, a PDU and a CRC; its end is not marked, but what a PDU says of itself tells
-//! how long it is. [`find`] looks for the answer at every byte, so that noise before it, or the
-//! request itself as some converters send it back, costs nothing. No bytes make it panic.
+//! how long it is. [`find`] looks for the answer at every byte, so that noise before it costs
+//! nothing. The request itself, as some adapters send it back, is taken off by [`behind_echo`], or
+//! told by [`hear`], since it can look like an answer. No bytes make them panic.
 
 /// Bytes of the longest frame: the unit, a PDU of 253, the CRC.
 pub const FRAME_BYTES_MAX: usize = 256;
@@ -40,24 +41,77 @@ pub fn frame(frame: &mut Vec<u8>, unit: u8, pdu: &[u8]) {
     frame.extend_from_slice(&crc(frame).to_le_bytes());
 }
 
+/// What a line brought so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard<'a> {
+    /// No answer yet.
+    Nothing,
+    /// The PDU of an answer.
+    Answer(&'a [u8]),
+    /// The request itself, which is no answer.
+    Echo,
+}
+
+/// Whether the right answer to a request is the request itself: of a write of one coil or register.
+/// Then an echo looks like an answer.
+pub fn is_answered_by_itself(request: &[u8]) -> bool {
+    matches!(request.first(), Some(5 | 6))
+}
+
+/// What a line brought that should not send requests back; `frame` is the request's. What may
+/// become an echo yet is nothing, until it `is_late`.
+pub fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
+    let Some((unit, request)) = parts(frame) else { return Heard::Nothing };
+    if is_answered_by_itself(request) {
+        return find(received, unit, request).map_or(Heard::Nothing, Heard::Answer);
+    }
+    for start in 0..received.len() {
+        let bytes = &received[start..];
+        if bytes.starts_with(frame) {
+            return Heard::Echo;
+        }
+        if frame.starts_with(bytes) && !is_late {
+            return Heard::Nothing;
+        }
+        if let Some(answer) = at_start(bytes, unit, request) {
+            return Heard::Answer(answer);
+        }
+    }
+    Heard::Nothing
+}
+
+/// What a line brought that sends requests back: behind the request's frame, which is first.
+pub fn behind_echo<'a>(received: &'a [u8], frame: &[u8]) -> Heard<'a> {
+    let behind = received.strip_prefix(frame).zip(parts(frame));
+    let answer = behind.and_then(|(received, (unit, request))| find(received, unit, request));
+    answer.map_or(Heard::Nothing, Heard::Answer)
+}
+
+/// The unit and the PDU of a frame.
+fn parts(frame: &[u8]) -> Option<(u8, &[u8])> {
+    let (unit, rest) = frame.split_first()?;
+    Some((*unit, rest.get(..rest.len().checked_sub(2)?)?))
+}
+
 /// The PDU of the first whole frame in which this unit answers this request: by the same function,
 /// or by an exception. What it says is not judged.
 pub fn find<'a>(received: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
+    (0..received.len()).find_map(|start| at_start(&received[start..], unit, request))
+}
+
+/// The same of a frame that is first.
+fn at_start<'a>(bytes: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
     let function = *request.first()?;
-    let from = |start: usize| {
-        let bytes = &received[start..];
-        let end = match *bytes {
-            [by, code, ..] if by == unit && code == function | 0x80 => 3,
-            [by, code, count, ..] if by == unit && code == function => match function {
-                1..=4 => 3 + usize::from(count),
-                _ => 6,
-            },
-            _ => return None,
-        };
-        let (body, sum) = (bytes.get(..end)?, bytes.get(end..end + 2)?);
-        (sum == crc(body).to_le_bytes()).then(|| &body[1..])
+    let end = match *bytes {
+        [by, code, ..] if by == unit && code == function | 0x80 => 3,
+        [by, code, count, ..] if by == unit && code == function => match function {
+            1..=4 => 3 + usize::from(count),
+            _ => 6,
+        },
+        _ => return None,
     };
-    (0..received.len()).find_map(from)
+    let (body, sum) = (bytes.get(..end)?, bytes.get(end..end + 2)?);
+    (sum == crc(body).to_le_bytes()).then(|| &body[1..])
 }
 
 #[cfg(test)]
@@ -110,7 +164,65 @@ mod tests {
         assert_eq!(find(&framed(1, &[4, 2, 0, 7]), 1, &READ), None);
     }
 
+    #[test]
+    fn an_echo_is_told_whatever_it_looks_like() {
+        // With 3 as its high byte the address looks like a count of bytes.
+        for function in [1, 2, 3, 4] {
+            for at in 0..=0x03ff_u16 {
+                let [high, low] = at.to_be_bytes();
+                let request = framed(1, &[function, high, low, 0, 8]);
+                for end in 0..8 {
+                    assert_eq!(hear(&request[..end], &request, false), Heard::Nothing, "{at}");
+                }
+                assert_eq!(hear(&request, &request, false), Heard::Echo, "{at}");
+                let noisy = [&[0xff, 0], &request[..]].concat();
+                assert_eq!(hear(&noisy, &request, false), Heard::Echo, "{at}");
+                assert_eq!(behind_echo(&request, &request), Heard::Nothing);
+            }
+        }
+    }
+
+    #[test]
+    fn behind_an_echo_is_the_answer() {
+        let answer = framed(1, &[3, 2, 0, 7]);
+        let read = framed(1, &READ);
+        let both = [&read[..], &answer].concat();
+        assert_eq!(behind_echo(&both, &read), Heard::Answer(&[3, 2, 0, 7]));
+        assert_eq!(hear(&both, &read, false), Heard::Echo);
+        assert_eq!(hear(&answer, &read, false), Heard::Answer(&[3, 2, 0, 7]));
+        assert_eq!(behind_echo(&answer, &read), Heard::Nothing, "no echo");
+        let write = framed(1, &[6, 0, 1, 0, 3]);
+        assert_eq!(behind_echo(&write, &write), Heard::Nothing);
+        let twice = [&write[..], &write].concat();
+        assert_eq!(behind_echo(&twice, &write), Heard::Answer(&[6, 0, 1, 0, 3]));
+    }
+
+    #[test]
+    fn an_answer_that_begins_as_its_request_does_is_taken_when_no_more_comes() {
+        // The request's first six bytes are a whole answer of one byte of data.
+        let (unit, at) = (0..=255u8)
+            .flat_map(|unit| (0..=255u8).map(move |at| (unit, at)))
+            .find(|(unit, at)| crc(&[*unit, 1, 1, *at]).to_le_bytes()[0] == 0)
+            .unwrap();
+        let [zero, count] = crc(&[unit, 1, 1, at]).to_le_bytes();
+        let mut request = Vec::new();
+        frame(&mut request, unit, &[1, 1, at, zero, count]);
+        assert_eq!(hear(&request[..6], &request, false), Heard::Nothing);
+        assert_eq!(hear(&request[..6], &request, true), Heard::Answer(&[1, 1, at]));
+        assert_eq!(hear(&request, &request, true), Heard::Echo);
+    }
+
     proptest! {
+        #[test]
+        fn any_bytes_are_heard_without_a_panic(
+            received in prop::collection::vec(any::<u8>(), 0..300),
+            frame in prop::collection::vec(any::<u8>(), 0..10),
+            is_late: bool,
+        ) {
+            let _ = hear(&received, &frame, is_late);
+            let _ = behind_echo(&received, &frame);
+        }
+
         #[test]
         fn any_bytes_are_searched_without_a_panic(
             received in prop::collection::vec(any::<u8>(), 0..300),

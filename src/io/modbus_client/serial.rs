@@ -3,7 +3,8 @@
 //! Several devices may be on one line: they share it ([`Lines`]), question by question. What the
 //! line brings between questions is thrown away before the next, so a late or wrong answer costs
 //! only itself, and the port stays open. A port that fails (an adapter unplugged) is closed at
-//! once and opened again by whoever connects next. Not done here: switching a transceiver's
+//! once and opened again by whoever connects next. An adapter that sends requests back is told from
+//! devices that answer: see [`Echo`]. Not done here: switching a transceiver's
 //! direction, which adapters and their kernel drivers do themselves.
 
 use std::collections::HashMap;
@@ -23,7 +24,7 @@ use tokio::time::{Instant, sleep_until, timeout_at};
 
 use super::answer::expected_bytes;
 use super::link::{Failure, Link};
-use super::rtu::{self, FRAME_BYTES_MAX};
+use super::rtu::{self, FRAME_BYTES_MAX, Heard};
 use crate::io::device::Trouble;
 use crate::resolve::device::modbus::{Parity, Serial};
 
@@ -54,6 +55,20 @@ struct Line {
     quiet_since: Instant,
     frame: Vec<u8>,
     received: Vec<u8>,
+    echo: Echo,
+}
+
+/// Whether the line sends requests back. Where that is not known, the answer to a write of one coil
+/// or register may be an echo: it is taken for an answer until any read has shown the echo, since a
+/// read is never answered by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Echo {
+    /// The settings say so: each request comes back first.
+    Wanted,
+    /// It does, as a read has shown, and the settings do not say so: no answer is to be trusted.
+    Seen,
+    /// It has not been seen.
+    Unseen,
 }
 
 impl Lines {
@@ -63,6 +78,25 @@ impl Lines {
         let new = || Arc::new(Mutex::new(Line::new(settings.clone())));
         let line = self.by_port.entry(port.clone()).or_insert_with(new);
         Rtu { line: Arc::clone(line), port, timeout }
+    }
+}
+
+impl Echo {
+    fn hear<'a>(self, received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
+        match self {
+            Echo::Wanted => rtu::behind_echo(received, frame),
+            Echo::Seen | Echo::Unseen => rtu::hear(received, frame, is_late),
+        }
+    }
+
+    /// What is known of it after a request.
+    fn after(self, request: &[u8], heard: Heard<'_>) -> Echo {
+        match (self, heard) {
+            (Echo::Wanted, _) => Echo::Wanted,
+            (_, Heard::Echo) => Echo::Seen,
+            (_, Heard::Answer(_)) if !rtu::is_answered_by_itself(request) => Echo::Unseen,
+            _ => self,
+        }
     }
 }
 
@@ -90,6 +124,13 @@ impl Link for Rtu {
                 answer.extend_from_slice(&pdu);
                 Ok(())
             }
+            Ok(None) if line.echo == Echo::Seen && !line.received.is_empty() => {
+                let failure = match rtu::is_answered_by_itself(request) {
+                    true => Failure::Doubtful,
+                    false => Failure::Silent,
+                };
+                Err(failure(ECHO_SEEN.to_owned()))
+            }
             Ok(None) => Err(Failure::Silent(line.why_none(self.timeout))),
             Err(error) => {
                 line.port = None;
@@ -110,7 +151,8 @@ impl Link for Rtu {
 impl Line {
     fn new(settings: Serial) -> Line {
         let (frame, received) = (Vec::new(), Vec::with_capacity(RECEIVED_MAX));
-        Line { settings, port: None, quiet_since: Instant::now(), frame, received }
+        let echo = if settings.echo { Echo::Wanted } else { Echo::Unseen };
+        Line { settings, port: None, quiet_since: Instant::now(), frame, received, echo }
     }
 
     /// How long so many bytes are on the wire.
@@ -140,17 +182,34 @@ impl Line {
             send(port, &self.frame).await?;
             while self.received.len() < RECEIVED_MAX {
                 receive(port, &mut self.received).await?;
-                if let Some(pdu) = rtu::find(&self.received, unit, request) {
-                    return Ok(Some(pdu.to_vec()));
+                if self.echo.hear(&self.received, &self.frame, false) != Heard::Nothing {
+                    break;
                 }
             }
-            Ok(None)
+            io::Result::Ok(())
         };
-        timeout_at(deadline, talk).await.unwrap_or(Ok(None))
+        let done = timeout_at(deadline, talk).await;
+        let is_late = done.is_err();
+        done.unwrap_or(Ok(()))?;
+        let heard = self.echo.hear(&self.received, &self.frame, is_late);
+        self.echo = self.echo.after(request, heard);
+        Ok(match heard {
+            Heard::Answer(pdu) if self.echo != Echo::Seen => Some(pdu.to_vec()),
+            _ => None,
+        })
     }
 
     fn why_none(&self, timeout: Duration) -> String {
         let limit = timeout.as_millis();
+        if self.echo == Echo::Wanted && !self.received.is_empty() {
+            return match self.received.starts_with(&self.frame) {
+                true if self.received.len() == self.frame.len() => {
+                    format!("no answer in {limit} ms")
+                }
+                true => format!("what came in {limit} ms is no whole, right answer"),
+                false => "the request did not come back first, as `echo = true` says".to_owned(),
+            };
+        }
         match self.received.len() {
             0 => format!("no answer in {limit} ms"),
             RECEIVED_MAX.. => "noise without an end where the answer should be".to_owned(),
@@ -158,6 +217,9 @@ impl Line {
         }
     }
 }
+
+/// Why answers are not trusted.
+const ECHO_SEEN: &str = "the line sends requests back: set `echo = true`";
 
 async fn send(port: &AsyncFd<OwnedFd>, mut bytes: &[u8]) -> io::Result<()> {
     while !bytes.is_empty() {

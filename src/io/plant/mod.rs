@@ -12,7 +12,7 @@ use std::time::Instant;
 
 pub use model::{Lost, Model};
 
-use super::device::{Driver, Exchange, Trouble};
+use super::device::{Done, Driver, Exchange, Trouble};
 use crate::resolve::device::simulated::Plant as Settings;
 
 /// A plant whose time is the machine's.
@@ -34,10 +34,13 @@ impl Driver for Plant {
         Ok(())
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<(), Trouble> {
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
         let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
         let stepped = self.model.step(now_ms, exchange.outputs, exchange.inputs);
-        stepped.map_err(|Lost| Trouble::kept("the plant does not answer, as a fault wants it"))
+        match stepped {
+            Ok(()) => Ok(Done::Whole),
+            Err(Lost) => Err(Trouble::kept("the plant does not answer, as a fault wants it")),
+        }
     }
 
     fn disconnect(&mut self) {}

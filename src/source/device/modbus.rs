@@ -29,6 +29,8 @@ pub struct Keys {
     pub parity: Option<Text>,
     /// `stop-bits`.
     pub stop_bits: Option<Located<i64>>,
+    /// `echo`: the adapter sends requests back.
+    pub echo: Option<Located<bool>>,
     /// `unit` of the rows that name none.
     pub unit: Option<Located<i64>>,
     /// `timeout`, ms: of one answer.
@@ -85,6 +87,7 @@ impl Keys {
             keys.baud = table.integer("baud", BAUDS);
             keys.parity = table.string("parity");
             keys.stop_bits = table.integer("stop-bits", (1, 2));
+            keys.echo = table.boolean("echo");
         }
         if belongs(driver, &DRIVERS) {
             keys.unit = table.integer("unit", UNITS);

@@ -72,6 +72,8 @@ pub struct Serial {
     pub parity: Parity,
     /// How many stop bits.
     pub stop_bits: u8,
+    /// Requests come back first, before their answers.
+    pub echo: bool,
 }
 
 /// The parity bit of a character.
@@ -266,7 +268,8 @@ fn serial(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link>
         findings.push(Finding::new(Code::Controller, port.span, message).help(help));
         return None;
     }
-    Some(Link::Serial(Serial { port: port.text.clone(), baud, parity, stop_bits }))
+    let echo = keys.echo.as_ref().is_some_and(|echo| echo.value);
+    Some(Link::Serial(Serial { port: port.text.clone(), baud, parity, stop_bits, echo }))
 }
 
 /// What is read of one device.
@@ -423,6 +426,10 @@ fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
         _ => format!("{count} points do not go with the {addresses} that `{memory}` names"),
     };
     let (first, last) = (stretch.first, stretch.first + addresses * width - 1);
+    let end = if stretch.is_bits_of_registers { ELEMENTS * 16 } else { ELEMENTS };
+    if last >= end {
+        return (message, Some(no_room(name, width, addresses, end)));
+    }
     let show = |at: u32| match stretch.is_bits_of_registers {
         true => format!("{}.{}", at / 16, at % 16),
         false => at.to_string(),
@@ -432,4 +439,26 @@ fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
         false => format!("write `{name} {}..{}`", show(first), show(last)),
     };
     (message, Some(help))
+}
+
+/// So many elements has a table.
+const ELEMENTS: u32 = 65_536;
+
+/// Where the last stretch could begin that has room for so many: `end` elements are there.
+fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
+    let what = match (width, addresses) {
+        (2, 1) => "a number of this type takes two registers".to_owned(),
+        (2, _) => format!("{addresses} numbers of this type take two registers each"),
+        _ => format!("{addresses} points take as many addresses"),
+    };
+    let wanted = addresses * width;
+    if wanted > end {
+        return format!("{what}, and a table has 65536");
+    }
+    let first = end - wanted;
+    let (first, last) = match end > ELEMENTS {
+        true => (format!("{}.{}", first / 16, first % 16), "65535.15".to_owned()),
+        false => (first.to_string(), "65535".to_owned()),
+    };
+    format!("{what}: the last that can be are `{name} {first}..{last}`")
 }

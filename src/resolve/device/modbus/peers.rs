@@ -133,7 +133,7 @@ fn two_ways(devices: &[Device]) -> Vec<Finding> {
             let message = format!("`{}` wants `{}` in another way", device.name, line.port);
             let finding = Finding::new(Code::Controller, device.span, message);
             let finding = finding.related(other.span, "this device has it");
-            let help = "devices on one line have the same `baud`, `parity` and `stop-bits`";
+            let help = "devices on one line have the same `baud`, `parity`, `stop-bits` and `echo`";
             findings.push(finding.help(help));
         }
     }

@@ -1,0 +1,38 @@
+//! The file of retentive memory, held against the files that a controller has beside it.
+//!
+//! Called by `load` with what the controller file says. A start would move the ladder aside and put
+//! memory in its place; whether the file can be made is not looked at here.
+
+use std::path::{Path, PathBuf};
+
+use crate::source::controller::Controller;
+use crate::source::finding::{Code, Finding};
+
+/// A finding where memory would take the place of a file that is something else.
+pub(super) fn finding(controller: &Path, written: &Controller) -> Option<Finding> {
+    let file = written.retain.file.as_ref()?;
+    let beside = |name: &str| controller.parent().unwrap_or(Path::new("")).join(name);
+    let memory = place(&beside(&file.text));
+    let finding = |what: &str| {
+        let message = format!("`{}` is {what}: memory has a file of its own", file.text);
+        let finding = Finding::new(Code::Controller, file.span, message);
+        finding.help("write `file = \"/var/lib/rungd/memory\"`")
+    };
+    if memory == place(controller) {
+        return Some(finding("this controller file"));
+    }
+    if let Some(ladder) = written.ladder.iter().find(|name| place(&beside(&name.text)) == memory) {
+        return Some(finding("a ladder file").related(ladder.span, "named here"));
+    }
+    let socket = written.operator.as_ref()?.socket.as_ref()?;
+    (place(&beside(&socket.text)) == memory)
+        .then(|| finding("the operator's socket").related(socket.span, "named here"))
+}
+
+/// What tells a file from all others, also one that is yet to be made.
+fn place(path: &Path) -> PathBuf {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let folder = parent.unwrap_or(Path::new(".")).canonicalize();
+    let made = || Some(folder.ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(made).unwrap_or_else(|| path.to_owned())
+}
