@@ -193,8 +193,9 @@ fn ranges_of_retentive_memory_can_be_taken_away() {
     std::fs::write(&controller, text.replace("\"D100..D101\"", "")).unwrap();
     let said = live.ok("reload");
     assert!(said.contains("retained elements 2 → 0") && !said.contains("restart"), "{said}");
-    live.ok("retain save");
-    assert!(!show().contains("D100"), "{}", show());
+    let said = live.say("retain save");
+    assert!(said.code == 1 && said.err.contains("the last image stays"), "{said:?}");
+    assert!(show().contains("D100"), "{}", show());
     std::fs::write(&controller, text).unwrap();
     let said = live.ok("reload");
     assert!(said.contains("retained elements 0 → 2") && !said.contains("restart"), "{said}");
