@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, ThreadId};
 use std::time::{Duration, Instant};
 
-use rungd::engine::{Cell as MemoryCell, Engine};
+use rungd::engine::{Cell as MemoryCell, Engine, Transfer};
 use rungd::io::device::{Health, Keeper, Opener};
 use rungd::isa::{Address, Bit, BitSpace};
 use rungd::lower::lower;
@@ -16,8 +16,8 @@ use rungd::runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
 use rungd::runtime::field::{Local, LocalFailure, LocalLine, Source, Target, Wiring};
 use rungd::runtime::pacing::Clock;
 use rungd::runtime::{
-    Memory, Monitor, Observer, Pace, Posture, Record, Safe, Scanner, Settings, Statistics, Watched,
-    Whole, assemble_whole,
+    Carried, Contents, Memory, Monitor, Observer, Pace, Package, Posture, Record, Reloader, Safe,
+    Scanner, Settings, Statistics, Watched, Whole, assemble_whole,
 };
 use rungd::source::span::SourceFile;
 
@@ -128,8 +128,11 @@ struct Rig {
     scanner: Scanner<Engine, TestClock>,
     monitor: Monitor<Deaf>,
     port: Port,
+    reloader: Reloader<Engine>,
     line: LocalLine,
     clock: TestClock,
+    code: rungd::engine::Program,
+    contents: Contents,
     c8: rungd::engine::BitCell,
 }
 
@@ -183,11 +186,22 @@ fn rig() -> Rig {
     };
     let clock = TestClock::default();
     clock.0.store(1000 * MS, Ordering::Relaxed);
-    let whole = assemble_whole(Engine::new(code), clock.clone(), &settings, Deaf);
-    let Whole { mut scanner, monitor, port, mut lines, .. } = whole;
+    let contents = Contents {
+        transfer: Transfer::memory(layout, layout),
+        generation: 0,
+        tempo: settings.pace.tempo,
+        asked: Vec::new(),
+        watched: Watched::default(),
+        carried: Carried::default(),
+        bits: settings.memory.bits,
+        words: settings.memory.words,
+        safe: settings.memory.safe.clone(),
+    };
+    let whole = assemble_whole(Engine::new(code.clone()), clock.clone(), &settings, Deaf);
+    let Whole { mut scanner, monitor, port, reloader, mut lines } = whole;
     scanner.start();
     let line = lines.remove(0).local.expect("it is local");
-    Rig { scanner, monitor, port, line, clock, c8: bit("C8") }
+    Rig { scanner, monitor, port, reloader, line, clock, code, contents, c8: bit("C8") }
 }
 
 impl Rig {
@@ -208,6 +222,16 @@ impl Rig {
             assert!(self.scanner.step());
             self.monitor.turn(self.clock.now_ns());
         }
+    }
+
+    /// Goes on with the same program, whose Y0, Y1 and Y2 do this outside RUN.
+    fn reload(&mut self, safe: [Safe; 3]) {
+        self.contents.generation += 1;
+        self.contents.safe[..3].copy_from_slice(&safe);
+        let (machine, latest) = (Engine::new(self.code.clone()), self.port.latest());
+        let package = Package::new(machine, self.contents.clone(), &latest);
+        self.reloader.hand_in(package, false).unwrap();
+        self.scans(2);
     }
 
     fn mode(&self) -> Mode {
@@ -254,6 +278,23 @@ fn a_stop_makes_outputs_safe() {
     assert_eq!(fake.written().last().unwrap()[..], [0, 1, 1, 1, 1]);
     rig.scans(5);
     assert_eq!(fake.written(), [[0; 0]; 0], "nothing is written in STOP");
+}
+
+#[test]
+fn other_safe_values_of_a_reload_in_stop_go_out_at_once() {
+    let fake = fake(1);
+    let mut rig = Rig::with(&fake);
+    rig.scans(2);
+    fake.set(1, 1);
+    rig.scans(3);
+    assert_eq!(fake.written().last().unwrap()[..], [0, 1, 1, 1, 1]);
+    rig.reload([Safe::Off, Safe::On, Safe::Hold]);
+    assert_eq!(fake.written(), [[0; 0]; 0], "the same ones");
+    rig.reload([Safe::On, Safe::Hold, Safe::Hold]);
+    assert_eq!(fake.written(), [[1, 1, 1, 1, 1]], "what is held stays as it is");
+    rig.reload([Safe::Hold, Safe::Off, Safe::Off]);
+    assert_eq!(fake.written(), [[1, 0, 0, 1, 1]]);
+    assert_eq!(rig.port.latest().outputs[..3], [1, 0, 0], "and for all others");
 }
 
 #[test]

@@ -2,7 +2,6 @@
 
 mod live;
 
-use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 use live::Live;
@@ -15,17 +14,8 @@ fn says(number: u32) -> String {
     )
 }
 
-/// The same, with a scan that is far too long when X0 is ON.
-fn faulty(number: u32) -> String {
-    let mut text = says(number) + "[[program]]\nname = \"Long\"\nrung = [\n";
-    let rungs = if cfg!(debug_assertions) { 30_000 } else { 400_000 };
-    for n in 0..rungs {
-        let (x, d, c) = (n % 64, n % 900, n % 9);
-        let contact = format!("rise(X{x}) | rise(X2) | D5 < 3 | D{d} == 4");
-        let _ = writeln!(text, "{{ when = [\"{contact}\", \"!C9\"], do = [\"PONOFF C{c}\"] }},");
-    }
-    text.replace("to=D2\"] },", "to=D2\"] },\n{ when = [\"X0\"], do = [\"RUN Long\"] },") + "]\n"
-}
+/// Far more than a scan takes, and far less than one that stalls.
+const WATCHDOG: &str = "scan.watchdog = \"600ms\"\n";
 
 /// So long that reading it takes seconds.
 fn long(number: u32) -> String {
@@ -67,24 +57,22 @@ fn behind_its_probation_a_program_is_the_way_back() {
 }
 
 #[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
 fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
-    let live = Live::start(&says(1), "scan.watchdog = \"4ms\"\n", &["--stopped"]);
-    load(&live, &faulty(2));
+    let live = Live::start_to_stall(&says(1), WATCHDOG, &["--stopped"]);
+    load(&live, &says(2));
     for words in ["reload", "reload --dry-run"] {
         assert_eq!(live.ok(words), "nothing changed: the files say what runs already\n");
     }
     assert_eq!(live.line("nothing changed")["event"], "reload-same");
     live.signal("HUP");
     live.line("SIGHUP asked for a reload: the files say what runs already");
-    // On a busy machine any scan may be too long: then it is back already.
+    live.stall();
     live.say("mode run");
-    live.ok("force X0 ON");
     // The first program, however often the second was asked for.
     live.await_values("D0", "1");
     let line = live.line("went back to the program before the reload (FAULT: ");
     assert_eq!((&line["event"], &line["who"]), (&"rolled-back".into(), &"rungd".into()));
-    // On a busy machine it may fault by itself.
-    live.say("mode run");
     assert_eq!(live.say("rollback").code, 1, "there is nothing else to go back to");
 }
 
@@ -134,49 +122,44 @@ fn a_pipe_in_a_ladders_place_is_refused() {
     live.await_values("D0", "2");
 }
 
-/// Puts it into FAULT: too long a scan.
-fn to_fault(live: &Live) {
-    live.ok("force X0 ON");
-    let deadline = Instant::now() + live::PATIENCE;
-    while live.say("status --json").json()["mode"] != "FAULT" {
-        assert!(Instant::now() < deadline, "no fault");
-        std::thread::sleep(Duration::from_millis(10));
-    }
-}
-
 #[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
 fn a_rollback_by_hand_keeps_the_mode() {
-    let controller = "scan.watchdog = \"4ms\"\nreload.probation = \"0ms\"\n";
-    let live = Live::start(&says(1), controller, &["--stopped"]);
-    load(&live, &faulty(2));
+    let controller = format!("{WATCHDOG}reload.probation = \"0ms\"\n");
+    let live = Live::start_to_stall(&says(1), &controller, &["--stopped"]);
+    load(&live, &says(2));
+    live.stall();
     live.say("mode run");
-    to_fault(&live);
-    let said = live.ok("rollback");
+    live.await_mode("FAULT");
+    let said = live.await_ok("rollback");
     assert!(
         said.contains("the mode is FAULT, and nothing is scanned until `rungd mode run`"),
         "{said}"
     );
     let line = live.line("the mode stays FAULT, `rungd mode run` is next");
     assert_eq!((&line["event"], &line["mode"]), (&"rolled-back".into(), &"FAULT".into()));
-    let status = live.say("status --json").json();
-    assert_eq!(status["mode"], "FAULT");
-    live.ok("unforce --all");
-    let deadline = Instant::now() + live::PATIENCE;
-    while live.say("mode run").code != 0 || !live.ok("read D0").trim().ends_with(" 1") {
-        assert!(Instant::now() < deadline, "the first program does not run");
-    }
+    assert_eq!(live.say("status --json").json()["mode"], "FAULT");
+    live.ok("mode run");
+    live.await_values("D0", "1");
 }
 
 #[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
 fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
-    let live = Live::start(&faulty(1), "scan.watchdog = \"4ms\"\n", &[]);
-    to_fault(&live);
-    load(&live, &faulty(2));
+    let live = Live::start_to_stall(&says(1), WATCHDOG, &[]);
+    live.await_values("D0", "1");
+    live.stall();
+    live.await_mode("FAULT");
+    put(&live, &says(2));
+    live.await_ok("reload");
     assert_eq!(live.say("status --json").json()["mode"], "FAULT");
-    live.say("mode run");
+    live.ok("mode run");
+    live.await_values("D0", "2");
+    live.stall();
+    live.await_mode("FAULT");
     std::thread::sleep(Duration::from_millis(300));
     assert_eq!(live.say("status --json").json()["mode"], "FAULT", "nothing moves by itself");
-    live.ok("rollback");
+    live.await_ok("rollback");
 }
 
 #[test]
@@ -210,11 +193,16 @@ fn ranges_of_retentive_memory_can_be_taken_away() {
     std::fs::write(&controller, text.replace("\"D100..D101\"", "")).unwrap();
     let said = live.ok("reload");
     assert!(said.contains("retained elements 2 → 0") && !said.contains("restart"), "{said}");
-    live.ok("retain save");
-    assert!(!show().contains("D100"), "{}", show());
+    let said = live.say("retain save");
+    assert!(said.code == 1 && said.err.contains("the last image stays"), "{said:?}");
+    assert!(show().contains("D100"), "{}", show());
     std::fs::write(&controller, text).unwrap();
     let said = live.ok("reload");
     assert!(said.contains("retained elements 0 → 2") && !said.contains("restart"), "{said}");
     live.ok("retain save");
     assert!(show().contains("D100"), "{}", show());
+    let text = std::fs::read_to_string(&controller).unwrap();
+    std::fs::write(&controller, text.replace("\"D100..D101\"", "\"D102\", \"D109\"")).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("\nretained ranges D100..D101 → D102 D109\n"), "{said}");
 }

@@ -9,8 +9,9 @@ mod support;
 
 use model::case::Case;
 use model::generate::generate;
+use model::rng::Rng;
 use rungd::engine::{Engine, ScanTimes, Transfer};
-use rungd::isa::{Word, WordSpace};
+use rungd::isa::{Bit, BitSpace, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
 use rungd::reload::{Plan, Side};
 use rungd::sim::stimulus::{Change, Stimulus};
@@ -53,9 +54,21 @@ fn swapped(engine: &mut Engine, to: &Loaded, transfer: &Transfer) -> Engine {
     next
 }
 
-/// Public memory behind every scan, with a reload wherever `at` says.
-fn trace(case: &Case, of: &Loaded, at: impl Fn(u64) -> bool) -> Vec<(Vec<u8>, Vec<i32>)> {
-    let same = plan(of, of);
+/// Public memory behind every scan.
+type Rows = Vec<(Vec<u8>, Vec<i32>)>;
+
+/// With a reload of the same wherever `at` says.
+fn trace(case: &Case, of: &Loaded, at: impl Fn(u64) -> bool) -> Rows {
+    rows(case, of, (of, at))
+}
+
+/// With a reload of another program of the same blocks.
+fn trace_into(case: &Case, of: &Loaded, other: &Loaded, reload: u64) -> Rows {
+    rows(case, of, (other, |scan| scan == reload))
+}
+
+fn rows(case: &Case, of: &Loaded, (other, at): (&Loaded, impl Fn(u64) -> bool)) -> Rows {
+    let same = plan(of, other);
     let mut engine = Engine::new(of.program.clone());
     engine.start(0);
     let (mut rows, mut next) = (Vec::new(), 0);
@@ -66,7 +79,7 @@ fn trace(case: &Case, of: &Loaded, at: impl Fn(u64) -> bool) -> Vec<(Vec<u8>, Ve
             engine.request_stop();
         }
         if at(scan) {
-            engine = swapped(&mut engine, of, &same.transfer);
+            engine = swapped(&mut engine, other, &same.transfer);
         }
         let now_ns = scan * case.period as u64 * 1_000_000;
         engine.begin_scan(now_ns, &ScanTimes::default());
@@ -105,6 +118,43 @@ fn a_reload_of_the_identical_program_leaves_no_trace() {
                 "seed {seed}, every {every}: scan {differs:?}\n{}",
                 case.ladder()
             );
+        }
+    }
+}
+
+/// With rungs put anywhere, each with the contacts of another and an instruction of its own.
+fn with_more(case: &Case, rng: &mut Rng) -> Case {
+    let mut more = case.clone();
+    let blocks = more.blocks.iter_mut();
+    let lists = blocks.flat_map(|block| {
+        let stages = block.stages.iter_mut().map(|stage| &mut stage.rungs);
+        std::iter::once(&mut block.rungs).chain(stages)
+    });
+    for rungs in lists.filter(|rungs| !rungs.is_empty()) {
+        for _ in 0..1 + rng.below(3) {
+            let mut rung = rungs[rng.below(rungs.len())].clone();
+            if rung.legs.len() == 1 && rung.legs[0].0 == "when" {
+                rung.branches.clear();
+                rung.instrs = vec!["SET C2000".to_owned()];
+                rungs.insert(rng.below(rungs.len() + 1), rung);
+            }
+        }
+    }
+    more
+}
+
+#[test]
+fn rungs_put_among_others_have_none_of_them_do_anything_else() {
+    for seed in seeds() {
+        let (case, mut rng) = (generate(seed), Rng::new(seed ^ 0xadd));
+        let (of, more) = (loaded(&case), loaded(&with_more(&case, &mut rng)));
+        let at = rng.below(case.scans as usize) as u64;
+        let without = trace(&case, &of, |_| false);
+        let with = trace_into(&case, &of, &more, at);
+        let own = of.symbols.layout.bit(Bit::Space(BitSpace::C, 2000)).0 as usize;
+        for (scan, (a, mut b)) in without.iter().zip(with).enumerate() {
+            b.0[own] = a.0[own];
+            assert!(*a == b, "seed {seed}, reload at {at}: scan {scan}\n{}", case.ladder());
         }
     }
 }

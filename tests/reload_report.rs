@@ -152,6 +152,7 @@ impl Swap<'_> {
             ["Stage", stage, "is", "gone", "and", ..] => old_stage(stage),
             ["Stage", stage, "is", "gone;", ..] => !old_stage(stage),
             [bit, "is", "not", "driven", .., "goes", "OFF"] => new(bit) == 0,
+            ["warning:", bit, "stays", "ON,", ..] => new(bit) == 1,
             [.., "any", "more"] => true,
             [of, "keeps", ..] | [_, of, "keeps", ..] => {
                 let name = acc(of);

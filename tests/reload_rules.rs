@@ -249,6 +249,79 @@ fn a_contact_history_follows_the_name_of_its_rung() {
         .holds([("D0", 1)]);
 }
 
+/// Unnamed rungs, each with this contact and one instruction.
+fn rungs(of: &[(&str, &str)]) -> String {
+    let rung =
+        |(when, run): &(&str, &str)| format!("{{ when = [\"{when}\"], do = [\"{run}\"] }},\n");
+    format!("rung = [ {} ]", of.iter().map(rung).collect::<String>())
+}
+
+const NONE: &str = "no difference in what the program does";
+const ADD: (&str, &str) = ("rise(X0)", "ADD D0 1 to=D0");
+const SET: (&str, &str) = ("rise(X0)", "SET C1");
+
+#[test]
+fn a_rung_that_is_put_before_others_has_none_of_them_fire() {
+    let new = ("rise(X0)", "SET C7");
+    for after in [[new, ADD, SET], [ADD, new, SET], [ADD, SET, new]] {
+        main_with(&rungs(&[ADD, SET]))
+            .scan(&[("X0", 1)])
+            .scan(&[("C1", 0)])
+            .main(&rungs(&after))
+            .scan(&[])
+            .holds([("D0", 1), ("C1", 0), ("C7", 0)])
+            .scan(&[("X0", 0)])
+            .scan(&[("X0", 1)])
+            .holds([("D0", 2), ("C1", 1), ("C7", 1)]);
+    }
+}
+
+#[test]
+fn a_new_fall_sees_what_the_one_beside_it_saw() {
+    let fall = ("fall(X0)", "ADD D0 1 to=D0");
+    main_with(&rungs(&[fall]))
+        .scan(&[("X0", 1)])
+        .main(&rungs(&[("fall(X0)", "SET C7"), fall]))
+        .scan(&[("X0", 0)])
+        .holds([("D0", 1), ("C7", 1)]);
+}
+
+#[test]
+fn instructions_of_rungs_that_nobody_edited_keep_their_own_history() {
+    let (a, b) = (("X0", "PONOFF C0"), ("X1", "PONOFF C0"));
+    main_with(&rungs(&[a, b]))
+        .scan(&[("X0", 1)])
+        .holds([("C0", 1)])
+        .main(&rungs(&[("X2", "PONOFF C0"), a, b]))
+        .scan(&[])
+        .holds([("C0", 1)])
+        .scan(&[("X1", 1)])
+        .holds([("C0", 0)]);
+}
+
+#[test]
+fn a_history_follows_the_name_of_its_rung_only_to_its_own_kind() {
+    let check = |was: &str, is: &str, scan: &[(&str, i32)], fires: i64| {
+        let rung = |when: &str| {
+            let named = format!("name = \"n\", when = [{when}]");
+            format!("rung = [ {{ {named}, do = [\"ADD D0 1 to=D0\"] }} ]")
+        };
+        main_with(&rung(was))
+            .scan(&[("X0", 1)])
+            .scan(&[("D0", 0)])
+            .main(&rung(is))
+            .scan(scan)
+            .holds([("D0", fires)]);
+    };
+    check("\"rise(X0)\"", "\"fall(X1)\"", &[], 0);
+    check("\"rise(X0)\"", "\"fall(X0)\"", &[], 0);
+    // A `fall` has seen its own bit alone.
+    check("\"fall(X0)\"", "\"fall(X1)\"", &[], 0);
+    check("\"rise(X0)\"", "\"rise(X1)\"", &[("X1", 1)], 0);
+    check("\"rise(X0)\"", "\"!rise(X5)\", \"rise(X0)\"", &[], 0);
+    check("\"fall(X0)\", \"!X7\"", "\"fall(X0)\"", &[("X0", 0)], 1);
+}
+
 #[test]
 fn a_new_contact_history_is_off() {
     let rung = |contact: &str| {
@@ -500,6 +573,64 @@ fn a_tag_that_moves_leaves_its_value_behind_and_the_report_warns() {
         .scan(&[("V20", 17)])
         .reload(&tags("10", "CT1"))
         .says("tag Level moved from V20 to V10: both are 17");
+}
+
+#[test]
+fn a_force_that_stays_behind_its_tag_is_said() {
+    let ladder = |fan: &str, heater: &str| {
+        let tags =
+            format!("[tags]\nfan = {{ at = \"{fan}\" }}\nheater = {{ at = \"{heater}\" }}\n");
+        tags + &main_text(&rungs(&[("X0", "OUT fan"), ("X1", "OUT heater")]))
+    };
+    plc(&ladder("Y2", "Y3")).force("Y2", 0).scan(&[]).reload(&ladder("Y5", "Y2")).says(
+        "warning: tag fan moved from Y2 to Y5: Y5 keeps its own value OFF; Y2's was OFF \
+             (forced); the force stays on Y2, which is heater now; fan (Y5) is not forced",
+    );
+}
+
+#[test]
+fn a_bit_that_stays_on_and_that_no_rung_writes_is_a_warning() {
+    let set = [("X0", "SET Y0"), ("X0", "SET C5"), ("X0", "OUT Y1"), ("X1", "RST C6")];
+    let plc = main_with(&rungs(&set)).scan(&[("X0", 1)]).main(&rungs(&[("X1", "RST C5")]));
+    let warnings: Vec<_> = plc.report.iter().filter(|l| l.starts_with("warning: ")).collect();
+    assert_eq!(warnings, ["warning: Y0 stays ON, and no rung writes it any more"]);
+    plc.scan(&[]).holds([("Y0", 1)]);
+}
+
+#[test]
+fn a_value_beyond_new_limits_is_a_warning() {
+    let tagged = |limits: &str| {
+        let tags = format!("[tags]\nsize = {{ at = \"D1\"{limits} }}\n");
+        tags + &main_text(&rungs(&[("size == 5", "OUT Y0")]))
+    };
+    let plc = |value: i32| plc(&tagged("")).scan(&[("D1", value)]);
+    plc(17).reload(&tagged(", min = 0, max = 10")).says(
+        "warning: size (D1) keeps 17, which is not within 0 to 10, its limits now; a restart \
+         would drop it",
+    );
+    assert_eq!(plc(10).reload(&tagged(", min = 0, max = 10")).report, [NONE]);
+}
+
+#[test]
+fn a_tag_of_another_name_is_said() {
+    let tagged = |tag: &str| {
+        let tags = format!("[tags]\n{tag} = {{ at = \"D1\" }}\n");
+        tags + &main_text(&rungs(&[("D1 == 5", "OUT Y0")]))
+    };
+    assert_eq!(plc(&tagged("a")).reload(&tagged("b")).report, ["tag a (D1) is called b now"]);
+}
+
+#[test]
+fn rungs_are_counted() {
+    let (a, b, c) = (("X0", "OUT C0"), ("X1", "OUT C1"), ("X2", "OUT C2"));
+    let said = |was: &[(&str, &str)], is: &[(&str, &str)]| {
+        main_with(&rungs(was)).main(&rungs(is)).report.join("; ")
+    };
+    assert_eq!(said(&[a, b], &[a, b]), NONE);
+    assert_eq!(said(&[a, b], &[b, a]), "the rungs are in another order");
+    assert_eq!(said(&[a, b], &[a, c, b]), "0 rungs edited, 1 new, 0 gone");
+    assert_eq!(said(&[a, b], &[a, ("X5", "OUT C1")]), "1 rung edited, 0 new, 0 gone");
+    assert_eq!(said(&[a, ("X7", "SET C3")], &[a]), "0 rungs edited, 0 new, 1 gone");
 }
 
 #[test]

@@ -71,6 +71,6 @@ fn end(done: &Reloaded) -> String {
             "{ladder} is in since a swap of {us} us; the mode is {mode}, and nothing is scanned \
              until `rungd mode run`\n"
         ),
-        None => "nothing was changed\n".to_owned(),
+        None => "dry run: nothing was done\n".to_owned(),
     }
 }

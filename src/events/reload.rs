@@ -75,7 +75,7 @@ pub(super) const EVENTS: &[Event] = &[
         id: "6856386cfd10417481ad22b0b25a7d7d",
         limit: Limit::NONE,
         meaning: "A program faulted within its probation, and the one before it could not be \
-                  put back yet. It is tried again.",
+                  put back yet. It is tried again, but not behind a bug in the engine.",
         remedy: "See the mode-fault line before; where the scan thread does not come back, \
                  restart rungd with the old files.",
     },

@@ -5,11 +5,14 @@
 //! keeps no histories but those of structures, and goes by none of these keys. What is done with it
 //! is not said here.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
-use crate::resolve::program::{ArgValue, BlockKind, Edge, Instruction, Program, TagMeaning, Value};
+use crate::resolve::program::{
+    ArgValue, BlockKind, Edge, Instruction, Program, Rung, TagMeaning, Value,
+};
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +25,10 @@ pub struct Identity {
     pub owners: Vec<Owner>,
     /// Edge histories that are no structure's, in file order.
     pub histories: Vec<History>,
+    /// Rungs, in file order.
+    pub rungs: Vec<RungText>,
+    /// Bits that instructions write.
+    pub written: BTreeSet<Bit>,
     /// Recurrent ENTASKs, in file order.
     pub intervals: Vec<Interval>,
     /// Every address that the program tags or names (a structure for its members), with the first
@@ -85,11 +92,22 @@ pub struct History {
     pub standing: Standing,
     /// The name of its rung.
     pub rung: Option<String>,
+    /// All of its rung, in addresses.
+    pub whole: Arc<str>,
     /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
     pub text: String,
     /// By which another program has the same one: the block, the rung's name or else the text, and
     /// which of several it is: `Main/count-bottles/0`, `Main//rise(X0)/1`.
     pub key: String,
+}
+
+/// A rung: where it stands, its name, and all of it in addresses.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub struct RungText {
+    pub standing: Standing,
+    pub name: Option<String>,
+    pub whole: Arc<str>,
 }
 
 /// A recurrent ENTASK.
@@ -131,7 +149,7 @@ impl Identity {
         identity
     }
 
-    /// Notes an instruction, if it owns a structure.
+    /// Notes what an instruction owns and writes.
     pub(super) fn instruction(&mut self, instruction: &Instruction, standing: Standing) {
         let mnemonic = instruction.mnemonic;
         let value = |name| match instruction.arg(name)?.value {
@@ -144,12 +162,23 @@ impl Identity {
             let presets = names.filter_map(|name| Some((name, value(name)?))).collect();
             self.owners.push(Owner { structure, mnemonic, standing, presets });
         }
+        let bits = instruction.args.iter().filter_map(|arg| match arg.value {
+            ArgValue::Bit(bit) => Some(bit),
+            _ => None,
+        });
+        self.written.extend(bits);
     }
 
     /// Notes a history.
     pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
-        let Site { standing, rung } = site.clone();
-        self.histories.push(History { cell, standing, rung, text, key: String::new() });
+        let Site { standing, rung, whole } = site.clone();
+        self.histories.push(History { cell, standing, rung, whole, text, key: String::new() });
+    }
+
+    /// Notes a rung.
+    pub(super) fn rung(&mut self, standing: Standing, rung: &Rung, whole: &Arc<str>) {
+        let (name, whole) = (rung.name.clone(), Arc::clone(whole));
+        self.rungs.push(RungText { standing, name, whole });
     }
 
     /// Once all histories are there: their keys.
@@ -216,11 +245,18 @@ impl Identity {
     }
 }
 
+impl Default for Site {
+    fn default() -> Site {
+        Site { standing: Standing::default(), rung: None, whole: "".into() }
+    }
+}
+
 /// Where lowering is.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Site {
     pub standing: Standing,
     pub rung: Option<String>,
+    pub whole: Arc<str>,
 }
 
 #[cfg(test)]

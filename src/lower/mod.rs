@@ -2,16 +2,19 @@
 //!
 //! `contacts` and `instructions` turn rungs into operations in file order, `schedule` lays those
 //! of one kind together, `symbols` keeps what the engine must not know: names, limits, texts;
-//! `identity`, by which name another program has the same state.
+//! `identity`, by which name another program has the same state, `rungs`, which rungs are the same.
 
 mod assembler;
 mod contacts;
 pub mod identity;
 mod instructions;
+mod rungs;
 pub mod schedule;
 mod symbols;
 
 pub use symbols::{Alarm, LoggedTag, Symbols};
+
+use std::sync::Arc;
 
 use crate::engine::ops::Leg;
 use crate::engine::{self, BlockRole, ElementCode};
@@ -71,7 +74,9 @@ fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
 
 fn element(assembler: &mut Assembler, rungs: &[Rung], standing: Standing) -> ElementCode {
     for rung in rungs {
-        assembler.site = identity::Site { standing, rung: rung.name.clone() };
+        let whole: Arc<str> = rungs::text(&assembler.identity, rung).into();
+        assembler.identity.rung(standing, rung, &whole);
+        assembler.site = identity::Site { standing, rung: rung.name.clone(), whole };
         lower_rung(assembler, rung);
     }
     assembler.close_element(!rungs.is_empty())

@@ -239,6 +239,32 @@ pub(super) fn terminations(
     }
 }
 
+/// Bits that were only SET, RST or toggled (others may go OFF by a pass), and that no instruction
+/// writes in the new program.
+pub(super) fn unwritten(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+    let tables = &old.program.tables;
+    let driven: HashSet<u32> = tables
+        .terminations
+        .iter()
+        .filter_map(|termination| match termination {
+            Termination::BitOff(bit) => Some(*bit),
+            _ => None,
+        })
+        .collect();
+    for bit in names.old.written.difference(&names.new.written).copied() {
+        // Others go with their block or Stage.
+        let Bit::Space(..) = bit else { continue };
+        let cell = old.symbols.layout.bit(bit).0;
+        if driven.contains(&cell) {
+            continue;
+        }
+        let address = Address::Bit(bit);
+        let is_tagged = names.new.addresses.get(&address).is_some_and(Option::is_some);
+        let said = if is_tagged { names.new.say(address) } else { names.old.say(address) };
+        plan.say_of(said, State::Unwritten { bit: cell });
+    }
+}
+
 /// The bit that is ON where an instruction executes, as far as bits tell.
 fn active(side: Side<'_>, standing: Standing) -> u32 {
     let bit = standing.stage.map_or(Bit::Running(standing.block), Bit::Stage);

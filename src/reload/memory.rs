@@ -186,30 +186,8 @@ pub(super) fn initial(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Si
     }
 }
 
-/// Tags that have another address now: what the old one held stays where it was.
-pub(super) fn moved_tags(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
-    let layout = &old.symbols.layout;
-    let acc = |address: Address| match address {
-        Address::Structure(structure) => Address::Word(Word::Acc(structure)),
-        other => other,
-    };
-    for (tag, to) in &names.new.tags {
-        let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
-        let text = format!("tag {tag} moved from {from} to {to}");
-        let is_input = |at: &Address| matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)));
-        let cells = (layout.cell(acc(*from)), layout.cell(acc(*to)));
-        let (Some(from_cell), Some(to_cell), false) = (cells.0, cells.1, is_input(to)) else {
-            plan.say(text);
-            continue;
-        };
-        let begins = begins(plan, to_cell);
-        let (old, new) = (from.to_string(), to.to_string());
-        plan.say_of(text, State::Moved { from: from_cell, to: to_cell, old, new, begins });
-    }
-}
-
 /// What a cell of memory begins with, if it does not go on. Memory lies in the same cells in both.
-fn begins(plan: &Plan, cell: Cell) -> Option<i32> {
+pub(super) fn begins(plan: &Plan, cell: Cell) -> Option<i32> {
     let transfer = &plan.transfer;
     match cell {
         Cell::Bit(_) => {

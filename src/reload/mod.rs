@@ -10,6 +10,8 @@ mod elements;
 mod histories;
 mod memory;
 mod report;
+mod rungs;
+mod tags;
 
 pub use report::{Seen, WARNING};
 
@@ -76,7 +78,21 @@ pub enum State {
     /// An address that begins anew.
     Initial { cell: Cell, value: i32 },
     /// A tag that has another address now; `begins`: what is put there.
-    Moved { from: Cell, to: Cell, old: String, new: String, begins: Option<i32> },
+    Moved {
+        from: Cell,
+        to: Cell,
+        old: String,
+        new: String,
+        begins: Option<i32>,
+        /// The new one is an input: it is as it is driven.
+        input: bool,
+        /// What it says of a force that stays on the old one.
+        force: String,
+    },
+    /// A word with other limits, told where what it holds, or begins with, is beyond them.
+    Limits { cell: Cell, begins: Option<i32>, limits: (i32, i32) },
+    /// A bit that no instruction writes any more, told where it is ON.
+    Unwritten { bit: u32 },
 }
 
 /// When a Program begins at its initial Stage.
@@ -175,11 +191,15 @@ impl Plan {
         let names = Names::new(&old.symbols.identity, &new.symbols.identity);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
         let mut plan = Plan { transfer, ..Plan::default() };
+        rungs::rungs(&mut plan, &names, old, new);
         let disabled = elements::disabled(&names, old, new);
         elements::blocks(&mut plan, &names, (old, new), &disabled);
         let kept = memory::structures(&mut plan, &names, old, new);
         memory::initial(&mut plan, &names, old, new);
-        memory::moved_tags(&mut plan, &names, old);
+        tags::moved(&mut plan, &names, old);
+        tags::renamed(&mut plan, &names);
+        tags::limits(&mut plan, &names, old, new);
+        elements::unwritten(&mut plan, &names, old);
         histories::histories(&mut plan, &names);
         elements::terminations(&mut plan, &names, (old, new), &kept);
         plan

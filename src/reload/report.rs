@@ -15,6 +15,9 @@ const LINES_MAX: usize = 400;
 /// By this a line begins that is worth more than a glance.
 pub const WARNING: &str = "warning: ";
 
+/// The first line, where there is nothing else to say but what goes on.
+const NONE: &str = "no difference in what the program does";
+
 /// The old program's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
@@ -72,10 +75,22 @@ impl Seen<'_> {
 }
 
 impl Plan {
-    /// A line a difference.
+    /// A line a difference; or that there is none, before what goes on.
     pub fn report(&self, seen: &Seen<'_>) -> Vec<String> {
-        let lines = self.differences.iter().filter_map(|d| line(d, seen));
-        let mut lines: Vec<String> = lines.collect();
+        let mut lines: Vec<String> = Vec::new();
+        let mut differs = false;
+        for difference in &self.differences {
+            let Some(line) = line(difference, seen) else { continue };
+            lines.push(line);
+            let state = difference.state.as_ref();
+            differs |= !state.is_some_and(|state| {
+                matches!(state, State::Stays { .. })
+                    || matches!(state, State::Keeps { into: None, .. })
+            });
+        }
+        if !differs {
+            lines.insert(0, NONE.to_owned());
+        }
         if lines.len() > LINES_MAX {
             let more = lines.len() - LINES_MAX;
             lines.truncate(LINES_MAX);
@@ -110,7 +125,8 @@ impl State {
             State::Disabled { running } => bits.push(*running),
             State::Undriven { bit, active } => bits.extend(active.iter().chain([bit])),
             State::Starts(start) => start.asked(bits),
-            State::Initial { cell, .. } => push(*cell, bits, words),
+            State::Initial { cell, .. } | State::Limits { cell, .. } => push(*cell, bits, words),
+            State::Unwritten { bit } => bits.push(*bit),
             State::Moved { from, to, .. } => {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
             }
@@ -160,6 +176,14 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
                 false => format!("{text} is new: {value}"),
             }
         }
+        State::Limits { cell, begins, limits } => {
+            return beyond(text, (*cell, *begins), *limits, seen);
+        }
+        State::Unwritten { bit } => {
+            let forced = if seen.is_forced(Cell::Bit(BitCell(*bit))) { " (forced)" } else { "" };
+            let line = format!("{WARNING}{text} stays ON{forced}, and no rung writes it any more");
+            return seen.is_on(*bit).then_some(line);
+        }
         State::Keeps { .. } => return keeps(text, state, seen),
         State::Moved { .. } => moved(text, state, seen),
     })
@@ -196,14 +220,38 @@ fn keeps(text: &str, state: &State, seen: &Seen<'_>) -> Option<String> {
 }
 
 fn moved(text: &str, state: &State, seen: &Seen<'_>) -> String {
-    let State::Moved { from, to, old, new, begins } = state else { return text.to_owned() };
+    let State::Moved { from, to, old, new, begins, input, force } = state else {
+        return text.to_owned();
+    };
     let was = seen.say(*from);
+    let force = match seen.is_forced(*from) && !seen.is_forced(*to) {
+        true => format!("; {force}"),
+        false => String::new(),
+    };
+    if *input && force.is_empty() {
+        return text.to_owned();
+    }
     let is = match begins {
         Some(value) if !seen.is_forced(*to) => format!("{new} begins at {}", held(*to, *value)),
         _ if seen.say(*to) == was => return format!("{text}: both are {was}"),
         _ => format!("{new} keeps its own value {}", seen.say(*to)),
     };
-    format!("{WARNING}{text}: {is}; {old}'s was {was}")
+    format!("{WARNING}{text}: {is}; {old}'s was {was}{force}")
+}
+
+/// Memory is kept as it is, and what is kept on disk is not restored beyond its limits.
+fn beyond(
+    text: &str,
+    (cell, begins): (Cell, Option<i32>),
+    (min, max): (i32, i32),
+    seen: &Seen<'_>,
+) -> Option<String> {
+    let value = begins.filter(|_| !seen.is_forced(cell)).unwrap_or_else(|| seen.value(cell));
+    let line = format!(
+        "{WARNING}{text} keeps {value}, which is not within {min} to {max}, its limits now; a \
+         restart would drop it"
+    );
+    (!(min..=max).contains(&value)).then_some(line)
 }
 
 /// Whether two presets are the same, however they are written.

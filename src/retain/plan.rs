@@ -81,6 +81,15 @@ impl Plan {
         self.preamble == other.preamble
     }
 
+    /// What is retained, in order: `C0..C7 D100`.
+    pub fn ranges(&self) -> String {
+        let said = self.runs.iter().map(|run| match (run.kind, run.first + run.count - 1) {
+            (_, last) if last == run.first => address((run.kind, last)),
+            (kind, last) => format!("{}..{}", address((kind, run.first)), address((kind, last))),
+        });
+        said.collect::<Vec<_>>().join(" ")
+    }
+
     /// How many elements are retained.
     pub fn elements(&self) -> usize {
         self.runs.iter().map(|run| run.count as usize).sum()

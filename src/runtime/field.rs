@@ -292,9 +292,13 @@ impl Field {
         }
     }
 
-    /// What each Y does outside RUN is another from now on.
-    pub fn exchange_safe(&mut self, safe: &mut Vec<Safe>) {
+    /// What each Y does outside RUN is another from now on; `safe_now`: at once. What is to be
+    /// held stays as it is.
+    pub fn exchange_safe(&mut self, safe: &mut Vec<Safe>, safe_now: bool) {
         std::mem::swap(&mut self.safe, safe);
+        if safe_now && self.safe != *safe {
+            self.make_safe(None);
+        }
     }
 }
 

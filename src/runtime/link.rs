@@ -334,8 +334,13 @@ impl WorldSide {
             self.keep_image(fresh, &latest);
         }
         if fresh.mode != Mode::Run && latest.mode != Mode::Run {
-            // Nothing that is done outside RUN moves an output.
+            // Nothing that is done outside RUN moves an output, but for other safe values: those
+            // of another program hold from its swap on. What is to be held stays as it is.
             fresh.outputs.copy_from_slice(&latest.outputs);
+            if fresh.safe != latest.safe {
+                let safe = Arc::clone(&fresh.safe);
+                make_safe(&mut fresh.outputs, &safe);
+            }
         } else {
             let driven = self.first_output..self.first_output + fresh.safe.len();
             fresh.outputs.copy_from_slice(&fresh.bits[driven]);

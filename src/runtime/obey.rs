@@ -8,6 +8,7 @@ use super::exchange::{FaultReason, Mode, StopReason};
 use super::machine::Machine;
 use super::pacing::Clock;
 use super::scanner::Scanner;
+use super::swap::NO_PROGRAM;
 use crate::engine::Cell;
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
@@ -30,8 +31,10 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             (Command::Swap { resume: true, .. }, _) if self.beat.stop_requested() => {
                 Some(Denial::Ending)
             }
-            (Command::Swap { resume: true, .. }, _) => None,
-            // Behind a panic the engine is not called again.
+            // No program: those that nobody waits for any more go back to the world.
+            (Command::Swap { generation: NO_PROGRAM, .. }, _) => None,
+            // Behind a panic the engine is not called again, and no program goes on with a memory
+            // that it left half done.
             (_, Mode::Fault(FaultReason::EnginePanic)) => Some(Denial::EngineBroken),
             (Command::Stop, Mode::Fault(_)) => Some(Denial::Faulted),
             (Command::Run, _) if self.beat.stop_requested() => Some(Denial::Ending),

@@ -164,7 +164,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
         std::mem::swap(&mut self.watches, watches);
         std::mem::swap(&mut self.side.fresh, fresh);
-        self.field.exchange_safe(safe);
+        self.field.exchange_safe(safe, !running);
         let generation = package.generation;
         self.side.generation = generation;
         self.set_tempo(package.tempo);

@@ -19,6 +19,8 @@ use crate::engine::{Cell, Transfer};
 
 /// How many packages may be on their way.
 const PACKAGES_MAX: usize = 4;
+/// A program of this number is never handed in.
+pub(super) const NO_PROGRAM: u32 = u32::MAX;
 
 /// A program with all that it needs to be scanned.
 pub struct Package<M> {
@@ -161,7 +163,7 @@ impl<M> Reloader<M> {
         }
         if self.out.is_full() {
             // Packages whose commands were not taken: one that names none gives them back.
-            self.port.command(Command::Swap { generation: u32::MAX, resume: true })?;
+            self.port.command(Command::Swap { generation: NO_PROGRAM, resume: true })?;
         }
         self.out.push(Box::new(package)).map_err(|_| Denial::QueueFull)?;
         self.port.command(Command::Swap { generation, resume })

@@ -72,6 +72,35 @@ impl Live {
         Live::of(folder, command)
     }
 
+    /// As [`Live::start`], of a debug build, whose scan stalls for a second at [`Live::stall`]:
+    /// a fault by whatever watchdog is far below that, however busy the machine.
+    pub fn start_to_stall(ladder: &str, controller: &str, arguments: &[&str]) -> Live {
+        let folder = folder(ladder, controller);
+        let mut command = run(&folder, arguments);
+        command.env("RUNGD_FAULTS", folder.join("faults"));
+        Live::of(folder, command)
+    }
+
+    /// The next scan that is made takes a second longer.
+    pub fn stall(&self) {
+        let faults = self.folder.join("faults");
+        std::fs::write(&faults, "stall").unwrap();
+        let deadline = Instant::now() + PATIENCE;
+        while faults.exists() {
+            assert!(Instant::now() < deadline, "it does not look for faults");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Waits until the controller is in this mode.
+    pub fn await_mode(&self, mode: &str) {
+        let deadline = Instant::now() + PATIENCE;
+        while self.say("status --json").json()["mode"] != mode {
+            assert!(Instant::now() < deadline, "not in {mode}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
     /// Started by a command; its socket answers.
     pub fn of(folder: PathBuf, mut command: Command) -> Live {
         let mut child = command.spawn().unwrap();
@@ -134,6 +163,19 @@ impl Live {
         let said = self.say(words);
         assert_eq!(said.code, 0, "{words}: {said:?}");
         said.out
+    }
+
+    /// As [`Live::ok`], as soon as the scan thread hears: it does not while it stalls.
+    pub fn await_ok(&self, words: &str) -> String {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let said = self.say(words);
+            if said.code == 0 {
+                return said.out;
+            }
+            assert!(said.err.contains("hears nothing") && Instant::now() < deadline, "{said:?}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 
     /// What operands hold, once it is this.

@@ -162,6 +162,11 @@ impl Reloads {
                 info!(event = "reload-proved", "the new program has stood its probation");
                 *trial = None;
             }
+            Verdict::NoWayBack => {
+                let why = Denial::EngineBroken;
+                error!(event = "rollback-failed", "the old program is not back: {why}");
+                *trial = None;
+            }
             Verdict::GoBack { fault, first } => {
                 let reloads = Arc::clone(self);
                 let fault = OwnFault { generation, reason: fault };

@@ -13,7 +13,7 @@ use crate::engine::Engine;
 use crate::isa::MemorySizes;
 use crate::reload::{Plan, Side};
 use crate::runtime::exchange::Snapshot;
-use crate::runtime::{Carried, Contents, Package};
+use crate::runtime::{Carried, Contents, Package, Safe};
 use crate::source::render::Style;
 
 /// A program, ready to be handed in.
@@ -98,7 +98,39 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
         ("retained elements", kept.0.to_string(), kept.1.to_string()),
     ];
     let differ = said.into_iter().filter(|(_, was, is)| was != is);
-    differ.map(|(what, was, is)| format!("{what} {was} → {is}")).collect()
+    let mut lines: Vec<_> = differ.map(|(what, was, is)| format!("{what} {was} → {is}")).collect();
+    let ranges = |of: &Setup| of.retain.as_ref().map_or(String::new(), |r| r.plan.ranges());
+    if started.retain.is_some() && ranges(old) != ranges(new) {
+        let say = |of: &Setup| Some(ranges(of)).filter(|said| !said.is_empty());
+        let (was, is) = (say(old), say(new));
+        let (was, is) = (was.as_deref().unwrap_or("none"), is.as_deref().unwrap_or("none"));
+        lines.push(format!("retained ranges {was} → {is}"));
+    }
+    lines.extend(safe_values(&old.memory.safe, &new.memory.safe));
+    lines
+}
+
+/// Neighbouring outputs that are another outside RUN, a line for each run of the same.
+fn safe_values(old: &[Safe], new: &[Safe]) -> Vec<String> {
+    let mut runs: Vec<(usize, usize, (Safe, Safe))> = Vec::new();
+    for (y, values) in old.iter().copied().zip(new.iter().copied()).enumerate() {
+        match runs.last_mut() {
+            _ if values.0 == values.1 => {}
+            Some((_, last, same)) if *last + 1 == y && *same == values => *last = y,
+            _ => runs.push((y, y, values)),
+        }
+    }
+    let say = |safe: Safe| match safe {
+        Safe::Off => "OFF",
+        Safe::On => "ON",
+        Safe::Hold => "held",
+    };
+    let line = |(first, last, (was, is)): (usize, usize, (Safe, Safe))| {
+        let which =
+            if first == last { format!("Y{y}", y = first) } else { format!("Y{first}..Y{last}") };
+        format!("{which} outside RUN {} → {}", say(was), say(is))
+    };
+    runs.into_iter().map(line).collect()
 }
 
 fn side(of: &Running) -> Side<'_> {

@@ -32,6 +32,8 @@ pub(super) enum Verdict {
     Wait,
     /// It has stood it.
     Proved,
+    /// A bug in the engine: what its memory is worth is not known, and nothing goes on with it.
+    NoWayBack,
     /// The old one is to come back; `first`: it was not tried yet.
     GoBack { fault: FaultReason, first: bool },
 }
@@ -51,6 +53,7 @@ impl Trial {
                 let (until, enough) = *self.until.get_or_insert(begin);
                 if now >= until && scans >= enough { Verdict::Proved } else { Verdict::Wait }
             }
+            Mode::Fault(FaultReason::EnginePanic) => Verdict::NoWayBack,
             Mode::Fault(fault) if self.goes_back => {
                 if self.tried.is_some_and(|tried| now < tried + TRY_AGAIN) {
                     return Verdict::Wait;
@@ -100,6 +103,12 @@ mod tests {
         for (ms, scans, verdict) in [(0, 7, Wait), (60_000, 8, Wait), (120_000, 9, Proved)] {
             assert_eq!(slow.look(run, scans, begin + Duration::from_millis(ms)), verdict);
         }
+    }
+
+    #[test]
+    fn a_bug_in_the_engine_has_no_way_back() {
+        let bug = Mode::Fault(FaultReason::EnginePanic);
+        check(Mode::Run, &[(0, Mode::Run, Verdict::Wait), (10, bug, Verdict::NoWayBack)]);
     }
 
     #[test]

@@ -93,7 +93,7 @@ fn a_swap_out_of_fault_goes_on_in_run_if_it_is_to() {
 }
 
 #[test]
-fn behind_a_panic_another_program_is_taken_if_it_is_the_way_back() {
+fn behind_a_panic_no_other_program_is_taken_and_none_is_lost() {
     let mut rig = rig(|fake, _| fake.panics_in = Some(1));
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -102,11 +102,47 @@ fn behind_a_panic_another_program_is_taken_if_it_is_the_way_back() {
     assert_eq!(rig.port.latest().mode, Mode::Fault(FaultReason::EnginePanic));
     let id = rig.swap(1, MS, false);
     assert_eq!(rig.port.answer(id), Some(Answer::Denied(Denial::EngineBroken)));
-    rig.swap(2, MS, true);
-    rig.step();
-    assert_eq!((rig.port.latest().generation, rig.port.latest().mode), (2, Mode::Run));
-    let given_back = rig.reloader.returned().expect("the one that was denied");
-    assert_eq!((given_back.generation, given_back.swapped), (1, None));
+    let mut back = 0;
+    for generation in 2..20 {
+        let package = rig.package(generation, MS);
+        let handed_in = rig.reloader.hand_in(package, true);
+        rig.step();
+        match handed_in {
+            Ok(id) => {
+                assert_eq!(rig.port.answer(id), Some(Answer::Denied(Denial::EngineBroken)));
+            }
+            Err(denial) => assert_eq!(denial, Denial::QueueFull, "until those are back"),
+        }
+        while let Some(package) = rig.reloader.returned() {
+            assert_eq!(package.swapped, None);
+            back += 1;
+        }
+    }
+    assert!(back > 8, "{back}");
+    let latest = rig.port.latest();
+    assert_eq!(latest.mode, Mode::Fault(FaultReason::EnginePanic), "also as the way back");
+    assert_eq!(latest.generation, 0);
+}
+
+#[test]
+fn another_programs_safe_values_hold_from_the_swap_on() {
+    let mut rig = rig(|_, _| {});
+    rig.steps(2);
+    rig.port.command(super::super::command::Command::Stop).unwrap();
+    rig.steps(3);
+    for (generation, safe, outputs) in
+        [(1, Safe::On, 1), (2, Safe::Hold, 1), (3, Safe::Off, 0), (4, Safe::Hold, 0)]
+    {
+        let mut package = rig.package(generation, MS);
+        package.safe = vec![safe];
+        package.fresh.iter_mut().for_each(|fresh| {
+            std::sync::Arc::get_mut(fresh).unwrap().safe = vec![safe].into();
+        });
+        rig.reloader.hand_in(package, false).unwrap();
+        rig.step();
+        let latest = rig.port.latest();
+        assert_eq!((latest.generation, &*latest.outputs), (generation, &[outputs][..]), "{safe:?}");
+    }
 }
 
 #[test]

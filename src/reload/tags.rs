@@ -1,0 +1,69 @@
+//! Tags: those that have another address, another name, other limits.
+
+use super::memory::begins;
+use super::{Names, Plan, Side, State};
+use crate::isa::{Address, Bit, BitSpace, Word};
+
+/// Tags that have another address now: what the old one held stays where it was.
+pub(super) fn moved(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+    let layout = &old.symbols.layout;
+    for (tag, to) in &names.new.tags {
+        let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
+        let text = format!("tag {tag} moved from {from} to {to}");
+        let is_input = |at: &Address| matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)));
+        let cells = (layout.cell(held(*from)), layout.cell(held(*to)));
+        let (Some(from_cell), Some(to_cell)) = cells else {
+            plan.say(text);
+            continue;
+        };
+        let left = names.new.addresses.get(from).cloned().flatten();
+        let left = left.map_or_else(String::new, |other| format!(", which is {other} now"));
+        plan.say_of(
+            text,
+            State::Moved {
+                from: from_cell,
+                to: to_cell,
+                old: from.to_string(),
+                new: to.to_string(),
+                begins: begins(plan, to_cell),
+                input: is_input(to),
+                force: format!("the force stays on {from}{left}; {tag} ({to}) is not forced"),
+            },
+        );
+    }
+}
+
+/// Tags of the same address by another name.
+pub(super) fn renamed(plan: &mut Plan, names: &Names<'_>) {
+    let gone = names.old.tags.iter().filter(|(tag, _)| !names.new.tags.contains_key(*tag));
+    let mut new: Vec<_> =
+        names.new.tags.iter().filter(|(tag, _)| !names.old.tags.contains_key(*tag)).collect();
+    for (tag, address) in gone {
+        let Some(at) = new.iter().position(|(_, other)| *other == address) else { continue };
+        let (now, _) = new.remove(at);
+        plan.say(format!("tag {tag} ({address}) is called {now} now"));
+    }
+}
+
+/// Words whose limits are others, told where their value is not within.
+pub(super) fn limits(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+    for address in names.new.addresses.keys() {
+        let Address::Word(word) = *address else { continue };
+        let (min, max) = new.symbols.limits(word);
+        if old.symbols.limits(word) == (min, max) {
+            continue;
+        }
+        let Some(cell) = old.symbols.layout.cell(*address) else { continue };
+        let begins = begins(plan, cell);
+        let said = names.new.say(*address);
+        plan.say_of(said, State::Limits { cell, begins, limits: (min, max) });
+    }
+}
+
+/// Where the value of an address is.
+fn held(address: Address) -> Address {
+    match address {
+        Address::Structure(structure) => Address::Word(Word::Acc(structure)),
+        other => other,
+    }
+}
