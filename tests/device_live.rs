@@ -75,6 +75,11 @@ fn its_bits_are_forced_and_not_written() {
     assert!(written.err.contains("device line1 moves `D5`"), "{written:?}");
     live.ok("force line1.Stale off");
     live.await_values("line1.Stale C0", "OFF OFF");
+    let ladder = std::fs::read_to_string(live.folder.join("ladder.toml")).unwrap();
+    std::fs::write(live.folder.join("ladder.toml"), ladder.replace("1234", "1235")).unwrap();
+    live.ok("reload");
+    live.await_values("D0 line1.Stale C0", "1235 OFF OFF");
+    assert!(live.ok("status").contains("line1.Stale"), "the force survives the reload");
     live.ok("unforce line1.Stale");
     live.await_values("line1.Stale C0", "ON ON");
 }

@@ -147,7 +147,12 @@ impl Swap<'_> {
             ["Task", block, "is", "disabled", ..] => old_block(block) && new(&running(block)) == 0,
             ["Program" | "Task", block, "is", "new,", "and", "starts"] => new(&running(block)) == 1,
             ["Program" | "Task", block, "is", "new"] => new(&running(block)) == 0,
-            ["Program", _, "begins", "at", "its", "Stage", stage] => new(stage) == 1,
+            ["Program", block, "begins", "at", "its", "Stage", stage] => {
+                // One that was just restarted has its first turn to come: no Stage is ON before.
+                let begin = format!("{block}.");
+                let mut stages = self.new.symbols.stages.iter();
+                new(stage) == 1 || !stages.any(|name| name.starts_with(&begin) && new(name) == 1)
+            }
             ["Stage", stage, "stays", "ON"] => old_stage(stage) && new(stage) == 1,
             ["Stage", stage, "is", "gone", "and", ..] => old_stage(stage),
             ["Stage", stage, "is", "gone;", ..] => !old_stage(stage),

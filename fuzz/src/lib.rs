@@ -12,6 +12,7 @@ use rungd::io::modbus::Map;
 use rungd::io::modbus::answer::{Answer, answer, refused, written};
 use rungd::io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
 use rungd::io::modbus::map::Asker;
+use rungd::io::modbus_client as client;
 use rungd::isa::{MemorySizes, address_text, duration};
 use rungd::load::decode;
 use rungd::lower::{Symbols, lower};
@@ -155,11 +156,38 @@ pub fn modbus_server(mut bytes: &[u8]) {
             }
         };
         assert!(reply[0] == pdu[0] || (reply[0] == pdu[0] | 0x80 && reply.len() == 2));
-        let framed = frame::reply(header, |frame| frame.extend_from_slice(&reply));
+        let framed = frame::around(header, |frame| frame.extend_from_slice(&reply));
         assert!(framed.len() <= FRAME_BYTES_MAX);
         let whole = frame::split(&framed);
         assert!(matches!(whole, Split::Frame { pdu, .. } if pdu == reply));
         bytes = &bytes[taken..];
+    }
+}
+
+/// What a Modbus client receives: an answer to each kind of request, by TCP and on a serial line.
+pub fn modbus_client(bytes: &[u8]) {
+    let requests: [&[u8]; 8] = [
+        &[1, 0, 0, 0, 9],
+        &[2, 0, 0, 7, 208],
+        &[3, 0, 5, 0, 2],
+        &[4, 255, 255, 0, 1],
+        &[5, 0, 0, 255, 0],
+        &[6, 0, 1, 18, 52],
+        &[15, 0, 0, 0, 9, 2, 255, 1],
+        &[16, 0, 0, 0, 1, 2, 1, 2],
+    ];
+    for request in requests {
+        let of_read = request[0] <= 4;
+        if let Ok(data) = client::answer::check(request, bytes) {
+            assert!(bytes.ends_with(data) && (of_read || data.is_empty()));
+        }
+        if let Some(pdu) = client::rtu::find(bytes, 17, request) {
+            assert!(pdu[0] & 0x7f == request[0]);
+            let _ = client::answer::check(request, pdu);
+        }
+        if let Split::Frame { pdu, .. } = frame::split(bytes) {
+            let _ = client::answer::check(request, pdu);
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use super::reach::Forced;
 use super::scan::Engine;
 use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
-use crate::isa::{Bit, BitSpace, BlockId, StageId, Structure, Word, WordSpace};
+use crate::isa::{Bit, BitSpace, BlockId, DeviceId, Health, StageId, Structure, Word, WordSpace};
 
 /// Neighbouring cells that keep what they hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,6 +111,12 @@ impl Layout {
             shared.push((firsts, space.count(self.sizes()), space.count(new.sizes())));
         }
         shared.push(((first(self, BitSpace::St), first(new, BitSpace::St)), ST_COUNT, ST_COUNT));
+        let devices = |layout: &Layout| {
+            let first = layout.bit(Bit::Device(DeviceId(0), Health::Ok)).0;
+            (first, layout.sizes().devices * Health::ALL.len() as u32)
+        };
+        let ((from, count), (to, new_count)) = (devices(self), devices(new));
+        shared.push(((from, to), count, new_count));
         for (structure, old_count, new_count) in self.structures(new) {
             let record = |layout: &Layout| layout.record(structure) * RECORD as u32;
             let (from, to) = (old_count * RECORD as u32, new_count * RECORD as u32);
