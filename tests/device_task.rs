@@ -86,10 +86,6 @@ impl Driver for Scripted {
     fn disconnect(&mut self) {
         drop(self.note(Call::Disconnect));
     }
-
-    fn peer(&self) -> String {
-        "the test".to_owned()
-    }
 }
 
 struct Bench {

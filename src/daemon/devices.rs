@@ -10,6 +10,7 @@ use tokio::time::sleep;
 use tracing::info;
 
 use super::config::Setup;
+use crate::io::caught::caught;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
 use crate::io::gpio::{Gpio, Kernel};
@@ -155,8 +156,8 @@ impl Starter<'_> {
     ) {
         let health = self.healths[device.id.0 as usize].clone();
         tasks.spawn(async move {
-            if let Err(gone) = tokio::spawn(task).await {
-                health.end(&format!("its task is gone: {gone}; restart rungd"));
+            if caught(task).await.is_none() {
+                health.end("its task is gone, by the bug that a line before tells: restart rungd");
             }
         });
     }

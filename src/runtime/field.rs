@@ -173,7 +173,10 @@ impl Line {
             // Never beyond what its cell holds.
             let held = self.targets.iter().zip(inputs).map(|(target, value)| target.held(*value));
             self.images.write(held);
-            self.given = Some(inputs.into());
+            match &mut self.given {
+                Some(given) => given.copy_from_slice(inputs),
+                None => self.given = Some(inputs.into()),
+            }
         }
         self.pulse.good_ns.store(now_ns.max(1), Ordering::Release);
         self.pulse.troubled.store(false, Ordering::Release);

@@ -73,9 +73,6 @@ pub trait Driver: Send + 'static {
 
     /// Lets go of the peer.
     fn disconnect(&mut self);
-
-    /// Whom the log names: `127.0.0.1:502`.
-    fn peer(&self) -> String;
 }
 
 impl Trouble {

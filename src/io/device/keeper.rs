@@ -6,8 +6,7 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::time::{Instant, sleep};
-use tracing::{info, warn};
+use tokio::time::sleep;
 
 use super::health::Health;
 use super::retry::Retry;
@@ -33,13 +32,12 @@ pub struct Keeper {
     health: Health,
     port: Port,
     retry: Retry,
-    troubled: Option<Instant>,
 }
 
 impl Keeper {
     /// A keeper that has not opened its device yet.
     pub fn new(opener: Arc<dyn Opener>, line: LocalLine, health: Health, port: Port) -> Keeper {
-        Keeper { opener, line, health, port, retry: Retry::new(), troubled: None }
+        Keeper { opener, line, health, port, retry: Retry::new() }
     }
 
     /// Opens the device for the first time: before the first scan, which so sees its inputs.
@@ -47,7 +45,7 @@ impl Keeper {
         let first = self.line.safe_values(&self.port.latest());
         match self.opener.open(&first) {
             Ok(device) => self.hand_in(device),
-            Err(error) => self.tell_trouble(&error.to_string()),
+            Err(error) => self.health.trouble(&error.to_string()),
         }
     }
 
@@ -62,7 +60,7 @@ impl Keeper {
                 () = sleep(wait) => {}
             }
             if let Some(failure) = self.line.failure() {
-                self.tell_trouble(&failure.to_string());
+                self.health.trouble(&failure.to_string());
             } else if !open {
                 self.open_again().await;
             } else {
@@ -77,34 +75,16 @@ impl Keeper {
             (Arc::clone(&self.opener), self.line.safe_values(&self.port.latest()));
         match tokio::task::spawn_blocking(move || opener.open(&first)).await {
             Ok(Ok(device)) => self.hand_in(device),
-            Ok(Err(error)) => self.tell_trouble(&error.to_string()),
-            Err(panic) => self.tell_trouble(&panic.to_string()),
+            Ok(Err(error)) => self.health.trouble(&error.to_string()),
+            Err(panic) => self.health.trouble(&panic.to_string()),
         }
     }
 
     fn hand_in(&mut self, device: Arc<dyn Local>) {
         if !self.line.hand_in(device) {
-            return self.tell_trouble("the scan thread takes no device");
+            return self.health.trouble("the scan thread takes no device");
         }
         self.retry.reset();
         self.health.open(self.line.exchanged());
-        if let Some(since) = self.troubled.take() {
-            let (reading, lasted_ms) = (self.health.reading(), since.elapsed().as_millis() as u64);
-            let (device, peer) = (&reading.name, &reading.peer);
-            let seconds = since.elapsed().as_secs_f64();
-            info!(
-                event = "device-well",
-                %device, %peer, lasted_ms, "{device} is open again after {seconds:.1} s"
-            );
-        }
-    }
-
-    fn tell_trouble(&mut self, reason: &str) {
-        self.troubled.get_or_insert_with(Instant::now);
-        if self.health.bad(reason) {
-            let reading = self.health.reading();
-            let (device, peer) = (&reading.name, &reading.peer);
-            warn!(event = "device-trouble", %device, %peer, "{device}: {reason} ({peer})");
-        }
     }
 }

@@ -12,7 +12,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout_at};
-use tracing::{info, warn};
 
 use super::driver::{Done, Driver, Exchange, Occasion, Trouble};
 use super::health::Health;
@@ -46,10 +45,6 @@ pub struct Device<D> {
     connected: bool,
     /// When the exchange began that goes on after a part of it.
     begun: Option<Instant>,
-    /// Since when exchanges fail.
-    troubled: Option<Instant>,
-    /// The log knows of it.
-    is_told: bool,
 }
 
 /// What a device is made of.
@@ -120,8 +115,6 @@ impl<D: Driver> Device<D> {
             offered: vec![0; count],
             connected: false,
             begun: None,
-            troubled: None,
-            is_told: false,
         }
     }
 
@@ -282,9 +275,7 @@ impl<D: Driver> Device<D> {
         if is_good && matches!(occasion, Occasion::Poll | Occasion::First) {
             self.retry.reset();
             self.line.deliver(&self.inputs, monotonic_ns());
-            if self.health.good(begun.elapsed()).is_some() {
-                self.tell_well();
-            }
+            self.health.good(begun.elapsed());
         }
     }
 
@@ -299,30 +290,7 @@ impl<D: Driver> Device<D> {
 
     fn tell_trouble(&mut self, trouble: &Trouble) {
         self.line.trouble();
-        self.troubled.get_or_insert_with(Instant::now);
-        if !self.health.bad(&trouble.reason) {
-            return;
-        }
-        if let Some(withheld) = self.health.may_tell() {
-            self.is_told = true;
-            let (reading, peer) = (self.health.reading(), self.driver.peer());
-            let (device, reason) = (&reading.name, format!("{trouble} ({peer}){withheld}"));
-            warn!(event = "device-trouble", %device, %peer, "{device}: {reason}");
-        }
-    }
-
-    fn tell_well(&mut self) {
-        let Some(since) = self.troubled.take() else { return };
-        if !std::mem::take(&mut self.is_told) {
-            return;
-        }
-        let (reading, lasted_ms) = (self.health.reading(), since.elapsed().as_millis() as u64);
-        let (device, peer) = (&reading.name, &reading.peer);
-        let seconds = since.elapsed().as_secs_f64();
-        info!(
-            event = "device-well",
-            %device, %peer, lasted_ms, "{device} exchanges again after {seconds:.1} s of trouble"
-        );
+        self.health.trouble(&trouble.reason);
     }
 }
 

@@ -278,10 +278,6 @@ impl<L: Link> Driver for Client<L> {
     fn disconnect(&mut self) {
         self.talk.link.close();
     }
-
-    fn peer(&self) -> String {
-        self.talk.link.peer()
-    }
 }
 
 impl<L: Link> Talk<L> {

@@ -34,7 +34,4 @@ pub trait Link: Send + 'static {
 
     /// Lets go of it.
     fn close(&mut self);
-
-    /// Whom it reaches.
-    fn peer(&self) -> String;
 }

@@ -43,7 +43,6 @@ pub struct Lines {
 /// A device's way over its line.
 pub struct Rtu {
     line: Arc<Mutex<Line>>,
-    port: String,
     timeout: Duration,
 }
 
@@ -74,10 +73,9 @@ enum Echo {
 impl Lines {
     /// A way over this line, for a device whose answers are whole within `timeout`.
     pub fn link(&mut self, settings: &Serial, timeout: Duration) -> Rtu {
-        let port = settings.port.clone();
         let new = || Arc::new(Mutex::new(Line::new(settings.clone())));
-        let line = self.by_port.entry(port.clone()).or_insert_with(new);
-        Rtu { line: Arc::clone(line), port, timeout }
+        let line = self.by_port.entry(settings.port.clone()).or_insert_with(new);
+        Rtu { line: Arc::clone(line), timeout }
     }
 }
 
@@ -141,10 +139,6 @@ impl Link for Rtu {
 
     fn close(&mut self) {
         // Others may be talking over it, and a healthy port stays open.
-    }
-
-    fn peer(&self) -> String {
-        self.port.clone()
     }
 }
 

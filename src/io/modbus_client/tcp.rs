@@ -76,10 +76,6 @@ impl Link for Tcp {
     fn close(&mut self) {
         self.stream = None;
     }
-
-    fn peer(&self) -> String {
-        self.address.to_string()
-    }
 }
 
 /// Receives until it is a whole frame, or can be none.

@@ -44,8 +44,4 @@ impl Driver for Plant {
     }
 
     fn disconnect(&mut self) {}
-
-    fn peer(&self) -> String {
-        "this process".to_owned()
-    }
 }
