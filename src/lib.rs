@@ -21,5 +21,6 @@ pub mod reload;
 pub mod resolve;
 pub mod retain;
 pub mod runtime;
+mod say;
 pub mod sim;
 pub mod source;

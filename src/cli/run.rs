@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use tracing::error;
 
 use super::check::style;
 use super::exit::Exit;
@@ -16,6 +15,7 @@ use crate::daemon::log::{self, LogFormat, LogLevel};
 use crate::daemon::{self, Ending, Failure, Host, Options, config};
 use crate::isa::duration;
 use crate::runtime::exchange::StopReason;
+use crate::say::say;
 
 /// So many a start needs free, with some to spare.
 const DESCRIPTORS_LEAST: usize = 16;
@@ -73,7 +73,7 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     let file = args.restart_guard.clone().or_else(guard::file_of_environment);
     let mut guard = Guard::begin(file, args.healthy_after);
     let exit = run_logged(args, &mut host, &mut guard).unwrap_or_else(|why| {
-        error!(event = "start-refused", "rungd does not start: {why:#}");
+        say!(START_REFUSED, "rungd does not start: {why:#}");
         Exit::of(&why)
     });
     guard.end(match exit {
@@ -118,11 +118,11 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::Bug) => Ok(Exit::Software),
         Err(Failure::Configuration(why)) => {
-            error!(event = "start-refused", "rungd does not start: {why}");
+            say!(START_REFUSED, "rungd does not start: {why}");
             Ok(Exit::Config)
         }
         Err(Failure::Environment(why)) => {
-            error!(event = "start-refused", "rungd does not start: {why:#}");
+            say!(START_REFUSED, "rungd does not start: {why:#}");
             Ok(Exit::Io)
         }
     }
@@ -134,11 +134,11 @@ fn refuse(args: &RunArgs, text: &str) -> Exit {
         super::say(&format!("{}\n", text.trim_end()));
     } else {
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
-            error!(event = "finding", "{line}");
+            say!(FINDING, "{line}");
         }
     }
-    error!(
-        event = "start-refused",
+    say!(
+        START_REFUSED,
         "rungd does not start: {} cannot be run as it is",
         args.controller.display()
     );

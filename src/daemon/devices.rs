@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use tokio::task::JoinSet;
 use tokio::time::sleep;
-use tracing::info;
 
 use super::config::Setup;
 use crate::io::caught::caught;
@@ -20,6 +19,7 @@ use crate::resolve::device::modbus::{self, Link};
 use crate::resolve::device::{Device, Driver as Settings};
 use crate::runtime::exchange::Port;
 use crate::runtime::field::{Ends, Wiring};
+use crate::say::say;
 
 /// How all devices are, by number.
 pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
@@ -78,7 +78,7 @@ impl Starter<'_> {
         let mut lines = Lines::default();
         for ((device, wiring), ends) in devices.zip(ends) {
             let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
-            info!(event = "device", device = %name, points, "device {name}: {points} points");
+            say!(DEVICE, device = %name, points, "device {name}: {points} points");
             self.one((device, wiring), ends, &mut lines, tasks);
         }
     }

@@ -16,10 +16,9 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use tracing::{info, warn};
-
 use super::narration::span;
 use crate::runtime::exchange::Mode;
+use crate::say::say;
 
 /// So many restarts lead to STOP.
 const RESTARTS_MAX: u32 = 10;
@@ -85,14 +84,14 @@ impl Guard {
         let Some(file) = &guard.file else { return guard };
         if let Err(why) = may_be_ours(file) {
             let file = file.display();
-            warn!(event = "restart-guard-file", "restarts are not counted: {file} is left: {why}");
+            say!(RESTART_GUARD_FILE, "restarts are not counted: {file} is left: {why}");
             guard.file = None;
             return guard;
         }
         let before = read(file).unwrap_or_else(|why| {
             let file = file.display();
-            warn!(
-                event = "restart-guard-file",
+            say!(
+                RESTART_GUARD_FILE,
                 "the count of restarts in {file} is lost: {why}; it begins anew"
             );
             Count::default()
@@ -100,10 +99,7 @@ impl Guard {
         let restarts = before.restarts.saturating_add(u32::from(before.running));
         if let Err(why) = write(file, Count { restarts, running: true }) {
             let file = file.display();
-            warn!(
-                event = "restart-guard-file",
-                "restarts are not counted: {file} cannot be written: {why}"
-            );
+            say!(RESTART_GUARD_FILE, "restarts are not counted: {file} cannot be written: {why}");
             guard.file = None;
             return guard;
         }
@@ -120,16 +116,16 @@ impl Guard {
     fn tell(&self, unclean: bool) {
         let (restarts, healthy) = (self.restarts, span(self.healthy.enough.as_nanos() as u64));
         if self.trips() {
-            warn!(
-                event = "restart-guard",
+            say!(
+                RESTART_GUARD,
                 restarts,
                 "{restarts} restarts after unclean ends, without {healthy} in RUN between them: \
                  starting in STOP. The log before each of them says why it ended; \
                  `rungd mode run`, or an orderly restart of rungd, runs it again"
             );
         } else if unclean {
-            warn!(
-                event = "restart-counted",
+            say!(
+                RESTART_COUNTED,
                 restarts,
                 "the process before this one was killed or crashed: restart {restarts} of \
                  {RESTARTS_MAX} without {healthy} in RUN between them, upon which it would start \
@@ -146,7 +142,7 @@ impl Guard {
         }
         self.restarts = 0;
         let healthy = span(self.healthy.enough.as_nanos() as u64);
-        info!(event = "restart-guard-reset", "{healthy} in RUN: restarts are counted anew");
+        say!(RESTART_GUARD_RESET, "{healthy} in RUN: restarts are counted anew");
         let file = file.clone();
         // On a thread of its own: who looks also feeds systemd's watchdog.
         let named = thread::Builder::new().name("rungd-guard".into());
@@ -154,7 +150,7 @@ impl Guard {
             .spawn(move || {
                 if let Err(why) = write(&file, Count { restarts: 0, running: true }) {
                     let file = file.display();
-                    warn!(event = "restart-guard-file", "{file} cannot be written: {why}");
+                    say!(RESTART_GUARD_FILE, "{file} cannot be written: {why}");
                 }
             })
             .ok();
@@ -179,8 +175,8 @@ impl Guard {
         };
         if let Err(why) = done {
             let file = file.display();
-            warn!(
-                event = "restart-guard-file",
+            say!(
+                RESTART_GUARD_FILE,
                 "this end is counted as unclean: {file} cannot be written: {why}"
             );
         }

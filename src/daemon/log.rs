@@ -207,6 +207,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
+    use crate::say::say;
 
     #[derive(Clone, Default)]
     struct Sink(Arc<Mutex<Vec<u8>>>);
@@ -227,8 +228,8 @@ mod tests {
         let queue = LogQueue::new(sink.clone(), None).unwrap();
         let (filter, _handle) = reload::Layer::new(level.filter());
         tracing::subscriber::with_default(subscriber(form, filter, queue.clone()), || {
-            tracing::warn!(event = "alarm-on", tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
-            tracing::debug!(event = "stage-on", ms = 1.0, on = true, "a\ndetail");
+            say!(ALARM_ON, tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
+            say!(STAGE_ON at Debug, ms = 1.0, on = true, "a\ndetail");
         });
         queue.flush();
         let bytes = sink.0.lock().unwrap().clone();

@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 use super::journal::Socket;
 use super::log_limits::Limits;
 use super::narration::span;
+use crate::say::say;
 
 /// How many lines wait before details are dropped, and before all others are too.
 const DETAILS_MAX: usize = 4096;
@@ -224,8 +225,8 @@ impl Tally {
         for (event, told) in self.limits.told(self.started.elapsed().as_nanos() as u64, all) {
             let (lines, over) = (told.lines, span(told.lasted_ns));
             let withheld = event.name;
-            tracing::warn!(
-                event = "lines-withheld",
+            say!(
+                LINES_WITHHELD,
                 withheld,
                 lines,
                 "{withheld} comes too often: so many lines of the last {over} were left out"
@@ -233,8 +234,8 @@ impl Tally {
         }
         let lines = self.dropped.swap(0, Ordering::Relaxed);
         if lines > 0 {
-            tracing::warn!(
-                event = "log-dropped",
+            say!(
+                LOG_DROPPED,
                 lines,
                 lost = lines_dropped(),
                 "log lines were dropped: the log was read too slowly, or could not be written"

@@ -7,8 +7,6 @@
 
 use std::sync::Arc;
 
-use tracing::{debug, error, info, warn};
-
 use super::allowance::Alarms;
 use super::log_limits::Told;
 use super::log_queue::lines_dropped;
@@ -16,14 +14,15 @@ use super::narration::{BlockNews, Narration, reason, span, us};
 use crate::io::device::Health;
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{DeviceEdge, Generations, Observer, Record, Statistics, What};
+use crate::say::say;
 
 /// The statistics since the last heartbeat, or of the whole run.
 macro_rules! tell {
-    ($event:literal, $statistics:expr, $text:literal $(, $field:ident = $value:expr)*) => {{
+    ($event:ident, $statistics:expr, $text:literal $(, $field:ident = $value:expr)*) => {{
         let Statistics { scans, execution: scan, lateness: late, overruns, skipped, .. } =
             *$statistics;
-        info!(
-            event = $event,
+        say!(
+            $event,
             $($field = $value,)*
             scans,
             overruns,
@@ -131,34 +130,34 @@ impl LogWriter {
             self.tripped = false;
         }
         match mode {
-            Mode::Run => info!(
-                event = "mode-run",
-                scan,
-                "RUN: scanning every {}",
-                span(self.narration.tempo.period_ns)
-            ),
+            Mode::Run => {
+                say!(MODE_RUN, scan, "RUN: scanning every {}", span(self.narration.tempo.period_ns))
+            }
             Mode::Stop(reason) if reason.waits_for_operator() => {
                 let again = self.facts.again();
-                warn!(
-                    event = "mode-stop",
+                say!(
+                    MODE_STOP at Warn,
                     scan, "STOP: {why}; outputs are at their safe values; {again}"
                 );
             }
             Mode::Stop(_) => {
-                info!(event = "mode-stop", scan, "STOP: {why}; outputs are at their safe values")
+                say!(MODE_STOP, scan, "STOP: {why}; outputs are at their safe values")
             }
             // The scan that did not end did in the end: nothing new is wrong.
             Mode::Fault(FaultReason::ScanTooLong { scan_us }) if self.tripped => {
-                info!(
-                    event = "fault-scan-ended",
-                    scan, scan_us, "the scan of this fault has ended; it is not complete"
+                say!(
+                    FAULT_SCAN_ENDED,
+                    scan,
+                    scan_us,
+                    "the scan of this fault has ended; it is not complete"
                 );
             }
             // Likewise the scan that did not come.
             Mode::Fault(FaultReason::ScanNeverBegins) if self.tripped => {
-                info!(
-                    event = "fault-thread-back",
-                    scan, "the scan thread of this fault has come back; it does not scan"
+                say!(
+                    FAULT_THREAD_BACK,
+                    scan,
+                    "the scan thread of this fault has come back; it does not scan"
                 );
             }
             Mode::Fault(fault) => self.fault(fault, Some(scan)),
@@ -167,8 +166,8 @@ impl LogWriter {
 
     fn fault(&self, fault: FaultReason, scan: Option<u64>) {
         let watchdog = span(self.narration.tempo.watchdog_ns);
-        error!(
-            event = "mode-fault",
+        say!(
+            MODE_FAULT,
             scan,
             %watchdog,
             "FAULT: {fault}; outputs are at their safe values; {}",
@@ -182,12 +181,12 @@ impl LogWriter {
         let lasted_ms = after_ns / 1_000_000;
         match (&news.alarm, on) {
             (Some(_), _) if !self.alarms.change(watch, on, scan, record.at_ns) => {}
-            (Some(text), true) => warn!(event = "alarm-on", %tag, scan, "alarm ON: {text}"),
+            (Some(text), true) => say!(ALARM_ON, %tag, scan, "alarm ON: {text}"),
             (Some(text), false) => {
-                info!(event = "alarm-off", %tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
+                say!(ALARM_OFF, %tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
             }
-            (None, true) => info!(event = "tag-on", %tag, scan, "{tag} is ON"),
-            (None, false) => info!(event = "tag-off", %tag, scan, lasted_ms, "{tag} is OFF"),
+            (None, true) => say!(TAG_ON, %tag, scan, "{tag} is ON"),
+            (None, false) => say!(TAG_OFF, %tag, scan, lasted_ms, "{tag} is OFF"),
         }
     }
 
@@ -210,17 +209,17 @@ impl LogWriter {
         let why = reading.trouble.map_or(String::new(), |reason| format!(": {reason}")) + &withheld;
         match edge {
             DeviceEdge::Present => {
-                info!(event = "device-present", %device, %peer, scan, "{device} exchanges");
+                say!(DEVICE_PRESENT, %device, %peer, scan, "{device} exchanges");
             }
-            DeviceEdge::Absent => warn!(
-                event = "device-absent",
+            DeviceEdge::Absent => say!(
+                DEVICE_ABSENT,
                 %device, %peer, scan, "{device} has not answered since the start{why}"
             ),
             DeviceEdge::Lost => {
-                warn!(event = "device-lost", %device, %peer, scan, "{device} is lost{why}");
+                say!(DEVICE_LOST, %device, %peer, scan, "{device} is lost{why}");
             }
-            DeviceEdge::Back { lost_ns, scans } => info!(
-                event = "device-back",
+            DeviceEdge::Back { lost_ns, scans } => say!(
+                DEVICE_BACK,
                 %device,
                 %peer,
                 scan,
@@ -245,8 +244,8 @@ impl LogWriter {
             1 => "overrun: a scan was".to_owned(),
             _ => format!("overruns: {count} more scans were"),
         };
-        warn!(
-            event = "overrun",
+        say!(
+            OVERRUN,
             scan,
             skipped,
             scan_us_max,
@@ -261,7 +260,7 @@ impl LogWriter {
         for (watch, scan) in alarms {
             let Some(news) = self.narration.bit(*watch) else { continue };
             let (tag, text) = (&news.tag, news.alarm.as_deref().unwrap_or_default());
-            warn!(event = "alarm-on", %tag, scan, "alarm ON: {text}");
+            say!(ALARM_ON, %tag, scan, "alarm ON: {text}");
         }
     }
 
@@ -273,10 +272,7 @@ impl LogWriter {
             self.beat_ns = Some(now_ns);
             let (mode, scans, forces) = (latest.mode.name(), latest.scans, self.forces);
             let log_lost = lines_dropped();
-            info!(
-                event = "heartbeat",
-                mode, forces, log_lost, scans, "nothing is scanned in {mode}"
-            );
+            say!(HEARTBEAT, mode, forces, log_lost, scans, "nothing is scanned in {mode}");
         }
     }
 
@@ -307,11 +303,11 @@ impl LogWriter {
         match mode {
             Mode::Fault(reason) => {
                 let again = self.facts.remedy(reason);
-                error!(event = "mode-still", "still in FAULT after {lasts}: {why}; {again}");
+                say!(MODE_STILL at Error, "still in FAULT after {lasts}: {why}; {again}");
             }
             _ => {
                 let again = self.facts.again();
-                warn!(event = "mode-still", "still in STOP after {lasts}: {why}; {again}");
+                say!(MODE_STILL, "still in STOP after {lasts}: {why}; {again}");
             }
         }
     }
@@ -325,9 +321,9 @@ impl Observer for LogWriter {
             What::Block(event) => {
                 let BlockNews { event, kind, name, what, news } = self.narration.block_event(event);
                 if news {
-                    info!(event, block = name, scan, "{kind} {name} {what}");
+                    say!(*event at Info, block = name, scan, "{kind} {name} {what}");
                 } else {
-                    debug!(event, block = name, scan, "{kind} {name} {what}");
+                    say!(*event at Debug, block = name, scan, "{kind} {name} {what}");
                 }
             }
             What::Swapped { generation, swap_ns } => {
@@ -336,19 +332,21 @@ impl Observer for LogWriter {
                 self.alarms = Alarms::new();
                 self.narration = self.narrations.of(generation);
                 let swap_us = us(swap_ns);
-                debug!(event = "program-swapped", scan, swap_us, "another program scans");
+                say!(PROGRAM_SWAPPED, scan, swap_us, "another program scans");
             }
             What::Device { device, edge } => self.device(device, edge, scan),
             What::EventsLost(events) => {
-                warn!(
-                    event = "events-lost",
-                    scan, events, "more happened to blocks in this scan than can be told"
+                say!(
+                    EVENTS_LOST,
+                    scan,
+                    events,
+                    "more happened to blocks in this scan than can be told"
                 );
             }
             What::Bit { watch, on, after_ns } => self.bit(watch, on, after_ns, record),
             What::Word { watch, from, to } => {
                 let tag = self.narration.word(watch);
-                info!(event = "tag-value", %tag, scan, from, to, "{tag} is {to}, was {from}");
+                say!(TAG_VALUE, %tag, scan, from, to, "{tag} is {to}, was {from}");
             }
             What::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
                 self.overruns(count, skipped, (scan_ns_max, late_ns_max), scan);
@@ -360,7 +358,7 @@ impl Observer for LogWriter {
         self.beat_ns = None;
         let mode = self.mode.name();
         tell!(
-            "heartbeat",
+            HEARTBEAT,
             statistics,
             "scan statistics of the last {}",
             mode = mode,
@@ -370,9 +368,10 @@ impl Observer for LogWriter {
     }
 
     fn dropped(&mut self, records: u64) {
-        warn!(
-            event = "records-dropped",
-            records, "records of the scan thread were dropped: more happened than can be told"
+        say!(
+            RECORDS_DROPPED,
+            records,
+            "records of the scan thread were dropped: more happened than can be told"
         );
     }
 
@@ -401,8 +400,8 @@ impl Observer for LogWriter {
 fn tell_withheld(told: Option<Told>) {
     if let Some(Told { lines, lasted_ns }) = told {
         let (withheld, over) = ("alarm-on", span(lasted_ns));
-        warn!(
-            event = "lines-withheld",
+        say!(
+            LINES_WITHHELD,
             withheld,
             lines,
             "alarms come too often: so many lines of the last {over} were left out"
@@ -412,7 +411,7 @@ fn tell_withheld(told: Option<Told>) {
 
 /// At the end.
 pub(super) fn tell_statistics(statistics: &Statistics) {
-    tell!("statistics", statistics, "scan statistics of the whole run, {}");
+    tell!(STATISTICS, statistics, "scan statistics of the whole run, {}");
 }
 
 #[cfg(test)]

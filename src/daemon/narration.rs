@@ -4,6 +4,7 @@
 
 use super::log_writer::Facts;
 use crate::engine::{BlockEvent, Cell, Element};
+use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
 use crate::lower::Symbols;
 use crate::resolve::program::{Block, BlockKind, Program};
@@ -27,7 +28,7 @@ pub(super) struct Narration {
 /// What happened to a block or Stage.
 pub(super) struct BlockNews<'a> {
     /// In the catalogue.
-    pub event: &'static str,
+    pub event: &'static Event,
     /// Program, Task or Stage.
     pub kind: &'static str,
     pub name: &'a str,
@@ -82,12 +83,16 @@ impl Narration {
     /// stop are details.
     pub fn block_event(&self, event: BlockEvent) -> BlockNews<'_> {
         let (event, of, what) = match event {
-            BlockEvent::Started(id) => ("block-started", Element::Block(id), "started"),
-            BlockEvent::Stopped(id) => ("block-stopped", Element::Block(id), "stopped"),
-            BlockEvent::Completed(id) => ("block-completed", Element::Block(id), "completed"),
-            BlockEvent::StageOn(id) => ("stage-on", Element::Stage(id), "is ON"),
-            BlockEvent::StageOff(id) => ("stage-off", Element::Stage(id), "is OFF"),
-            BlockEvent::Terminated(of) => ("termination-pass", of, "had its termination pass"),
+            BlockEvent::Started(id) => (&events::BLOCK_STARTED, Element::Block(id), "started"),
+            BlockEvent::Stopped(id) => (&events::BLOCK_STOPPED, Element::Block(id), "stopped"),
+            BlockEvent::Completed(id) => {
+                (&events::BLOCK_COMPLETED, Element::Block(id), "completed")
+            }
+            BlockEvent::StageOn(id) => (&events::STAGE_ON, Element::Stage(id), "is ON"),
+            BlockEvent::StageOff(id) => (&events::STAGE_OFF, Element::Stage(id), "is OFF"),
+            BlockEvent::Terminated(of) => {
+                (&events::TERMINATION_PASS, of, "had its termination pass")
+            }
         };
         let (kind, name, news) = match of {
             Element::Block(id) => self.block(id),

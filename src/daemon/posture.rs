@@ -1,8 +1,7 @@
 //! What was asked of the machine and what it granted, in the log, and what `strict` makes of it.
 
-use tracing::{info, warn};
-
 use crate::runtime::Grant;
+use crate::say::say;
 
 /// Tells it; `Err` is why the controller does not start.
 pub(super) fn tell(grants: &[Grant], strict: bool) -> Result<(), String> {
@@ -11,13 +10,13 @@ pub(super) fn tell(grants: &[Grant], strict: bool) -> Result<(), String> {
     };
     let asked = list(&mut grants.iter());
     let granted = list(&mut grants.iter().filter(|grant| grant.refused.is_none()));
-    info!(event = "posture", asked, granted, "real-time posture");
+    say!(POSTURE, asked, granted, "real-time posture");
     let mut refused = Vec::new();
     for Grant { what, refused: refusal } in grants {
         let Some(refusal) = refusal else { continue };
         let (why, remedy) = (&refusal.why, &refusal.remedy);
-        warn!(
-            event = "posture-refused",
+        say!(
+            POSTURE_REFUSED,
             what = %what,
             why = %why,
             "real-time posture: {what} was refused: {why}; it wants {remedy}"

@@ -6,8 +6,6 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use tracing::{error, info, warn};
-
 use super::shell::Failure;
 use crate::engine::Engine;
 use crate::retain::format::{FLAG_FINAL, Stamp};
@@ -16,6 +14,7 @@ use crate::retain::plan::Restoration;
 use crate::retain::show::utc;
 use crate::retain::{Keeper, Plan};
 use crate::runtime::exchange::StopReason;
+use crate::say::say;
 
 /// The most lines about what was not restored.
 const DROPPED_LINES_MAX: usize = 100;
@@ -107,8 +106,8 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
         stamp.scan,
         utc(stamp.saved_ms)
     );
-    info!(
-        event = "retain-restored",
+    say!(
+        RETAIN_RESTORED,
         file = %wanted.path.display(),
         restored = what.restored,
         dropped = what.dropped.len(),
@@ -120,7 +119,7 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
         "retentive memory: {text}"
     );
     for note in &what.notes {
-        info!(event = "retain-restored", "retentive memory: {note}");
+        say!(RETAIN_RESTORED, "retentive memory: {note}");
     }
     tell_dropped(what);
     text
@@ -128,8 +127,8 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
 
 fn tell_dropped(what: &Restoration) {
     for dropped in what.dropped.iter().take(DROPPED_LINES_MAX) {
-        warn!(
-            event = "retain-dropped",
+        say!(
+            RETAIN_DROPPED,
             what = %dropped.what,
             why = %dropped.why,
             "retentive memory: {} is not restored: {}",
@@ -138,23 +137,23 @@ fn tell_dropped(what: &Restoration) {
         );
     }
     if let Some(more) = what.dropped.len().checked_sub(DROPPED_LINES_MAX).filter(|more| *more > 0) {
-        warn!(event = "retain-dropped", more, "retentive memory: {more} more are not restored");
+        say!(RETAIN_DROPPED, more, "retentive memory: {more} more are not restored");
     }
 }
 
 fn tell_cold(wanted: &Wanted, why: &str) -> String {
     let path = wanted.path.display();
     if wanted.runs_cold {
-        warn!(
-            event = "retain-cold",
+        say!(
+            RETAIN_COLD at Warn,
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start: {path}: \
              {why}. `[retain] cold-start` lets it run"
         );
     } else {
-        error!(
-            event = "retain-cold",
+        say!(
+            RETAIN_COLD,
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start, and the mode \
@@ -167,30 +166,30 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
 fn tell_news(path: &Path, news: &News) {
     let path = path.display();
     match news {
-        News::Slot(slot, bad) => warn!(
-            event = "retain-slot",
+        News::Slot(slot, bad) => say!(
+            RETAIN_SLOT,
             file = %path,
             slot,
             why = %bad,
             "retentive memory: slot {slot} of {path} is passed over: {bad}"
         ),
-        News::Aside(aside) => warn!(
-            event = "retain-aside",
+        News::Aside(aside) => say!(
+            RETAIN_ASIDE,
             file = %path,
             aside = %aside.display(),
             "retentive memory: {path} is not written over; it is {} now",
             aside.display()
         ),
-        News::Made(geometry) => info!(
-            event = "retain-made",
+        News::Made(geometry) => say!(
+            RETAIN_MADE,
             file = %path,
             bytes = geometry.file_bytes(),
             "retentive memory: {path} is made: {} slots of {} bytes",
             geometry.slots,
             geometry.slot_bytes
         ),
-        News::NotWritable(why) => error!(
-            event = "retain-failed",
+        News::NotWritable(why) => say!(
+            RETAIN_FAILED,
             file = %path,
             why = %why,
             "retentive memory: {path} cannot be written, and a restart would lose what changes: \

@@ -11,7 +11,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
-use tracing::{error, info, warn};
 
 use super::narration::span;
 use super::retain::{Opened, Wanted, now_ms};
@@ -19,6 +18,7 @@ use crate::retain::keeper::Image;
 use crate::retain::{Keeper, Kept, Plan};
 use crate::runtime::Generations;
 use crate::runtime::exchange::{Mode, Port};
+use crate::say::say;
 
 /// How soon a change of mode is seen, at most.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -117,8 +117,8 @@ impl Retention {
                 span(END_MAX.as_nanos() as u64))),
         };
         match ended {
-            Ok((kept, _)) => info!(
-                event = "retain-final",
+            Ok((kept, _)) => say!(
+                RETAIN_FINAL,
                 image = kept.stamp.sequence,
                 scan = kept.stamp.scan,
                 flush = %span(begin.elapsed().as_nanos() as u64),
@@ -126,8 +126,8 @@ impl Retention {
             ),
             // No scan was complete: the file has what it had.
             Err(why) if why == NOTHING_TO_KEEP || why == NOTHING_RETAINED => {}
-            Err(why) => error!(
-                event = "retain-lost",
+            Err(why) => say!(
+                RETAIN_LOST,
                 file = %self.wanted.path.display(),
                 "retentive memory: the last image is not kept: {why}. The next start restores the \
                  one before"
@@ -277,8 +277,8 @@ impl Worker {
             figures.failing = None;
         }
         if self.failed.take().is_some() {
-            info!(
-                event = "retain-recovered",
+            say!(
+                RETAIN_RECOVERED,
                 file = %path,
                 "retentive memory: {path} is written again"
             );
@@ -286,8 +286,8 @@ impl Worker {
         if flush > self.wanted.interval && due(&mut self.told_slow, REPEAT) {
             let (took, interval) = (flush, self.wanted.interval);
             let [took, interval] = [took, interval].map(|time| span(time.as_nanos() as u64));
-            warn!(
-                event = "retain-slow",
+            say!(
+                RETAIN_SLOW,
                 flush = %took,
                 "retentive memory: it took {took} until an image was durable; the interval is \
                  {interval}, and a power cut may cost both"
@@ -302,8 +302,8 @@ impl Worker {
         let Some(projected) = projected.filter(|projected| *projected > budget) else { return };
         if due(&mut self.told_wear, Duration::from_secs(DAY_S)) {
             let [a_day, budget] = [projected, budget].map(|bytes| bytes / 1_000_000);
-            warn!(
-                event = "retain-wear",
+            say!(
+                RETAIN_WEAR,
                 mb_per_day = a_day,
                 budget_mb_per_day = budget,
                 "retentive memory: {a_day} MB a day are written as it goes now, the budget is \
@@ -316,8 +316,8 @@ impl Worker {
         locked(&self.figures).failing = Some(error.to_string());
         if due(&mut self.failed, REPEAT) {
             let path = self.wanted.path.display();
-            error!(
-                event = "retain-failed",
+            say!(
+                RETAIN_FAILED,
                 file = %path,
                 why = %error,
                 "retentive memory: {path} cannot be written, and a restart would lose what \

@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval, timeout};
-use tracing::{error, info, warn};
 
 use super::config::Setup;
 use super::devices::{self, Starter};
@@ -36,6 +35,7 @@ use crate::resolve::controller::Modbus;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::field::Ends;
 use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
+use crate::say::say;
 
 /// What the command line says beside the controller file.
 #[derive(Clone, Debug)]
@@ -173,11 +173,7 @@ async fn shell(
     let drivers = start_drivers(first, &prepared, &retention, &stopped).await?;
     let (mut drivers, reloads) = drivers;
     if let Some(name) = attendance.signals.before(inputs).await {
-        info!(
-            event = "signal",
-            signal = name,
-            "{name}: ending before the first scan; nothing was scanned"
-        );
+        say!(SIGNAL, signal = name, "{name}: ending before the first scan; nothing was scanned");
         return Ok(Ending::Orderly);
     }
     let runtime = prepared.start()?;
@@ -190,11 +186,7 @@ async fn shell(
     let _ = stop.send(true);
     let all_end = async { while drivers.join_next().await.is_some() {} };
     if timeout(DRIVERS_END_MAX, all_end).await.is_err() {
-        warn!(
-            event = "drivers-late",
-            "drivers did not end in {}",
-            span(DRIVERS_END_MAX.as_nanos() as u64)
-        );
+        say!(DRIVERS_LATE, "drivers did not end in {}", span(DRIVERS_END_MAX.as_nanos() as u64));
     }
     let Over { asked, waiting: Waiting::Ended } = over else {
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
@@ -266,8 +258,8 @@ async fn attend(
                 }
                 let patience = 2 * port.tempo().patience(1) + STOP_SLACK;
                 if asked.is_some_and(|(since, _)| since.elapsed() > patience) {
-                    error!(
-                        event = "end-stuck",
+                    say!(
+                        END_STUCK,
                         "the last scan has not ended in {}",
                         span(patience.as_nanos() as u64)
                     );
@@ -281,17 +273,17 @@ async fn attend(
 /// A second signal.
 fn tell_again(name: &str, first: &str) {
     let also = if name == first { "again".into() } else { format!("after {first}") };
-    warn!(event = "signal-again", signal = name, "{name} {also}: ending at once, without waiting");
+    say!(SIGNAL_AGAIN, signal = name, "{name} {also}: ending at once, without waiting");
 }
 
 fn tell_stop(name: &str, mode: Mode) {
     match mode {
         Mode::Run | Mode::Stop(StopReason::NotStarted) => {
-            info!(event = "signal", signal = name, "{name}: stopping; the next scan is the last");
+            say!(SIGNAL, signal = name, "{name}: stopping; the next scan is the last");
         }
         mode => {
-            info!(
-                event = "signal",
+            say!(
+                SIGNAL,
                 signal = name,
                 "{name}: ending from {}; no further scan comes",
                 mode.name()
@@ -325,8 +317,8 @@ async fn start_drivers(
     Starter { setup, port, healths: &healths, stop }.start(ends, &mut drivers);
     let mut device = None;
     if !setup.rules.is_empty() {
-        info!(
-            event = "simulated-device",
+        say!(
+            SIMULATED_DEVICE,
             rules = setup.rules.len(),
             "a simulated device moves inputs: this is no real plant"
         );
@@ -379,11 +371,11 @@ pub(super) fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> 
 /// The last lines, and what they come to.
 fn conclude(report: Option<Report>, asked: bool) -> Ending {
     let Some(report) = report else {
-        error!(event = "process-end", "rungd ends: its scan thread had ended in a panic");
+        say!(PROCESS_END at Error, "rungd ends: its scan thread had ended in a panic");
         return Ending::Bug;
     };
     tell_statistics(&report.statistics);
-    info!(event = "process-end", scans = report.scans, mode = %report.mode.name(), "rungd ends");
+    say!(PROCESS_END, scans = report.scans, mode = %report.mode.name(), "rungd ends");
     match report.mode {
         Mode::Run | Mode::Stop(_) => Ending::Orderly,
         Mode::Fault(_) if asked => Ending::Orderly,
@@ -394,15 +386,15 @@ fn conclude(report: Option<Report>, asked: bool) -> Ending {
 
 fn tell_start(setup: &Setup) {
     let ladder = &setup.ladder;
-    info!(
-        event = "process-start",
+    say!(
+        PROCESS_START,
         version = %env!("CARGO_PKG_VERSION"),
         controller = %setup.controller,
         pid = std::process::id(),
         "rungd starts"
     );
-    info!(
-        event = "ladder-loaded",
+    say!(
+        LADDER_LOADED,
         ladder = %ladder.name,
         ladders = ladder.ladders,
         files = %ladder.files,
@@ -415,9 +407,10 @@ fn tell_start(setup: &Setup) {
     );
     if setup.warnings > 0 {
         let (warnings, controller) = (setup.warnings, &setup.controller);
-        warn!(
-            event = "ladder-warnings",
-            warnings, "the ladder has warnings: `rungd check {controller}` shows them"
+        say!(
+            LADDER_WARNINGS,
+            warnings,
+            "the ladder has warnings: `rungd check {controller}` shows them"
         );
     }
 }
@@ -427,11 +420,6 @@ fn tell_panics() {
     std::panic::set_hook(Box::new(|panic| {
         let thread = std::thread::current();
         let thread = thread.name().unwrap_or("unnamed").to_owned();
-        error!(
-            event = "bug",
-            thread,
-            "a bug in rungd: {}",
-            super::narration::one_line(&panic.to_string())
-        );
+        say!(BUG, thread, "a bug in rungd: {}", super::narration::one_line(&panic.to_string()));
     }));
 }

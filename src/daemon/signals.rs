@@ -9,7 +9,8 @@ use std::panic::resume_unwind;
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::task::{spawn_blocking, yield_now};
-use tracing::info;
+
+use crate::say::say;
 
 /// The stack of the thread that loads, as large as a main thread's.
 const LOAD_STACK_BYTES: usize = 8 << 20;
@@ -53,8 +54,8 @@ impl Host {
         tokio.block_on(async {
             tokio::select! {
                 name = signals.stop() => {
-                    info!(
-                        event = "signal",
+                    say!(
+                        SIGNAL,
                         signal = name,
                         "{name}: ending; the ladder was still being loaded, nothing was scanned"
                     );

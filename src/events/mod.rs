@@ -1,12 +1,41 @@
 //! The catalogue of events: everything that the log can say, a row each.
 //!
-//! A log line names its event (`event = "alarm-on"`), and the log's writer finds the row here:
-//! the stable code, the message ID by which `journalctl -x` finds the explanation, and how often
-//! such lines may come. `rungd explain` and `docs/events.md` are made of the same rows. A code
-//! and an ID, once given, never change: `tests/events.rs` keeps a list of them, and holds every
-//! line in the sources against the table.
+//! Each row is a constant. A log line names it (`say!(ALARM_ON, …)`) and takes its level from it.
+//! The log's writer takes the rest: the stable code, the message ID by which `journalctl -x` finds
+//! the explanation, and how often such lines may come. `rungd explain` and `docs/events.md` are
+//! made of the same rows. A code and an ID, once given, never change: a test keeps a list of them
+//! (`events.txt`), and finds rows that no line uses.
 //!
 //! Deliberately absent: texts of log lines, which stand where they are logged, and tracing.
+
+/// Makes a constant of each row, and `EVENTS`, the table of a file's rows:
+///
+/// ```text
+/// CONSTANT = number, name, level, limit:
+///     message ID,
+///     what it means,
+///     what to do;
+/// ```
+macro_rules! rows {
+    ($($constant:ident = $number:literal, $name:literal, $level:ident, $limit:ident:
+        $id:literal, $meaning:literal, $remedy:literal;)+) => {
+        $(
+            #[doc = $meaning]
+            pub const $constant: $crate::events::Event = $crate::events::Event {
+                number: $number,
+                name: $name,
+                level: $crate::events::Level::$level,
+                limit: $crate::events::Limit::$limit,
+                id: $id,
+                meaning: $meaning,
+                remedy: $remedy,
+            };
+        )+
+
+        pub(super) const EVENTS: &[(&str, $crate::events::Event)] =
+            &[$((stringify!($constant), $constant)),+];
+    };
+}
 
 mod controller;
 mod device;
@@ -16,7 +45,13 @@ mod plant;
 mod reload;
 mod world;
 
+pub use controller::*;
+pub use device::*;
 pub use journal_catalog::catalog;
+pub use memory::*;
+pub use plant::*;
+pub use reload::*;
+pub use world::*;
 
 /// A kind of log line.
 #[derive(Debug)]
@@ -82,7 +117,7 @@ pub const GROUPS: [(u16, &str); 12] = [
     (11, "Field devices"),
 ];
 
-const TABLES: [&[Event]; 6] = [
+const TABLES: [&[(&str, Event)]; 6] = [
     controller::EVENTS,
     plant::EVENTS,
     world::EVENTS,
@@ -93,7 +128,7 @@ const TABLES: [&[Event]; 6] = [
 
 /// All rows, by code.
 pub fn all() -> impl Iterator<Item = &'static Event> {
-    TABLES.into_iter().flatten()
+    TABLES.into_iter().flatten().map(|(_, event)| event)
 }
 
 /// The row of a name.
@@ -147,10 +182,16 @@ mod tests {
     }
 
     #[test]
+    fn a_constant_is_named_like_its_event() {
+        for (constant, event) in TABLES.into_iter().flatten() {
+            assert_eq!(constant.to_ascii_lowercase().replace('_', "-"), event.name);
+        }
+    }
+
+    #[test]
     fn a_row_is_whole() {
         for event in all() {
             let name = event.name;
-            assert!(name.chars().all(|c| c.is_ascii_lowercase() || c == '-'), "{name}");
             let hex = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
             assert!(event.id.len() == 32 && event.id.chars().all(hex), "{name}: {}", event.id);
             for text in [event.meaning, event.remedy] {

@@ -1,245 +1,138 @@
 //! Events of those who reach in from outside: Modbus clients and the operator.
 
-use super::{Event, Level, Limit};
+rows! {
+    MODBUS_LISTENS = 701, "modbus-listens", Info, NONE:
+        "a4c1d8cf098e46b5a5cc74aec493306d",
+        "The Modbus server listens at this address.",
+        "Nothing.";
 
-pub(super) const EVENTS: &[Event] = &[
-    Event {
-        number: 701,
-        name: "modbus-listens",
-        level: Level::Info,
-        id: "a4c1d8cf098e46b5a5cc74aec493306d",
-        limit: Limit::NONE,
-        meaning: "The Modbus server listens at this address.",
-        remedy: "Nothing.",
-    },
-    Event {
-        number: 702,
-        name: "modbus-exposed",
-        level: Level::Warn,
-        id: "55dcaa1d93f240889fd0d410ef270289",
-        limit: Limit::NONE,
-        meaning: "The Modbus server listens beyond this machine. Modbus has no passwords: \
-                  whoever reaches the address can write.",
-        remedy: "Listen at 127.0.0.1, or let a firewall admit only the clients that you mean.",
-    },
-    Event {
-        number: 703,
-        name: "modbus-connected",
-        level: Level::Info,
-        id: "2ab13dab52f94f2a9a5fc39d3332330a",
-        limit: Limit::CLIENTS,
-        meaning: "A Modbus client connected.",
-        remedy: "Nothing.",
-    },
-    Event {
-        number: 704,
-        name: "modbus-gone",
-        level: Level::Info,
-        id: "c2a2bf5779a2441eb979d045f374bb50",
-        limit: Limit::CLIENTS,
-        meaning: "A Modbus client closed its connection, was silent for too long, or was lost.",
-        remedy: "Nothing. If a client comes and goes all the time, see its side.",
-    },
-    Event {
-        number: 705,
-        name: "modbus-closed",
-        level: Level::Warn,
-        id: "7ea08f62ba1a4bff85ab507a5cf51ae7",
-        limit: Limit::CLIENTS,
-        meaning: "rungd closed a Modbus client's connection: what it sent was no Modbus TCP, or \
-                  it did not finish a frame or take a reply in time, or it had asked nothing yet \
-                  and another wanted its place.",
-        remedy: "See what runs at that address.",
-    },
-    Event {
-        number: 706,
-        name: "modbus-full",
-        level: Level::Warn,
-        id: "be78018cf1ab44a08c7703ddff5bfa34",
-        limit: Limit::CLIENTS,
-        meaning: "A Modbus client was refused, since all connections are taken.",
-        remedy: "See who holds them (the modbus-connected lines), or raise `[modbus-server] \
-                 connections`.",
-    },
-    Event {
-        number: 707,
-        name: "modbus-accept-failed",
-        level: Level::Warn,
-        id: "cb78e8e8c4fa41148a02b4099c10b1ab",
-        limit: Limit::CLIENTS,
-        meaning: "The Modbus server could not accept a client; it tries again. Scans go on.",
-        remedy: "See the error: with too many open files, raise `LimitNOFILE=` in the unit.",
-    },
-    Event {
-        number: 708,
-        name: "modbus-read-refused",
-        level: Level::Debug,
-        id: "fea1f45a9b37442e97caa7e530cb0643",
-        limit: Limit::CLIENTS,
-        meaning: "A Modbus client asked for what is not in the map, and got the exception.",
-        remedy: "Compare the client's addresses with `[modbus-server]`, docs/modbus.md.",
-    },
-    Event {
-        number: 709,
-        name: "modbus-write-refused",
-        level: Level::Warn,
-        id: "6dc0ac9b6dcd4f9289d71ca3e84d60bc",
-        limit: Limit::CLIENTS,
-        meaning: "A Modbus client's write was not done, and it got the exception; the line says \
-                  why.",
-        remedy: "In STOP and FAULT writes are refused. Else compare the client's addresses and \
-                 values with `[modbus-server]`, docs/modbus.md.",
-    },
-    Event {
-        number: 710,
-        name: "modbus-stops",
-        level: Level::Info,
-        id: "76411a173e634400bb192c221031f919",
-        limit: Limit::NONE,
-        meaning: "The Modbus server stops, and all its connections are closed.",
-        remedy: "Nothing: rungd ends.",
-    },
-    Event {
-        number: 711,
-        name: "modbus-bug",
-        level: Level::Error,
-        id: "175c63d8a54b4079b4b4a4a4c9d0c90b",
-        limit: Limit::CLIENTS,
-        meaning: "A Modbus client was lost to a bug in rungd. The others and the scan go on.",
-        remedy: "Report the line with those around it, and what the client sent.",
-    },
-    Event {
-        number: 801,
-        name: "operator-write",
-        level: Level::Info,
-        id: "dca6ef34d7724d1db0beeeff1629c0fb",
-        limit: Limit::NONE,
-        meaning: "An operator wrote a value: who, what, before and after.",
-        remedy: "Nothing, if you know who it was.",
-    },
-    Event {
-        number: 802,
-        name: "operator-force",
-        level: Level::Info,
-        id: "25c1f14a671540558f6ff0f2d58757be",
-        limit: Limit::NONE,
-        meaning: "An operator forced a bit or word: it keeps this value, whatever the ladder or \
-                  the plant says, until it is released. $ForcesActive is ON.",
-        remedy: "Release it with `rungd unforce` as soon as it has served its purpose.",
-    },
-    Event {
-        number: 803,
-        name: "operator-unforce",
-        level: Level::Info,
-        id: "944467982f994297a06939f3d9bc5b3a",
-        limit: Limit::NONE,
-        meaning: "An operator released a force: the ladder and the plant decide again.",
-        remedy: "Nothing.",
-    },
-    Event {
-        number: 804,
-        name: "operator-mode",
-        level: Level::Info,
-        id: "a3317009e0394e38a095d0eaaba52d2f",
-        limit: Limit::NONE,
-        meaning: "An operator asked for another mode: who, and from which to which.",
-        remedy: "Nothing, if you know who it was. The mode-run or mode-stop line follows.",
-    },
-    Event {
-        number: 805,
-        name: "operator-log-level",
-        level: Level::Info,
-        id: "962be9f0526e4795834299b7abc06f27",
-        limit: Limit::NONE,
-        meaning: "An operator changed from which level on the log tells. A restart undoes it.",
-        remedy: "Back to `info` with `rungd log-level info` when the search is over.",
-    },
-    Event {
-        number: 806,
-        name: "operator-refused",
-        level: Level::Warn,
-        id: "8e86e75a34394c018c2194db98690146",
-        limit: Limit::CLIENTS,
-        meaning: "A request on the operator's socket was refused; the line says whose and why.",
-        remedy: "If it was meant to be: the group of `[operator]`, or the operand's address and \
-                 range. If not: see who it was.",
-    },
-    Event {
-        number: 807,
-        name: "operator-listens",
-        level: Level::Info,
-        id: "ac843103e6304e2b9c2dc286d51a2a91",
-        limit: Limit::NONE,
-        meaning: "The operator's socket is open: whoever is in its group can look and command.",
-        remedy: "Nothing.",
-    },
-    Event {
-        number: 808,
-        name: "operator-connected",
-        level: Level::Debug,
-        id: "a650c72e14544f2497e698cf5b801aae",
-        limit: Limit::CLIENTS,
-        meaning: "An operator's client connected.",
-        remedy: "Nothing.",
-    },
-    Event {
-        number: 809,
-        name: "operator-accept-failed",
-        level: Level::Warn,
-        id: "518fe21455194e5fa6e90b3baf40851c",
-        limit: Limit::CLIENTS,
-        meaning: "The operator's socket could not accept a client; it tries again. Scans go on.",
-        remedy: "See the error: with too many open files, raise `LimitNOFILE=` in the unit.",
-    },
-    Event {
-        number: 810,
-        name: "operator-read-refused",
-        level: Level::Debug,
-        id: "9cb5cdfdb4424b9495800fdfc5459a0d",
-        limit: Limit::CLIENTS,
-        meaning: "A request on the operator's socket that would have changed nothing was refused; \
-                  the line says whose and why.",
-        remedy: "Compare the operand with the ladder's tags.",
-    },
-    Event {
-        number: 811,
-        name: "operator-bug",
-        level: Level::Error,
-        id: "7761a560e91b4504a197cee4e095ca6b",
-        limit: Limit::CLIENTS,
-        meaning: "An operator's client was lost to a bug in rungd. The others and the scan go on.",
-        remedy: "Report the line with those around it, and what was asked.",
-    },
-    Event {
-        number: 812,
-        name: "operator-gone",
-        level: Level::Debug,
-        id: "0bb1e9030a2943ea9f44a7e1f2ddc1ff",
-        limit: Limit::CLIENTS,
-        meaning: "An operator's client is gone, or was sent away; why says which.",
-        remedy: "Nothing.",
-    },
-    Event {
-        number: 813,
-        name: "operator-no-socket",
-        level: Level::Warn,
-        id: "e222b907ebd44320bdd5c57d45286cf8",
-        limit: Limit::CLIENTS,
-        meaning: "The operator's socket could not be made where the environment says, so there are \
-                  no operator's commands. The controller runs.",
-        remedy: "The line says why. Give it a place by `[operator] socket`, or write \
-                 `enabled = false`.",
-    },
-    Event {
-        number: 814,
-        name: "operator-socket-lost",
-        level: Level::Warn,
-        id: "c39c417f96cf477fac0b592658e6e77f",
-        limit: Limit::CLIENTS,
-        meaning: "Somebody took the operator's socket away while the controller ran. It is made \
-                  again; while it cannot be, no operator's commands reach the controller. Scans go \
-                  on.",
-        remedy: "Find out who clears the folder, or put right what the line says of why it cannot \
-                 be made.",
-    },
-];
+    MODBUS_EXPOSED = 702, "modbus-exposed", Warn, NONE:
+        "55dcaa1d93f240889fd0d410ef270289",
+        "The Modbus server listens beyond this machine. Modbus has no passwords: whoever reaches \
+         the address can write.",
+        "Listen at 127.0.0.1, or let a firewall admit only the clients that you mean.";
+
+    MODBUS_CONNECTED = 703, "modbus-connected", Info, CLIENTS:
+        "2ab13dab52f94f2a9a5fc39d3332330a",
+        "A Modbus client connected.",
+        "Nothing.";
+
+    MODBUS_GONE = 704, "modbus-gone", Info, CLIENTS:
+        "c2a2bf5779a2441eb979d045f374bb50",
+        "A Modbus client closed its connection, was silent for too long, or was lost.",
+        "Nothing. If a client comes and goes all the time, see its side.";
+
+    MODBUS_CLOSED = 705, "modbus-closed", Warn, CLIENTS:
+        "7ea08f62ba1a4bff85ab507a5cf51ae7",
+        "rungd closed a Modbus client's connection: what it sent was no Modbus TCP, or it did not \
+         finish a frame or take a reply in time, or it had asked nothing yet and another wanted \
+         its place.",
+        "See what runs at that address.";
+
+    MODBUS_FULL = 706, "modbus-full", Warn, CLIENTS:
+        "be78018cf1ab44a08c7703ddff5bfa34",
+        "A Modbus client was refused, since all connections are taken.",
+        "See who holds them (the modbus-connected lines), or raise `[modbus-server] connections`.";
+
+    MODBUS_ACCEPT_FAILED = 707, "modbus-accept-failed", Warn, CLIENTS:
+        "cb78e8e8c4fa41148a02b4099c10b1ab",
+        "The Modbus server could not accept a client; it tries again. Scans go on.",
+        "See the error: with too many open files, raise `LimitNOFILE=` in the unit.";
+
+    MODBUS_READ_REFUSED = 708, "modbus-read-refused", Debug, CLIENTS:
+        "fea1f45a9b37442e97caa7e530cb0643",
+        "A Modbus client asked for what is not in the map, and got the exception.",
+        "Compare the client's addresses with `[modbus-server]`, docs/modbus.md.";
+
+    MODBUS_WRITE_REFUSED = 709, "modbus-write-refused", Warn, CLIENTS:
+        "6dc0ac9b6dcd4f9289d71ca3e84d60bc",
+        "A Modbus client's write was not done, and it got the exception; the line says why.",
+        "In STOP and FAULT writes are refused. Else compare the client's addresses and values \
+         with `[modbus-server]`, docs/modbus.md.";
+
+    MODBUS_STOPS = 710, "modbus-stops", Info, NONE:
+        "76411a173e634400bb192c221031f919",
+        "The Modbus server stops, and all its connections are closed.",
+        "Nothing: rungd ends.";
+
+    MODBUS_BUG = 711, "modbus-bug", Error, CLIENTS:
+        "175c63d8a54b4079b4b4a4a4c9d0c90b",
+        "A Modbus client was lost to a bug in rungd. The others and the scan go on.",
+        "Report the line with those around it, and what the client sent.";
+
+    OPERATOR_WRITE = 801, "operator-write", Info, NONE:
+        "dca6ef34d7724d1db0beeeff1629c0fb",
+        "An operator wrote a value: who, what, before and after.",
+        "Nothing, if you know who it was.";
+
+    OPERATOR_FORCE = 802, "operator-force", Info, NONE:
+        "25c1f14a671540558f6ff0f2d58757be",
+        "An operator forced a bit or word: it keeps this value, whatever the ladder or the plant \
+         says, until it is released. $ForcesActive is ON.",
+        "Release it with `rungd unforce` as soon as it has served its purpose.";
+
+    OPERATOR_UNFORCE = 803, "operator-unforce", Info, NONE:
+        "944467982f994297a06939f3d9bc5b3a",
+        "An operator released a force: the ladder and the plant decide again.",
+        "Nothing.";
+
+    OPERATOR_MODE = 804, "operator-mode", Info, NONE:
+        "a3317009e0394e38a095d0eaaba52d2f",
+        "An operator asked for another mode: who, and from which to which.",
+        "Nothing, if you know who it was. The mode-run or mode-stop line follows.";
+
+    OPERATOR_LOG_LEVEL = 805, "operator-log-level", Info, NONE:
+        "962be9f0526e4795834299b7abc06f27",
+        "An operator changed from which level on the log tells. A restart undoes it.",
+        "Back to `info` with `rungd log-level info` when the search is over.";
+
+    OPERATOR_REFUSED = 806, "operator-refused", Warn, CLIENTS:
+        "8e86e75a34394c018c2194db98690146",
+        "A request on the operator's socket was refused; the line says whose and why.",
+        "If it was meant to be: the group of `[operator]`, or the operand's address and range. If \
+         not: see who it was.";
+
+    OPERATOR_LISTENS = 807, "operator-listens", Info, NONE:
+        "ac843103e6304e2b9c2dc286d51a2a91",
+        "The operator's socket is open: whoever is in its group can look and command.",
+        "Nothing.";
+
+    OPERATOR_CONNECTED = 808, "operator-connected", Debug, CLIENTS:
+        "a650c72e14544f2497e698cf5b801aae",
+        "An operator's client connected.",
+        "Nothing.";
+
+    OPERATOR_ACCEPT_FAILED = 809, "operator-accept-failed", Warn, CLIENTS:
+        "518fe21455194e5fa6e90b3baf40851c",
+        "The operator's socket could not accept a client; it tries again. Scans go on.",
+        "See the error: with too many open files, raise `LimitNOFILE=` in the unit.";
+
+    OPERATOR_READ_REFUSED = 810, "operator-read-refused", Debug, CLIENTS:
+        "9cb5cdfdb4424b9495800fdfc5459a0d",
+        "A request on the operator's socket that would have changed nothing was refused; the line \
+         says whose and why.",
+        "Compare the operand with the ladder's tags.";
+
+    OPERATOR_BUG = 811, "operator-bug", Error, CLIENTS:
+        "7761a560e91b4504a197cee4e095ca6b",
+        "An operator's client was lost to a bug in rungd. The others and the scan go on.",
+        "Report the line with those around it, and what was asked.";
+
+    OPERATOR_GONE = 812, "operator-gone", Debug, CLIENTS:
+        "0bb1e9030a2943ea9f44a7e1f2ddc1ff",
+        "An operator's client is gone, or was sent away; why says which.",
+        "Nothing.";
+
+    OPERATOR_NO_SOCKET = 813, "operator-no-socket", Warn, CLIENTS:
+        "e222b907ebd44320bdd5c57d45286cf8",
+        "The operator's socket could not be made where the environment says, so there are no \
+         operator's commands. The controller runs.",
+        "The line says why. Give it a place by `[operator] socket`, or write `enabled = false`.";
+
+    OPERATOR_SOCKET_LOST = 814, "operator-socket-lost", Warn, CLIENTS:
+        "c39c417f96cf477fac0b592658e6e77f",
+        "Somebody took the operator's socket away while the controller ran. It is made again; \
+         while it cannot be, no operator's commands reach the controller. Scans go on.",
+        "Find out who clears the folder, or put right what the line says of why it cannot be \
+         made.";
+}

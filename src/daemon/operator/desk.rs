@@ -9,13 +9,13 @@ use std::time::Duration;
 
 use serde::Serialize;
 use tokio::time::{sleep, timeout};
-use tracing::{debug, info};
 
 use super::peer::Peer;
 use super::status::View;
 use crate::daemon::log;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
+use crate::events::{self, Event};
 use crate::operator::names::{Names, Operand};
 use crate::operator::protocol::{
     self, Change, Given, Level, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
@@ -24,6 +24,7 @@ use crate::operator::protocol::{
 use crate::runtime::Generations;
 use crate::runtime::command::{Answer, Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Outcome, Port, Refused, Snapshot, Write};
+use crate::say::say;
 
 /// How soon it is looked again whether a scan has seen a change.
 const ASK_AGAIN: Duration = Duration::from_millis(1);
@@ -104,8 +105,8 @@ impl Desk {
         let file = retention.wanted.path.display().to_string();
         let (kept, flush) = saved.map_err(|why| refused(format!("{file}: not kept: {why}")))?;
         let (image, scan) = (kept.stamp.sequence, kept.stamp.scan);
-        info!(
-            event = "retain-saved",
+        say!(
+            RETAIN_SAVED,
             who = %peer.name,
             uid = peer.uid,
             pid = peer.pid,
@@ -176,7 +177,7 @@ impl Desk {
         let mut change = change(&operand, &before, &latest);
         change.note = self.note(&operand, value, &change);
         let did = format!("wrote {} to {}", operand.held(value), change.now);
-        tell(peer, "operator-write", &operand, &change, &did);
+        tell(peer, &events::OPERATOR_WRITE, &operand, &change, &did);
         Ok(change)
     }
 
@@ -221,7 +222,7 @@ impl Desk {
         let before = self.carried_out(id).await?;
         let change = self.forced_change(&operand, before);
         let did = format!("forced {} to {}", change.now, operand.held(value));
-        tell(peer, "operator-force", &operand, &change, &did);
+        tell(peer, &events::OPERATOR_FORCE, &operand, &change, &did);
         Ok(change)
     }
 
@@ -231,7 +232,7 @@ impl Desk {
         let mut change = self.forced_change(&operand, before);
         if before.forced {
             let did = format!("ended the force of {}", change.now);
-            tell(peer, "operator-unforce", &operand, &change, &did);
+            tell(peer, &events::OPERATOR_UNFORCE, &operand, &change, &did);
         } else {
             change.note = Some("it was not forced".to_owned());
         }
@@ -259,7 +260,7 @@ impl Desk {
         for operand in &operands {
             let change = Change { was_forced: true, ..change(operand, &before, &latest) };
             let did = format!("ended the force of {}", change.now);
-            tell(peer, "operator-unforce", operand, &change, &did);
+            tell(peer, &events::OPERATOR_UNFORCE, operand, &change, &did);
         }
         Ok(values(&latest, &operands))
     }
@@ -284,15 +285,15 @@ impl Desk {
         let after = self.port.latest().mode;
         let (was, is) = (in_words(before), in_words(after));
         if there {
-            debug!(
-                event = "operator-mode",
+            say!(
+                OPERATOR_MODE at Debug,
                 who = %peer,
                 pid = peer.pid,
                 "operator's mode command: it is in {is} already"
             );
         } else {
-            info!(
-                event = "operator-mode",
+            say!(
+                OPERATOR_MODE,
                 who = %peer.name,
                 uid = peer.uid,
                 pid = peer.pid,
@@ -340,8 +341,8 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
         let [was, is] = [before, wanted].map(|level| format!("{level:?}").to_lowercase());
         // Who made the log silent is told before it is, and who lets it speak when it may.
         log::set_level(log::LogLevel::Info);
-        info!(
-            event = "operator-log-level",
+        say!(
+            OPERATOR_LOG_LEVEL,
             who = %peer.name,
             uid = peer.uid,
             pid = peer.pid,
@@ -389,12 +390,12 @@ fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
 }
 
 /// The line in the log of a change.
-fn tell(peer: &Peer, event: &str, operand: &Operand, change: &Change, did: &str) {
+fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &str) {
     let (before, after) = (change.before, change.now.value);
     let forced = if change.was_forced { ", forced" } else { "" };
     let address = &operand.address;
-    info!(
-        event,
+    say!(
+        *event at Info,
         who = %peer.name,
         uid = peer.uid,
         pid = peer.pid,

@@ -24,7 +24,8 @@ use std::time::Duration;
 use tokio::net::{UnixListener, UnixStream};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, interval, sleep, sleep_until};
-use tracing::{debug, error, info, warn};
+
+use crate::say::say;
 
 pub(super) use desk::Desk;
 pub(super) use socket::Place;
@@ -95,7 +96,7 @@ impl Server {
                 () = &mut stop => break,
                 Some(ended) = clients.join_next() => {
                     if let Err(bug) = ended {
-                        error!(event = "operator-bug", %bug, "a client was lost to a bug in rungd");
+                        say!(OPERATOR_BUG, %bug, "a client was lost to a bug in rungd");
                     }
                 }
                 accepted = accept => {
@@ -127,8 +128,8 @@ impl Server {
         };
         if !told {
             let socket = self.socket.path().display();
-            warn!(
-                event = "operator-socket-lost",
+            say!(
+                OPERATOR_SOCKET_LOST,
                 %socket,
                 "the operator's socket {socket} is gone: {why}; {then}"
             );
@@ -146,21 +147,21 @@ impl Server {
             return;
         };
         let (who, pid) = (&peer, peer.pid);
-        debug!(event = "operator-connected", %who, pid, "operator's client connected");
+        say!(OPERATOR_CONNECTED, %who, pid, "operator's client connected");
         let session = Session::new(stream, peer, seat, Arc::clone(&self.shared));
         clients.spawn(session.serve());
     }
 
     async fn rest(&self, error: &io::Error) {
-        warn!(event = "operator-accept-failed", %error, "the operator's socket accepts no client");
+        say!(OPERATOR_ACCEPT_FAILED, %error, "the operator's socket accepts no client");
         self.shared.seats.make_room();
         sleep(REST_AFTER_FAILURE).await;
     }
 }
 
 fn tell_open(socket: &socket::Bound) {
-    info!(
-        event = "operator-listens",
+    say!(
+        OPERATOR_LISTENS,
         socket = %socket.path().display(),
         mode = %format_args!("{:04o}", socket.mode()),
         group = socket.gid,
@@ -174,8 +175,8 @@ pub(super) fn may_do_without(place: &Place, why: &Failure) -> bool {
     if place.insists || why.is::<socket::Taken>() {
         return false;
     }
-    warn!(
-        event = "operator-no-socket",
+    say!(
+        OPERATOR_NO_SOCKET,
         socket = %place.path.display(),
         "no operator's commands: {why:#}"
     );

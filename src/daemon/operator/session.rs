@@ -13,13 +13,13 @@ use serde::Serialize;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
-use tracing::{debug, warn};
 
 use super::super::narration::one_line;
 use super::Shared;
 use super::peer::Peer;
 use super::seats::Seat;
 use crate::operator::protocol::{REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request};
+use crate::say::say;
 
 /// A client without requests is closed after this time.
 const IDLE_MAX: Duration = Duration::from_secs(60);
@@ -86,7 +86,7 @@ impl Session {
             }
         };
         let (peer, pid) = (&self.peer, self.peer.pid);
-        debug!(event = "operator-gone", who = %peer, pid, %why, "operator's client gone");
+        say!(OPERATOR_GONE, who = %peer, pid, %why, "operator's client gone");
     }
 
     /// One request and its answer.
@@ -204,16 +204,16 @@ impl Session {
         let (peer, why) = (&self.peer, short(&refusal.message));
         let what = short(&serde_json::to_string(request).unwrap_or_default());
         if !request.changes() {
-            debug!(
-                event = "operator-read-refused",
+            say!(
+                OPERATOR_READ_REFUSED,
                 who = %peer,
                 pid = peer.pid,
                 what,
                 "operator's request refused: {why}"
             );
         } else {
-            warn!(
-                event = "operator-refused",
+            say!(
+                OPERATOR_REFUSED,
                 who = %peer.name,
                 uid = peer.uid,
                 pid = peer.pid,

@@ -19,7 +19,6 @@ use std::time::{Duration, Instant};
 
 use tokio::task::spawn_blocking;
 use tokio::time::{sleep, timeout};
-use tracing::{error, info};
 
 pub(super) use views::Views;
 
@@ -31,6 +30,7 @@ use crate::reload::{Plan, Seen};
 use crate::runtime::command::{Answer, CommandId, Denial};
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
+use crate::say::say;
 use reading::Reading;
 use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
@@ -159,12 +159,12 @@ impl Reloads {
         match on_trial.look(latest.mode, latest.scans, Instant::now()) {
             Verdict::Wait => {}
             Verdict::Proved => {
-                info!(event = "reload-proved", "the new program has stood its probation");
+                say!(RELOAD_PROVED, "the new program has stood its probation");
                 *trial = None;
             }
             Verdict::NoWayBack => {
                 let why = Denial::EngineBroken;
-                error!(event = "rollback-failed", "the old program is not back: {why}");
+                say!(ROLLBACK_FAILED, "the old program is not back: {why}");
                 *trial = None;
             }
             Verdict::GoBack { fault, first } => {
@@ -174,7 +174,7 @@ impl Reloads {
                     let done = reloads.go_back("rungd", Some(fault)).await;
                     if let (Err(refusal), true) = (done, first) {
                         let why = refusal.message;
-                        error!(event = "rollback-failed", "the old program is not back: {why}");
+                        say!(ROLLBACK_FAILED, "the old program is not back: {why}");
                     }
                 });
             }

@@ -1,21 +1,20 @@
 //! What the log says of reloads and rollbacks.
 
-use tracing::{error, info, warn};
-
 use super::trial::Trial;
 use crate::daemon::config::Setup;
 use crate::daemon::narration::span;
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
 use crate::reload::WARNING;
 use crate::runtime::exchange::FaultReason;
+use crate::say::say;
 
 /// Another program is in.
 pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Trial>) {
     report(done);
     let ladder = &setup.ladder;
     let probation = trial.map_or(0, |_| setup.probation.as_nanos() as u64);
-    info!(
-        event = "reload-done",
+    say!(
+        RELOAD_DONE,
         who,
         ladder = %ladder.name,
         files = %ladder.files,
@@ -32,8 +31,8 @@ pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Tria
 /// The files say what is in already.
 pub(super) fn same(who: &str, same: &Reloaded) {
     report(same);
-    info!(
-        event = "reload-same",
+    say!(
+        RELOAD_SAME,
         who,
         ladder = %same.ladder,
         sha256 = %same.sha256,
@@ -49,8 +48,8 @@ pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>
         "RUN" => String::new(),
         mode => format!("; the mode stays {mode}, `rungd mode run` is next"),
     };
-    warn!(
-        event = "rolled-back",
+    say!(
+        ROLLED_BACK,
         who,
         ladder = %done.ladder,
         sha256 = %done.sha256,
@@ -71,12 +70,12 @@ fn takes_over(done: &Reloaded) -> String {
 fn report(done: &Reloaded) {
     for line in &done.report {
         match line.strip_prefix(WARNING) {
-            Some(line) => warn!(event = "reload-warning", "{line}"),
-            None => info!(event = "reload-difference", "{line}"),
+            Some(line) => say!(RELOAD_WARNING, "{line}"),
+            None => say!(RELOAD_DIFFERENCE, "{line}"),
         }
     }
     for what in &done.restart {
-        warn!(event = "reload-restart", "{what}: what the file says now needs a restart");
+        say!(RELOAD_RESTART, "{what}: what the file says now needs a restart");
     }
 }
 
@@ -84,17 +83,17 @@ fn report(done: &Reloaded) {
 pub(super) fn refusal(who: &str, refusal: &Refusal) {
     if refusal.kind != RefusalKind::BadFiles {
         let why = &refusal.message;
-        error!(event = "reload-refused", who, "{who} asked for another program: {why}");
+        say!(RELOAD_REFUSED, who, "{who} asked for another program: {why}");
         return;
     }
     let why = summary(&refusal.message);
-    error!(
-        event = "reload-refused",
+    say!(
+        RELOAD_REFUSED,
         who,
         "{who} asked for a reload, and the files cannot be run as they are; nothing changed: {why}"
     );
     for line in refusal.message.lines().filter(|line| !line.trim().is_empty()) {
-        info!(event = "reload-finding", "{line}");
+        say!(RELOAD_FINDING, "{line}");
     }
 }
 

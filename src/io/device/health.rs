@@ -6,9 +6,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use tracing::{error, info, warn};
-
 use crate::runtime::field::Exchanged;
+use crate::say::say;
 
 /// How a device is. Cheap to clone.
 #[derive(Clone, Debug)]
@@ -126,7 +125,7 @@ impl Health {
         self.bad(reason);
         let reading = self.reading();
         let (device, peer) = (&reading.name, &reading.peer);
-        error!(event = "device-ended", %device, %peer, "{device}: {reason}");
+        say!(DEVICE_ENDED, %device, %peer, "{device}: {reason}");
     }
 
     /// An exchange failed, or it could not be reached or opened.
@@ -140,7 +139,7 @@ impl Health {
         self.lines().is_told = true;
         let reading = self.reading();
         let (device, peer) = (&reading.name, &reading.peer);
-        warn!(event = "device-trouble", %device, %peer, "{device}: {reason} ({peer}){withheld}");
+        say!(DEVICE_TROUBLE, %device, %peer, "{device}: {reason} ({peer}){withheld}");
     }
 
     /// Trouble is over, if there was any.
@@ -152,8 +151,8 @@ impl Health {
         let Some(lasted) = since.filter(|_| is_told).map(|since| since.elapsed()) else { return };
         let (reading, lasted_ms) = (self.reading(), lasted.as_millis() as u64);
         let (device, peer, seconds) = (&reading.name, &reading.peer, lasted.as_secs_f64());
-        info!(
-            event = "device-well",
+        say!(
+            DEVICE_WELL,
             %device, %peer, lasted_ms, "{device} {again} after {seconds:.1} s of trouble"
         );
     }

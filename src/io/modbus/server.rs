@@ -16,7 +16,6 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinError;
 use tokio::time::sleep;
-use tracing::{debug, error, info, warn};
 
 use super::connection::Connection;
 use super::guests::{Ended, Guests};
@@ -26,6 +25,7 @@ use super::refusal::Refusal;
 use crate::resolve::controller::Modbus;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
+use crate::say::say;
 
 /// How long accepting rests after it failed and nobody gave way: nothing spins.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(20);
@@ -102,7 +102,7 @@ impl Server {
             }
             self.clients.store(guests.count(), Ordering::Relaxed);
         }
-        info!(event = "modbus-stops", clients = guests.count(), "Modbus server stops");
+        say!(MODBUS_STOPS, clients = guests.count(), "Modbus server stops");
     }
 
     fn admit(&self, stream: TcpStream, client: SocketAddr, guests: &mut Guests) {
@@ -113,8 +113,8 @@ impl Server {
         if guests.count() >= connections as usize {
             let Some(silent) = guests.make_room() else {
                 // Dropping the stream closes it.
-                warn!(
-                    event = "modbus-full",
+                say!(
+                    MODBUS_FULL,
                     %client,
                     connections,
                     "Modbus client refused: no connection left"
@@ -123,14 +123,14 @@ impl Server {
             };
             log_given_way(silent);
         }
-        info!(event = "modbus-connected", %client, "Modbus client connected");
+        say!(MODBUS_CONNECTED, %client, "Modbus client connected");
         let shared = Arc::clone(&self.shared);
         guests.seat(client, |served| Connection::new(stream, client, shared, served).serve());
     }
 
     /// Behind an accept that failed, as when there are no file descriptors left.
     async fn rest(&self, error: &io::Error, guests: &mut Guests) {
-        warn!(event = "modbus-accept-failed", %error, "Modbus server cannot accept a client");
+        say!(MODBUS_ACCEPT_FAILED, %error, "Modbus server cannot accept a client");
         match guests.make_room() {
             Some(silent) => {
                 log_given_way(silent);
@@ -143,10 +143,10 @@ impl Server {
     fn log_start(&self) {
         let Modbus { listen, connections, .. } = self.shared.settings;
         let address = self.address().unwrap_or(listen);
-        info!(event = "modbus-listens", %address, connections, "Modbus server listens");
+        say!(MODBUS_LISTENS, %address, connections, "Modbus server listens");
         if !address.ip().is_loopback() {
-            warn!(
-                event = "modbus-exposed",
+            say!(
+                MODBUS_EXPOSED,
                 %address,
                 "Modbus has no passwords: whoever reaches this address can write"
             );
@@ -156,7 +156,7 @@ impl Server {
 
 fn log_given_way(client: SocketAddr) {
     let why = "it had asked nothing yet, and another wants its place";
-    warn!(event = "modbus-closed", %client, "Modbus client closed: {why}");
+    say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
 }
 
 impl Shared {
@@ -170,16 +170,16 @@ impl Shared {
     ) {
         let exception = why.exception() as u8;
         if let Request::Read { .. } = request {
-            debug!(
-                event = "modbus-read-refused",
+            say!(
+                MODBUS_READ_REFUSED,
                 %client,
                 %place,
                 exception,
                 "Modbus read refused: {why}"
             );
         } else {
-            warn!(
-                event = "modbus-write-refused",
+            say!(
+                MODBUS_WRITE_REFUSED,
                 %client,
                 %place,
                 exception,
@@ -192,14 +192,14 @@ impl Shared {
         let (client, why) = match ended {
             Ok(ended) => ended,
             Err(error) => {
-                error!(event = "modbus-bug", %error, "Modbus client lost to a bug in rungd");
+                say!(MODBUS_BUG, %error, "Modbus client lost to a bug in rungd");
                 return;
             }
         };
         if why.is_usual() {
-            info!(event = "modbus-gone", %client, "Modbus client gone: {why}");
+            say!(MODBUS_GONE, %client, "Modbus client gone: {why}");
         } else {
-            warn!(event = "modbus-closed", %client, "Modbus client closed: {why}");
+            say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
         }
     }
 

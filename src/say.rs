@@ -1,0 +1,50 @@
+//! `say!`: a line of the log, at the level that its event's row says.
+//!
+//! ```text
+//! say!(ALARM_ON, %tag, scan, "alarm ON: {text}");
+//! say!(MODE_STOP at Warn, scan, "STOP: {why}");      at another level than the row's
+//! say!(*event at Debug, block = name, "{name} …");   a row that is known at run time
+//! ```
+//!
+//! The event is a constant of [`crate::events`]; fields and sentence are those of `tracing`. `io`,
+//! `daemon` and `cli` use this macro; no other code logs. Besides this file, only the daemon's log
+//! names `tracing`: it makes lines of what is said here.
+
+use crate::events;
+
+/// Says that an event has happened: constant, fields, sentence.
+macro_rules! say {
+    (* $event:ident at $level:ident, $($rest:tt)+) => {
+        ::tracing::event!(
+            $crate::say::level($crate::events::Level::$level),
+            event = $event.name,
+            $($rest)+
+        )
+    };
+    ($event:ident at $level:ident, $($rest:tt)+) => {
+        ::tracing::event!(
+            $crate::say::level($crate::events::Level::$level),
+            event = $crate::events::$event.name,
+            $($rest)+
+        )
+    };
+    ($event:ident, $($rest:tt)+) => {
+        ::tracing::event!(
+            $crate::say::level($crate::events::$event.level),
+            event = $crate::events::$event.name,
+            $($rest)+
+        )
+    };
+}
+
+pub(crate) use say;
+
+/// A row's level as `tracing` has it.
+pub(crate) const fn level(level: events::Level) -> tracing::Level {
+    match level {
+        events::Level::Error => tracing::Level::ERROR,
+        events::Level::Warn => tracing::Level::WARN,
+        events::Level::Info => tracing::Level::INFO,
+        events::Level::Debug => tracing::Level::DEBUG,
+    }
+}
