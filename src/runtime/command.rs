@@ -11,14 +11,12 @@ use std::fmt;
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use super::exchange::Mode;
+pub use super::forces::{FORCES_MAX, Forces};
+use super::mode::Mode;
 use crate::engine::Cell;
 
 /// The most commands that wait for the scan thread; one more is denied.
 pub const COMMANDS_MAX: usize = 64;
-
-/// The most bits and words that may be forced at a time.
-pub const FORCES_MAX: usize = 256;
 
 /// How many answers are kept for who asked.
 const ANSWERS_KEPT: usize = 4 * COMMANDS_MAX;
@@ -92,69 +90,6 @@ pub struct Before {
 /// A command that was taken: the first of a process is 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CommandId(pub u64);
-
-/// What is forced: allocated once, copied from snapshot to snapshot.
-#[derive(Clone, Debug)]
-pub struct Forces {
-    cells: Box<[Cell]>,
-    count: usize,
-}
-
-impl Default for Forces {
-    fn default() -> Self {
-        let none = Cell::Bit(crate::engine::BitCell(0));
-        Forces { cells: vec![none; FORCES_MAX].into(), count: 0 }
-    }
-}
-
-impl Forces {
-    /// The cells, in the order in which they were forced.
-    pub fn list(&self) -> &[Cell] {
-        &self.cells[..self.count]
-    }
-
-    /// Whether a cell is forced.
-    pub fn has(&self, cell: Cell) -> bool {
-        self.list().contains(&cell)
-    }
-
-    /// Enters a cell; false if there are too many.
-    pub(super) fn add(&mut self, cell: Cell) -> bool {
-        if self.has(cell) {
-            return true;
-        }
-        let Some(free) = self.cells.get_mut(self.count) else { return false };
-        *free = cell;
-        self.count += 1;
-        true
-    }
-
-    /// Takes a cell out.
-    pub(super) fn remove(&mut self, cell: Cell) {
-        if let Some(at) = self.list().iter().position(|forced| *forced == cell) {
-            self.cells.copy_within(at + 1..self.count, at);
-            self.count -= 1;
-        }
-    }
-
-    /// Gives cells other numbers; takes out those that have none.
-    pub(super) fn renumber(&mut self, number: impl Fn(Cell) -> Option<Cell>) {
-        let mut kept = 0;
-        for at in 0..self.count {
-            if let Some(cell) = number(self.cells[at]) {
-                self.cells[kept] = cell;
-                kept += 1;
-            }
-        }
-        self.count = kept;
-    }
-
-    /// Becomes as another, without allocating.
-    pub(super) fn copy_from(&mut self, other: &Forces) {
-        self.cells[..other.count].copy_from_slice(other.list());
-        self.count = other.count;
-    }
-}
 
 #[derive(Clone, Copy, Debug)]
 struct Order {
@@ -279,23 +214,6 @@ impl fmt::Display for Denial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::{BitCell, WordCell};
-
-    #[test]
-    fn forces_are_a_list_without_doubles() {
-        let mut forces = Forces::default();
-        let (bit, word) = (Cell::Bit(BitCell(3)), Cell::Word(WordCell(3)));
-        assert!(forces.add(bit) && forces.add(word) && forces.add(bit));
-        assert_eq!(forces.list(), [bit, word]);
-        forces.remove(bit);
-        forces.remove(bit);
-        assert_eq!(forces.list(), [word]);
-        let all = (0..1000).take_while(|n| forces.add(Cell::Bit(BitCell(*n)))).count();
-        assert_eq!(all, FORCES_MAX - 1);
-        let mut copy = Forces::default();
-        copy.copy_from(&forces);
-        assert_eq!(copy.list(), forces.list());
-    }
 
     #[test]
     fn limits_are_limits_and_every_command_has_its_answer() {

@@ -5,20 +5,23 @@
 //! call returns at once, and none can delay the scan: what is behind a `Mutex` here is shared by
 //! the world's threads alone, the scan thread takes none of them (its end is `link::ScanSide`).
 //!
-//! Deliberately absent: names, Modbus, waiting. A driver that wants to know when its write was
-//! seen asks [`Port::outcome`] again after a millisecond.
+//! Waiting is here too: [`Port::done`] ends with a batch, [`Port::answered`] with a command,
+//! [`Port::shows`] with an image. Each is a plain future, woken by the monitor thread when it has
+//! shown something; the scan thread wakes nobody.
+//!
+//! Deliberately absent: names, Modbus, and any limit of time: the caller sets its own.
 
 use std::collections::VecDeque;
-use std::fmt;
 use std::future::{Future, poll_fn};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Poll, Waker};
 use std::time::Duration;
 
-use super::command::{Answer, Command, CommandId, Denial, Desk, Forces};
-use super::link::Safe;
-use crate::engine::{BitCell, Cell, WordCell};
+use super::command::{Answer, Before, Command, CommandId, Denial, Desk};
+pub use super::image::{Safe, Snapshot};
+pub use super::mode::{FaultReason, Mode, StopReason};
+use crate::engine::{BitCell, WordCell};
 
 /// The most writes that one batch may hold. (A Modbus request writes at most 1968 coils, and each
 /// may stand for an input too.)
@@ -33,159 +36,6 @@ pub const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 
 /// How many refused tickets are remembered. No more can be on the way at once.
 const REFUSED_TICKETS_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
-
-/// What the controller does at present.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// It scans, and outputs are driven.
-    Run,
-    /// It does not scan; outputs are safe; every block had its termination pass.
-    Stop(StopReason),
-    /// It does not scan; outputs are safe; no termination pass ran.
-    Fault(FaultReason),
-}
-
-/// Why the controller is in STOP.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StopReason {
-    /// The first scan is still to come.
-    NotStarted,
-    /// The ladder executed STOP.
-    Instruction,
-    /// A signal asked for it.
-    Signal,
-    /// The number of scans that was asked for is complete.
-    ScanLimit,
-    /// An operator asked for it.
-    Operator,
-    /// It was restarted too often in too short a time, and so started in STOP.
-    RestartGuard,
-    /// Nothing was found to be restored, and memory is as after a cold start.
-    NothingRestored,
-}
-
-/// Why the controller is in FAULT.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FaultReason {
-    /// A scan took longer than the watchdog allows.
-    ScanTooLong {
-        /// How long, in microseconds.
-        scan_us: u32,
-    },
-    /// A scan has not ended though the watchdog's time is over.
-    ScanNeverEnds,
-    /// A scan was due and has not begun though the watchdog's time is over.
-    ScanNeverBegins,
-    /// The engine met a state that cannot be (a bug in rungd, not in the ladder).
-    EnginePanic,
-    /// The scan thread is gone (a bug in rungd).
-    ScanThreadGone,
-}
-
-impl StopReason {
-    /// Whether the process stays, for an operator to run it again.
-    pub fn waits_for_operator(self) -> bool {
-        self == StopReason::Instruction || self.is_meant()
-    }
-
-    /// Whether a start may be meant to be in STOP for it.
-    pub fn is_meant(self) -> bool {
-        use StopReason::{NothingRestored, Operator, RestartGuard};
-        matches!(self, Operator | RestartGuard | NothingRestored)
-    }
-}
-
-impl Mode {
-    /// `RUN`, `STOP` or `FAULT`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Mode::Run => "RUN",
-            Mode::Stop(_) => "STOP",
-            Mode::Fault(_) => "FAULT",
-        }
-    }
-}
-
-impl fmt::Display for StopReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            StopReason::NotStarted => "the first scan is still to come",
-            StopReason::Instruction => "the ladder executed STOP",
-            StopReason::Signal => "a signal asked for it",
-            StopReason::ScanLimit => "the number of scans asked for is complete",
-            StopReason::Operator => "an operator asked for it",
-            StopReason::RestartGuard => "it was restarted too often in too short a time",
-            StopReason::NothingRestored => {
-                "nothing was found to be restored, and memory is as after a cold start"
-            }
-        })
-    }
-}
-
-impl fmt::Display for FaultReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            FaultReason::ScanTooLong { scan_us } => {
-                write!(f, "a scan took {scan_us} us, longer than the watchdog allows")
-            }
-            FaultReason::ScanNeverEnds => {
-                f.write_str("a scan has not ended though the watchdog's time is over")
-            }
-            FaultReason::ScanNeverBegins => {
-                f.write_str("a scan was due and has not begun though the watchdog's time is over")
-            }
-            FaultReason::EnginePanic => f.write_str("the engine met a state that cannot be"),
-            FaultReason::ScanThreadGone => f.write_str("the scan thread is gone"),
-        }
-    }
-}
-
-/// What the world sees: the image of the last complete scan, whole.
-#[derive(Clone, Debug)]
-pub struct Snapshot {
-    /// Which program's: one more with every reload. Cells are that program's.
-    pub generation: u32,
-    /// Complete scans since the process started.
-    pub scans: u64,
-    /// The timestamp of that scan (CLOCK_MONOTONIC, ns).
-    pub now_ns: u64,
-    /// The mode.
-    pub mode: Mode,
-    /// Since when it has been so (CLOCK_MONOTONIC, ns).
-    pub since_ns: u64,
-    /// Every bit, by [`BitCell`]; 0 or 1.
-    pub bits: Box<[u8]>,
-    /// Every word, by [`WordCell`].
-    pub words: Box<[i32]>,
-    /// Y0, Y1, … as driven: the image's in RUN, else the safe values. 0 or 1.
-    pub outputs: Box<[u8]>,
-    /// Every batch with a ticket up to this one has been seen by a complete scan or refused.
-    pub tickets_done: u64,
-    /// What is forced.
-    pub forces: Forces,
-    /// What each Y does outside RUN.
-    pub safe: Arc<[Safe]>,
-}
-
-impl Snapshot {
-    /// A bit.
-    pub fn bit(&self, cell: BitCell) -> bool {
-        self.bits[cell.0 as usize] != 0
-    }
-
-    /// A word.
-    pub fn word(&self, cell: WordCell) -> i32 {
-        self.words[cell.0 as usize]
-    }
-
-    /// A bit (0 or 1) or word.
-    pub fn value(&self, cell: Cell) -> i32 {
-        match cell {
-            Cell::Bit(bit) => i32::from(self.bit(bit)),
-            Cell::Word(word) => self.word(word),
-        }
-    }
-}
 
 /// One write, its value within its operand's range (the caller sees to that).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -271,14 +121,14 @@ pub(super) struct Shared {
     /// The monitor has called the scan thread stuck, and has heard nothing of it since.
     stuck: AtomicBool,
     desk: Mutex<Desk>,
-    /// Who waits for a further image.
+    /// The tasks that wait for something to be shown.
     waiting: Mutex<Vec<Waker>>,
     /// The [`Tempo`] that scans have, in ns.
     period_ns: AtomicU64,
     watchdog_ns: AtomicU64,
 }
 
-/// How often scans come, and how long one may take. Another program may bring another.
+/// How often scans come, and how long one may take. A reload may change it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tempo {
     /// From scan to scan.
@@ -288,7 +138,7 @@ pub struct Tempo {
 }
 
 impl Tempo {
-    /// So many periods, and a scan that takes as long as it may.
+    /// The time of this many periods and of one scan that takes as long as it may.
     pub fn patience(self, periods: u64) -> Duration {
         let periods_ns = self.period_ns.saturating_mul(periods);
         Duration::from_nanos(periods_ns.saturating_add(self.watchdog_ns))
@@ -343,13 +193,13 @@ impl Port {
         }
     }
 
-    /// From here on it is this. The scan thread's, and before there is one.
+    /// Sets the tempo. Called by the scan thread, and once before that thread exists.
     pub(super) fn set_tempo(&self, tempo: Tempo) {
         self.shared.period_ns.store(tempo.period_ns, Ordering::Release);
         self.shared.watchdog_ns.store(tempo.watchdog_ns, Ordering::Release);
     }
 
-    /// How long who asks for something waits at least for the scan that sees it.
+    /// The shortest time that a caller should wait for the scan that sees its request.
     pub fn patience(&self) -> Duration {
         self.tempo().patience(3)
     }
@@ -374,20 +224,41 @@ impl Port {
         Arc::clone(&locked(&self.shared.latest))
     }
 
-    /// Ends once [`Port::latest`] is another than `seen`.
+    /// Ends once [`Port::latest`] is a newer image than `seen`.
     pub fn changed(&self, seen: &Arc<Snapshot>) -> impl Future<Output = ()> + use<> {
-        let (port, seen) = (self.clone(), Arc::clone(seen));
+        let seen = Arc::clone(seen);
+        self.until(move |port| (!Arc::ptr_eq(&port.latest(), &seen)).then_some(()))
+    }
+
+    /// Ends with the first image that is as wanted; the latest one may be.
+    pub fn shows(&self, wanted: impl Fn(&Snapshot) -> bool) -> impl Future<Output = Arc<Snapshot>> {
+        self.until(move |port| Some(port.latest()).filter(|latest| wanted(latest)))
+    }
+
+    /// Ends with what `look` finds. It looks now, and each time that something was shown.
+    fn until<T, L: FnMut(&Port) -> Option<T>>(
+        &self,
+        mut look: L,
+    ) -> impl Future<Output = T> + use<T, L> {
+        let port = self.clone();
         poll_fn(move |context| {
             let mut waiting = locked(&port.shared.waiting);
-            // Behind the lock: whoever publishes takes it last, and so wakes this one.
-            if !Arc::ptr_eq(&port.latest(), &seen) {
-                return Poll::Ready(());
+            // The look is made behind the lock. Whoever shows something takes the lock last, and
+            // so either this look finds it or this waker is called.
+            if let Some(found) = look(&port) {
+                return Poll::Ready(found);
             }
             if !waiting.iter().any(|waker| waker.will_wake(context.waker())) {
                 waiting.push(context.waker().clone());
             }
             Poll::Pending
         })
+    }
+
+    /// Has all who wait look again. Called by the monitor, behind what it has shown.
+    fn wake(&self) {
+        let waiting = std::mem::take(&mut *locked(&self.shared.waiting));
+        waiting.into_iter().for_each(Waker::wake);
     }
 
     /// Hands in a batch: applied whole, between two scans, in the order of tickets.
@@ -412,6 +283,19 @@ impl Port {
         door.queue.push(Batch { ticket, writes }).map_err(|_| Refused::QueueFull)?;
         door.last = ticket.0;
         Ok(ticket)
+    }
+
+    /// Ends when a batch is done: `Ok` once a scan that saw it is complete and in
+    /// [`Port::latest`].
+    ///
+    /// # Errors
+    /// [`Refused::NotRunning`]: the controller left RUN first.
+    pub fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), Refused>> + use<> {
+        self.until(move |port| match port.outcome(ticket) {
+            Outcome::Pending => None,
+            Outcome::Applied => Some(Ok(())),
+            Outcome::Refused => Some(Err(Refused::NotRunning)),
+        })
     }
 
     /// What became of a batch.
@@ -446,6 +330,17 @@ impl Port {
         self.shared.stuck.load(Ordering::Acquire)
     }
 
+    /// Ends when a command is answered, with how things were before it.
+    ///
+    /// # Errors
+    /// The command is denied, and nothing changed.
+    pub fn answered(&self, id: CommandId) -> impl Future<Output = Result<Before, Denial>> + use<> {
+        self.until(move |port| match port.answer(id)? {
+            Answer::Done(before) => Some(Ok(before)),
+            Answer::Denied(denial) => Some(Err(denial)),
+        })
+    }
+
     /// What became of a command, once that is in [`Port::latest`]; told once. A scan thread that
     /// is stuck meanwhile answers when it comes back.
     pub fn answer(&self, id: CommandId) -> Option<Answer> {
@@ -454,6 +349,7 @@ impl Port {
 
     pub(super) fn at_desk(&self, show: impl FnOnce(&mut Desk)) {
         show(&mut locked(&self.shared.desk));
+        self.wake();
     }
 
     /// The scan thread was heard of: it is not stuck (any more). True if it was.
@@ -467,7 +363,7 @@ impl Port {
 
     pub(super) fn publish(&self, snapshot: Arc<Snapshot>) -> Arc<Snapshot> {
         let old = std::mem::replace(&mut *locked(&self.shared.latest), snapshot);
-        locked(&self.shared.waiting).drain(..).for_each(Waker::wake);
+        self.wake();
         old
     }
 
@@ -477,6 +373,8 @@ impl Port {
             refusals.tickets.pop_front();
         }
         refusals.tickets.push_back(ticket.0);
+        drop(refusals);
+        self.wake();
     }
 
     /// Until the scan thread is heard of again: what is pending is refused, and it is told nothing.

@@ -17,8 +17,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::Memory;
 use super::exchange::{Mode, Snapshot};
+use super::image::Safe;
 use super::latest::{Reader, Writer, latest};
-use super::link::Safe;
 use super::local::LocalSide;
 pub use super::local::{Exchanged, Local, LocalFailure, LocalLine};
 use super::machine::Machine;

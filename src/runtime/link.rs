@@ -13,10 +13,11 @@ use std::sync::atomic::Ordering;
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use super::command::{Answers, Forces, Orders, desk};
-use super::exchange::{
-    Batch, FaultReason, Mode, Port, QUEUED_BATCHES_MAX, Snapshot, StopReason, Tempo, Ticket, Write,
-};
+use super::command::{Answers, Orders, desk};
+use super::exchange::{Batch, Port, QUEUED_BATCHES_MAX, Tempo, Ticket, Write};
+use super::forces::Forces;
+use super::image::{Safe, Snapshot};
+use super::mode::{FaultReason, Mode, StopReason};
 use crate::engine::{BitCell, Cell, WordCell};
 
 /// Spare snapshots at first, and the least that the world tries to keep.
@@ -40,18 +41,6 @@ pub struct Shape {
     pub forces_active: usize,
     /// What each Y does outside RUN.
     pub safe: Vec<Safe>,
-}
-
-/// What an output does outside RUN.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Safe {
-    /// OFF.
-    #[default]
-    Off,
-    /// ON.
-    On,
-    /// In STOP its value after the termination passes; in FAULT the last complete scan's.
-    Hold,
 }
 
 /// What the scan thread hands over.

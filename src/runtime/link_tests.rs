@@ -5,7 +5,15 @@ use super::exchange::{
     BATCH_WRITES_MAX, FaultReason, Mode, Outcome, Port, QUEUED_BATCHES_MAX, Refused,
     SCAN_WRITES_MAX, StopReason, Write,
 };
+use super::image::Safe;
 use super::link::*;
+use std::future::Future;
+use std::pin::{Pin, pin};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::task::{Context, Poll, Wake};
+
+use super::command::{Answer, Before, Command, Denial};
 use crate::engine::{BitCell, WordCell};
 /// Three inputs; bits 0..4, of which 1..=3 are Y0..Y2 (off, on, hold); two words.
 fn small() -> (Port, ScanSide, WorldSide) {
@@ -142,4 +150,92 @@ fn readers_that_hold_on_do_not_starve_the_scan() {
         held.push(port.latest());
     }
     assert!(held.iter().zip(1..).all(|(snapshot, number)| snapshot.scans == number));
+}
+
+/// Counts how often it is woken.
+#[derive(Default)]
+struct Bell(AtomicU32);
+
+impl Wake for Bell {
+    fn wake(self: Arc<Self>) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+impl Bell {
+    fn rung(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+fn poll<F: Future>(future: Pin<&mut F>, bell: &Arc<Bell>) -> Poll<F::Output> {
+    future.poll(&mut Context::from_waker(&Arc::clone(bell).into()))
+}
+
+#[test]
+fn a_wait_for_a_batch_ends_when_its_scan_is_visible_or_it_is_refused() {
+    let (port, mut side, mut world) = small();
+    side.set_running(true);
+    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
+    let (bell, mut done) = (Arc::new(Bell::default()), pin!(port.done(ticket)));
+    assert_eq!(poll(done.as_mut(), &bell), Poll::Pending);
+    scan(&mut side, 1, [1, 1, 0, 1]);
+    assert_eq!(bell.rung(), 0, "the scan thread wakes nobody");
+    world.pump();
+    assert_eq!((bell.rung(), poll(done.as_mut(), &bell)), (1, Poll::Ready(Ok(()))));
+
+    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
+    let (bell, mut done) = (Arc::new(Bell::default()), pin!(port.done(ticket)));
+    assert_eq!(poll(done.as_mut(), &bell), Poll::Pending);
+    side.set_running(false);
+    side.refuse_waiting();
+    world.pump();
+    let refused = Poll::Ready(Err(Refused::NotRunning));
+    assert_eq!((bell.rung(), poll(done.as_mut(), &bell)), (1, refused), "nothing was published");
+}
+
+#[test]
+fn a_wait_for_a_batch_ends_when_the_scan_thread_is_called_stuck() {
+    let (port, mut side, mut world) = small();
+    side.set_running(true);
+    let ticket = port.submit(vec![Write::Bit(BitCell(0), true)]).unwrap();
+    let (bell, mut done) = (Arc::new(Bell::default()), pin!(port.done(ticket)));
+    assert_eq!(poll(done.as_mut(), &bell), Poll::Pending);
+    world.trip(FaultReason::ScanNeverEnds, 99);
+    let refused = Poll::Ready(Err(Refused::NotRunning));
+    assert_eq!((bell.rung(), poll(done.as_mut(), &bell)), (1, refused));
+}
+
+#[test]
+fn a_wait_for_a_command_ends_with_its_answer() {
+    let (port, mut side, mut world) = small();
+    let before = Before { mode: Mode::Run, value: 0, forced: false };
+    let answers = [(Answer::Done(before), Ok(before)), {
+        let denial = Denial::Ending;
+        (Answer::Denied(denial), Err(denial))
+    }];
+    for (answer, expected) in answers {
+        let id = port.command(Command::Run).unwrap();
+        let (bell, mut answered) = (Arc::new(Bell::default()), pin!(port.answered(id)));
+        assert_eq!(poll(answered.as_mut(), &bell), Poll::Pending);
+        let (taken, _) = side.orders.next().unwrap();
+        side.orders.note(taken, answer);
+        side.orders.give();
+        world.pump();
+        assert_eq!((bell.rung(), poll(answered.as_mut(), &bell)), (1, Poll::Ready(expected)));
+    }
+}
+
+#[test]
+fn a_wait_for_an_image_ends_with_the_first_that_is_as_wanted() {
+    let (port, mut side, mut world) = small();
+    let (bell, mut shows) = (Arc::new(Bell::default()), pin!(port.shows(|seen| seen.scans >= 2)));
+    assert!(poll(shows.as_mut(), &bell).is_pending());
+    scan(&mut side, 1, [0; 4]);
+    world.pump();
+    assert!(bell.rung() == 1 && poll(shows.as_mut(), &bell).is_pending());
+    scan(&mut side, 2, [0; 4]);
+    world.pump();
+    let Poll::Ready(image) = poll(shows.as_mut(), &bell) else { panic!("it is there") };
+    assert_eq!((bell.rung(), image.scans), (2, 2));
 }

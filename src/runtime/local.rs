@@ -13,7 +13,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Snapshot;
 use super::field::{Source, Wiring, last_words};
-use super::link::Safe;
+use super::image::Safe;
 use super::sys::monotonic_ns;
 use crate::engine::Cell;
 

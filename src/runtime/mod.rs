@@ -12,13 +12,16 @@ mod beat;
 pub mod command;
 pub mod exchange;
 pub mod field;
+mod forces;
 mod histogram;
+mod image;
 mod latest;
 mod link;
 #[cfg(test)]
 mod link_tests;
 mod local;
 mod machine;
+mod mode;
 mod monitor;
 mod obey;
 pub mod pacing;
@@ -39,14 +42,15 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 pub use histogram::Bar;
-pub use link::{Facts, Publication, Returned, Safe, ScanSide, Shape, WorldSide, link};
+pub use image::Safe;
+pub use link::{Facts, Publication, Returned, ScanSide, Shape, WorldSide, link};
 pub use machine::Machine;
 pub use monitor::{Monitor, Observer};
 pub use posture::{Grant, Held, Policy, Posture, Refusal};
-pub use record::{DeviceEdge, Record, Watched, What};
+pub use record::{Carried, DeviceEdge, Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
 pub use statistics::{Meter, Reading, Spread, Statistics};
-pub use swap::{Carried, Contents, Generations, Package, Reloader, Swapped};
+pub use swap::{Contents, Generations, Package, Reloader, Swapped};
 pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};

@@ -11,7 +11,6 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Mode;
 use super::statistics::Statistics;
-use super::swap::Carried;
 use crate::engine::{BitCell, BlockEvent, WordCell};
 
 /// How many records wait for their reader before further ones are dropped.
@@ -30,6 +29,14 @@ pub struct Record {
     pub at_ns: u64,
     /// What.
     pub what: What,
+}
+
+/// By watch: which watch of the old program it goes on from.
+#[derive(Clone, Debug, Default)]
+#[allow(missing_docs)]
+pub struct Carried {
+    pub bits: Vec<Option<u32>>,
+    pub words: Vec<Option<u32>>,
 }
 
 /// What happened.

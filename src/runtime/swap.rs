@@ -12,9 +12,10 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::command::{Command, CommandId, Denial};
 use super::exchange::{Mode, Port, Snapshot, Tempo};
-use super::link::{SPARES, Safe};
+use super::image::Safe;
+use super::link::SPARES;
 use super::machine::Machine;
-use super::record::{Watched, Watches};
+use super::record::{Carried, Watched, Watches};
 use crate::engine::{Cell, Transfer};
 
 /// How many packages may be on their way.
@@ -52,14 +53,6 @@ pub struct Swapped {
     pub took_ns: u64,
     /// The mode that it found.
     pub mode: Mode,
-}
-
-/// By watch: which watch of the old program it goes on from.
-#[derive(Clone, Debug, Default)]
-#[allow(missing_docs)]
-pub struct Carried {
-    pub bits: Vec<Option<u32>>,
-    pub words: Vec<Option<u32>>,
 }
 
 /// What a package is made of beside its machine.

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde::Serialize;
-use tokio::time::{sleep, timeout};
+use tokio::time::timeout;
 
 use super::peer::Peer;
 use super::status::View;
@@ -22,12 +22,10 @@ use crate::operator::protocol::{
     RefusalKind, Request, Saved, Value, Values,
 };
 use crate::runtime::Generations;
-use crate::runtime::command::{Answer, Before, Command, CommandId, Denial};
-use crate::runtime::exchange::{Mode, Outcome, Port, Refused, Snapshot, Write};
+use crate::runtime::command::{Before, Command, CommandId, Denial};
+use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
 use crate::say::say;
 
-/// How soon it is looked again whether a scan has seen a change.
-const ASK_AGAIN: Duration = Duration::from_millis(1);
 /// How long a change waits for that at least.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 /// How long a disk may take.
@@ -164,15 +162,8 @@ impl Desk {
             (None, Cell::Word(cell)) => Write::Word(cell, value),
         };
         let ticket = self.port.submit(vec![write]).map_err(|why| self.not_taken(why))?;
-        let seen = async {
-            while self.port.outcome(ticket) == Outcome::Pending {
-                sleep(ASK_AGAIN).await;
-            }
-        };
-        timeout(self.wait(), seen).await.map_err(|_| no_answer())?;
-        if self.port.outcome(ticket) == Outcome::Refused {
-            return Err(self.not_taken(Refused::NotRunning));
-        }
+        let done = timeout(self.wait(), self.port.done(ticket)).await;
+        done.map_err(|_| no_answer())?.map_err(|why| self.not_taken(why))?;
         let latest = self.port.latest();
         let mut change = change(&operand, &before, &latest);
         change.note = self.note(&operand, value, &change);
@@ -275,11 +266,7 @@ impl Desk {
         };
         if !there {
             // It is answered when the thread obeys; the mode shows with its first scan or passes.
-            let entered = async {
-                while self.port.latest().since_ns == since_ns {
-                    sleep(ASK_AGAIN).await;
-                }
-            };
+            let entered = self.port.shows(|latest| latest.since_ns != since_ns);
             timeout(self.wait(), entered).await.map_err(|_| no_answer())?;
         }
         let after = self.port.latest().mode;
@@ -312,19 +299,8 @@ impl Desk {
     }
 
     async fn carried_out(&self, id: CommandId) -> Done<Before> {
-        let answer = async {
-            loop {
-                match self.port.answer(id) {
-                    Some(answer) => return answer,
-                    None => sleep(ASK_AGAIN).await,
-                }
-            }
-        };
-        match timeout(self.wait(), answer).await {
-            Err(_) => Err(no_answer()),
-            Ok(Answer::Denied(why)) => Err(denied(why)),
-            Ok(Answer::Done(before)) => Ok(before),
-        }
+        let answered = timeout(self.wait(), self.port.answered(id)).await;
+        answered.map_err(|_| no_answer())?.map_err(denied)
     }
 }
 

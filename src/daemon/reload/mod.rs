@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use tokio::task::spawn_blocking;
-use tokio::time::{sleep, timeout};
+use tokio::time::timeout;
 
 pub(super) use views::Views;
 
@@ -27,7 +27,7 @@ use super::systemd::{Notice, Systemd};
 use crate::engine::{self, Cell, Engine};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
 use crate::reload::{Plan, Seen};
-use crate::runtime::command::{Answer, CommandId, Denial};
+use crate::runtime::command::Denial;
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
 use crate::say::say;
@@ -35,9 +35,7 @@ use reading::Reading;
 use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
 
-/// How soon it is looked again whether the scan thread has answered.
-const ASK_AGAIN: Duration = Duration::from_millis(1);
-/// How long its answer is waited for at least.
+/// The shortest time that the scan thread's answer is waited for.
 const ANSWER_LEAST: Duration = Duration::from_secs(10);
 /// How long a reload waits until those before it have ended.
 const TURN_MAX: Duration = Duration::from_secs(60);
@@ -202,7 +200,8 @@ impl Reloads {
     }
 
     async fn read_and_swap(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
-        if timeout(ANSWER_LEAST, self.started()).await.is_err() {
+        let started = |latest: &Snapshot| latest.mode != Mode::Stop(StopReason::NotStarted);
+        if timeout(ANSWER_LEAST, self.port.shows(started)).await.is_err() {
             return Err(refused("the first scan is still to come; try again".to_owned()));
         }
         let (started, running) = {
@@ -304,47 +303,29 @@ impl Reloads {
         let forces = self.port.latest().forces.list().to_vec();
         let handed_in = inner.reloader.hand_in(*package, resume);
         let answer = match handed_in {
-            Ok(id) => self.answer(id, self.port.patience().max(ANSWER_LEAST)).await,
-            Err(denial) => Some(Err(denial)),
+            Ok(id) => {
+                let patience = self.port.patience().max(ANSWER_LEAST);
+                timeout(patience, self.port.answered(id)).await
+            }
+            Err(denial) => Ok(Err(denial)),
         };
         match answer {
-            None => {
+            Err(_) => {
                 let message = "no scan came in time to see it; it may yet be done";
                 return Err(Refusal::new(RefusalKind::NoAnswer, message));
             }
-            Some(Err(denial)) => {
+            Ok(Err(denial)) => {
                 inner.pending = None;
                 self.views.remove(generation);
                 return Err(refused(denial.to_string()));
             }
-            Some(Ok(())) => {}
+            Ok(Ok(_)) => {}
         }
         let mut told = (Vec::new(), 0.0);
         self.settle(inner, |package, swapped| {
             told = (report(&plan, package, &forces), swapped.took_ns as f64 / 1000.0);
         });
         Ok(told)
-    }
-
-    async fn started(&self) {
-        while self.port.latest().mode == Mode::Stop(StopReason::NotStarted) {
-            sleep(ASK_AGAIN).await;
-        }
-    }
-
-    async fn answer(&self, id: CommandId, patience: Duration) -> Option<Result<(), Denial>> {
-        let answer = async {
-            loop {
-                match self.port.answer(id) {
-                    Some(answer) => return answer,
-                    None => sleep(ASK_AGAIN).await,
-                }
-            }
-        };
-        match timeout(patience, answer).await.ok()? {
-            Answer::Done(_) => Some(Ok(())),
-            Answer::Denied(denial) => Some(Err(denial)),
-        }
     }
 
     /// The program on trial, if one is.

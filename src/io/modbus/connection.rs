@@ -14,17 +14,14 @@ use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::{Instant, sleep, timeout, timeout_at};
+use tokio::time::{Instant, timeout, timeout_at};
 
 use super::answer::{self, Answer};
 use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
 use super::map::Asker;
 use super::refusal::Refusal;
 use super::server::Shared;
-use crate::runtime::exchange::{Outcome, Ticket, Write};
-
-/// How often a write asks whether a scan has seen it.
-const ASK_AGAIN: Duration = Duration::from_millis(1);
+use crate::runtime::exchange::Write;
 
 /// Why a connection ended.
 #[derive(Debug)]
@@ -170,17 +167,9 @@ impl Connection {
         let ticket =
             port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
         let wait = self.shared.write_wait.max(self.shared.port.patience());
-        timeout(wait, self.seen(ticket)).await.unwrap_or(Err(Refusal::NotSeen))
-    }
-
-    async fn seen(&self, ticket: Ticket) -> Result<(), Refusal> {
-        let port = &self.shared.port;
-        loop {
-            match port.outcome(ticket) {
-                Outcome::Applied => return Ok(()),
-                Outcome::Refused => return Err(Refusal::NotRunning(port.latest().mode)),
-                Outcome::Pending => sleep(ASK_AGAIN).await,
-            }
+        match timeout(wait, port.done(ticket)).await {
+            Err(_) => Err(Refusal::NotSeen),
+            Ok(done) => done.map_err(|_| Refusal::NotRunning(port.latest().mode)),
         }
     }
 }

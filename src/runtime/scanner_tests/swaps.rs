@@ -1,7 +1,8 @@
 //! Another program between two scans: what is published, and what comes back.
 
 use super::super::command::{Answer, CommandId, Denial};
-use super::super::swap::{Carried, Contents, Package};
+use super::super::record::Carried;
+use super::super::swap::{Contents, Package};
 use super::*;
 use crate::engine::{Cell, Transfer, WordCell};
 

@@ -1,0 +1,68 @@
+//! The image that the world sees: memory behind one complete scan, and what belongs to it.
+//!
+//! `link` fills it, `exchange` hands it out. Nobody changes one that was handed out.
+
+use std::sync::Arc;
+
+use super::forces::Forces;
+use super::mode::Mode;
+use crate::engine::{BitCell, Cell, WordCell};
+
+/// What the world sees: the image of the last complete scan, whole.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// Which program's: one more with every reload. Cells are that program's.
+    pub generation: u32,
+    /// Complete scans since the process started.
+    pub scans: u64,
+    /// The timestamp of that scan (CLOCK_MONOTONIC, ns).
+    pub now_ns: u64,
+    /// The mode.
+    pub mode: Mode,
+    /// Since when it has been so (CLOCK_MONOTONIC, ns).
+    pub since_ns: u64,
+    /// Every bit, by [`BitCell`]; 0 or 1.
+    pub bits: Box<[u8]>,
+    /// Every word, by [`WordCell`].
+    pub words: Box<[i32]>,
+    /// Y0, Y1, … as driven: the image's in RUN, else the safe values. 0 or 1.
+    pub outputs: Box<[u8]>,
+    /// Every batch with a ticket up to this one has been seen by a complete scan or refused.
+    pub tickets_done: u64,
+    /// What is forced.
+    pub forces: Forces,
+    /// What each Y does outside RUN.
+    pub safe: Arc<[Safe]>,
+}
+
+impl Snapshot {
+    /// A bit.
+    pub fn bit(&self, cell: BitCell) -> bool {
+        self.bits[cell.0 as usize] != 0
+    }
+
+    /// A word.
+    pub fn word(&self, cell: WordCell) -> i32 {
+        self.words[cell.0 as usize]
+    }
+
+    /// A bit (0 or 1) or word.
+    pub fn value(&self, cell: Cell) -> i32 {
+        match cell {
+            Cell::Bit(bit) => i32::from(self.bit(bit)),
+            Cell::Word(word) => self.word(word),
+        }
+    }
+}
+
+/// What an output does outside RUN.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Safe {
+    /// OFF.
+    #[default]
+    Off,
+    /// ON.
+    On,
+    /// In STOP its value after the termination passes; in FAULT the last complete scan's.
+    Hold,
+}

@@ -1,0 +1,112 @@
+//! The modes of a controller, and the reasons for them.
+//!
+//! The scan thread enters them, snapshots show them, the log tells them. Numbers and words alone;
+//! the transitions are `scanner`'s and `obey`'s.
+
+use std::fmt;
+
+/// What the controller does at present.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// It scans, and outputs are driven.
+    Run,
+    /// It does not scan; outputs are safe; every block had its termination pass.
+    Stop(StopReason),
+    /// It does not scan; outputs are safe; no termination pass ran.
+    Fault(FaultReason),
+}
+
+/// Why the controller is in STOP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// The first scan is still to come.
+    NotStarted,
+    /// The ladder executed STOP.
+    Instruction,
+    /// A signal asked for it.
+    Signal,
+    /// The number of scans that was asked for is complete.
+    ScanLimit,
+    /// An operator asked for it.
+    Operator,
+    /// It was restarted too often in too short a time, and so started in STOP.
+    RestartGuard,
+    /// Nothing was found to be restored, and memory is as after a cold start.
+    NothingRestored,
+}
+
+/// Why the controller is in FAULT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultReason {
+    /// A scan took longer than the watchdog allows.
+    ScanTooLong {
+        /// How long, in microseconds.
+        scan_us: u32,
+    },
+    /// A scan has not ended though the watchdog's time is over.
+    ScanNeverEnds,
+    /// A scan was due and has not begun though the watchdog's time is over.
+    ScanNeverBegins,
+    /// The engine met a state that cannot be (a bug in rungd, not in the ladder).
+    EnginePanic,
+    /// The scan thread is gone (a bug in rungd).
+    ScanThreadGone,
+}
+
+impl StopReason {
+    /// Whether the process stays, for an operator to run it again.
+    pub fn waits_for_operator(self) -> bool {
+        self == StopReason::Instruction || self.is_meant()
+    }
+
+    /// Whether a start may be meant to be in STOP for it.
+    pub fn is_meant(self) -> bool {
+        use StopReason::{NothingRestored, Operator, RestartGuard};
+        matches!(self, Operator | RestartGuard | NothingRestored)
+    }
+}
+
+impl Mode {
+    /// `RUN`, `STOP` or `FAULT`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::Run => "RUN",
+            Mode::Stop(_) => "STOP",
+            Mode::Fault(_) => "FAULT",
+        }
+    }
+}
+
+impl fmt::Display for StopReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            StopReason::NotStarted => "the first scan is still to come",
+            StopReason::Instruction => "the ladder executed STOP",
+            StopReason::Signal => "a signal asked for it",
+            StopReason::ScanLimit => "the number of scans asked for is complete",
+            StopReason::Operator => "an operator asked for it",
+            StopReason::RestartGuard => "it was restarted too often in too short a time",
+            StopReason::NothingRestored => {
+                "nothing was found to be restored, and memory is as after a cold start"
+            }
+        })
+    }
+}
+
+impl fmt::Display for FaultReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FaultReason::ScanTooLong { scan_us } => {
+                write!(f, "a scan took {scan_us} us, longer than the watchdog allows")
+            }
+            FaultReason::ScanNeverEnds => {
+                f.write_str("a scan has not ended though the watchdog's time is over")
+            }
+            FaultReason::ScanNeverBegins => {
+                f.write_str("a scan was due and has not begun though the watchdog's time is over")
+            }
+            FaultReason::EnginePanic => f.write_str("the engine met a state that cannot be"),
+            FaultReason::ScanThreadGone => f.write_str("the scan thread is gone"),
+        }
+    }
+}
