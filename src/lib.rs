@@ -8,6 +8,7 @@
 
 pub mod check;
 pub mod cli;
+pub mod controller;
 pub mod daemon;
 pub mod engine;
 pub mod events;

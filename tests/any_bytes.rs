@@ -1,11 +1,12 @@
 //! No bytes panic: not as a ladder file, not as a controller file, not when findings are shown.
 
 use proptest::prelude::*;
+use rungd::controller;
+use rungd::controller::resolve_controller;
 use rungd::load::decode;
-use rungd::resolve::controller::resolve_controller;
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::controller;
+use rungd::source::file_kind;
 use rungd::source::render::{Style, render};
 use rungd::source::span::{FileId, SourceFile};
 
@@ -67,7 +68,7 @@ fn feed(bytes: &[u8]) {
         let program = program.unwrap_or_else(|| Program { ..Program::default() });
         findings.extend(resolve_controller(&written, &program).1);
     }
-    controller::is_controller(&files[0].text);
+    file_kind::is_controller(&files[0].text);
     let shown = render(&findings, &files, Style::default());
     assert!(shown.ends_with(" warnings\n") || shown.ends_with(" warning\n"));
     assert!(!shown.contains('\u{1b}'));

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use rungd::controller::Controller;
+use rungd::controller::realtime::{Policy, Realtime};
+use rungd::io::simulated::settings::Motion;
 use rungd::isa::{Bit, BitSpace};
 use rungd::load::controller_file;
-use rungd::resolve::controller::{Controller, Motion};
-use rungd::source::realtime::{Policy, Realtime};
 use rungd::source::render::{Style, render};
 
 const LADDER: &str = r#"

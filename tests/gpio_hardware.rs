@@ -7,8 +7,8 @@ mod live;
 use std::time::{Duration, Instant};
 
 use rungd::io::device::Opener;
+use rungd::io::gpio::settings::{At, Chip, Gpio as Settings, Line, Setting};
 use rungd::io::gpio::{Gpio, Kernel};
-use rungd::resolve::device::gpio::{At, Chip, Gpio as Settings, Line, Setting};
 
 fn wanted(name: &str) -> Option<String> {
     std::env::var(name).ok()

@@ -7,8 +7,8 @@ use std::thread::spawn;
 
 use liars::{Lie, Script, TIMEOUT, client, poll, pty, serve_rtu};
 use rungd::io::device::{Done, Driver, Trouble};
+use rungd::io::modbus_client::settings::{Client as Settings, Link, Parity, Serial};
 use rungd::io::modbus_client::{Client, Lines, Rtu};
-use rungd::resolve::device::modbus::{Client as Settings, Link, Parity, Serial};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 

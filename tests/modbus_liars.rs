@@ -14,8 +14,8 @@ use liars::{
 };
 use proptest::test_runner::TestRunner;
 use rungd::io::device::Driver;
+use rungd::io::modbus_client::settings::{Link, Parity, Serial};
 use rungd::io::modbus_client::{Client, Lines, Tcp};
-use rungd::resolve::device::modbus::{Link, Parity, Serial};
 use tokio::time::timeout;
 
 type Answer = fn(&[u8], &[u8]) -> Lie;

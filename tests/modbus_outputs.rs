@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use liars::{Lie, Script, TIMEOUT, client, listen, poll, tcp_frame};
 use rungd::io::device::{Done, Driver, Exchange, Occasion};
+use rungd::io::modbus_client::settings::{Client as Settings, Link, Watchdog};
 use rungd::io::modbus_client::{Client, Tcp};
-use rungd::resolve::device::modbus::{Client as Settings, Link, Watchdog};
 
 type Seen = Arc<Mutex<Vec<Vec<u8>>>>;
 
@@ -45,7 +45,7 @@ fn asked(seen: &Seen) -> Vec<(u8, u8)> {
 fn apart(settings: &mut Settings) {
     let input = settings.inputs[0];
     settings.inputs =
-        (0..4).map(|n| rungd::resolve::device::modbus::Point { at: n * 10, ..input }).collect();
+        (0..4).map(|n| rungd::io::modbus_client::settings::Point { at: n * 10, ..input }).collect();
 }
 
 fn urgent<'a>(outputs: &'a [i32], inputs: &'a mut [i32]) -> Exchange<'a> {

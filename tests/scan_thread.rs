@@ -15,11 +15,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::io::device::Opener;
+use rungd::io::gpio::settings::{At, Chip as ChipName, Gpio as GpioLines, Line, Setting};
 use rungd::io::gpio::{Chip, Chips, Gpio, LineFacts, Lines, Request};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
 use rungd::reload::{Plan, Side};
-use rungd::resolve::device::gpio::{At, Chip as ChipName, Gpio as GpioLines, Line, Setting};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::command::Command;
@@ -432,7 +432,7 @@ fn every_shipped_ladder() {
     for path in entries.map(|entry| entry.unwrap().path()) {
         let text = std::fs::read_to_string(&path).unwrap_or_default();
         let is_ladder = path.extension().is_some_and(|e| e == "toml")
-            && !rungd::source::controller::is_controller(&text);
+            && !rungd::source::file_kind::is_controller(&text);
         if is_ladder {
             let name = path.display().to_string();
             assert_no_allocation(&name, &program(&name, text), 1000);

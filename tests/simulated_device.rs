@@ -3,14 +3,14 @@
 
 mod page;
 
+use rungd::controller::{Controller, read, resolve_controller};
 use rungd::engine::Engine;
 use rungd::io::simulated::Device;
+use rungd::io::simulated::settings::{Motion, Rule};
 use rungd::isa::Address;
 use rungd::lower::{Symbols, lower};
-use rungd::resolve::controller::{Controller, Motion, Rule, resolve_controller};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::source::controller::read;
 use rungd::source::span::{FileId, SourceFile};
 
 const PERIOD_MS: u64 = 10;

@@ -4,11 +4,11 @@
 use std::collections::HashMap;
 
 use proptest::prelude::*;
+use rungd::controller::device::Driver;
+use rungd::controller::read;
+use rungd::controller::resolve_controller;
 use rungd::io::plant::{Lost, Model};
-use rungd::resolve::controller::resolve_controller;
-use rungd::resolve::device::Driver;
 use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::source::controller::read;
 use rungd::source::span::{FileId, SourceFile};
 
 const LADDER: &str = r#"

@@ -18,7 +18,7 @@ use rungd::load::decode;
 use rungd::lower::{Symbols, lower};
 use rungd::operator::names::Names;
 use rungd::operator::protocol::{Given, Request};
-use rungd::resolve::controller::{Controller, resolve_controller};
+use rungd::controller::{Controller, resolve_controller};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::retain::Device;

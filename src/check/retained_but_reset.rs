@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn owners_with_termination_logic() {
         check_retained(
-            "ranges = [\"CT0..CT2\", \"T0..T1\", \"N0\", \"D10..D20\"]",
+            &["CT0..CT2", "T0..T1", "N0", "D10..D20"],
             r#"
             { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=12"] },
             { leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT1 up-preset=12"] },

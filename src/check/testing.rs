@@ -2,12 +2,13 @@
 
 use expect_test::Expect;
 
-use crate::resolve::controller::resolve_controller;
 use crate::resolve::program::Program;
+use crate::resolve::range::resolve_range;
+use crate::resolve::scope::Scope;
 use crate::resolve::{LoadOptions, load_ladders};
-use crate::source::controller;
 use crate::source::finding::Finding;
-use crate::source::span::{FileId, SourceFile};
+use crate::source::reader::Text;
+use crate::source::span::{SourceFile, Span};
 
 /// Loads the ladder, checks it and silences what it allows. Indentation and blank lines around it
 /// do not count.
@@ -22,18 +23,19 @@ pub fn check_main(rungs: &str, expected: Expect) {
     check(&format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.trim()), expected);
 }
 
-/// [`check_main`] beside a controller file with this in its `[retain]`.
-pub fn check_retained(retain: &str, rungs: &str, expected: Expect) {
+/// [`check_main`] beside a controller file that retains these ranges.
+pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
     let rungs: Vec<&str> = rungs.trim().lines().map(str::trim_start).collect();
     let ladder = format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.join("\n"));
     let (program, _) = load(&ladder);
     let program = program.expect("the ladder has no errors");
-    let text = format!("ladder = [\"test.toml\"]\n[retain]\n{retain}\n");
-    let (written, found) = controller::read(&text, FileId(1));
-    assert!(found.is_empty(), "{found:?}");
-    let (resolved, found) = resolve_controller(&written.expect("it is TOML"), &program);
-    assert!(found.is_empty(), "{found:?}");
-    expected.assert_eq(&print(&ladder, &super::check(&program, &resolved.retain)));
+    let scope = Scope::of(&program);
+    let range = |text: &&str| {
+        let text = Text { text: (*text).to_owned(), span: Span::default(), exact: true };
+        resolve_range(&scope, &text).expect("a range")
+    };
+    let retained: Vec<_> = ranges.iter().map(range).collect();
+    expected.assert_eq(&print(&ladder, &super::check(&program, &retained)));
 }
 
 /// The findings of a ladder.

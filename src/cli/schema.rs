@@ -12,9 +12,10 @@ use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
 
 use super::exit::Exit;
+use crate::controller;
 use crate::source::keys::{self, Key};
+use crate::source::ladder;
 use crate::source::shape::{Form, Shape};
-use crate::source::{controller, ladder};
 
 /// Prints the JSON Schema of a kind of file
 #[derive(Args, Debug)]

@@ -9,21 +9,23 @@ use std::time::Duration;
 
 use anyhow::Result;
 
+use crate::controller::Controller;
+use crate::controller::device::{Device, Driver, Input, OnLoss, Output, SafeValue};
+use crate::controller::operator::Operator;
+use crate::controller::realtime::{self, Realtime};
 use crate::engine;
+use crate::io::modbus::settings::Modbus;
+use crate::io::simulated::settings::Rule;
 use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
-use crate::resolve::controller::{self as resolved, Controller};
-use crate::resolve::device::{Device, Driver, Input, OnLoss, Output, SafeValue};
-use crate::resolve::operator::Operator;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
 use crate::runtime::exchange::Tempo;
 use crate::runtime::field::{Source, Target, Wiring};
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
-use crate::source::realtime::{self, Realtime};
 use crate::source::render::{Style, refuses, render};
 use crate::source::span::SourceFile;
 
@@ -53,9 +55,9 @@ pub struct Setup {
     pub(super) pace: Pace,
     pub(super) memory: Memory,
     pub(super) posture: Posture,
-    pub(super) modbus: Option<resolved::Modbus>,
-    pub(super) rules: Vec<resolved::Rule>,
-    pub(super) devices: Vec<crate::resolve::device::Device>,
+    pub(super) modbus: Option<Modbus>,
+    pub(super) rules: Vec<Rule>,
+    pub(super) devices: Vec<crate::controller::device::Device>,
     /// Theirs, in the same order.
     pub(super) field: Vec<Wiring>,
     /// How long a reloaded program is on trial; zero: not at all.

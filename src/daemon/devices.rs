@@ -9,14 +9,14 @@ use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use super::config::Setup;
+use crate::controller::device::{Device, Driver as Settings};
 use crate::io::caught::caught;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
 use crate::io::gpio::{Gpio, Kernel};
+use crate::io::modbus_client::settings::{self as modbus, Link};
 use crate::io::modbus_client::{Client, Lines, Tcp};
 use crate::io::plant::Plant;
-use crate::resolve::device::modbus::{self, Link};
-use crate::resolve::device::{Device, Driver as Settings};
 use crate::runtime::exchange::Port;
 use crate::runtime::field::{Ends, Wiring};
 use crate::say::say;

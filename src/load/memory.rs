@@ -5,11 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::source::controller::Controller;
+use crate::controller::written::WrittenController;
 use crate::source::finding::{Code, Finding};
 
 /// A finding where memory would take the place of a file that is something else.
-pub(super) fn finding(controller: &Path, written: &Controller) -> Option<Finding> {
+pub(super) fn finding(controller: &Path, written: &WrittenController) -> Option<Finding> {
     let file = written.retain.file.as_ref()?;
     let beside = |name: &str| controller.parent().unwrap_or(Path::new("")).join(name);
     let memory = place(&beside(&file.text));

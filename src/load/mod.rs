@@ -18,11 +18,12 @@ use anyhow::{Context, Result, bail};
 pub use files::read_bytes;
 
 use crate::check::{check, check_partial, silence};
+use crate::controller::written::WrittenController;
+use crate::controller::{self, Controller, resolve_controller};
 use crate::isa::Address;
-use crate::resolve::controller::{Controller, resolve_controller};
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::{LoadOptions, resolve_ladders};
-use crate::source::controller as written;
+use crate::source::file_kind;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, SourceFile, Span};
@@ -63,7 +64,7 @@ impl Input {
 
     /// Whether it is a controller file rather than a ladder file.
     pub fn is_controller(&self) -> bool {
-        written::is_controller(&String::from_utf8_lossy(&self.bytes))
+        file_kind::is_controller(&String::from_utf8_lossy(&self.bytes))
     }
 }
 
@@ -110,7 +111,7 @@ pub fn controller_input(input: &Input) -> Loaded {
     let mut loaded = Loaded::default();
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
-    if let Some(place) = written::ladder_place(&loaded.files[0].text, id) {
+    if let Some(place) = file_kind::ladder_place(&loaded.files[0].text, id) {
         let finding =
             Finding::new(Code::Controller, place, "this is a ladder file, not a controller file");
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -118,7 +119,7 @@ pub fn controller_input(input: &Input) -> Loaded {
         loaded.findings.push(finding.help(help));
         return loaded;
     }
-    let (written, found) = written::read(&loaded.files[0].text, id);
+    let (written, found) = controller::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
     loaded.findings.extend(memory::finding(path, &written));
@@ -221,7 +222,7 @@ impl Loaded {
     }
 
     /// Resolves what the controller file asks for beside its ladders.
-    fn settings(&mut self, written: &written::Controller) {
+    fn settings(&mut self, written: &WrittenController) {
         let of_ladders = |finding: &Finding| finding.span.file != FileId(0);
         let whole = self.program.is_some()
             && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);

@@ -3,21 +3,13 @@
 //! [`load_ladders`] takes the texts of one or several ladder files and gives the resolved
 //! [`Program`], which the checks judge and `lower` turns into an engine program. It does no I/O.
 
-mod claims;
-pub mod clients;
 mod contact;
-pub mod controller;
 mod declare;
-pub mod device;
-mod modbus_map;
-pub mod modbus_server;
 mod operand;
 pub mod operands;
-pub mod operator;
 mod order;
 pub mod program;
 pub mod range;
-pub mod retain;
 mod rung;
 pub mod scope;
 mod tags;

@@ -57,7 +57,7 @@ impl std::fmt::Display for Operands {
 ///
 /// # Errors
 /// The finding: an end that is no bit or word, two kinds, or ends in the wrong order.
-pub(super) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding> {
+pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding> {
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);
     }

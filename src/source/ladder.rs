@@ -5,7 +5,7 @@
 //! the ladder for whole.
 
 use super::contact::{self, Contact};
-use super::controller;
+use super::file_kind;
 use super::finding::{Code, Finding};
 use super::instruction::{self, Instruction};
 use super::reader::{self, Constant, Table, Text};
@@ -146,7 +146,7 @@ pub struct Branch {
 /// Reads a ladder file. The ladder is `None` when the text is not TOML, or a controller file.
 pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
     let (ladder, findings) = reader::document(source, file, |mut root| {
-        if controller::is_controller_root(&root) {
+        if file_kind::is_controller_root(&root) {
             let finding = controller_file(&mut root);
             root.find(finding);
             return None;

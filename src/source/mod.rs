@@ -1,8 +1,8 @@
 //! TOML → what its author wrote, with the place of everything. The only module that knows TOML;
 //! it knows no addresses and no instructions.
 //!
-//! [`ladder::read`] and [`controller::read`] take one file's text each; the resolver and the
-//! daemon's configuration take what they give. Findings go out beside it, and [`render`] turns
+//! [`ladder::read`] and `controller::read` take one file's text each; the resolver and
+//! `controller` take what they give. Findings go out beside it, and [`render`] turns
 //! them into text.
 
 pub mod atom;
@@ -11,20 +11,15 @@ mod contact_lexer;
 mod contact_parser;
 #[cfg(test)]
 mod contact_tests;
-pub mod controller;
-pub mod device;
+pub mod file_kind;
 pub mod finding;
 mod headers;
 pub mod instruction;
 pub mod keys;
 pub mod ladder;
-pub mod modbus_server;
 pub mod nearest;
-pub mod operator;
 pub mod reader;
-pub mod realtime;
 pub mod render;
-pub mod retain;
 pub mod shape;
 pub mod span;
 mod strict;

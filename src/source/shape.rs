@@ -1,6 +1,6 @@
 //! Which keys a file can have, told by its reader itself.
 //!
-//! [`super::ladder`] and [`super::controller`] read an empty table that notes what they ask for
+//! [`super::ladder`] and `controller` read an empty table that notes what they ask for
 //! (`of`): `rungd schema` makes a JSON Schema of it, which therefore cannot know a key that the
 //! reader does not, or the other way round. What the keys mean stands in [`super::keys`].
 
@@ -85,7 +85,7 @@ impl Shape {
 }
 
 /// The shape of the files that a reader reads.
-pub(super) fn of(read: impl FnOnce(Table<'_>)) -> Shape {
+pub(crate) fn of(read: impl FnOnce(Table<'_>)) -> Shape {
     let shape = Shape::of_place("the file");
     let (findings, empty) = (RefCell::default(), DeTable::parse_recoverable("").0);
     let doc = Doc::of_nothing(FileId(0), &findings);

@@ -10,9 +10,10 @@ use std::thread::{sleep, spawn};
 use std::time::Duration;
 
 use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
+use rungd::io::modbus::number::{NumberType, WordOrder};
+use rungd::io::modbus_client::settings;
 use rungd::io::modbus_client::{Client, Link, rtu};
-use rungd::resolve::device::modbus as settings;
-use settings::{Form, Kind, Number, Point, Table, Writes};
+use settings::{Number, Point, PointForm, Table, Writes};
 use tokio::time::timeout;
 
 /// An answer must be whole by then.
@@ -45,10 +46,16 @@ pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 
 /// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
 pub fn client(link: settings::Link) -> settings::Client {
-    let number = Number { kind: Kind::U16, low_first: false, multiply: 1, divide: 1, offset: 0 };
+    let number = Number {
+        kind: NumberType::U16,
+        order: WordOrder::HighFirst,
+        multiply: 1,
+        divide: 1,
+        offset: 0,
+    };
     let input =
-        |at| Point { unit: 1, table: Table::InputRegisters, at, form: Form::Number(number) };
-    let coil = Point { unit: 1, table: Table::Coils, at: 0, form: Form::Bit };
+        |at| Point { unit: 1, table: Table::InputRegisters, at, form: PointForm::Number(number) };
+    let coil = Point { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
     settings::Client {
         link,
         timeout_ms: 100,

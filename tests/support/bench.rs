@@ -1,12 +1,12 @@
 //! A controller with a simulated plant, in virtual time.
 #![allow(dead_code)]
 
+use rungd::controller::device::{Device, Driver};
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::io::plant::Model;
 use rungd::isa::{Address, Bit, BitSpace, Health};
 use rungd::load::Loaded;
 use rungd::lower::{Symbols, lower};
-use rungd::resolve::device::{Device, Driver};
 use rungd::resolve::scope::Scope;
 
 const PERIOD_MS: u64 = 10;

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 
 use super::super::shell::Failure;
 use super::peer::{gid_of, lock_file, set_queue};
+use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
 use crate::operator::SOCKET_VARIABLE;
-use crate::resolve::operator::{Operator, SOCKET_BYTES_MAX};
 
 /// So many may wait to be let in. Who comes then waits outside, and does not stand behind thousands
 /// that have gone again.

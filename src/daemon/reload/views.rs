@@ -3,8 +3,8 @@
 use crate::daemon::config::Setup;
 use crate::daemon::narration::Narration;
 use crate::daemon::operator::{AboutParts, View};
+use crate::io::modbus::settings::Modbus;
 use crate::io::{modbus, simulated};
-use crate::resolve::controller::Modbus;
 use crate::resolve::program::Program;
 use crate::retain::Plan;
 use crate::runtime::Generations;

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use gpiocdev_uapi::v2::{self, LineFlags, LineValues};
 use gpiocdev_uapi::{Error, Name};
 
+use super::settings::{Bias, Drive};
 use super::{CONSUMER, Chip, Chips, LineFacts, Lines, Request, Wanted};
-use crate::resolve::device::gpio::{Bias, Drive};
 
 /// The chips of this machine.
 pub struct Kernel;

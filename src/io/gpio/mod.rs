@@ -6,6 +6,7 @@
 //! [`Chips`]: tests put a chip of their own there; `kernel` is the only file that knows the uAPI.
 
 mod kernel;
+pub mod settings;
 #[cfg(test)]
 mod tests;
 
@@ -14,10 +15,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::device::Opener;
-use crate::resolve::device::gpio::{At, Chip as Wanted, Gpio as Settings, Line, Setting};
 use crate::runtime::field::Local;
 
 pub use kernel::Kernel;
+use settings::{At, Chip as Wanted, Gpio as Settings, Line, Setting};
 
 /// The most lines of a request: a value is a bit of 64.
 pub const REQUEST_LINES_MAX: usize = 64;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use super::*;
-use crate::resolve::device::gpio::{Bias, Drive};
+use crate::io::gpio::settings::{Bias, Drive};
 
 /// A chip in memory; its clones are the same one.
 #[derive(Clone, Default)]

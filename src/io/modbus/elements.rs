@@ -3,11 +3,11 @@
 //! The map builds [`Places`] once and looks elements up in them. What an element shows and takes
 //! is settled here, per element: a request meets no ranges and no settings.
 
+use super::number::{NumberType, WordOrder};
 use super::pdu::Table;
 use super::refusal::Refusal;
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Bit, Word};
-use crate::resolve::modbus_server::Kind;
 use crate::runtime::exchange::Snapshot;
 
 /// Lists of writes, a bit each: those that hold an element, or that admit a client.
@@ -30,9 +30,9 @@ pub(super) struct BitElement {
 pub(super) struct Register {
     pub word: Word,
     pub cell: WordCell,
-    pub kind: Kind,
+    pub kind: NumberType,
     pub part: Part,
-    pub low_first: bool,
+    pub order: WordOrder,
     pub lists: Lists,
     /// What the word takes: its range, narrowed by its tags.
     pub limits: (i32, i32),
@@ -107,11 +107,13 @@ impl BitElement {
 impl Register {
     /// What a read shows: a value beyond the type is the nearest that it can say.
     pub fn shown(&self, snapshot: &Snapshot) -> u16 {
-        let (low, high) = self.kind.range();
-        let bits = i64::from(snapshot.word(self.cell)).clamp(low, high) as u32;
-        let first = self.part == Part::First;
-        let high = self.part != Part::Whole && first != self.low_first;
-        if high { (bits >> 16) as u16 } else { bits as u16 }
+        let bits = self.kind.bits(snapshot.word(self.cell).into());
+        let [first, second] = self.order.split(bits);
+        match self.part {
+            Part::Whole => bits as u16,
+            Part::First => first,
+            Part::Second => second,
+        }
     }
 
     /// The value of its one register, or of both in the order of their addresses.
@@ -119,19 +121,10 @@ impl Register {
     /// # Errors
     /// When the word does not take it.
     pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, Refusal> {
-        let bits = match second {
-            None => u32::from(first),
-            Some(second) => {
-                let (high, low) = if self.low_first { (second, first) } else { (first, second) };
-                u32::from(high) << 16 | u32::from(low)
-            }
-        };
-        let value = match self.kind {
-            Kind::U16 | Kind::U32 => i64::from(bits),
-            Kind::I16 => i64::from(bits as i16),
-            Kind::I32 => i64::from(bits as i32),
-        };
+        let bits = second.map_or(first.into(), |second| self.order.join(first, second));
         let (min, max) = self.limits;
+        // No map has an f32: its entries are integers, whose bits are always a value.
+        let value = self.kind.value(bits).unwrap_or(i64::MAX);
         let taken = i32::try_from(value).ok().filter(|value| (min..=max).contains(value));
         taken.ok_or(Refusal::BeyondLimits { word: self.word, value, min, max })
     }

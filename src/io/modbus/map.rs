@@ -11,13 +11,14 @@
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 
+use super::clients::Network;
 use super::elements::{BitElement, Lists, Part, Places, Register, Rows};
+use super::number::{NumberType, WordOrder};
 use super::pdu::{self, Request, Table};
 use super::refusal::Refusal;
+use super::settings::{Entry, Modbus};
 use crate::engine::{BitCell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word, WordSpace};
-use crate::resolve::clients::Network;
-use crate::resolve::modbus_server::{Entry, Kind, Modbus};
 use crate::resolve::range::Range;
 use crate::runtime::exchange::{Snapshot, Write};
 
@@ -201,7 +202,7 @@ impl Map {
             if !register.takes_mask() {
                 return Err(Refusal::NoMask(register.word));
             }
-            let signed = register.kind == Kind::I16;
+            let signed = register.kind == NumberType::I16;
             writes.push(Write::Masked { cell: register.cell, and, or, signed });
         }
         Ok(writes)
@@ -298,7 +299,9 @@ impl Make<'_> {
         let bits =
             |space, count| (1..=count).map(|n| self.bit(Bit::Space(space, n))).collect::<Vec<_>>();
         let words = |space, count| {
-            let word = |n| self.register(Word::Space(space, n), Kind::U16, Part::Whole, false);
+            let order = WordOrder::default();
+            let word =
+                |n| self.register(Word::Space(space, n), (NumberType::U16, order), Part::Whole);
             (1..=count).map(word).collect::<Vec<_>>()
         };
         let mut places = Places::default();
@@ -315,12 +318,12 @@ impl Make<'_> {
             match address {
                 Address::Bit(bit) => bits.push(self.bit(bit)),
                 Address::Word(word) => {
-                    let kind = entry.kind.unwrap_or_else(|| Kind::of(word));
+                    let kind = entry.kind.unwrap_or_else(|| NumberType::of(word));
                     let parts = match kind.registers() {
                         1 => &[Part::Whole][..],
                         _ => &[Part::First, Part::Second],
                     };
-                    let register = |part| self.register(word, kind, part, entry.low_first);
+                    let register = |part| self.register(word, (kind, entry.order), part);
                     words.extend(parts.iter().map(|part| register(*part)));
                 }
                 Address::Structure(_) => {}
@@ -349,10 +352,10 @@ impl Make<'_> {
         BitElement { bit, cell: self.layout.bit(bit), output, lists, input }
     }
 
-    fn register(&self, word: Word, kind: Kind, part: Part, low_first: bool) -> Register {
+    fn register(&self, word: Word, (kind, order): (NumberType, WordOrder), part: Part) -> Register {
         let (cell, limits) = (self.layout.word(word), (self.limits)(word));
         let lists = self.lists(Address::Word(word));
-        Register { word, cell, kind, part, low_first, lists, limits }
+        Register { word, cell, kind, part, order, lists, limits }
     }
 
     /// The lists that an operand is in.

@@ -8,14 +8,17 @@
 //! the log's. What a client sees is `docs/modbus.md`.
 
 pub mod answer;
+pub mod clients;
 mod connection;
 mod elements;
 pub mod frame;
 mod guests;
 pub mod map;
+pub mod number;
 pub mod pdu;
 pub mod refusal;
 mod server;
+pub mod settings;
 #[cfg(test)]
 mod tests;
 

@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-pub use crate::resolve::modbus_server::Table;
+pub use super::settings::Table;
 
 /// A well-formed request. Addresses are those of the protocol, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

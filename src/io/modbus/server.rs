@@ -22,7 +22,7 @@ use super::guests::{Ended, Guests};
 use super::map::Map;
 use super::pdu::Request;
 use super::refusal::Refusal;
-use crate::resolve::controller::Modbus;
+use super::settings::Modbus;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 use crate::say::say;

@@ -17,8 +17,8 @@ use super::link::{Failure, Link};
 use super::outputs::{self, Run};
 use super::plan::{self, Group};
 use super::request::{push_read, push_write_multiple, push_write_single};
+use super::settings::{self, Table, Watchdog, Writes};
 use crate::io::device::{Done, Driver, Exchange, Occasion, Retry, Trouble};
-use crate::resolve::device::modbus::{self as settings, Table, Watchdog, Writes};
 
 /// A Modbus device.
 pub struct Client<L> {

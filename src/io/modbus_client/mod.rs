@@ -15,6 +15,7 @@ pub mod plan;
 pub mod request;
 pub mod rtu;
 mod serial;
+pub mod settings;
 mod tcp;
 pub mod values;
 

@@ -5,9 +5,9 @@
 //! is not known what the peer has: at first, and after a write that failed.
 
 use super::request::{push_write_multiple, push_write_single};
+use super::settings::{Point, PointForm, Table, Writes};
 use super::values;
 use crate::io::modbus::pdu::{WRITE_BITS_MAX, WRITE_WORDS_MAX};
-use crate::resolve::device::modbus::{Form, Point, Table, Writes};
 
 /// Outputs side by side.
 #[derive(Clone, Debug)]
@@ -94,15 +94,15 @@ impl Run {
         for (at, point) in &self.points {
             let (place, value) = (usize::from(point.at - self.first), outputs[*at]);
             match point.form {
-                Form::Bit => self.wanted[place] = u16::from(value != 0),
-                Form::RegisterBit(bit) => self.wanted[place] |= u16::from(value != 0) << bit,
-                Form::Number(number) => {
+                PointForm::Bit => self.wanted[place] = u16::from(value != 0),
+                PointForm::RegisterBit(bit) => self.wanted[place] |= u16::from(value != 0) << bit,
+                PointForm::Number(number) => {
                     let bits = values::encode(&number, value);
-                    let (high, low) = ((bits >> 16) as u16, bits as u16);
-                    match (number.kind.registers(), number.low_first) {
-                        (1, _) => self.wanted[place] = low,
-                        (_, false) => self.wanted[place..place + 2].copy_from_slice(&[high, low]),
-                        (_, true) => self.wanted[place..place + 2].copy_from_slice(&[low, high]),
+                    match number.kind.registers() {
+                        1 => self.wanted[place] = bits as u16,
+                        _ => {
+                            self.wanted[place..place + 2].copy_from_slice(&number.order.split(bits))
+                        }
                     }
                 }
             }
@@ -159,17 +159,19 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::modbus::number::{NumberType, WordOrder};
     use crate::io::modbus::pdu;
-    use crate::resolve::device::modbus::{Kind, Number};
+    use crate::io::modbus_client::settings::Number;
     use proptest::prelude::*;
 
     fn coil(at: u16) -> Point {
-        Point { unit: 1, table: Table::Coils, at, form: Form::Bit }
+        Point { unit: 1, table: Table::Coils, at, form: PointForm::Bit }
     }
 
-    fn register(at: u16, kind: Kind) -> Point {
-        let number = Number { kind, low_first: false, multiply: 1, divide: 1, offset: 0 };
-        Point { unit: 1, table: Table::HoldingRegisters, at, form: Form::Number(number) }
+    fn register(at: u16, kind: NumberType) -> Point {
+        let number =
+            Number { kind, order: WordOrder::HighFirst, multiply: 1, divide: 1, offset: 0 };
+        Point { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 
     /// What goes out, and is taken by the peer.
@@ -213,7 +215,11 @@ mod tests {
 
     #[test]
     fn both_halves_of_a_number_go_out_together() {
-        let points = [register(0, Kind::U16), register(1, Kind::I32), register(3, Kind::U16)];
+        let points = [
+            register(0, NumberType::U16),
+            register(1, NumberType::I32),
+            register(3, NumberType::U16),
+        ];
         let mut run = runs(&points).remove(0);
         written(&mut run, false, Writes::Fitting, &[1, 2, 3]);
         let half = written(&mut run, false, Writes::Fitting, &[1, 4, 3]);
@@ -226,14 +232,14 @@ mod tests {
 
     #[test]
     fn single_writes_are_one_a_point() {
-        let mut run = runs(&[register(7, Kind::U16), register(8, Kind::I16)]).remove(0);
+        let mut run = runs(&[register(7, NumberType::U16), register(8, NumberType::I16)]).remove(0);
         let requests = written(&mut run, false, Writes::Single, &[1, -1]);
         assert_eq!(requests, [[6, 0, 7, 0, 1], [6, 0, 8, 0xff, 0xff]]);
     }
 
     #[test]
     fn bits_of_one_register_make_one_value() {
-        let bit = |bit| Point { form: Form::RegisterBit(bit), ..register(5, Kind::U16) };
+        let bit = |bit| Point { form: PointForm::RegisterBit(bit), ..register(5, NumberType::U16) };
         let mut run = runs(&[bit(0), bit(15), bit(3)]).remove(0);
         let requests = written(&mut run, false, Writes::Fitting, &[1, 1, 0]);
         assert_eq!(requests, [[6, 0, 5, 0x80, 1]]);
@@ -247,7 +253,7 @@ mod tests {
         assert_eq!(shape(&[coil(0), coil(2)]), [(0, 1), (2, 1)]);
         let coils: Vec<Point> = (0..2000).map(coil).collect();
         assert_eq!(shape(&coils), [(0, 1968), (1968, 32)]);
-        let wide: Vec<Point> = (0..70).map(|at| register(at * 2, Kind::U32)).collect();
+        let wide: Vec<Point> = (0..70).map(|at| register(at * 2, NumberType::U32)).collect();
         assert_eq!(shape(&wide), [(0, 122), (122, 18)]);
         assert_eq!(shape(&[coil(65_535)]), [(65_535, 1)]);
     }
@@ -258,7 +264,8 @@ mod tests {
             steps in prop::collection::vec(prop::collection::vec(-2i32..3, 6), 1..20),
             writes in prop::sample::select(vec![Writes::Fitting, Writes::Multiple]),
         ) {
-            let kinds = [Kind::I16, Kind::I32, Kind::I16, Kind::I32, Kind::I16, Kind::I16];
+            let (one, two) = (NumberType::I16, NumberType::I32);
+            let kinds = [one, two, one, two, one, one];
             let addresses = [0, 1, 3, 4, 6, 9];
             let points: Vec<Point> =
                 addresses.into_iter().zip(kinds).map(|(at, kind)| register(at, kind)).collect();

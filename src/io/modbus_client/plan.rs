@@ -4,9 +4,9 @@
 //! no more than the author's `gap`; a request stays within the protocol's limits, and a number in
 //! two registers within one request, so that both come from one moment.
 
+use super::settings::{Number, Point, PointForm, Table};
 use super::values;
 use crate::io::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
-use crate::resolve::device::modbus::{Form, Number, Point, Table};
 
 /// One request that reads.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,9 +68,9 @@ impl Group {
         for (at, point) in &self.points {
             let place = usize::from(point.at - self.first);
             let value = match point.form {
-                Form::Bit => Some(i32::from(data[place / 8] >> (place % 8) & 1)),
-                Form::RegisterBit(bit) => Some(i32::from(word(data, place) >> bit & 1)),
-                Form::Number(number) => values::decode(&number, bits(&number, data, place)),
+                PointForm::Bit => Some(i32::from(data[place / 8] >> (place % 8) & 1)),
+                PointForm::RegisterBit(bit) => Some(i32::from(word(data, place) >> bit & 1)),
+                PointForm::Number(number) => values::decode(&number, bits(&number, data, place)),
             };
             match value {
                 Some(value) => inputs[*at] = value,
@@ -82,14 +82,9 @@ impl Group {
 }
 
 fn bits(number: &Number, data: &[u8], place: usize) -> u32 {
-    let first = u32::from(word(data, place));
-    if number.kind.registers() == 1 {
-        return first;
-    }
-    let second = u32::from(word(data, place + 1));
-    match number.low_first {
-        true => second << 16 | first,
-        false => first << 16 | second,
+    match number.kind.registers() {
+        1 => word(data, place).into(),
+        _ => number.order.join(word(data, place), word(data, place + 1)),
     }
 }
 
@@ -100,23 +95,28 @@ fn word(data: &[u8], place: usize) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::resolve::device::modbus::Kind;
+    use crate::io::modbus::number::{NumberType, WordOrder};
     use proptest::prelude::*;
 
-    pub(super) fn number(kind: Kind, low_first: bool) -> Form {
-        Form::Number(Number { kind, low_first, multiply: 1, divide: 1, offset: 0 })
+    pub(super) fn number(kind: NumberType, order: WordOrder) -> PointForm {
+        PointForm::Number(Number { kind, order, multiply: 1, divide: 1, offset: 0 })
     }
 
     fn register(at: u16) -> Point {
-        Point { unit: 1, table: Table::HoldingRegisters, at, form: number(Kind::U16, false) }
+        Point {
+            unit: 1,
+            table: Table::HoldingRegisters,
+            at,
+            form: number(NumberType::U16, WordOrder::HighFirst),
+        }
     }
 
     fn wide(at: u16) -> Point {
-        Point { form: number(Kind::U32, false), ..register(at) }
+        Point { form: number(NumberType::U32, WordOrder::HighFirst), ..register(at) }
     }
 
     fn bit(at: u16) -> Point {
-        Point { unit: 1, table: Table::DiscreteInputs, at, form: Form::Bit }
+        Point { unit: 1, table: Table::DiscreteInputs, at, form: PointForm::Bit }
     }
 
     fn shape(points: &[Point], gap: u16) -> Vec<(u16, u16)> {
@@ -159,8 +159,9 @@ mod tests {
 
     #[test]
     fn what_is_read_goes_to_its_points() {
-        let low_first = Point { form: number(Kind::I32, true), ..register(12) };
-        let flag = Point { form: Form::RegisterBit(9), ..register(11) };
+        let low_first =
+            Point { form: number(NumberType::I32, WordOrder::LowFirst), ..register(12) };
+        let flag = Point { form: PointForm::RegisterBit(9), ..register(11) };
         let points = [low_first, register(10), flag];
         let mut inputs = [0; 3];
         let groups = reads(&points, 0);
@@ -174,7 +175,7 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_told_and_left() {
-        let float = Point { form: number(Kind::F32, false), ..register(0) };
+        let float = Point { form: number(NumberType::F32, WordOrder::HighFirst), ..register(0) };
         let mut inputs = [5];
         assert!(!reads(&[float], 0)[0].bring_in(&[0x7f, 0xc0, 0, 0], &mut inputs));
         assert_eq!(inputs, [5]);
@@ -187,9 +188,9 @@ mod tests {
         (1u8..4, 0..4usize, 0u16..700, any::<bool>()).prop_map(|(unit, table, at, is_wide)| {
             let table = TABLES[table];
             let form = match (table.is_bits(), is_wide) {
-                (true, _) => Form::Bit,
-                (false, true) => number(Kind::U32, false),
-                (false, false) => number(Kind::U16, false),
+                (true, _) => PointForm::Bit,
+                (false, true) => number(NumberType::U32, WordOrder::HighFirst),
+                (false, false) => number(NumberType::U16, WordOrder::HighFirst),
             };
             Point { unit, table, at, form }
         })

@@ -2,7 +2,7 @@
 //!
 //! Called with numbers that the plan has kept within the limits of the protocol.
 
-use crate::resolve::device::modbus::Table;
+use super::settings::Table;
 
 /// Functions that write.
 const WRITE_COIL: u8 = 5;

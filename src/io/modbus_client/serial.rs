@@ -25,8 +25,8 @@ use tokio::time::{Instant, sleep_until, timeout_at};
 use super::answer::expected_bytes;
 use super::link::{Failure, Link};
 use super::rtu::{self, FRAME_BYTES_MAX, Heard};
+use super::settings::{Parity, Serial};
 use crate::io::device::Trouble;
-use crate::resolve::device::modbus::{Parity, Serial};
 
 /// More than a request sent back and an answer is noise.
 const RECEIVED_MAX: usize = 2 * FRAME_BYTES_MAX;

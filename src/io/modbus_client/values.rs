@@ -5,24 +5,21 @@
 //! nearest that the registers can hold. Integers are computed in 64 bits, which nothing here
 //! overflows: the factors are bounded by the readers of the controller file.
 
-use crate::resolve::device::modbus::{Kind, Number};
+use super::settings::Number;
+use crate::io::modbus::number::NumberType;
 
 /// The value in memory of a number's bits (of one register the lower 16); `None`: an f32 that is
 /// no number.
 pub fn decode(number: &Number, bits: u32) -> Option<i32> {
     let (multiply, divide, offset) = (number.multiply, number.divide, number.offset);
-    let raw = match number.kind {
-        Kind::U16 => i64::from(bits as u16),
-        Kind::I16 => i64::from(bits as u16 as i16),
-        Kind::U32 => i64::from(bits),
-        Kind::I32 => i64::from(bits as i32),
-        Kind::F32 => {
-            let raw = f64::from(f32::from_bits(bits));
-            let scaled = raw * f64::from(multiply) / f64::from(divide) + f64::from(offset);
-            // `as` takes the nearest.
-            return raw.is_finite().then(|| scaled.round() as i32);
-        }
-    };
+    if number.kind == NumberType::F32 {
+        // Scaled first, rounded then.
+        let raw = f64::from(f32::from_bits(bits));
+        let scaled = raw * f64::from(multiply) / f64::from(divide) + f64::from(offset);
+        // `as` takes the nearest.
+        return raw.is_finite().then(|| scaled.round() as i32);
+    }
+    let raw = number.kind.value(bits)?;
     let scaled = nearest(raw * i64::from(multiply), i64::from(divide)) + i64::from(offset);
     Some(scaled.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
 }
@@ -30,22 +27,12 @@ pub fn decode(number: &Number, bits: u32) -> Option<i32> {
 /// The bits of a number for a value in memory.
 pub fn encode(number: &Number, value: i32) -> u32 {
     let (multiply, divide) = (number.multiply, number.divide);
-    let (min, max) = match number.kind {
-        Kind::U16 => (0, i64::from(u16::MAX)),
-        Kind::I16 => (i64::from(i16::MIN), i64::from(i16::MAX)),
-        Kind::U32 => (0, i64::from(u32::MAX)),
-        Kind::I32 => (i64::from(i32::MIN), i64::from(i32::MAX)),
-        Kind::F32 => {
-            let apart = f64::from(value) - f64::from(number.offset);
-            return ((apart * f64::from(divide) / f64::from(multiply)) as f32).to_bits();
-        }
-    };
-    let apart = i64::from(value) - i64::from(number.offset);
-    let raw = nearest(apart * i64::from(divide), i64::from(multiply)).clamp(min, max);
-    match number.kind {
-        Kind::U16 | Kind::I16 => u32::from(raw as u16),
-        _ => raw as u32,
+    if number.kind == NumberType::F32 {
+        let apart = f64::from(value) - f64::from(number.offset);
+        return ((apart * f64::from(divide) / f64::from(multiply)) as f32).to_bits();
     }
+    let apart = i64::from(value) - i64::from(number.offset);
+    number.kind.bits(nearest(apart * i64::from(divide), i64::from(multiply)))
 }
 
 /// A quotient, to the nearest; halves away from zero. The divisor is never 0.
@@ -58,71 +45,78 @@ fn nearest(dividend: i64, divisor: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::modbus::number::WordOrder;
     use proptest::prelude::*;
 
-    fn number(kind: Kind, multiply: i32, divide: i32, offset: i32) -> Number {
-        Number { kind, low_first: false, multiply, divide, offset }
+    fn number(kind: NumberType, multiply: i32, divide: i32, offset: i32) -> Number {
+        Number { kind, order: WordOrder::HighFirst, multiply, divide, offset }
     }
 
-    fn plain(kind: Kind) -> Number {
+    fn plain(kind: NumberType) -> Number {
         number(kind, 1, 1, 0)
     }
 
     #[test]
     fn bits_are_what_their_type_says() {
         let cases = [
-            (Kind::U16, 0xffff, 65_535),
-            (Kind::I16, 0xffff, -1),
-            (Kind::I16, 0x8000, -32_768),
-            (Kind::U32, 0x7fff_ffff, i32::MAX),
-            (Kind::I32, 0xffff_fffe, -2),
-            (Kind::F32, 12.0f32.to_bits(), 12),
-            (Kind::F32, (-2.5f32).to_bits(), -3),
+            (NumberType::U16, 0xffff, 65_535),
+            (NumberType::I16, 0xffff, -1),
+            (NumberType::I16, 0x8000, -32_768),
+            (NumberType::U32, 0x7fff_ffff, i32::MAX),
+            (NumberType::I32, 0xffff_fffe, -2),
+            (NumberType::F32, 12.0f32.to_bits(), 12),
+            (NumberType::F32, (-2.5f32).to_bits(), -3),
         ];
         for (kind, bits, value) in cases {
             assert_eq!(decode(&plain(kind), bits), Some(value), "{kind:?} {bits:#x}");
         }
-        assert_eq!(decode(&plain(Kind::U32), u32::MAX), Some(i32::MAX), "the nearest");
-        assert_eq!(decode(&plain(Kind::F32), 1e30f32.to_bits()), Some(i32::MAX));
+        assert_eq!(decode(&plain(NumberType::U32), u32::MAX), Some(i32::MAX), "the nearest");
+        assert_eq!(decode(&plain(NumberType::F32), 1e30f32.to_bits()), Some(i32::MAX));
         for bits in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            assert_eq!(decode(&plain(Kind::F32), bits.to_bits()), None);
+            assert_eq!(decode(&plain(NumberType::F32), bits.to_bits()), None);
         }
     }
 
     #[test]
     fn scaling_rounds_to_the_nearest_and_halves_away_from_zero() {
         // 4 to 20 mA as 0 to 27648, shown in tenths of a percent.
-        let percent = number(Kind::I16, 1000, 27_648, 0);
+        let percent = number(NumberType::I16, 1000, 27_648, 0);
         assert_eq!(decode(&percent, 13_824), Some(500));
         assert_eq!(decode(&percent, 27_648), Some(1000));
-        let halved = number(Kind::I16, 1, 2, 0);
+        let halved = number(NumberType::I16, 1, 2, 0);
         assert_eq!(decode(&halved, 3), Some(2));
         assert_eq!(decode(&halved, -3i16 as u16 as u32), Some(-2));
-        let kelvin = number(Kind::U16, 1, 10, -273);
+        let kelvin = number(NumberType::U16, 1, 10, -273);
         assert_eq!(decode(&kelvin, 2931), Some(20));
-        let turned = number(Kind::I16, -1, 2, 0);
+        let turned = number(NumberType::I16, -1, 2, 0);
         assert_eq!(decode(&turned, 3), Some(-2));
     }
 
     #[test]
     fn outputs_go_the_way_back_and_stop_at_the_registers_end() {
-        let percent = number(Kind::I16, 1000, 27_648, 0);
+        let percent = number(NumberType::I16, 1000, 27_648, 0);
         assert_eq!(encode(&percent, 500), 13_824);
         assert_eq!(encode(&percent, 100_000), i16::MAX as u32);
         assert_eq!(encode(&percent, -100_000), 0x8000);
-        let kelvin = number(Kind::U16, 1, 10, -273);
+        let kelvin = number(NumberType::U16, 1, 10, -273);
         assert_eq!(encode(&kelvin, 20), 2930);
         assert_eq!(encode(&kelvin, -300), 0);
-        assert_eq!(encode(&plain(Kind::I16), -1), 0xffff);
-        assert_eq!(encode(&plain(Kind::U32), -1), 0);
-        assert_eq!(encode(&plain(Kind::I32), -1), u32::MAX);
-        assert_eq!(encode(&plain(Kind::F32), 12), 12.0f32.to_bits());
-        let turned = number(Kind::I16, -1, 2, 0);
+        assert_eq!(encode(&plain(NumberType::I16), -1), 0xffff);
+        assert_eq!(encode(&plain(NumberType::U32), -1), 0);
+        assert_eq!(encode(&plain(NumberType::I32), -1), u32::MAX);
+        assert_eq!(encode(&plain(NumberType::F32), 12), 12.0f32.to_bits());
+        let turned = number(NumberType::I16, -1, 2, 0);
         assert_eq!(encode(&turned, -2), 4);
     }
 
-    fn kinds() -> impl Strategy<Value = Kind> {
-        prop::sample::select(vec![Kind::U16, Kind::I16, Kind::U32, Kind::I32, Kind::F32])
+    fn kinds() -> impl Strategy<Value = NumberType> {
+        prop::sample::select(vec![
+            NumberType::U16,
+            NumberType::I16,
+            NumberType::U32,
+            NumberType::I32,
+            NumberType::F32,
+        ])
     }
 
     proptest! {
@@ -139,7 +133,7 @@ mod tests {
         fn there_and_back_is_the_same(kind in kinds(), value in -32_768i32..=32_767) {
             let number = plain(kind);
             let held = match kind {
-                Kind::U16 | Kind::U32 => value.max(0),
+                NumberType::U16 | NumberType::U32 => value.max(0),
                 _ => value,
             };
             prop_assert_eq!(decode(&number, encode(&number, value)), Some(held));

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use crate::resolve::device::simulated::{Effect, Fault as Settings, PointId};
+use super::settings::{Effect, Fault as Settings, PointId};
 
 /// Which points a fault falsifies: before the parts move, or behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

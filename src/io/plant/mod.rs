@@ -7,13 +7,14 @@
 mod fault;
 mod model;
 mod part;
+pub mod settings;
 
 use std::time::Instant;
 
 pub use model::{Lost, Model};
 
 use super::device::{Done, Driver, Exchange, Trouble};
-use crate::resolve::device::simulated::Plant as Settings;
+use settings::Plant as Settings;
 
 /// A plant whose time is the machine's.
 pub struct Plant {

@@ -7,7 +7,7 @@
 
 use super::fault::{Fault, Place};
 use super::part::Part;
-use crate::resolve::device::simulated::{Command, Effect, Feed, Plant, PointId};
+use super::settings::{Command, Effect, Feed, Plant, PointId};
 
 /// The most ticks that a step catches up with: a process that was held up for longer finds its
 /// plant as if that had stood still too.

@@ -1,13 +1,13 @@
 //! The parts of a plant with their state: what one tick of a millisecond does to each.
 //!
 //! A part finds its points in a slice that begins with its own, in the order in which
-//! `resolve::device::simulated` counts them. It keeps what it is in its own state, never in a
+//! `controller` counts them. It keeps what it is in its own state, never in a
 //! point: a fault may have falsified that.
 
 use std::collections::VecDeque;
 
+use super::settings::{Delays, PartSettings, Scale, opening};
 use crate::io::simulated::Follower;
-use crate::resolve::device::simulated::{Delays, Kind, Scale, opening};
 
 /// Nanometres in a millimetre, and as many millionths in a tank's unit.
 const MILLION: u64 = 1_000_000;
@@ -66,14 +66,16 @@ pub(super) struct Sensor {
 
 impl Part {
     /// A part at rest.
-    pub fn new(kind: &Kind) -> Part {
+    pub fn new(kind: &PartSettings) -> Part {
         let follower = Follower::default();
         match kind {
-            Kind::Delay { delays, invert } => {
+            PartSettings::Delay { delays, invert } => {
                 Part::Delay { delays: *delays, invert: *invert, follower }
             }
-            Kind::Motor { delays } => Part::Motor { delays: *delays, follower, tripped: false },
-            Kind::Conveyor { length_mm, speed_mm_s, every_ms, part_mm, eyes_mm } => {
+            PartSettings::Motor { delays } => {
+                Part::Motor { delays: *delays, follower, tripped: false }
+            }
+            PartSettings::Conveyor { length_mm, speed_mm_s, every_ms, part_mm, eyes_mm } => {
                 let nm = |mm: &u32| u64::from(*mm) * MILLION;
                 Part::Conveyor(Belt {
                     length: nm(length_mm),
@@ -87,7 +89,7 @@ impl Part {
                     fed: false,
                 })
             }
-            Kind::Tank { capacity, fill_rate, drain_rate, initial, switches } => {
+            PartSettings::Tank { capacity, fill_rate, drain_rate, initial, switches } => {
                 let millionths = |units: &u32| u64::from(*units) * MILLION;
                 Part::Tank(Tank {
                     capacity: millionths(capacity),
@@ -97,11 +99,11 @@ impl Part {
                     level: millionths(initial),
                 })
             }
-            &Kind::Sensor { on_at, off_at, delays, invert, scale } => {
+            &PartSettings::Sensor { on_at, off_at, delays, invert, scale } => {
                 let is_above = false;
                 Part::Sensor(Sensor { on_at, off_at, delays, invert, scale, is_above, follower })
             }
-            &Kind::Pulse { width_ms, every_ms, offset_ms } => Part::Pulse {
+            &PartSettings::Pulse { width_ms, every_ms, offset_ms } => Part::Pulse {
                 width_ms: width_ms.into(),
                 every_ms: every_ms.max(1).into(),
                 offset_ms: offset_ms.into(),

@@ -6,8 +6,8 @@
 //! given, so a step that comes late shifts nothing that follows.
 
 use super::follower::Follower;
+use crate::io::simulated::settings::{Motion, Rule};
 use crate::isa::Bit;
-use crate::resolve::controller::{Motion, Rule};
 
 /// All rules with their state.
 #[derive(Clone, Debug)]

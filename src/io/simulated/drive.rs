@@ -8,8 +8,8 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::device::Device;
 use crate::engine::Layout;
+use crate::io::simulated::settings::Rule;
 use crate::isa::{Bit, BitSpace};
-use crate::resolve::controller::Rule;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 

@@ -8,6 +8,7 @@
 mod device;
 mod drive;
 mod follower;
+pub mod settings;
 
 pub use device::Device;
 pub use drive::{Drive, Rules};

@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::controller::{Controller, settings};
-use crate::resolve::controller::Modbus;
+use crate::io::modbus::settings::Modbus;
 
 const PERIOD: Duration = Duration::from_millis(2);
 const READ: [u8; 5] = [3, 0, 0, 0, 1];

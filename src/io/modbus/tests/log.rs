@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::controller::{Controller, Do, settings};
-use crate::resolve::controller::Modbus;
+use crate::io::modbus::settings::Modbus;
 
 const PERIOD: Duration = Duration::from_millis(1);
 

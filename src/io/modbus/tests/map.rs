@@ -6,8 +6,8 @@ use super::super::map::{Asker, Map, Read};
 use super::super::pdu::{self, Request};
 use super::{any_client, loopback, range};
 use crate::engine::Layout;
+use crate::io::modbus::settings::Modbus;
 use crate::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
-use crate::resolve::modbus_server::Modbus;
 use crate::resolve::range::Space;
 use crate::runtime::exchange::{Mode, Snapshot, StopReason, Write};
 

@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use super::controller::{Client, Controller, settings};
 use super::{any_client, operands};
+use crate::io::modbus::clients::Network;
+use crate::io::modbus::number::{NumberType, WordOrder};
+use crate::io::modbus::settings::{Entry, Modbus, Table, WriteList};
 use crate::isa::{Address, BitSpace};
-use crate::resolve::clients::Network;
-use crate::resolve::modbus_server::{Entry, Kind, Modbus, Table, WriteList};
 use crate::runtime::exchange::Write;
 use crate::source::span::Span;
 
@@ -15,10 +16,11 @@ const PERIOD: Duration = Duration::from_millis(2);
 fn entry(text: &str, table: Table, address: u16) -> Entry {
     let operands = operands(text);
     let kind = match operands.first {
-        Address::Word(word) => Some(Kind::of(word)),
+        Address::Word(word) => Some(NumberType::of(word)),
         _ => None,
     };
-    Entry { operands, table, address, kind, low_first: false, unit: None, span: Span::default() }
+    let (order, span) = (WordOrder::default(), Span::default());
+    Entry { operands, table, address, kind, order, unit: None, span }
 }
 
 /// At 4000: CT0.Acc; D0 low half first; D1 as i16; N0.ACC; V5, D2 as u32. Coils 4000: C0..C3, MC101
@@ -28,11 +30,11 @@ fn mapped() -> Modbus {
     use Table::{Coils, DiscreteInputs, HoldingRegisters as Holding};
     let entries = vec![
         entry("CT0.Acc", Holding, 4000),
-        Entry { low_first: true, ..entry("D0", Holding, 4002) },
-        Entry { kind: Some(Kind::I16), ..entry("D1", Holding, 4004) },
+        Entry { order: WordOrder::LowFirst, ..entry("D0", Holding, 4002) },
+        Entry { kind: Some(NumberType::I16), ..entry("D1", Holding, 4004) },
         entry("N0.ACC", Holding, 4005),
         entry("V5", Holding, 4006),
-        Entry { kind: Some(Kind::U32), ..entry("D2", Holding, 4007) },
+        Entry { kind: Some(NumberType::U32), ..entry("D2", Holding, 4007) },
         entry("C0..C3", Coils, 4000),
         entry("MC101", Coils, 4004),
         entry("Y0", Coils, 4005),

@@ -12,8 +12,8 @@ mod scans;
 
 use std::net::SocketAddr;
 
+use crate::io::modbus::settings::{Modbus, WriteList};
 use crate::isa::{MemorySizes, address_text};
-use crate::resolve::modbus_server::{Modbus, WriteList};
 use crate::resolve::operands::Operands;
 use crate::resolve::range::{Range, Space};
 use crate::source::span::Span;

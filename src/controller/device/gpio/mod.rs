@@ -1,0 +1,196 @@
+//! The lines of a chip, and how they are asked for.
+//!
+//! ```toml
+//! # passes
+//! [[device]]
+//! name = "panel"
+//! driver = "gpio"
+//! chip = "/dev/gpiochip0"
+//! map = [{ from = "line 4..5", to = "X0..X1", debounce = "5ms", bias = "pull-up" }]
+//! # fails with { from = "Y0", to = "line 5" } beside it: line 5 stands in two rows
+//! ```
+
+pub mod keys;
+
+use super::keys as written;
+use super::{Direction, Row};
+use crate::io::gpio::settings::{At, Bias, Chip, Drive, Gpio, Line, Setting};
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// A point as written, for a help.
+pub(super) const EXAMPLE: &str = "line 17";
+
+/// How long an exchange may take where nothing is said.
+const BUDGET_US: u32 = 200;
+/// The longest debounce.
+const DEBOUNCE_MS_MAX: i32 = 10_000;
+/// The most lines that a chip has.
+const LINES_MAX: u32 = 65_536;
+
+const BIASES: [(&str, Bias); 3] =
+    [("pull-up", Bias::PullUp), ("pull-down", Bias::PullDown), ("disabled", Bias::Disabled)];
+const DRIVES: [(&str, Drive); 3] = [
+    ("push-pull", Drive::PushPull),
+    ("open-drain", Drive::OpenDrain),
+    ("open-source", Drive::OpenSource),
+];
+
+/// Whether a text reads as lines.
+pub(super) fn is_point(text: &str) -> bool {
+    text.split_once(' ').is_some_and(|(word, _)| matches!(word, "line" | "lines"))
+}
+
+pub(super) fn resolve(
+    device: &written::Device,
+    rows: &[Row<'_>],
+    findings: &mut Vec<Finding>,
+) -> Option<Gpio> {
+    let before = findings.len();
+    if let Some(poll) = &device.poll_ms {
+        let message = "lines of a chip are read and written by every scan";
+        let finding = Finding::new(Code::Controller, poll.span, message);
+        findings.push(finding.help("take `poll` out; `[scan] period` says how often"));
+    }
+    let mut gpio = Gpio {
+        chip: chip(device.gpio.chip.as_ref()?, findings),
+        budget_us: device.gpio.budget_us.as_ref().map_or(BUDGET_US, |us| us.value as u32),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+    };
+    let mut seen: Vec<(At, Span)> = Vec::new();
+    for row in rows {
+        let lines = match lines(row) {
+            Ok(lines) => lines,
+            Err(finding) => {
+                findings.push(finding);
+                continue;
+            }
+        };
+        let setting = setting(row, findings);
+        for at in lines {
+            enter(&at, row.points.span, &mut seen, findings);
+            let of = match row.direction {
+                Direction::In => &mut gpio.inputs,
+                Direction::Out => &mut gpio.outputs,
+            };
+            of.push(Line { at, setting });
+        }
+    }
+    (findings.len() == before).then_some(gpio)
+}
+
+fn chip(text: &Text, findings: &mut Vec<Finding>) -> Chip {
+    if let Some(label) = text.text.strip_prefix("label:") {
+        return Chip::Label(label.trim().to_owned());
+    }
+    if !text.text.starts_with('/') {
+        let message = format!("`{}` is no chip", text.text);
+        let help = "write its path: `chip = \"/dev/gpiochip0\"`; or `chip = \"label:…\"`";
+        findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+    }
+    Chip::Path(text.text.clone())
+}
+
+/// The lines of a row: as many as it has addresses.
+fn lines(row: &Row<'_>) -> Result<Vec<At>, Finding> {
+    if row.is_words() {
+        let message = format!("a line is ON or OFF, and `{}` is a word", row.text.text);
+        return Err(row.find(message).help("take a bit: X, Y, C, MC or MI"));
+    }
+    let text = row.points.text.split_once(' ').map_or("", |(_, rest)| rest.trim());
+    let (low, high) = match text.split_once("..") {
+        Some((low, high)) => (number(low, row)?, number(high, row)?),
+        None if text.starts_with(|c: char| c.is_ascii_digit()) => {
+            let offset = number(text, row)?;
+            (offset, offset)
+        }
+        None => return named(text, row),
+    };
+    if high < low {
+        let message = "a range goes from low to high".to_owned();
+        return Err(row.find(message).help(format!("write `line {high}..{low}`")));
+    }
+    fits((high - low + 1) as usize, row)?;
+    Ok((low..=high).map(At::Offset).collect())
+}
+
+fn named(text: &str, row: &Row<'_>) -> Result<Vec<At>, Finding> {
+    if text.is_empty() {
+        return Err(row.find(format!("`{}` names no line", row.points.text)).help("as `line 17`"));
+    }
+    fits(1, row)?;
+    Ok(vec![At::Name(text.to_owned())])
+}
+
+fn fits(lines: usize, row: &Row<'_>) -> Result<(), Finding> {
+    if lines == row.addresses.len() {
+        return Ok(());
+    }
+    let (points, text) = (&row.points.text, &row.text.text);
+    let message = format!("`{points}` and `{text}` are not equally many");
+    let counts = format!("they are {lines} and {}: write as many of both", row.addresses.len());
+    Err(row.find(message).help(counts))
+}
+
+fn number(text: &str, row: &Row<'_>) -> Result<u32, Finding> {
+    let number = text.trim().parse().ok().filter(|number| *number < LINES_MAX);
+    number.ok_or_else(|| {
+        let message = format!("`{}` is no line's number", text.trim());
+        row.find(message).help("write `line 17`, or `line 4..7`")
+    })
+}
+
+fn enter(at: &At, span: Span, seen: &mut Vec<(At, Span)>, findings: &mut Vec<Finding>) {
+    let Some((_, first)) = seen.iter().find(|(known, _)| known == at) else {
+        return seen.push((at.clone(), span));
+    };
+    // Once a row.
+    if !findings.iter().any(|finding| finding.span == span) {
+        let finding = Finding::new(Code::Controller, span, format!("{at} stands in two rows"));
+        findings.push(finding.label("again here").related(*first, "first here"));
+    }
+}
+
+fn setting(row: &Row<'_>, findings: &mut Vec<Finding>) -> Setting {
+    let keys = &row.entry.gpio;
+    let is_output = row.direction == Direction::Out;
+    if let Some(debounce) = &keys.debounce_ms {
+        if is_output {
+            let finding =
+                Finding::new(Code::Controller, debounce.span, "an output has no debounce");
+            findings.push(finding.help("take it out"));
+        } else if debounce.value > DEBOUNCE_MS_MAX {
+            let message = "a debounce lasts 10s at most";
+            findings.push(Finding::new(Code::OutOfRange, debounce.span, message));
+        }
+    }
+    if let Some(drive) = keys.drive.as_ref().filter(|_| !is_output) {
+        let message = "an input drives nothing: it has no `drive`";
+        let help = "take it out; what holds an open input is `bias`";
+        findings.push(Finding::new(Code::Controller, drive.span, message).help(help));
+    }
+    Setting {
+        active_low: keys.active_low,
+        bias: one_of("bias", keys.bias.as_ref(), &BIASES, findings),
+        drive: one_of("drive", keys.drive.as_ref(), &DRIVES, findings),
+        debounce_ms: keys.debounce_ms.as_ref().map_or(0, |ms| ms.value.max(0).unsigned_abs()),
+    }
+}
+
+fn one_of<T: Copy + Default>(
+    key: &str,
+    text: Option<&Text>,
+    known: &[(&str, T)],
+    findings: &mut Vec<Finding>,
+) -> T {
+    let Some(text) = text else { return T::default() };
+    if let Some((_, value)) = known.iter().find(|(name, _)| *name == text.text) {
+        return *value;
+    }
+    let list = known.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let message = format!("`{key}` is one of {list}");
+    findings.push(Finding::new(Code::Controller, text.span, message));
+    T::default()
+}

@@ -1,0 +1,404 @@
+//! Field devices, resolved: every row of a map is a list of points and of addresses, equally long.
+//!
+//! Called by [`super`] once the names are known. What is the same for all drivers is
+//! settled here: names, directions, addresses, safe values, and who moves what (`wiring`). What a
+//! text like `coil 0..7` means, only a driver's own file knows: it is handed rows whose addresses
+//! are resolved, and gives points in the same order.
+
+pub mod gpio;
+pub mod keys;
+pub mod modbus;
+pub mod simulated;
+mod wiring;
+
+use keys::{self as written, Entry, Kind};
+
+use crate::io::gpio::settings::Gpio;
+use crate::io::modbus_client::settings::Client;
+use crate::io::plant::settings::Plant;
+use crate::isa::{Address, Bit, BitSpace, DeviceId, Word, WordSpace};
+use crate::resolve::operands::resolve_operands;
+use crate::resolve::scope::Scope;
+use crate::source::finding::{Code, Finding, Severity};
+use crate::source::reader::{Constant, Text};
+use crate::source::span::{Located, Span};
+
+pub use wiring::moved_twice;
+pub(super) use wiring::unmapped_outputs;
+
+/// The most points that a device may have.
+pub const POINTS_MAX: usize = 65_536;
+
+/// A field device.
+#[derive(Clone, Debug)]
+pub struct Device {
+    /// Its number, which names its bits.
+    pub id: DeviceId,
+    /// Its name.
+    pub name: String,
+    /// The place of its name.
+    pub span: Span,
+    /// From exchange to exchange, ms; at least 1.
+    pub poll_ms: u32,
+    /// What becomes of its inputs when it is lost.
+    pub on_loss: OnLoss,
+    /// How old its last good exchange may become before it is lost, ms; at least 1.
+    pub loss_after_ms: u32,
+    /// What it moves, point by point.
+    pub inputs: Vec<Input>,
+    /// What it takes, point by point.
+    pub outputs: Vec<Output>,
+    /// Which driver, and its points in the same order.
+    pub driver: Driver,
+}
+
+/// What becomes of the inputs of a lost device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnLoss {
+    /// They stay as they were read last.
+    #[default]
+    Hold,
+    /// They are OFF and 0.
+    Zero,
+}
+
+/// A bit or word that a device moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Input {
+    /// Which; X, C, MC, MI, V, D, MHR or MIR.
+    pub address: Address,
+    /// The place of its row.
+    pub span: Span,
+}
+
+/// A bit or word that goes to a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Which; never a structure.
+    pub address: Address,
+    /// What goes out instead, outside RUN.
+    pub safe: SafeValue,
+    /// The place of its row.
+    pub span: Span,
+}
+
+/// What an output is outside RUN.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafeValue {
+    /// A Y: what `[outputs]` says of it.
+    AsOutput,
+    /// This.
+    Value(i32),
+    /// What it was last.
+    Hold,
+}
+
+/// A driver's settings, with its points; no places, since these move with every edit of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Driver {
+    /// Remote I/O over Modbus, by TCP or a serial line.
+    Modbus(Client),
+    /// Local lines.
+    Gpio(Gpio),
+    /// A plant in software.
+    Simulated(Plant),
+}
+
+/// Which way a row's values go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Direction {
+    /// From the device to memory.
+    In,
+    /// From memory to the device.
+    Out,
+}
+
+/// A row of a map, its addresses resolved.
+pub(super) struct Row<'a> {
+    pub entry: &'a Entry,
+    pub direction: Direction,
+    /// The driver's own text: which points.
+    pub points: &'a Text,
+    /// One a point, in their order.
+    pub addresses: Vec<Address>,
+    /// The addresses as written.
+    pub text: &'a Text,
+}
+
+impl Row<'_> {
+    /// A finding at the row's points.
+    pub fn find(&self, message: String) -> Finding {
+        Finding::new(Code::Controller, self.points.span, message)
+    }
+
+    /// Whether its addresses are words.
+    pub fn is_words(&self) -> bool {
+        matches!(self.addresses.first(), Some(Address::Word(_)))
+    }
+}
+
+/// Resolves all `[[device]]`. With an error among the findings, devices may be missing.
+pub(super) fn resolve(
+    devices: &[written::Device],
+    scope: &Scope,
+    findings: &mut Vec<Finding>,
+) -> Vec<Device> {
+    // Numbers are those of the names, as the resolver of the ladders saw them.
+    let named = devices.iter().filter_map(|device| Some((device, device.name.as_ref()?)));
+    let numbered = named.enumerate();
+    let resolved = numbered.filter_map(|(at, (device, name))| {
+        one(device, (DeviceId(at as u32), name), scope, findings)
+    });
+    let resolved: Vec<Device> = resolved.collect();
+    findings.extend(modbus::at_odds(&resolved, devices));
+    resolved
+}
+
+fn one(
+    device: &written::Device,
+    (id, name): (DeviceId, &Text),
+    scope: &Scope,
+    findings: &mut Vec<Finding>,
+) -> Option<Device> {
+    let kind = device.driver?;
+    let before = findings.len();
+    let rows: Vec<Row<'_>> =
+        device.map.iter().filter_map(|entry| row(device, entry, scope, findings)).collect();
+    if device.map.is_empty() {
+        let message = format!("`{}` exchanges nothing: it has no map", name.text);
+        let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
+        findings.push(Finding::new(Code::Controller, device.span, message).help(help));
+    }
+    let points = rows.iter().map(|row| row.addresses.len()).sum::<usize>();
+    if points > POINTS_MAX {
+        let message = format!("`{}` has {points} points, and {POINTS_MAX} is the most", name.text);
+        findings.push(Finding::new(Code::Controller, device.span, message));
+    }
+    let on_loss = on_loss(device.on_loss.as_ref(), findings);
+    let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
+    let loss_after_ms = loss_after(device, poll_ms, findings);
+    let driver = match kind {
+        Kind::ModbusTcp | Kind::ModbusRtu => {
+            modbus::resolve(device, &rows, findings).map(Driver::Modbus)
+        }
+        Kind::Gpio => gpio::resolve(device, &rows, findings).map(Driver::Gpio),
+        Kind::Simulated => simulated::resolve(device, &rows, findings).map(Driver::Simulated),
+    };
+    let outputs = outputs(&rows, findings);
+    let inputs = inputs(&rows, findings);
+    if findings.len() > before
+        && findings[before..].iter().any(|found| found.severity() == Severity::Error)
+    {
+        return None;
+    }
+    let name = name.text.clone();
+    let (span, driver) = (device.name.as_ref()?.span, driver?);
+    Some(Device { id, name, span, poll_ms, on_loss, loss_after_ms, inputs, outputs, driver })
+}
+
+/// Whether a text is in the notation of this driver's points.
+fn is_point(device: &written::Device, text: &str) -> bool {
+    match device.driver {
+        Some(Kind::ModbusTcp | Kind::ModbusRtu) => modbus::is_point(text),
+        Some(Kind::Gpio) => gpio::is_point(text),
+        Some(Kind::Simulated) => simulated::is_point(device, text),
+        None => false,
+    }
+}
+
+/// How a point of a driver is written, for a help.
+fn example(kind: Option<Kind>) -> &'static str {
+    match kind {
+        Some(Kind::ModbusTcp | Kind::ModbusRtu) | None => modbus::EXAMPLE,
+        Some(Kind::Gpio) => gpio::EXAMPLE,
+        Some(Kind::Simulated) => simulated::EXAMPLE,
+    }
+}
+
+fn row<'a>(
+    device: &'a written::Device,
+    entry: &'a Entry,
+    scope: &Scope,
+    findings: &mut Vec<Finding>,
+) -> Option<Row<'a>> {
+    let (from, to) = (entry.from.as_ref()?, entry.to.as_ref()?);
+    let (direction, points, text) = match (is_point(device, &from.text), is_point(device, &to.text))
+    {
+        (true, false) => (Direction::In, from, to),
+        (false, true) => (Direction::Out, to, from),
+        (both, _) => {
+            let message = if both {
+                "both `from` and `to` are points of the device"
+            } else {
+                "neither `from` nor `to` is a point of the device"
+            };
+            let help = format!(
+                "an input: `{{ from = \"{0}\", to = \"X0\" }}`; an output: \
+                 `{{ from = \"Y0\", to = \"{0}\" }}`",
+                example(device.driver)
+            );
+            findings.push(Finding::new(Code::Controller, entry.span, message).help(help));
+            return None;
+        }
+    };
+    let addresses: Vec<Address> = match resolve_operands(scope, text) {
+        Ok(operands) => operands.addresses().collect(),
+        Err(finding) => {
+            findings.push(finding);
+            return None;
+        }
+    };
+    if let Some(finding) = wrong_way(direction, &addresses, text) {
+        findings.push(finding);
+        return None;
+    }
+    Some(Row { entry, direction, points, addresses, text })
+}
+
+/// What cannot be moved by a device.
+fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option<Finding> {
+    use BitSpace::{C, Mc, Mi, X};
+    use WordSpace::{D, Mhr, Mir, V};
+    let moved = |address: &Address| match address {
+        Address::Bit(Bit::Space(space, _)) => matches!(space, X | C | Mc | Mi),
+        Address::Word(Word::Space(space, _)) => matches!(space, V | D | Mhr | Mir),
+        _ => false,
+    };
+    if direction == Direction::Out || addresses.iter().all(moved) {
+        return None;
+    }
+    let message = format!("`{}` cannot be moved by a device", text.text);
+    let help = "values come in to X, C, MC, MI, V, D, MHR and MIR";
+    Some(Finding::new(Code::Controller, text.span, message).help(help))
+}
+
+fn inputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Input> {
+    let rows = || rows.iter().filter(|row| row.direction == Direction::In);
+    for row in rows() {
+        if let Some(safe) = &row.entry.safe {
+            let message = "an input has no safe value";
+            let help = "what becomes of it when the device is lost, `on-loss` of the device says";
+            findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
+        }
+    }
+    let row = |row: &Row<'_>| {
+        let span = row.text.span;
+        row.addresses.iter().map(|address| Input { address: *address, span }).collect::<Vec<_>>()
+    };
+    rows().flat_map(row).collect()
+}
+
+fn outputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
+    let mut outputs = Vec::new();
+    findings.extend(rows.iter().filter_map(misplaced_hold));
+    for row in rows.iter().filter(|row| row.direction == Direction::Out) {
+        for address in &row.addresses {
+            let safe = safe_value(row, *address, findings);
+            outputs.push(Output { address: *address, safe, span: row.text.span });
+        }
+    }
+    outputs
+}
+
+/// `hold` where it means nothing.
+fn misplaced_hold(row: &Row<'_>) -> Option<Finding> {
+    let hold = row.entry.hold.as_ref().filter(|hold| hold.value)?;
+    let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
+    let (message, help) = match row.direction {
+        Direction::In => (
+            "an input has no safe value".to_owned(),
+            "what becomes of it when the device is lost, `on-loss` of the device says",
+        ),
+        Direction::Out if row.addresses.iter().any(is_y) => (
+            format!("`[outputs]` says what `{}` is when safe", row.text.text),
+            "write it in `[outputs]`: `hold = [\"Y1\"]`",
+        ),
+        Direction::Out if row.entry.safe.is_some() => {
+            ("`hold` and `safe` in one row".to_owned(), "one of the two: what it was, or a value")
+        }
+        Direction::Out => return None,
+    };
+    Some(Finding::new(Code::Controller, hold.span, message).help(help))
+}
+
+fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> SafeValue {
+    let is_output = matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
+    let (min, max) = match address {
+        Address::Word(word) => word.range(),
+        _ => (0, 1),
+    };
+    let Some(safe) = &row.entry.safe else {
+        return match (is_output, row.entry.hold.as_ref().is_some_and(|hold| hold.value)) {
+            (true, _) => SafeValue::AsOutput,
+            (false, true) => SafeValue::Hold,
+            (false, false) => SafeValue::Value(0),
+        };
+    };
+    let mut refuse = |message: String, help: String| {
+        // Once a row.
+        if !findings.iter().any(|finding| finding.span == safe.span) {
+            findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
+        }
+        SafeValue::Value(0)
+    };
+    if is_output {
+        let help = "write it in `[outputs]`: `on = [\"Y0\"]`, `hold = [\"Y1\"]`; else it is OFF";
+        return refuse(format!("`[outputs]` says what `{address}` is when safe"), help.into());
+    }
+    let value = match safe.value {
+        Constant::Integer(value) | Constant::Duration(value) => value,
+        Constant::Bit(on) => i32::from(on),
+    };
+    if !(min..=max).contains(&value) {
+        return refuse(format!("`{address}` holds {min} to {max}"), "take one of these".into());
+    }
+    SafeValue::Value(value)
+}
+
+fn on_loss(text: Option<&Text>, findings: &mut Vec<Finding>) -> OnLoss {
+    match text.map(|text| (text, text.text.as_str())) {
+        None | Some((_, "hold")) => OnLoss::Hold,
+        Some((_, "zero")) => OnLoss::Zero,
+        Some((text, other)) => {
+            let message = format!("`on-loss` is \"hold\" or \"zero\", not \"{other}\"");
+            findings.push(Finding::new(Code::Controller, text.span, message));
+            OnLoss::Hold
+        }
+    }
+}
+
+/// How old the last good exchange may be: always more than a poll, which it takes to know better.
+fn loss_after(device: &written::Device, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
+    let default_ms = poll_ms.saturating_mul(3).max(1000);
+    let loss_after = device.loss_after_ms.as_ref();
+    let loss_after_ms = at_least_one("loss-after", loss_after, default_ms, findings);
+    if let Some(written) = loss_after
+        && device.driver != Some(Kind::Gpio)
+        && (1..=i64::from(poll_ms)).contains(&i64::from(written.value))
+    {
+        let message = format!("lost after {loss_after_ms} ms, and polled every {poll_ms} ms");
+        let finding = Finding::new(Code::Controller, written.span, message);
+        findings.push(
+            finding.label("it would be lost between any two exchanges").help(
+                "`loss-after` is longer than `poll`: three times as long is a good beginning",
+            ),
+        );
+    }
+    loss_after_ms
+}
+
+/// A duration of at least 1 ms.
+pub(super) fn at_least_one(
+    key: &str,
+    ms: Option<&Located<i32>>,
+    default: u32,
+    findings: &mut Vec<Finding>,
+) -> u32 {
+    let Some(ms) = ms else { return default };
+    if ms.value < 1 {
+        let message = format!("`{key}` is at least 1ms");
+        let finding = Finding::new(Code::OutOfRange, ms.span, message);
+        findings.push(finding.help(format!("write `{key} = \"20ms\"`")));
+    }
+    ms.value.max(1).unsigned_abs()
+}

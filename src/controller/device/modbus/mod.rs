@@ -1,0 +1,307 @@
+//! The points of a Modbus client, and how its peer is reached.
+//!
+//! Called by [`super`], which has resolved the addresses of memory. What a text like `coil 0..7`
+//! says is `points`, what devices of one peer must not do to each other `peers`.
+
+pub mod keys;
+mod peers;
+mod points;
+
+use std::net::{IpAddr, SocketAddr};
+
+use super::keys::{self as written, Kind as Driver};
+use super::{Direction, Row, at_least_one};
+use crate::io::modbus::number::{NumberType, WordOrder};
+use crate::io::modbus_client::settings::{
+    Client, Link, Number, Parity, Point, PointForm, Serial, Watchdog, Writes,
+};
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::{Located, Span};
+
+use keys::{EntryKeys, Keys, Watchdog as WrittenWatchdog};
+pub(super) use peers::at_odds;
+pub(super) use points::is_point;
+use points::{Mistake, Stretch};
+
+/// A point as written, for a help.
+pub(super) const EXAMPLE: &str = "coil 0";
+
+/// The port of Modbus.
+const PORT: u16 = 502;
+
+pub(super) fn resolve(
+    device: &written::Device,
+    rows: &[Row<'_>],
+    findings: &mut Vec<Finding>,
+) -> Option<Client> {
+    let keys = &device.modbus;
+    let link = match device.driver? {
+        Driver::ModbusTcp => tcp(device, findings),
+        _ => serial(device, findings),
+    };
+    let mut reader = Reader { device, findings };
+    let unit = reader.unit(keys.unit.as_ref(), 1);
+    let writes = reader.word(keys.writes.as_ref(), "writes", &WRITES).unwrap_or_default();
+    let watchdog = keys.watchdog.as_ref().and_then(|watchdog| reader.watchdog(watchdog, unit));
+    let mut points = [Vec::new(), Vec::new()];
+    for row in rows {
+        let row_unit = reader.unit(row.entry.modbus.unit.as_ref(), unit);
+        let Some(found) = reader.row(row, row_unit) else { continue };
+        let is_wide = found.first().is_some_and(|point| point.width() == 2);
+        if row.direction == Direction::Out && is_wide && writes == Writes::Single {
+            let message = "two registers cannot be written as one value with `writes = \"single\"`";
+            reader.findings.push(row.find(message.to_owned()));
+        }
+        points[row.direction as usize].extend(found);
+    }
+    let [inputs, outputs] = points;
+    let timeout_ms = at_least_one("timeout", keys.timeout_ms.as_ref(), 200, findings);
+    let write_every_ms = keys.write_every_ms.as_ref().map_or(1000, |ms| ms.value).unsigned_abs();
+    let gap = keys.gap.as_ref().map_or(0, |gap| gap.value as u16);
+    let link = link?;
+    Some(Client { link, timeout_ms, write_every_ms, writes, gap, watchdog, inputs, outputs })
+}
+
+const WRITES: [(&str, Writes); 3] =
+    [("fitting", Writes::Fitting), ("single", Writes::Single), ("multiple", Writes::Multiple)];
+const PARITIES: [(&str, Parity); 3] =
+    [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
+
+fn missing(device: &written::Device, key: &str, example: &str) -> Finding {
+    let message = format!("a device has no `{key}`");
+    let help = format!("give it one: `{key} = \"{example}\"`");
+    Finding::new(Code::MissingKey, device.span, message).help(help)
+}
+
+fn tcp(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link> {
+    let keys: &Keys = &device.modbus;
+    let timeout = keys.connect_timeout_ms.as_ref();
+    let connect_timeout_ms = at_least_one("connect-timeout", timeout, 1000, findings);
+    let Some(text) = &keys.address else {
+        findings.push(missing(device, "address", "192.168.1.20:502"));
+        return None;
+    };
+    let alone = || text.text.parse::<IpAddr>().map(|ip| SocketAddr::new(ip, PORT));
+    let address = text.text.parse::<SocketAddr>().or_else(|_| alone());
+    let Some(address) = address.ok().filter(|address| address.port() != 0) else {
+        let message = format!("`{}` is no IP address with a port", text.text);
+        let help = "write it as `192.168.1.20:502`, or `[fd00::20]:502`; names are not looked up";
+        findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+        return None;
+    };
+    Some(Link::Tcp { address, connect_timeout_ms })
+}
+
+fn serial(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link> {
+    let keys: &Keys = &device.modbus;
+    let baud = keys.baud.as_ref().map_or(19_200, |baud| baud.value as u32);
+    let mut reader = Reader { device, findings };
+    let parity = reader.word(keys.parity.as_ref(), "parity", &PARITIES).unwrap_or(Parity::Even);
+    // As the specification has it: eleven bits a character.
+    let usual = if parity == Parity::None { 2 } else { 1 };
+    let stop_bits = keys.stop_bits.as_ref().map_or(usual, |bits| bits.value as u8);
+    let Some(port) = &keys.port else {
+        findings.push(missing(device, "port", "/dev/ttyUSB0"));
+        return None;
+    };
+    if !port.text.starts_with('/') {
+        let message = format!("`{}` is no path of a serial line", port.text);
+        let help = "write it as `/dev/ttyUSB0`, or `/dev/serial/by-id/…`, which stays the same";
+        findings.push(Finding::new(Code::Controller, port.span, message).help(help));
+        return None;
+    }
+    let echo = keys.echo.as_ref().is_some_and(|echo| echo.value);
+    Some(Link::Serial(Serial { port: port.text.clone(), baud, parity, stop_bits, echo }))
+}
+
+/// What is read of one device.
+struct Reader<'a> {
+    device: &'a written::Device,
+    findings: &'a mut Vec<Finding>,
+}
+
+impl Reader<'_> {
+    fn find(&mut self, span: Span, (message, help): Mistake) {
+        let finding = Finding::new(Code::Controller, span, message);
+        self.findings.push(match help {
+            Some(help) => finding.help(help),
+            None => finding,
+        });
+    }
+
+    /// One of a few words.
+    fn word<T: Copy>(&mut self, text: Option<&Text>, key: &str, all: &[(&str, T)]) -> Option<T> {
+        let text = text?;
+        if let Some((_, found)) = all.iter().find(|(name, _)| *name == text.text) {
+            return Some(*found);
+        }
+        let names = all.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>();
+        let message = format!("`{key}` is {}, not \"{}\"", names.join(" or "), text.text);
+        self.find(text.span, (message, None));
+        None
+    }
+
+    fn unit(&mut self, unit: Option<&Located<i64>>, default: u8) -> u8 {
+        let Some(unit) = unit else { return default };
+        let is_serial = self.device.driver == Some(Driver::ModbusRtu);
+        if is_serial && !(1..=247).contains(&unit.value) {
+            let message = format!("no unit of a serial line is {}", unit.value);
+            self.find(unit.span, (message, Some("units are 1 to 247".to_owned())));
+        }
+        unit.value as u8
+    }
+
+    fn watchdog(&mut self, watchdog: &WrittenWatchdog, unit: u8) -> Option<Watchdog> {
+        let unit = self.unit(watchdog.unit.as_ref(), unit);
+        let every_ms = at_least_one("every", watchdog.every_ms.as_ref(), 500, self.findings);
+        let poll_ms = self.device.poll_ms.as_ref().map_or(20, |ms| ms.value.unsigned_abs());
+        if every_ms < poll_ms {
+            let span = watchdog.every_ms.as_ref().map_or(watchdog.span, |every| every.span);
+            let message = format!("a watchdog is fed at exchanges: `poll` is {poll_ms}ms");
+            let help = format!("write `every = \"{poll_ms}ms\"`, or more");
+            self.find(span, (message, Some(help)));
+        }
+        let register = watchdog.register.as_ref()?.value as u16;
+        Some(Watchdog { unit, register, every_ms })
+    }
+
+    /// The points of a row, one an address.
+    fn row(&mut self, row: &Row<'_>, unit: u8) -> Option<Vec<Point>> {
+        let stretch = match points::parse(&row.points.text) {
+            Ok(stretch) => stretch,
+            Err(mistake) => {
+                self.find(row.points.span, mistake);
+                return None;
+            }
+        };
+        let is_bits = stretch.table.is_bits() || stretch.is_bits_of_registers;
+        if let Some(mistake) = mismatch(row, &stretch, is_bits) {
+            self.find(row.points.span, mistake);
+            return None;
+        }
+        let number = self.number(&row.entry.modbus, is_bits)?;
+        let width = if is_bits { 1 } else { u32::from(number.kind.registers()) };
+        let (wanted, count) = (row.addresses.len() as u32 * width, stretch.count);
+        if wanted != count {
+            self.find(row.points.span, wrong_count(row, &stretch, width));
+            return None;
+        }
+        let point = |at: u32| {
+            let (at, form) = match (is_bits, stretch.is_bits_of_registers) {
+                (_, true) => (at / 16, PointForm::RegisterBit((at % 16) as u8)),
+                (true, _) => (at, PointForm::Bit),
+                (false, _) => (at, PointForm::Number(number)),
+            };
+            Point { unit, table: stretch.table, at: at as u16, form }
+        };
+        let last = stretch.first + count;
+        Some((stretch.first..last).step_by(width as usize).map(point).collect())
+    }
+
+    /// What the keys of a row make of its registers.
+    fn number(&mut self, keys: &EntryKeys, is_bits: bool) -> Option<Number> {
+        let before = self.findings.len();
+        let places = [&keys.kind, &keys.word_order].map(|text| text.as_ref().map(|t| t.span));
+        let numbers = [&keys.multiply, &keys.divide, &keys.offset];
+        let numbers = numbers.map(|number| number.as_ref().map(|n| n.span));
+        let names = ["type", "word-order", "multiply", "divide", "offset"];
+        for (name, place) in names.iter().zip(places.into_iter().chain(numbers)) {
+            if let (true, Some(span)) = (is_bits, place) {
+                self.find(span, (format!("a bit has no `{name}`"), None));
+            }
+        }
+        let kind = match &keys.kind {
+            Some(text) => self.word(Some(text), "type", &NumberType::NAMES),
+            None => Some(NumberType::U16),
+        };
+        let order = self.word(keys.word_order.as_ref(), "word-order", &WordOrder::NAMES);
+        let is_one = kind.is_some_and(|kind| kind.registers() == 1);
+        if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
+            let help = "`word-order` is of `u32`, `i32` and `f32`".to_owned();
+            self.find(text.span, ("one register has no order".to_owned(), Some(help)));
+        }
+        if let Some(zero) = keys.multiply.as_ref().filter(|multiply| multiply.value == 0) {
+            self.find(zero.span, ("`multiply` by 0 leaves nothing".to_owned(), None));
+        }
+        let or = |value: &Option<Located<i64>>, default| {
+            value.as_ref().map_or(default, |value| value.value as i32)
+        };
+        let kind = kind.filter(|_| self.findings.len() == before)?;
+        Some(Number {
+            kind,
+            order: order.unwrap_or_default(),
+            multiply: or(&keys.multiply, 1),
+            divide: or(&keys.divide, 1),
+            offset: or(&keys.offset, 0),
+        })
+    }
+}
+
+fn mismatch(row: &Row<'_>, stretch: &Stretch, is_bits: bool) -> Option<Mistake> {
+    let name = stretch.table.name();
+    if row.direction == Direction::Out && !stretch.table.is_writable() {
+        let message = format!("`{}` can only be read", row.points.text);
+        return Some((message, Some("outputs go to `coil` and `holding`".to_owned())));
+    }
+    let memory = &row.text.text;
+    match (is_bits, row.is_words()) {
+        (true, true) => {
+            let message = format!("`{}` is bits, and `{memory}` words", row.points.text);
+            Some((message, Some("words go with `holding` and `input`".to_owned())))
+        }
+        (false, false) => {
+            let message = format!("`{}` is words, and `{memory}` bits", row.points.text);
+            let help = format!("a register's lowest bit is written `{name} {}.0`", stretch.first);
+            Some((message, Some(help)))
+        }
+        _ => None,
+    }
+}
+
+fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
+    let (count, addresses) = (stretch.count, row.addresses.len() as u32);
+    let (memory, name) = (&row.text.text, stretch.table.name());
+    let message = match width {
+        2 => format!(
+            "{count} registers are not two for each of the {addresses} that `{memory}` names"
+        ),
+        _ => format!("{count} points do not go with the {addresses} that `{memory}` names"),
+    };
+    let (first, last) = (stretch.first, stretch.first + addresses * width - 1);
+    let end = if stretch.is_bits_of_registers { ELEMENTS * 16 } else { ELEMENTS };
+    if last >= end {
+        return (message, Some(no_room(name, width, addresses, end)));
+    }
+    let show = |at: u32| match stretch.is_bits_of_registers {
+        true => format!("{}.{}", at / 16, at % 16),
+        false => at.to_string(),
+    };
+    let help = match last == first {
+        true => format!("write `{name} {}`", show(first)),
+        false => format!("write `{name} {}..{}`", show(first), show(last)),
+    };
+    (message, Some(help))
+}
+
+/// So many elements has a table.
+const ELEMENTS: u32 = 65_536;
+
+/// Where the last stretch could begin that has room for so many: `end` elements are there.
+fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
+    let what = match (width, addresses) {
+        (2, 1) => "a number of this type takes two registers".to_owned(),
+        (2, _) => format!("{addresses} numbers of this type take two registers each"),
+        _ => format!("{addresses} points take as many addresses"),
+    };
+    let wanted = addresses * width;
+    if wanted > end {
+        return format!("{what}, and a table has 65536");
+    }
+    let first = end - wanted;
+    let (first, last) = match end > ELEMENTS {
+        true => (format!("{}.{}", first / 16, first % 16), "65535.15".to_owned()),
+        false => (first.to_string(), "65535".to_owned()),
+    };
+    format!("{what}: the last that can be are `{name} {first}..{last}`")
+}

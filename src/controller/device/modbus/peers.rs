@@ -1,0 +1,144 @@
+//! What devices of one peer must not do to each other: write the same place, want the serial line
+//! in two ways, or ask the same unit of it.
+//!
+//! Two outputs in one place would each undo the other's value at every write; a watchdog's
+//! register is an output too. Bits of one register may be outputs side by side, within one
+//! device: they are written together. And since answers on a serial line do not say to which
+//! question they belong, a unit of it has one who asks.
+//!
+//! ```toml
+//! # passes
+//! map = [{ from = "Y0", to = "coil 0" }, { from = "Y1", to = "holding 5.0" }]
+//! # fails: coil 1 twice
+//! map = [{ from = "Y0..Y1", to = "coil 0..1" }, { from = "Y2", to = "coil 1" }]
+//! ```
+
+use std::collections::{BTreeSet, HashMap};
+
+use crate::controller::device::{Device, Driver, keys as written};
+use crate::io::modbus_client::settings::{Client, Link, Point, PointForm, Serial, Table};
+use crate::isa::DeviceId;
+use crate::source::finding::{Code, Finding};
+use crate::source::span::Span;
+
+/// A coil or register of a peer's unit.
+type PeerElement = (String, u8, Table, u16);
+
+/// Who writes it: which of its bits, and where that is said.
+type Writer = (DeviceId, u16, Span);
+
+/// A finding for every output whose place another has already, and for every line that two devices
+/// want in two ways.
+pub(in crate::controller::device) fn at_odds(
+    devices: &[Device],
+    written: &[written::Device],
+) -> Vec<Finding> {
+    let mut writers: HashMap<PeerElement, Vec<Writer>> = HashMap::new();
+    let mut findings = two_ways(devices);
+    findings.extend(asked_twice(devices));
+    for (device, client) in clients(devices) {
+        for (place, (_, bits, span)) in outputs(device, client, written) {
+            let (unit, table, at) = (place.1, place.2, place.3);
+            let taken = writers.entry(place).or_default();
+            // Two devices would each write the whole register.
+            let is_other = |(by, others, _): &&Writer| *by != device.id || others & bits != 0;
+            if let Some((_, _, first)) = taken.iter().find(is_other)
+                && !findings.iter().any(|finding| finding.span == span)
+            {
+                let message = format!("`{} {at}` of unit {unit} is written twice", table.name());
+                let finding = Finding::new(Code::Controller, span, message);
+                findings.push(finding.related(*first, "it is written here"));
+            }
+            taken.push((device.id, bits, span));
+        }
+    }
+    findings
+}
+
+fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &Client)> {
+    devices.iter().filter_map(|device| match &device.driver {
+        Driver::Modbus(client) => Some((device, client)),
+        _ => None,
+    })
+}
+
+fn outputs(
+    device: &Device,
+    client: &Client,
+    written: &[written::Device],
+) -> Vec<(PeerElement, Writer)> {
+    let peer = match &client.link {
+        Link::Tcp { address, .. } => address.to_string(),
+        Link::Serial(serial) => serial.port.clone(),
+    };
+    let mut outputs = Vec::new();
+    for (point, output) in client.outputs.iter().zip(&device.outputs) {
+        for at in point.at..=point.at + (point.width() - 1) {
+            let place = (peer.clone(), point.unit, point.table, at);
+            outputs.push((place, (device.id, bits(point), output.span)));
+        }
+    }
+    if let Some(watchdog) = client.watchdog {
+        let is_same = |other: &&written::Device| {
+            other.name.as_ref().is_some_and(|name| name.span == device.span)
+        };
+        let keys = written.iter().find(is_same).and_then(|same| same.modbus.watchdog.as_ref());
+        let span = keys.map_or(device.span, |keys| keys.span);
+        let place = (peer, watchdog.unit, Table::HoldingRegisters, watchdog.register);
+        outputs.push((place, (device.id, u16::MAX, span)));
+    }
+    outputs
+}
+
+fn bits(point: &Point) -> u16 {
+    match point.form {
+        PointForm::RegisterBit(bit) => 1 << bit,
+        PointForm::Bit | PointForm::Number(_) => u16::MAX,
+    }
+}
+
+/// Devices of serial lines, with all that they say of them.
+fn lines<'a>(devices: &'a [Device]) -> Vec<(&'a Device, &'a Client, &'a Serial)> {
+    let serial = |(device, client): (_, &'a Client)| match &client.link {
+        Link::Serial(serial) => Some((device, client, serial)),
+        Link::Tcp { .. } => None,
+    };
+    clients(devices).filter_map(serial).collect()
+}
+
+fn asked_twice(devices: &[Device]) -> Vec<Finding> {
+    let mut first: HashMap<(&str, u8), &Device> = HashMap::new();
+    let mut findings = Vec::new();
+    for (device, client, line) in lines(devices) {
+        let points = client.inputs.iter().chain(&client.outputs).map(|point| point.unit);
+        let units: BTreeSet<u8> = points.chain(client.watchdog.map(|w| w.unit)).collect();
+        for unit in units {
+            let by = first.entry((&line.port, unit)).or_insert(device);
+            if by.id != device.id {
+                let message = format!("unit {unit} of `{}` is asked by two devices", line.port);
+                let finding = Finding::new(Code::Controller, device.span, message);
+                let finding = finding.related(by.span, "this device asks it");
+                findings.push(finding.help("put all of a unit's points into one map"));
+            }
+        }
+    }
+    findings
+}
+
+fn two_ways(devices: &[Device]) -> Vec<Finding> {
+    let lines = lines(devices);
+    let mut findings = Vec::new();
+    for (at, (device, _, line)) in lines.iter().enumerate() {
+        let others = lines[..at].iter();
+        let is_other = |other: &Serial| other.port == line.port && other != *line;
+        let mut differing = others.filter(|(_, _, other)| is_other(other));
+        if let Some((other, ..)) = differing.next() {
+            let message = format!("`{}` wants `{}` in another way", device.name, line.port);
+            let finding = Finding::new(Code::Controller, device.span, message);
+            let finding = finding.related(other.span, "this device has it");
+            let help = "devices on one line have the same `baud`, `parity`, `stop-bits` and `echo`";
+            findings.push(finding.help(help));
+        }
+    }
+    findings
+}

@@ -1,0 +1,161 @@
+//! The notation of a Modbus device's points: `coil 0..7`, `holding 100`, `holding 5.3`.
+//!
+//! Called by the driver's resolver a row at a time. Addresses are those of the protocol, from 0,
+//! as they stand in the bytes of a request. What a row's type makes of registers is not known
+//! here: a stretch is bits, or registers.
+
+use crate::io::modbus::settings::Table;
+use crate::source::nearest::did_you_mean;
+
+/// What a text names: bits, or registers, one behind the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stretch {
+    pub table: Table,
+    /// The first, of registers' bits as 16 times the register and the bit.
+    pub first: u32,
+    pub count: u32,
+    /// Bits of registers: `holding 5.0..5.7`.
+    pub is_bits_of_registers: bool,
+}
+
+/// Why a text names no points, and what to write instead.
+pub(super) type Mistake = (String, Option<String>);
+
+/// Whether a text is in this notation, rightly or not: no address of memory has a space before a
+/// digit, or is a number alone.
+pub(in crate::controller::device) fn is_point(text: &str) -> bool {
+    if is_vendor_number(text) {
+        return true;
+    }
+    let Some((table, rest)) = text.trim().split_once(char::is_whitespace) else { return false };
+    table.chars().all(|c| c.is_ascii_alphabetic() || c == '-')
+        && rest.trim_start().starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// `40001`, `400001`.
+fn is_vendor_number(text: &str) -> bool {
+    text.len() >= 5 && text.len() <= 6 && text.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+pub(super) fn parse(text: &str) -> Result<Stretch, Mistake> {
+    if is_vendor_number(text) {
+        return Err(vendor(text));
+    }
+    let (table, rest) = text.trim().split_once(char::is_whitespace).unwrap_or((text, ""));
+    let table = look_up(table)?;
+    let rest = rest.trim();
+    let (low, high) = rest.split_once("..").unwrap_or((rest, rest));
+    let wrong = || {
+        let name = table.name();
+        let example = if table.is_bits() { "0..7" } else { "0..3` or `holding 5.3" };
+        let message = format!("`{text}` names no points");
+        (message, Some(format!("write `{name} {example}`; addresses are 0 to 65535")))
+    };
+    let (first, is_bit) = element(low.trim()).ok_or_else(wrong)?;
+    let (last, is_bit_too) = element(high.trim()).ok_or_else(wrong)?;
+    if is_bit != is_bit_too || (is_bit && table.is_bits()) {
+        return Err(wrong());
+    }
+    if last < first {
+        let help = format!("write `{} {}..{}`", table.name(), high.trim(), low.trim());
+        return Err(("a range goes from low to high".into(), Some(help)));
+    }
+    Ok(Stretch { table, first, count: last - first + 1, is_bits_of_registers: is_bit })
+}
+
+fn look_up(name: &str) -> Result<Table, Mistake> {
+    let names = || Table::ALL.iter().map(|table| table.name());
+    if let Some(table) = Table::named(name) {
+        return Ok(table);
+    }
+    let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));
+    let help = match longer {
+        Some(known) => format!("did you mean `{known}`?"),
+        None => did_you_mean(name, names())
+            .unwrap_or_else(|| "there are `coil`, `discrete`, `holding` and `input`".to_owned()),
+    };
+    Err((format!("no table of a Modbus device is called `{name}`"), Some(help)))
+}
+
+/// `5`, or `5.3` as 16 times 5 and 3, and which of the two.
+fn element(text: &str) -> Option<(u32, bool)> {
+    let Some((register, bit)) = text.split_once('.') else {
+        return Some((number(text)?, false));
+    };
+    let bit = number(bit).filter(|bit| *bit < 16)?;
+    Some((number(register)? * 16 + bit, true))
+}
+
+fn number(text: &str) -> Option<u32> {
+    let is_plain = text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_plain = is_plain && (text == "0" || !text.starts_with('0'));
+    text.parse().ok().filter(|n| is_plain && *n <= u32::from(u16::MAX))
+}
+
+/// `400001` is the first holding register, 0 in the protocol.
+fn vendor(text: &str) -> Mistake {
+    let message = format!("`{text}` is a vendor's number");
+    let (table, element) = text.split_at(1);
+    let table = match table {
+        "0" => "coil",
+        "1" => "discrete",
+        "3" => "input",
+        "4" => "holding",
+        _ => "",
+    };
+    let address = element.parse::<u32>().ok().and_then(|n| n.checked_sub(1));
+    let help = match address {
+        Some(address) if !table.is_empty() && address <= u32::from(u16::MAX) => {
+            format!("addresses are those of the protocol, from 0: write `{table} {address}`")
+        }
+        _ => "addresses are those of the protocol, from 0: `holding 0`".to_owned(),
+    };
+    (message, Some(help))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stretch(text: &str) -> (Table, u32, u32, bool) {
+        let found = parse(text).unwrap_or_else(|mistake| panic!("{text}: {mistake:?}"));
+        (found.table, found.first, found.count, found.is_bits_of_registers)
+    }
+
+    fn help(text: &str) -> String {
+        assert!(is_point(text), "{text}");
+        parse(text).unwrap_err().1.unwrap_or_default()
+    }
+
+    #[test]
+    fn what_is_written_is_what_is_asked_for() {
+        assert_eq!(stretch("coil 0..7"), (Table::Coils, 0, 8, false));
+        assert_eq!(stretch("discrete 65535"), (Table::DiscreteInputs, 65_535, 1, false));
+        assert_eq!(stretch("holding 10 .. 11"), (Table::HoldingRegisters, 10, 2, false));
+        assert_eq!(stretch("holding 5.3"), (Table::HoldingRegisters, 83, 1, true));
+        assert_eq!(stretch("input  5.0..6.15"), (Table::InputRegisters, 80, 32, true));
+    }
+
+    #[test]
+    fn what_is_not_names_the_right_way() {
+        assert_eq!(help("discrete-input 0"), "did you mean `discrete`?");
+        assert_eq!(help("coils 0..7"), "did you mean `coil`?");
+        assert_eq!(help("Holding 0"), "did you mean `holding`?");
+        assert_eq!(help("holding 7..0"), "write `holding 0..7`");
+        assert!(help("400001").ends_with("write `holding 0`"));
+        assert!(help("10009").ends_with("write `discrete 8`"));
+        assert!(help("999999").ends_with("from 0: `holding 0`"));
+        for text in
+            ["coil 65536", "coil 07", "coil 0..", "coil 5.3", "holding 5.16", "holding 5..5.3"]
+        {
+            assert!(help(text).contains("65535"), "{text}");
+        }
+    }
+
+    #[test]
+    fn addresses_of_memory_are_no_points() {
+        for text in ["X0..X7", "X0 .. X7", "D5", "CT0.Acc", "Filling.Fill", "coil", "count", ""] {
+            assert!(!is_point(text), "{text}");
+        }
+    }
+}

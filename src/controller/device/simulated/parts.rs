@@ -1,0 +1,170 @@
+//! The measures of a part: its keys → what it is.
+
+use super::keys::{Part, PartKind};
+use crate::io::plant::settings::{Delays, PartSettings, Scale};
+use crate::source::finding::{Code, Finding};
+use crate::source::span::{Located, Span};
+
+/// How long a part on a belt is where nothing is said, mm.
+const PART_MM: u32 = 100;
+
+/// What a part is, if its keys make sense.
+pub fn resolve(part: &Part, findings: &mut Vec<Finding>) -> Option<PartSettings> {
+    let mut reader = Reader { part, findings };
+    let delays = reader.delays();
+    Some(match part.kind? {
+        PartKind::Delay => PartSettings::Delay { delays, invert: part.invert },
+        PartKind::Motor => PartSettings::Motor { delays },
+        PartKind::Conveyor => reader.conveyor()?,
+        PartKind::Tank => reader.tank()?,
+        PartKind::Sensor => reader.sensor(delays)?,
+        PartKind::Pulse => reader.pulse()?,
+    })
+}
+
+struct Reader<'a> {
+    part: &'a Part,
+    findings: &'a mut Vec<Finding>,
+}
+
+impl Reader<'_> {
+    fn find(&mut self, code: Code, span: Span, message: impl Into<String>, help: &str) {
+        self.findings.push(Finding::new(code, span, message).help(help));
+    }
+
+    fn missing<T>(&mut self, key: &str, example: &str) -> Option<T> {
+        let kind = self.part.kind.map_or("part", PartKind::name);
+        let message = format!("a {kind} has no `{key}`");
+        let help = format!("give it one: `{key} = {example}`");
+        self.find(Code::MissingKey, self.part.span, message, &help);
+        None
+    }
+
+    fn time(&self, key: &str) -> Option<u32> {
+        self.part.time(key).map(|ms| ms.value.max(0).unsigned_abs())
+    }
+
+    fn number(&self, key: &str) -> Option<u32> {
+        self.part.number(key).map(|number| small(number.value))
+    }
+
+    /// A time that must be there, and more than nothing.
+    fn some_time(&mut self, key: &str) -> Option<u32> {
+        match self.part.time(key) {
+            Some(ms) if ms.value < 1 => {
+                let help = format!("write `{key} = \"2s\"`");
+                self.find(Code::OutOfRange, ms.span, format!("`{key}` is at least 1ms"), &help);
+                None
+            }
+            Some(ms) => Some(ms.value.unsigned_abs()),
+            None => self.missing(key, "\"2s\""),
+        }
+    }
+
+    fn delays(&self) -> Delays {
+        let after_ms = self.time("after").unwrap_or(0);
+        Delays { after_ms, release_ms: self.time("release").unwrap_or(after_ms) }
+    }
+
+    fn conveyor(&mut self) -> Option<PartSettings> {
+        let length = self.number("length").or_else(|| self.missing("length", "2000"));
+        let speed = self.number("speed").or_else(|| self.missing("speed", "500"));
+        let every = self.part.time("every").map(|_| self.some_time("every"));
+        // A part is gone once its front is at the end.
+        let eyes_mm = self.places("the belt", length.map(|length| length - 1));
+        Some(PartSettings::Conveyor {
+            length_mm: length?,
+            speed_mm_s: speed?,
+            every_ms: every.unwrap_or(Some(0))?,
+            part_mm: self.number("part-length").unwrap_or(PART_MM),
+            eyes_mm,
+        })
+    }
+
+    fn tank(&mut self) -> Option<PartSettings> {
+        let capacity = self.number("capacity").or_else(|| self.missing("capacity", "1000"));
+        let initial = self.number("initial").unwrap_or(0);
+        if let (Some(at), Some(most)) = (self.part.number("initial"), capacity)
+            && at.value > i64::from(most)
+        {
+            self.find(Code::OutOfRange, at.span, "more than the tank holds", "begin with less");
+        }
+        let switches = self.places("the tank", capacity);
+        Some(PartSettings::Tank {
+            capacity: capacity?,
+            fill_rate: self.number("fill-rate").unwrap_or(0),
+            drain_rate: self.number("drain-rate").unwrap_or(0),
+            initial,
+            switches,
+        })
+    }
+
+    /// Where the named places are: none of them beyond the end.
+    fn places(&mut self, what: &str, end: Option<u32>) -> Vec<u32> {
+        let Some(end) = end else { return Vec::new() };
+        let part = self.part;
+        for (name, at) in part.places.iter().filter(|(_, at)| at.value > i64::from(end)) {
+            let message = format!("`{}` lies beyond {what}", name.text);
+            let help = format!("the last place is {end}");
+            self.find(Code::OutOfRange, at.span, message, &help);
+        }
+        part.places.iter().map(|(_, at)| small(at.value)).collect()
+    }
+
+    fn sensor(&mut self, delays: Delays) -> Option<PartSettings> {
+        let at = |key| self.part.number(key).map(|number| number.value as i32);
+        let on_at = at("on-at").unwrap_or(1);
+        let off_at = at("off-at").unwrap_or(on_at);
+        if let Some(written) = self.part.number("off-at").filter(|_| off_at > on_at) {
+            let message = "a sensor lets go at or below the value at which it comes ON";
+            let help = "for one that is ON below a value, add `invert = true`";
+            self.find(Code::Controller, written.span, message, help);
+        }
+        let (range, raw) = (self.pair("range"), self.pair("raw"));
+        let scale = match (range, raw) {
+            (Some(range), Some(raw)) => Some(Scale { range: range?, raw: raw? }),
+            (None, None) => None,
+            (range, _) => {
+                let (there, missing) =
+                    if range.is_some() { ("range", "raw") } else { ("raw", "range") };
+                let span = self.part.pair(there).map_or(self.part.span, |pair| pair.span);
+                let help = format!("give it `{missing}` too: `{missing} = [0, 1000]`");
+                let message = format!("`{there}` without `{missing}`");
+                self.find(Code::MissingKey, span, message, &help);
+                return None;
+            }
+        };
+        Some(PartSettings::Sensor { on_at, off_at, delays, invert: self.part.invert, scale })
+    }
+
+    fn pair(&mut self, key: &str) -> Option<Option<[i32; 2]>> {
+        let pair = self.part.pair(key)?;
+        let two: Option<[i64; 2]> = pair.value.as_slice().try_into().ok();
+        if two.is_none_or(|[low, high]| key == "range" && low == high) {
+            let message = format!("`{key}` is two numbers, one for each end");
+            self.find(Code::Controller, pair.span, message, "write `[0, 1000]`");
+            return Some(None);
+        }
+        Some(two.map(|two| two.map(|number| number as i32)))
+    }
+
+    fn pulse(&mut self) -> Option<PartSettings> {
+        let (width, every) = (self.some_time("pulse"), self.some_time("every"));
+        let (width_ms, every_ms) = (width?, every?);
+        if let Some(Located { span, .. }) = self.part.time("pulse").filter(|_| width_ms > every_ms)
+        {
+            let message = "a pulse is no longer than the time from one to the next";
+            self.find(Code::Controller, *span, message, "take less for `pulse`");
+        }
+        Some(PartSettings::Pulse {
+            width_ms,
+            every_ms,
+            offset_ms: self.time("offset").unwrap_or(0),
+        })
+    }
+}
+
+/// A number that its reader has found to be none below 0 and not beyond 32 bits.
+fn small(number: i64) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}

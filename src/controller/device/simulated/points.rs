@@ -1,0 +1,224 @@
+//! The points of each kind of part, and all points of a plant by name.
+
+use std::collections::HashMap;
+
+use super::keys::{Keys, PartKind};
+use crate::io::plant::settings::PointId;
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::nearest;
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// The part to which the commands of faults belong.
+pub const FAULT: &str = "fault";
+
+/// What a point holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holds {
+    /// ON or OFF.
+    Bit,
+    /// 0 to 1000 thousandths; a bit is nothing or all.
+    Opening,
+    /// A number.
+    Word,
+    /// A bit or a number.
+    Either,
+}
+
+/// A point that every part of a kind has.
+struct Fixed {
+    name: &'static str,
+    holds: Holds,
+    role: Role,
+}
+
+/// Which way a point goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// To the part, which makes no sense without.
+    Needed,
+    /// To the part; where nothing drives it, it is this.
+    Command(i32),
+    /// From the part.
+    Told,
+}
+
+/// A point of a plant.
+pub struct Point {
+    /// `belt.eye`.
+    pub name: String,
+    pub holds: Holds,
+    pub role: Role,
+    /// The place of its part.
+    pub span: Span,
+}
+
+/// All points of a plant.
+pub struct Points {
+    pub all: Vec<Point>,
+    /// The first point of each part.
+    pub firsts: Vec<PointId>,
+    by_name: HashMap<String, PointId>,
+}
+
+const fn point(name: &'static str, holds: Holds, role: Role) -> Fixed {
+    Fixed { name, holds, role }
+}
+
+/// The points of a kind, as `io::plant` counts them; named places follow.
+fn fixed(kind: PartKind) -> &'static [Fixed] {
+    match kind {
+        PartKind::Delay => &DELAY,
+        PartKind::Motor => &MOTOR,
+        PartKind::Conveyor => &CONVEYOR,
+        PartKind::Tank => &TANK,
+        PartKind::Sensor => &SENSOR,
+        PartKind::Pulse => &PULSE,
+    }
+}
+
+const DELAY: [Fixed; 2] =
+    [point("in", Holds::Bit, Role::Needed), point("out", Holds::Bit, Role::Told)];
+
+const MOTOR: [Fixed; 5] = [
+    point("run", Holds::Bit, Role::Needed),
+    point("trip", Holds::Bit, Role::Command(0)),
+    point("reset", Holds::Bit, Role::Command(1)),
+    point("running", Holds::Bit, Role::Told),
+    point("tripped", Holds::Bit, Role::Told),
+];
+
+const CONVEYOR: [Fixed; 5] = [
+    point("run", Holds::Opening, Role::Needed),
+    point("feed", Holds::Bit, Role::Command(0)),
+    point("jam", Holds::Bit, Role::Command(0)),
+    point("parts", Holds::Word, Role::Told),
+    point("out", Holds::Bit, Role::Told),
+];
+
+const TANK: [Fixed; 6] = [
+    point("fill", Holds::Opening, Role::Command(0)),
+    point("drain", Holds::Opening, Role::Command(0)),
+    point("level", Holds::Word, Role::Told),
+    point("overflow", Holds::Bit, Role::Told),
+    point("empty", Holds::Bit, Role::Told),
+    point("outflow", Holds::Opening, Role::Told),
+];
+
+const SENSOR: [Fixed; 3] = [
+    point("of", Holds::Either, Role::Needed),
+    point("out", Holds::Bit, Role::Told),
+    point("value", Holds::Word, Role::Told),
+];
+
+const PULSE: [Fixed; 2] =
+    [point("run", Holds::Bit, Role::Command(1)), point("out", Holds::Bit, Role::Told)];
+
+/// Whether a text can be the name of a part or a point.
+pub fn is_name(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic())
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+impl Points {
+    /// The points of all parts, and of all faults behind them.
+    pub fn new(keys: &Keys, findings: &mut Vec<Finding>) -> Points {
+        let mut points = Points { all: Vec::new(), firsts: Vec::new(), by_name: HashMap::new() };
+        let mut names = Vec::new();
+        for part in &keys.parts {
+            points.firsts.push(points.next());
+            let Some(name) = &part.name else { continue };
+            check_name(name, "a part", &mut names, findings);
+            let kind = part.kind.map_or(&[][..], fixed);
+            for Fixed { name: point, holds, role } in kind {
+                points.add((&name.text, point), (*holds, *role), name.span, findings);
+            }
+            for (place, _) in &part.places {
+                if !is_name(&place.text) || !place.text.starts_with(char::is_lowercase) {
+                    findings.push(no_name(place, "a place"));
+                }
+                let told = (Holds::Bit, Role::Told);
+                points.add((&name.text, &place.text), told, place.span, findings);
+            }
+        }
+        let mut names = Vec::new();
+        for name in keys.faults.iter().filter_map(|fault| fault.name.as_ref()) {
+            check_name(name, "a fault", &mut names, findings);
+            if !name.text.starts_with(char::is_lowercase) {
+                findings.push(no_name(name, "a fault"));
+            }
+            let needed = (Holds::Bit, Role::Needed);
+            points.add((FAULT, &name.text), needed, name.span, findings);
+        }
+        points
+    }
+
+    fn next(&self) -> PointId {
+        PointId(self.all.len() as u32)
+    }
+
+    fn add(
+        &mut self,
+        (part, point): (&str, &str),
+        (holds, role): (Holds, Role),
+        span: Span,
+        findings: &mut Vec<Finding>,
+    ) {
+        let (name, id) = (format!("{part}.{point}"), self.next());
+        if self.by_name.insert(name.clone(), id).is_some() && part != FAULT {
+            // Of two parts of one name, the second has had its finding.
+            let message = format!("`{name}` is there already");
+            if !findings.iter().any(|finding| finding.span == span) {
+                findings.push(Finding::new(Code::DuplicateName, span, message));
+            }
+        }
+        self.all.push(Point { name, holds, role, span });
+    }
+
+    /// A point that a text names, or the finding.
+    pub fn find(&self, text: &Text) -> Result<(PointId, &Point), Finding> {
+        if let Some(id) = self.by_name.get(&text.text) {
+            return Ok((*id, &self.all[id.0 as usize]));
+        }
+        let message = format!("the plant has no point `{}`", text.text);
+        let (part, name) = text.text.split_once('.').unwrap_or_default();
+        let known = || self.all.iter().filter_map(|point| point.name.split_once('.'));
+        let of_part = || known().filter(|(of, _)| *of == part).map(|(_, name)| name);
+        let list = of_part().map(|name| format!("`{part}.{name}`")).collect::<Vec<_>>().join(", ");
+        let help = match nearest(name, of_part()) {
+            Some(near) => format!("did you mean `{part}.{near}`?"),
+            None if !list.is_empty() => format!("there are {list}"),
+            None => match nearest(part, known().map(|(part, _)| part)) {
+                Some(near) => format!("did you mean `{near}.{name}`?"),
+                None => format!("there is no part `{part}`"),
+            },
+        };
+        Err(Finding::new(Code::UnknownName, text.span, message).help(help))
+    }
+}
+
+fn no_name(name: &Text, what: &str) -> Finding {
+    let message = format!("`{}` cannot be the name of {what}", name.text);
+    let help = match what {
+        "a part" => "write a letter first, then letters, digits and `_`",
+        _ => "write a small letter first, then letters, digits and `_`",
+    };
+    Finding::new(Code::ForbiddenName, name.span, message).help(help)
+}
+
+fn check_name(name: &Text, what: &str, names: &mut Vec<Text>, findings: &mut Vec<Finding>) {
+    if !is_name(&name.text) {
+        findings.push(no_name(name, what));
+    }
+    if what == "a part" && name.text == FAULT {
+        let message = "`fault` is where the faults are: `fault.NAME`";
+        let finding = Finding::new(Code::ForbiddenName, name.span, message);
+        findings.push(finding.help("take another name for the part"));
+    }
+    if let Some(first) = names.iter().find(|known| known.text == name.text) {
+        let message = format!("{what} is called `{}` already", name.text);
+        let finding = Finding::new(Code::DuplicateName, name.span, message);
+        findings.push(finding.label("again here").related(first.span, "first here"));
+    }
+    names.push(name.clone());
+}

@@ -1,0 +1,253 @@
+//! What drives each command of a plant, which points come in, and what the faults work on.
+
+use std::collections::HashMap;
+
+use super::super::{Direction, Row};
+use super::keys::{self as written, FaultKind, Keys};
+use super::points::{FAULT, Holds, Point, Points, Role};
+use crate::io::plant::settings::{Command, Effect, Fault, Feed, PointId, opening};
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// The longest that a fault keeps a value back, ms.
+const LATE_MS_MAX: i32 = 60_000;
+/// How often noise is another where nothing is said, ms.
+const NOISE_MS: u32 = 20;
+
+/// What was found to drive commands so far.
+struct Wires<'a> {
+    points: &'a Points,
+    feeds: HashMap<u32, (Command, Span)>,
+    findings: &'a mut Vec<Finding>,
+}
+
+/// The rows of what goes out.
+pub fn outgoing<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = &'a Row<'a>> {
+    rows.iter().filter(|row| row.direction == Direction::Out)
+}
+
+/// What drives each command, in the order of the points.
+pub fn commands(
+    keys: &Keys,
+    rows: &[Row<'_>],
+    points: &Points,
+    findings: &mut Vec<Finding>,
+) -> Vec<Command> {
+    let mut wires = Wires { points, feeds: HashMap::new(), findings };
+    for (at, row) in outgoing(rows).enumerate() {
+        wires.by_row(at, row);
+    }
+    for part in &keys.parts {
+        let Some(name) = &part.name else { continue };
+        for (command, from) in &part.driven {
+            wires.by_point(&format!("{}.{command}", name.text), from);
+        }
+    }
+    for fault in &keys.faults {
+        if let (Some(name), Some(from)) = (&fault.name, &fault.when) {
+            wires.by_point(&format!("{FAULT}.{}", name.text), from);
+        }
+    }
+    wires.finish()
+}
+
+impl Wires<'_> {
+    fn by_row(&mut self, at: usize, row: &Row<'_>) {
+        let (id, point) = match one_point(row, self.points) {
+            Ok(found) => found,
+            Err(finding) => return self.findings.push(finding),
+        };
+        if point.role == Role::Told {
+            let message = format!("`{}` is what the plant tells", point.name);
+            let help = "what goes out drives commands, as `run`, `fill` and `in`";
+            return self.findings.push(row.find(message).help(help));
+        }
+        if point.holds == Holds::Bit && row.is_words() {
+            return self.findings.push(row.find(format!("`{}` is a bit", point.name)));
+        }
+        let gain = gain(point, !row.is_words());
+        self.enter(Command { point: id, feed: Feed::Output(at), gain }, row.points.span);
+    }
+
+    fn by_point(&mut self, command: &str, from: &Text) {
+        // A command is missing where its part has a finding of its own.
+        let text = Text { text: command.to_owned(), span: from.span, exact: false };
+        let Ok((id, point)) = self.points.find(&text) else { return };
+        let (source, told) = match self.points.find(from) {
+            Ok(found) => found,
+            Err(finding) => return self.findings.push(finding),
+        };
+        if point.holds == Holds::Bit && told.holds != Holds::Bit {
+            let message = format!("`{}` is a number, and `{command}` is a bit", told.name);
+            let help = "a part of kind `sensor` makes a bit of it";
+            let finding = Finding::new(Code::Controller, from.span, message);
+            return self.findings.push(finding.help(help));
+        }
+        let gain = gain(point, told.holds == Holds::Bit);
+        self.enter(Command { point: id, feed: Feed::Point(source), gain }, from.span);
+    }
+
+    fn enter(&mut self, command: Command, span: Span) {
+        let name = &self.points.all[command.point.0 as usize].name;
+        if let Some((_, first)) = self.feeds.get(&command.point.0) {
+            let finding = Finding::new(Code::Controller, span, format!("`{name}` is driven twice"));
+            self.findings.push(finding.related(*first, "first here"));
+            return;
+        }
+        self.feeds.insert(command.point.0, (command, span));
+    }
+
+    fn finish(self) -> Vec<Command> {
+        let mut commands = Vec::new();
+        for (at, point) in self.points.all.iter().enumerate() {
+            let id = PointId(at as u32);
+            let fixed = match (self.feeds.get(&id.0), point.role) {
+                (_, Role::Told) => continue,
+                (Some((command, _)), _) => {
+                    commands.push(*command);
+                    continue;
+                }
+                (None, Role::Command(fixed)) => fixed,
+                (None, Role::Needed) => {
+                    self.findings.push(undriven(point));
+                    0
+                }
+            };
+            commands.push(Command { point: id, feed: Feed::Fixed(fixed), gain: 1 });
+        }
+        commands
+    }
+}
+
+fn undriven(point: &Point) -> Finding {
+    let (part, command) = point.name.split_once('.').unwrap_or_default();
+    let key = if part == FAULT { "when" } else { command };
+    let help = format!(
+        "add a row to the map: `{{ from = \"Y0\", to = \"{}\" }}`; or name what drives it \
+         within the plant: `{key} = \"pump.running\"`",
+        point.name
+    );
+    let message = format!("nothing drives `{}`", point.name);
+    Finding::new(Code::Controller, point.span, message).help(help)
+}
+
+/// A bit that drives an opening opens it all.
+fn gain(point: &Point, from_bit: bool) -> i32 {
+    if point.holds == Holds::Opening && from_bit { opening::FULL } else { 1 }
+}
+
+fn one_point<'a>(row: &Row<'_>, points: &'a Points) -> Result<(PointId, &'a Point), Finding> {
+    if row.addresses.len() != 1 {
+        let message =
+            format!("`{}` is one point, and `{}` are more", row.points.text, row.text.text);
+        return Err(row.find(message).help("write a row each"));
+    }
+    points.find(row.points)
+}
+
+/// The points that come in, in the order of the rows.
+pub fn inputs(
+    rows: &[Row<'_>],
+    points: &Points,
+    findings: &mut Vec<Finding>,
+) -> Option<Vec<PointId>> {
+    let mut input = |row: &Row<'_>| match one_point(row, points) {
+        Ok((id, point)) => {
+            let is_word = point.holds != Holds::Bit;
+            if is_word != row.is_words() {
+                let what = if is_word { "a number: it goes to a word" } else { "a bit" };
+                findings.push(row.find(format!("`{}` is {what}", point.name)));
+            }
+            Some(id)
+        }
+        Err(finding) => {
+            findings.push(finding);
+            None
+        }
+    };
+    let rows = rows.iter().filter(|row| row.direction == Direction::In);
+    rows.map(&mut input).collect()
+}
+
+/// A fault, if its keys make sense.
+pub fn fault(
+    fault: &written::Fault,
+    points: &Points,
+    findings: &mut Vec<Finding>,
+) -> Option<Fault> {
+    let (name, kind) = (fault.name.as_ref()?, fault.kind?);
+    let when = Text { text: format!("{FAULT}.{}", name.text), span: name.span, exact: false };
+    let (when, _) = points.find(&when).ok()?;
+    let effect = match kind {
+        FaultKind::Lost => Ok(Effect::Lost),
+        _ => effect(fault, kind, points),
+    };
+    match effect {
+        Ok(effect) => Some(Fault { when, effect }),
+        Err(finding) => {
+            findings.push(finding);
+            None
+        }
+    }
+}
+
+fn effect(fault: &written::Fault, kind: FaultKind, points: &Points) -> Result<Effect, Finding> {
+    let missing = |key: &str, example: &str| {
+        let message = format!("a fault `{}` has no `{key}`", kind.name());
+        let help = format!("give it one: `{key} = {example}`");
+        Finding::new(Code::MissingKey, fault.span, message).help(help)
+    };
+    let text = fault.point.as_ref().ok_or_else(|| missing("point", "\"belt.eye\""))?;
+    let (id, point) = points.find(text)?;
+    let wrong = |message: String| Finding::new(Code::Controller, text.span, message);
+    if point.name.starts_with("fault.") {
+        return Err(wrong(format!("`{}` is a fault itself", point.name)));
+    }
+    let is_bit = point.holds == Holds::Bit;
+    let is_number = matches!(point.holds, Holds::Word | Holds::Either);
+    let every_ms = || at_least_1ms("every", fault.every_ms.as_ref().map(|ms| (ms.value, ms.span)));
+    Ok(match kind {
+        FaultKind::StuckOn | FaultKind::StuckOff if is_number => {
+            let help = "write `kind = \"stuck\"` with a `value`";
+            return Err(wrong(format!("`{}` is a number", point.name)).help(help));
+        }
+        FaultKind::StuckOn => Effect::Fixed { point: id, value: gain(point, true) },
+        FaultKind::StuckOff => Effect::Fixed { point: id, value: 0 },
+        FaultKind::Stuck => match &fault.value {
+            Some(value) if is_bit && !(0..=1).contains(&value.value) => {
+                return Err(wrong(format!("`{}` is a bit: 0 or 1", point.name)));
+            }
+            Some(value) => Effect::Fixed { point: id, value: value.value as i32 },
+            None => Effect::Stuck { point: id },
+        },
+        FaultKind::Noisy if is_bit => {
+            Effect::Bouncing { point: id, every_ms: every_ms()?.unwrap_or(NOISE_MS) }
+        }
+        FaultKind::Noisy => {
+            let amplitude = fault.amplitude.as_ref().ok_or_else(|| missing("amplitude", "20"))?;
+            let every_ms = every_ms()?.unwrap_or(NOISE_MS);
+            Effect::Noisy { point: id, every_ms, amplitude: amplitude.value as u32 }
+        }
+        FaultKind::Late => {
+            let by = fault.by_ms.as_ref().ok_or_else(|| missing("by", "\"200ms\""))?;
+            let by_ms = at_least_1ms("by", Some((by.value, by.span)))?.unwrap_or(1);
+            if by.value > LATE_MS_MAX {
+                let message = "a fault keeps a value back for a minute at most";
+                return Err(Finding::new(Code::OutOfRange, by.span, message));
+            }
+            Effect::Late { point: id, by_ms }
+        }
+        FaultKind::Lost => Effect::Lost,
+    })
+}
+
+fn at_least_1ms(key: &str, ms: Option<(i32, Span)>) -> Result<Option<u32>, Finding> {
+    match ms {
+        Some((ms, span)) if ms < 1 => {
+            Err(Finding::new(Code::OutOfRange, span, format!("`{key}` is at least 1ms")))
+        }
+        Some((ms, _)) => Ok(Some(ms.unsigned_abs())),
+        None => Ok(None),
+    }
+}

@@ -1,0 +1,122 @@
+//! Who moves what: every input has one mover, every Y one way out.
+//!
+//! Two movers of one input would each undo the other's value now and then, unseen; and a Y in two
+//! maps is two contactors where the ladder means one. The rules hold over all of the controller
+//! file: devices, simulated inputs, the Modbus server's image.
+//!
+//! ```toml
+//! # passes: each of X0 and Y0 stands in one map
+//! [[device]]
+//! name = "line1"
+//! driver = "gpio"
+//! chip = "/dev/gpiochip0"
+//! map = [{ from = "line 17", to = "X0" }, { from = "Y0", to = "line 27" }]
+//! # fails with a second device that has { from = "line 3", to = "X0" }
+//! ```
+
+use std::collections::HashMap;
+
+use super::Device;
+use crate::controller::Controller;
+use crate::isa::{Address, Bit, BitSpace};
+use crate::resolve::program::Program;
+use crate::resolve::range::{Range, Space};
+use crate::source::finding::{Code, Finding};
+use crate::source::span::Span;
+
+/// A finding for every input that two devices move, or a device and something else, and for
+/// every Y that stands in two maps.
+pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut movers = Seen::default();
+    for rule in &controller.rules {
+        movers.first.insert(x(rule.input), (rule.span, "a simulated device moves it here".into()));
+    }
+    if let Some((_, image)) = controller.modbus.as_ref().and_then(|server| server.inputs) {
+        for n in image.first..=image.last {
+            let moved = (image.span, "Modbus clients move it here".into());
+            movers.first.insert(x(n), moved);
+        }
+    }
+    let mut takers = Seen::default();
+    for device in &controller.devices {
+        for input in &device.inputs {
+            let (help, place) =
+                ("an input has one mover: take one row out", (input.address, input.span));
+            movers.enter(device, place, "is moved twice", help, &mut findings);
+        }
+        let outputs = device.outputs.iter().filter(|output| is_y(output.address));
+        for output in outputs {
+            let help = "a Y goes to one place; a second contactor wants an output of its own";
+            let place = (output.address, output.span);
+            takers.enter(device, place, "goes out twice", help, &mut findings);
+        }
+    }
+    findings
+}
+
+/// A warning for every Y that the ladder names and no device takes, where devices have outputs.
+pub(in crate::controller) fn unmapped_outputs(
+    controller: &Controller,
+    program: &Program,
+) -> Vec<Finding> {
+    let outputs = || controller.devices.iter().flat_map(|device| &device.outputs);
+    if !outputs().any(|output| is_y(output.address)) {
+        return Vec::new();
+    }
+    let image = controller.modbus.as_ref().and_then(|server| server.outputs);
+    let shown = |address: Address| match (address, image) {
+        (Address::Bit(Bit::Space(space, n)), Some((Range { space: of, first, last, .. }, _))) => {
+            Space::Bit(space) == of && (first..=last).contains(&n)
+        }
+        _ => false,
+    };
+    let taken = |address| shown(address) || outputs().any(|output| output.address == address);
+    let lost = program.operands.iter().filter(|operand| is_y(operand.address));
+    let lost = lost.filter(|operand| !taken(operand.address));
+    let place = controller.devices.first().map_or_else(Span::default, |device| device.span);
+    let finding = |name: &String| {
+        let message = format!("`{name}` goes nowhere: no device takes it");
+        Finding::new(Code::OutputUnmapped, place, message)
+            .label("the devices begin here")
+            .help("add a row to a map: `{ from = \"Y0\", to = \"…\" }`, or use a C bit")
+    };
+    lost.map(|operand| finding(&operand.name)).collect()
+}
+
+/// Addresses, and where each was met first.
+#[derive(Default)]
+struct Seen {
+    first: HashMap<Address, (Span, String)>,
+}
+
+impl Seen {
+    fn enter(
+        &mut self,
+        device: &Device,
+        (address, span): (Address, Span),
+        what: &str,
+        help: &str,
+        findings: &mut Vec<Finding>,
+    ) {
+        let here = (span, format!("`{}` has it here", device.name));
+        let Some((first, label)) = self.first.get(&address) else {
+            self.first.insert(address, here);
+            return;
+        };
+        // One finding a place: a range that clashes does so in all its elements.
+        if findings.iter().any(|finding| finding.span == span) {
+            return;
+        }
+        let finding = Finding::new(Code::Controller, span, format!("`{address}` {what}"));
+        findings.push(finding.related(*first, label).help(help));
+    }
+}
+
+fn x(n: u32) -> Address {
+    Address::Bit(Bit::Space(BitSpace::X, n))
+}
+
+fn is_y(address: Address) -> bool {
+    matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)))
+}

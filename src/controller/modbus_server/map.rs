@@ -1,0 +1,202 @@
+//! The explicit map of the Modbus server: which operand is where, and that no two share a place.
+//!
+//! Called by [`super`]; the server's own map is built of what comes out.
+//!
+//! ```toml
+//! # passes: two registers from 4000 on, four discrete inputs from 0 on where MI1 is moved away
+//! [modbus-server]
+//! standard-map = false
+//! [[modbus-server.map]]
+//! operand = "CT0.Acc"
+//! table   = "holding"
+//! address = 4000
+//! [[modbus-server.map]]
+//! operand = "X0..X3"
+//! table   = "discrete"      # fails with "holding": X is a bit
+//! address = 0
+//! ```
+
+use super::keys as written;
+use crate::io::modbus::number::{NumberType, WordOrder};
+use crate::io::modbus::settings::{Entry, Table};
+use crate::isa::{Address, MemorySizes};
+use crate::resolve::operands::{Operands, resolve_operands};
+use crate::resolve::scope::Scope;
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::{Located, Span};
+
+/// Protocol addresses are 16 bits.
+const ADDRESSES: u32 = 65_536;
+
+/// The entries that can be; what is wrong with the others and between them are findings.
+pub(super) fn resolve(
+    server: &written::ModbusServer,
+    (scope, sizes): (&Scope, &MemorySizes),
+    findings: &mut Vec<Finding>,
+) -> Vec<Entry> {
+    let mut entries: Vec<Entry> = Vec::new();
+    for map in &server.maps {
+        let Some(entry) = resolve_entry(map, scope, findings) else { continue };
+        let lies_at = |table: Table, at| server.standard_map.then(|| standard(table, sizes) > at);
+        if lies_at(entry.table, u32::from(entry.address)) == Some(true) {
+            findings.push(over_standard(&entry, server.span, sizes));
+        }
+        if let Some(other) = entries.iter().find(|other| overlap(other, &entry)) {
+            let (one, another) = (&entry.operands, &other.operands);
+            let message = format!("`{one}` at {}, where `{another}` is", place(&entry));
+            let words = format!("`{another}` is at {}", place(other));
+            let finding = Finding::new(Code::Controller, entry.span, message);
+            findings
+                .push(finding.related(other.span, words).help("give one of them another address"));
+        }
+        findings.extend(beside_units(server.units.as_ref(), map.unit.as_ref()));
+        entries.push(entry);
+    }
+    entries
+}
+
+/// How many elements the standard map has in a table, from address 0.
+fn standard(table: Table, sizes: &MemorySizes) -> u32 {
+    match table {
+        Table::Coils => sizes.mc,
+        Table::DiscreteInputs => sizes.mi,
+        Table::HoldingRegisters => sizes.mhr,
+        Table::InputRegisters => sizes.mir,
+    }
+}
+
+fn over_standard(entry: &Entry, server: Span, sizes: &MemorySizes) -> Finding {
+    let count = standard(entry.table, sizes);
+    let space = entry.table.prefix();
+    let message = format!("`{}` at {}, where the standard map is", entry.operands, place(entry));
+    Finding::new(Code::Controller, entry.span, message)
+        .related(
+            server,
+            format!("{space}1..{space}{count} are at {} 0..{}", entry.table.name(), count - 1),
+        )
+        .help(format!("begin at {count}, or write `standard-map = false`"))
+}
+
+fn overlap(one: &Entry, other: &Entry) -> bool {
+    let units = one.unit.zip(other.unit).is_none_or(|(one, other)| one == other);
+    let (from, to) = (u32::from(one.address), u32::from(other.address));
+    let common = from < to + other.length() && to < from + one.length();
+    units && one.table == other.table && common
+}
+
+/// Where an entry lies, in words.
+fn place(entry: &Entry) -> String {
+    let (first, length) = (u32::from(entry.address), entry.length());
+    let unit = entry.unit.map_or(String::new(), |unit| format!(" of unit {unit}"));
+    match length {
+        1 => format!("{} {first}{unit}", entry.table.name()),
+        _ => format!("{} {first}..{}{unit}", entry.table.name(), first + length - 1),
+    }
+}
+
+/// The finding of an entry for a unit that is not answered.
+fn beside_units(units: Option<&Located<Vec<i64>>>, unit: Option<&Located<i64>>) -> Option<Finding> {
+    let (units, unit) = (units?, unit?);
+    if units.value.contains(&unit.value) {
+        return None;
+    }
+    let message = format!("unit {} is not answered", unit.value);
+    let finding = Finding::new(Code::Controller, unit.span, message);
+    Some(finding.related(units.span, "these are").help("add it to `units`"))
+}
+
+fn resolve_entry(
+    map: &written::MapEntry,
+    scope: &Scope,
+    findings: &mut Vec<Finding>,
+) -> Option<Entry> {
+    let mut taken = |finding: Result<Finding, Finding>| {
+        findings.push(finding.unwrap_or_else(|finding| finding));
+    };
+    let operands = map
+        .operand
+        .as_ref()
+        .and_then(|text| resolve_operands(scope, text).map_err(|finding| taken(Err(finding))).ok());
+    let table = map.table.as_ref().and_then(|text| {
+        let table = Table::named(&text.text);
+        if table.is_none() {
+            let help = "`coil` or `discrete` of bits, `holding` or `input` of words";
+            taken(Ok(no_such(text, "table", help)));
+        }
+        table
+    });
+    let kind = map.kind.as_ref().and_then(|text| {
+        let integers = NumberType::NAMES.iter().filter(|(_, kind)| *kind != NumberType::F32);
+        let kind = integers.copied().find(|(name, _)| *name == text.text).map(|(_, kind)| kind);
+        if kind.is_none() {
+            taken(Ok(no_such(text, "type", "`u16`, `i16`, `u32` or `i32`")));
+        }
+        kind
+    });
+    let order = map.word_order.as_ref().and_then(|text| {
+        let order = WordOrder::NAMES.iter().find(|(name, _)| *name == text.text);
+        if order.is_none() {
+            taken(Ok(no_such(text, "word order", "`high-first` or `low-first`")));
+        }
+        order.map(|(_, order)| *order)
+    });
+    let order = order.unwrap_or_default();
+    let (operands, table) = (operands?, table?);
+    let unit = map.unit.as_ref().and_then(|unit| u8::try_from(unit.value).ok());
+    let address = u16::try_from(map.address.as_ref()?.value).ok()?;
+    let kind = match operands.first {
+        Address::Word(word) => Some(kind.unwrap_or_else(|| NumberType::of(word))),
+        _ => None,
+    };
+    let entry = Entry { operands, table, address, kind, order, unit, span: map.span };
+    let wrong = fits_table(map, &entry).or_else(|| fits_addresses(map, &entry));
+    let Some(finding) = wrong else { return Some(entry) };
+    findings.push(finding);
+    None
+}
+
+fn no_such(text: &Text, what: &str, help: &str) -> Finding {
+    let message = format!("`{}` is no {what}", text.text);
+    Finding::new(Code::Controller, text.span, message).help(format!("write {help}"))
+}
+
+/// The finding of words among bits, or bits among words.
+fn fits_table(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
+    let bits = matches!(entry.table, Table::Coils | Table::DiscreteInputs);
+    let Operands { first, span, .. } = &entry.operands;
+    let (is, instead) = match (first, bits) {
+        (Address::Bit(_), false) => ("registers are words", "`coil` or `discrete`"),
+        (Address::Word(_), true) => ("coils and discrete inputs are bits", "`holding` or `input`"),
+        _ => {
+            let given = [("type", &map.kind), ("word-order", &map.word_order)];
+            let stray = given.iter().find_map(|(key, text)| Some((key, text.as_ref()?)))?;
+            let (key, text) = stray;
+            let single = entry.kind.is_some_and(|kind| kind.registers() == 1);
+            let why = match (bits, *key == "word-order" && single) {
+                (true, _) => "a bit has none",
+                (false, true) => "one register has none",
+                (false, false) => return None,
+            };
+            let message = format!("`{key}` says nothing here: {why}");
+            return Some(Finding::new(Code::Controller, text.span, message));
+        }
+    };
+    let message = format!("`{}` in table `{}`: {is}", entry.operands, entry.table.name());
+    Some(Finding::new(Code::Controller, *span, message).help(format!("its table is {instead}")))
+}
+
+fn fits_addresses(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
+    let end = u32::from(entry.address) + entry.length();
+    if end <= ADDRESSES {
+        return None;
+    }
+    let span = map.address.as_ref().map_or(map.span, |address| address.span);
+    let length = entry.length();
+    let message = format!("{length} addresses from {} on end beyond 65535", entry.address);
+    let finding = Finding::new(Code::OutOfRange, span, message);
+    Some(match ADDRESSES.checked_sub(length) {
+        Some(last) => finding.help(format!("begin at {last} at most")),
+        None => finding,
+    })
+}

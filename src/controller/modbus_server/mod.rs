@@ -1,0 +1,171 @@
+//! `[modbus-server]`, resolved: what is where, who may write it, and how clients are bounded.
+//!
+//! Called by [`super`]. The entries of the explicit map are `map`'s. Whether an address can be
+//! listened at shows at run time.
+
+pub mod keys;
+mod map;
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+
+use keys::{self as written, Mapping};
+
+use super::{Resolver, Wanted};
+use crate::io::modbus::clients::Network;
+use crate::io::modbus::settings::{Entry, LISTS_MAX, Modbus, Table, WriteList};
+use crate::isa::{Address, Bit, BitSpace, MemorySizes, Word, WordSpace};
+use crate::resolve::operands::{Operands, resolve_operands};
+use crate::resolve::range::{Range, Space};
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::Located;
+
+/// Loopback, and no port that wants a privilege as 502 does.
+const LISTEN_DEFAULT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 1502);
+
+impl Resolver {
+    pub(super) fn modbus(&mut self, server: &written::ModbusServer, sizes: &MemorySizes) -> Modbus {
+        let listen = server.listen.as_ref().map_or(LISTEN_DEFAULT, |listen| self.listen(listen));
+        let timeouts =
+            [("frame-timeout", server.frame_timeout_ms), ("idle-timeout", server.idle_timeout_ms)];
+        for (key, ms) in timeouts {
+            self.at_least_one(key, &Located { value: ms, span: server.span });
+        }
+        let inputs = [(BitSpace::Mc, "coils (MC)"), (BitSpace::X, "inputs (X)")];
+        let outputs = [(BitSpace::Y, "outputs (Y)"), (BitSpace::Mi, "discrete inputs (MI)")];
+        let mut modbus = Modbus {
+            listen,
+            units: self.units(server),
+            standard_map: server.standard_map,
+            entries: map::resolve(server, (&self.scope, sizes), &mut self.findings),
+            lists: Vec::new(),
+            inputs: server.inputs.as_ref().and_then(|mapping| self.mapping(mapping, inputs)),
+            outputs: server.outputs.as_ref().and_then(|mapping| self.mapping(mapping, outputs)),
+            connections: server.connections,
+            frame_timeout_ms: server.frame_timeout_ms.unsigned_abs(),
+            idle_timeout_ms: server.idle_timeout_ms.unsigned_abs(),
+        };
+        modbus.lists = self.lists(server, &modbus);
+        modbus
+    }
+
+    fn listen(&mut self, listen: &Text) -> SocketAddr {
+        listen.text.parse().unwrap_or_else(|_| {
+            let message = format!("`{}` is no address to listen at", listen.text);
+            let finding = Finding::new(Code::Controller, listen.span, message);
+            self.findings
+                .push(finding.help("write an IP address and a port: `127.0.0.1:1502`, `[::]:502`"));
+            LISTEN_DEFAULT
+        })
+    }
+
+    fn units(&mut self, server: &written::ModbusServer) -> Option<Vec<u8>> {
+        let units = server.units.as_ref()?;
+        if units.value.is_empty() {
+            let finding = Finding::new(Code::Controller, units.span, "no unit is answered");
+            self.findings.push(finding.help("write `units = [1]`, or take the key out"));
+        }
+        Some(units.value.iter().filter_map(|unit| u8::try_from(*unit).ok()).collect())
+    }
+
+    /// `writable`, and the lists behind it.
+    fn lists(&mut self, server: &written::ModbusServer, modbus: &Modbus) -> Vec<WriteList> {
+        let writable = self.writable(&server.writable, modbus);
+        let mut lists = vec![WriteList { ranges: writable, clients: None }];
+        for list in &server.writes {
+            let ranges = self.writable(&list.ranges, modbus);
+            let mut clients = Vec::new();
+            for text in &list.clients {
+                match Network::read(text) {
+                    Ok(network) => clients.push(network),
+                    Err(finding) => self.findings.push(finding),
+                }
+            }
+            lists.push(WriteList { ranges, clients: Some(clients) });
+        }
+        if lists.len() > LISTS_MAX {
+            let message = format!("at most {} lists of writes", LISTS_MAX - 1);
+            self.findings.push(Finding::new(Code::Controller, server.span, message));
+            lists.truncate(LISTS_MAX);
+        }
+        lists
+    }
+
+    fn writable(&mut self, texts: &[Text], modbus: &Modbus) -> Vec<Operands> {
+        let mut all = Vec::new();
+        for text in texts {
+            let operands = match resolve_operands(&self.scope, text) {
+                Ok(operands) => operands,
+                Err(finding) => {
+                    self.findings.push(finding);
+                    continue;
+                }
+            };
+            let wrong = may_be_listed(&operands).or_else(|| has_a_place(&operands, modbus));
+            match wrong {
+                Some(finding) => self.findings.push(finding),
+                None => all.push(operands),
+            }
+        }
+        all
+    }
+
+    fn mapping(
+        &mut self,
+        mapping: &Mapping,
+        spaces: [(BitSpace, &'static str); 2],
+    ) -> Option<(Range, Range)> {
+        let mut side = |text: &Option<Text>, (space, words): (BitSpace, &'static str)| {
+            let spaces = [Space::Bit(space)];
+            let wanted = Wanted { spaces: &spaces, words, code: Code::Controller };
+            self.range(text.as_ref()?, &wanted)
+        };
+        let (from, to) = (side(&mapping.from, spaces[0]), side(&mapping.to, spaces[1]));
+        let (from, to) = (from?, to?);
+        if from.count() != to.count() {
+            let message =
+                format!("`{from}` has {} elements, and `{to}` {}", from.count(), to.count());
+            let finding = Finding::new(Code::Controller, mapping.span, message);
+            self.findings.push(finding.help("both ranges are equally long"));
+            return None;
+        }
+        Some((from, to))
+    }
+}
+
+/// The finding of what no client may write.
+fn may_be_listed(operands: &Operands) -> Option<Finding> {
+    let why = match operands.first {
+        Address::Bit(Bit::Space(BitSpace::C | BitSpace::Mc | BitSpace::Mi, _)) => return None,
+        Address::Word(word) if word.writable() => return None,
+        Address::Bit(Bit::Space(BitSpace::X, _)) => {
+            "a client moves inputs by `[modbus-server.image]`"
+        }
+        Address::Bit(Bit::Space(BitSpace::Y, _)) => "a client reads what is driven",
+        Address::Bit(Bit::Flag(..)) => "its instruction writes it at every execution",
+        Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) => {
+            "Stages and blocks are switched by the ladder"
+        }
+        _ => "it says how the controller is",
+    };
+    let message = format!("`{operands}` cannot be written: {why}");
+    let finding = Finding::new(Code::Controller, operands.span, message);
+    Some(finding.help("list C, MC, MI, V, D, MHR, MIR, or an `.Acc`"))
+}
+
+/// The finding of what is listed and stands at no coil or holding register.
+fn has_a_place(operands: &Operands, modbus: &Modbus) -> Option<Finding> {
+    let standard = matches!(
+        operands.first,
+        Address::Bit(Bit::Space(BitSpace::Mc, _)) | Address::Word(Word::Space(WordSpace::Mhr, _))
+    );
+    let writes = |entry: &&Entry| matches!(entry.table, Table::Coils | Table::HoldingRegisters);
+    let mut entries = modbus.entries.iter().filter(writes);
+    let mapped = entries.any(|entry| operands.addresses().any(|it| entry.operands.hold(it)));
+    if mapped || (standard && modbus.standard_map) {
+        return None;
+    }
+    let message = format!("`{operands}` is listed, and no coil or holding register is it");
+    let finding = Finding::new(Code::Controller, operands.span, message);
+    Some(finding.help("give it a place by `[[modbus-server.map]]`"))
+}

@@ -1,0 +1,118 @@
+//! `[operator]`: its keys, and the settings that they make: a path that fits, permissions as a
+//! number. Whether the group exists, and whether the socket can be made, shows at
+//! run time.
+
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::{Table, Text};
+use crate::source::span::Span;
+
+/// `[operator]`.
+#[derive(Clone, Debug)]
+pub struct WrittenOperator {
+    /// The place of its header.
+    pub span: Span,
+    /// `enabled`: whether there is a socket at all.
+    pub enabled: bool,
+    /// `socket`: its path, relative to the controller file.
+    pub socket: Option<Text>,
+    /// `mode`: its permissions, in octal digits.
+    pub mode: Option<Text>,
+    /// `group`: its group, by name or number.
+    pub group: Option<Text>,
+}
+
+/// The operator's socket, as a controller file asks for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operator {
+    /// Whether there is to be one.
+    pub enabled: bool,
+    /// Its path, relative to the controller file; else the daemon looks where it belongs.
+    pub socket: Option<String>,
+    /// Its permissions.
+    pub mode: u32,
+    /// Its group, by name or number; else the daemon's own.
+    pub group: Option<String>,
+}
+
+impl Default for Operator {
+    fn default() -> Self {
+        Operator { enabled: true, socket: None, mode: 0o660, group: None }
+    }
+}
+
+/// The longest path: the system lets a socket have 107 bytes, and it is made under a longer name.
+pub const SOCKET_BYTES_MAX: usize = 103;
+
+pub(super) fn read(mut table: Table<'_>) -> WrittenOperator {
+    let operator = WrittenOperator {
+        span: table.span(),
+        enabled: table.boolean("enabled").is_none_or(|enabled| enabled.value),
+        socket: table.string("socket"),
+        mode: table.string("mode"),
+        group: table.string("group"),
+    };
+    table.finish();
+    operator
+}
+
+pub(super) fn resolve(written: &WrittenOperator, findings: &mut Vec<Finding>) -> Operator {
+    let mut wrong = |text: &Text, message: String, help: &str| {
+        findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+    };
+    let mut operator = Operator { enabled: written.enabled, ..Operator::default() };
+    if let Some(socket) = &written.socket {
+        let path = &socket.text;
+        if path.is_empty() || path.ends_with('/') || path.contains('\0') {
+            wrong(
+                socket,
+                "a socket is a file".into(),
+                "write `socket = \"/run/rungd/rungd.sock\"`",
+            );
+        } else if path.len() > SOCKET_BYTES_MAX {
+            let message = format!("a socket's path has at most {SOCKET_BYTES_MAX} bytes");
+            wrong(socket, message, "choose a shorter one, as `/run/rungd/rungd.sock`");
+        }
+        operator.socket = Some(path.clone());
+    }
+    if let Some(mode) = &written.mode {
+        match octal(&mode.text) {
+            Some(bits) => operator.mode = bits,
+            None => {
+                let message = format!("`{}` is no file mode", mode.text);
+                wrong(mode, message, "write it in octal digits: `mode = \"0660\"`");
+            }
+        }
+    }
+    if let Some(group) = &written.group {
+        let odd = |c: char| c.is_whitespace() || c.is_control() || c == ':';
+        if group.text.is_empty() || group.text.contains(odd) {
+            let message = format!("`{}` is no group", group.text);
+            wrong(group, message, "write its name or number: `group = \"rungd\"`");
+        }
+        operator.group = Some(group.text.clone());
+    }
+    operator
+}
+
+fn octal(text: &str) -> Option<u32> {
+    let digits = text.strip_prefix("0o").unwrap_or(text);
+    let fits =
+        (3..=4).contains(&digits.len()) && digits.bytes().all(|b| (b'0'..=b'7').contains(&b));
+    u32::from_str_radix(digits, 8).ok().filter(|mode| fits && *mode <= 0o777)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_are_octal() {
+        assert_eq!(
+            (octal("0660"), octal("660"), octal("0o600")),
+            (Some(0o660), Some(0o660), Some(0o600))
+        );
+        for wrong in ["", "66", "0888", "1777", "rw-rw----", "-660", "06600", "+66"] {
+            assert_eq!(octal(wrong), None, "{wrong}");
+        }
+    }
+}

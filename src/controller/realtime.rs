@@ -1,0 +1,130 @@
+//! `[realtime]` of a controller file: what is asked of the operating system.
+//!
+//! Called by [`super::written`]. Judges the form and what keys mean together; whether the
+//! machine grants it shows at run time, in `runtime::posture`.
+
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::{Table, Text};
+
+/// `[realtime]`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Realtime {
+    /// `policy` and `priority`: how the scan thread is scheduled.
+    pub policy: Policy,
+    /// `cpus`: where the scan thread may run; none: wherever the process may.
+    pub cpus: Vec<u32>,
+    /// `lock-memory`: all memory stays in RAM.
+    pub lock_memory: bool,
+    /// `cpu-latency`, us: how long an idle CPU may take to wake up, at most.
+    pub cpu_latency_us: Option<i32>,
+    /// `strict`: what is not granted refuses the start.
+    pub strict: bool,
+}
+
+/// How the scan thread is scheduled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Policy {
+    /// As everybody else.
+    #[default]
+    Other,
+    /// SCHED_FIFO, at a priority of 1 to 99.
+    Fifo(u8),
+    /// SCHED_RR, at a priority of 1 to 99.
+    RoundRobin(u8),
+}
+
+/// The most CPUs that a set of the kernel's usual size names.
+const CPU_MAX: i64 = 1023;
+/// A second: no CPU sleeps deeper than this.
+const LATENCY_US_MAX: i64 = 1_000_000;
+
+/// Reads `[realtime]`.
+pub(super) fn read(mut table: Table<'_>) -> Realtime {
+    let flag = |table: &mut Table<'_>, key| table.boolean(key).is_some_and(|flag| flag.value);
+    let realtime = Realtime {
+        policy: read_policy(&mut table),
+        cpus: read_cpus(&mut table),
+        lock_memory: flag(&mut table, "lock-memory"),
+        cpu_latency_us: table.string("cpu-latency").and_then(|text| latency(&table, &text)),
+        strict: flag(&mut table, "strict"),
+    };
+    table.finish();
+    realtime
+}
+
+fn read_policy(table: &mut Table<'_>) -> Policy {
+    let says = table.has("policy");
+    let policy = table.string("policy");
+    let asked = table.has("priority");
+    let priority = table.integer("priority", (1, 99));
+    let number = priority.as_ref().and_then(|priority| u8::try_from(priority.value).ok());
+    let place = |policy: &Text| priority.as_ref().map_or(policy.span, |priority| priority.span);
+    match policy.as_ref().map(|policy| (policy, policy.text.as_str())) {
+        Some((policy, "fifo" | "rr")) => {
+            if !asked {
+                let message = format!("policy `{}` has no `priority`", policy.text);
+                let finding = Finding::new(Code::MissingKey, policy.span, message);
+                table.find(finding.help("give it one, 1 to 99: `priority = 80`"));
+            }
+            let Some(number) = number else { return Policy::Other };
+            if policy.text == "rr" { Policy::RoundRobin(number) } else { Policy::Fifo(number) }
+        }
+        Some((policy, "other")) => {
+            if number.is_some() {
+                let message = "`priority` means nothing with policy `other`";
+                let finding = Finding::new(Code::Controller, place(policy), message);
+                table.find(finding.help("write `policy = \"fifo\"`, or take `priority` out"));
+            }
+            Policy::Other
+        }
+        Some((policy, _)) => {
+            let message = format!("`{}` is no policy", policy.text);
+            let finding = Finding::new(Code::Controller, policy.span, message);
+            table.find(finding.help("write `fifo`, `rr` or `other`"));
+            Policy::Other
+        }
+        None => {
+            if let (Some(priority), false) = (&priority, says) {
+                let message = "`priority` says nothing without a `policy`";
+                let finding = Finding::new(Code::MissingKey, priority.span, message);
+                table.find(finding.help("give it one: `policy = \"fifo\"`"));
+            }
+            Policy::Other
+        }
+    }
+}
+
+fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
+    let Some(cpus) = table.integers("cpus", (0, CPU_MAX)) else { return Vec::new() };
+    let mut numbers: Vec<u32> = cpus.value.iter().filter_map(|n| u32::try_from(*n).ok()).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    if numbers.is_empty() && !table.doc().has_finding_in(cpus.span) {
+        let finding = Finding::new(Code::Controller, cpus.span, "no CPU is named");
+        table.find(finding.help("write `cpus = [1]`, or take the key out"));
+    }
+    numbers
+}
+
+/// Microseconds of `0us`, `20us` or `1ms`.
+fn latency(table: &Table<'_>, text: &Text) -> Option<i32> {
+    let units = [("us", 1), ("ms", 1000)];
+    let parts = units.iter().find_map(|(unit, us)| Some((text.text.strip_suffix(unit)?, *us)));
+    let digits = |number: &str| {
+        (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+            .then(|| number.parse::<i64>().unwrap_or(i64::MAX))
+    };
+    let Some(us) = parts.and_then(|(number, us)| Some(digits(number)?.saturating_mul(us))) else {
+        let message = format!("`{}` is no latency", text.text);
+        let finding = Finding::new(Code::BadDuration, text.span, message);
+        table.find(finding.help("write a number and its unit: `0us`, `20us`, `1ms`"));
+        return None;
+    };
+    if us > LATENCY_US_MAX {
+        let message = "`cpu-latency` is at most a second";
+        let finding = Finding::new(Code::OutOfRange, text.span, message);
+        table.find(finding.help("write `0us` to keep idle CPUs awake"));
+        return None;
+    }
+    i32::try_from(us).ok()
+}

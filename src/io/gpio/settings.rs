@@ -1,0 +1,94 @@
+//! What is asked for of a chip's lines: a driver's settings, as `controller` makes them of a
+//! controller file. No places: these move with every edit of the file.
+
+/// Local lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gpio {
+    /// Which chip.
+    pub chip: Chip,
+    /// How long an exchange may take.
+    pub budget_us: u32,
+    /// Lines that are read.
+    pub inputs: Vec<Line>,
+    /// Lines that are driven.
+    pub outputs: Vec<Line>,
+}
+
+/// A chip.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Chip {
+    /// Its character device.
+    Path(String),
+    /// What it calls itself, whatever its number is after a boot.
+    Label(String),
+}
+
+/// A line, with how it is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Which.
+    pub at: At,
+    /// How.
+    pub setting: Setting,
+}
+
+/// Which line of a chip.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum At {
+    /// By its number.
+    Offset(u32),
+    /// By the name that the chip gives it.
+    Name(String),
+}
+
+/// How a line is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Setting {
+    /// ON is a low level.
+    pub active_low: bool,
+    /// What holds it where nothing drives it.
+    pub bias: Bias,
+    /// How an output drives it.
+    pub drive: Drive,
+    /// An input's level lasts so long before it counts; 0: at once.
+    pub debounce_ms: u32,
+}
+
+/// What holds a line where nothing drives it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Bias {
+    #[default]
+    AsIs,
+    PullUp,
+    PullDown,
+    Disabled,
+}
+
+/// How an output drives its line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Drive {
+    #[default]
+    PushPull,
+    OpenDrain,
+    OpenSource,
+}
+
+impl std::fmt::Display for At {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            At::Offset(offset) => write!(f, "line {offset}"),
+            At::Name(name) => write!(f, "line {name}"),
+        }
+    }
+}
+
+impl std::fmt::Display for Chip {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Chip::Path(path) => f.write_str(path),
+            Chip::Label(label) => write!(f, "the chip labelled {label}"),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Numbers in registers: their types, and the order of two registers. No I/O.
+//!
+//! Both ends of Modbus use these: the server for the words of its map, the clients for the
+//! registers of a peer. Scaling is the clients' business (`modbus_client::values`).
+
+use crate::isa::{Structure, Word, WordSpace};
+
+/// The type of the number in one register or two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum NumberType {
+    U16,
+    I16,
+    U32,
+    I32,
+    F32,
+}
+
+/// The order of the two registers of a number with 32 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WordOrder {
+    /// The first register has the higher 16 bits.
+    #[default]
+    HighFirst,
+    /// The first register has the lower 16 bits.
+    LowFirst,
+}
+
+impl NumberType {
+    /// All types by name; the integers first.
+    pub const NAMES: [(&'static str, NumberType); 5] = [
+        ("u16", NumberType::U16),
+        ("i16", NumberType::I16),
+        ("u32", NumberType::U32),
+        ("i32", NumberType::I32),
+        ("f32", NumberType::F32),
+    ];
+
+    /// The integer that holds every value of a word.
+    pub fn of(word: Word) -> NumberType {
+        match word {
+            Word::Space(WordSpace::V | WordSpace::Mhr | WordSpace::Mir, _) => NumberType::U16,
+            Word::Acc(Structure::Sensaphone(_)) | Word::Pre(_) => NumberType::I16,
+            Word::Space(WordSpace::D | WordSpace::Dst, _) | Word::Acc(_) => NumberType::I32,
+        }
+    }
+
+    /// How many registers it takes.
+    pub fn registers(self) -> u16 {
+        match self {
+            NumberType::U16 | NumberType::I16 => 1,
+            NumberType::U32 | NumberType::I32 | NumberType::F32 => 2,
+        }
+    }
+
+    /// The least and the greatest integer that the registers take; of an f32, all of memory.
+    pub fn range(self) -> (i64, i64) {
+        match self {
+            NumberType::U16 => (0, u16::MAX.into()),
+            NumberType::I16 => (i16::MIN.into(), i16::MAX.into()),
+            NumberType::U32 => (0, u32::MAX.into()),
+            NumberType::I32 | NumberType::F32 => (i32::MIN.into(), i32::MAX.into()),
+        }
+    }
+
+    /// The integer of these bits (of one register, the lower 16); an f32 is rounded. `None`: an f32
+    /// that is no number.
+    pub fn value(self, bits: u32) -> Option<i64> {
+        Some(match self {
+            NumberType::U16 => i64::from(bits as u16),
+            NumberType::I16 => i64::from(bits as u16 as i16),
+            NumberType::U32 => i64::from(bits),
+            NumberType::I32 => i64::from(bits as i32),
+            NumberType::F32 => {
+                let number = f32::from_bits(bits);
+                return number.is_finite().then(|| number.round() as i64);
+            }
+        })
+    }
+
+    /// The bits of an integer, or of the nearest one that the registers take.
+    pub fn bits(self, value: i64) -> u32 {
+        let (min, max) = self.range();
+        let value = value.clamp(min, max);
+        match self {
+            NumberType::U16 | NumberType::I16 => u32::from(value as u16),
+            NumberType::U32 | NumberType::I32 => value as u32,
+            NumberType::F32 => (value as f32).to_bits(),
+        }
+    }
+}
+
+impl WordOrder {
+    /// Both orders by name.
+    pub const NAMES: [(&'static str, WordOrder); 2] =
+        [("high-first", WordOrder::HighFirst), ("low-first", WordOrder::LowFirst)];
+
+    /// The bits of two registers.
+    pub fn join(self, first: u16, second: u16) -> u32 {
+        let (high, low) = match self {
+            WordOrder::HighFirst => (first, second),
+            WordOrder::LowFirst => (second, first),
+        };
+        u32::from(high) << 16 | u32::from(low)
+    }
+
+    /// The two registers of these bits.
+    pub fn split(self, bits: u32) -> [u16; 2] {
+        let (high, low) = ((bits >> 16) as u16, bits as u16);
+        match self {
+            WordOrder::HighFirst => [high, low],
+            WordOrder::LowFirst => [low, high],
+        }
+    }
+}
