@@ -1,13 +1,7 @@
 //! Runs the cases of `tests/semantics/*.toml`, each a named test: `cargo test --test semantics
 //! cnt-` runs those whose names contain `cnt-`. The form of a case: `tests/README.md`.
 
-#[allow(dead_code)]
-#[path = "support"]
-mod support {
-    pub mod case;
-    pub mod run;
-    pub mod table;
-}
+mod support;
 
 use std::process::ExitCode;
 

@@ -15,15 +15,17 @@ rows! {
 
     DEVICE_ABSENT = 1103, "device-absent", Warn, NONE:
         "d71f8f00529f448684726e0fd65a9e40",
-        "A field device has not exchanged once since the start, for longer than its `loss-after`. \
-         Its inputs are what their tags' `initial` says, its `.Stale` is ON.",
+        "No exchange with a field device has succeeded in all since the start, for longer than its \
+         `loss-after`. Its `.Stale` is ON. Inputs that were never read are what their tags' \
+         `initial` says.",
         "See the line before it for the reason; check the device's supply, cable and address.";
 
     DEVICE_LOST = 1104, "device-lost", Warn, NONE:
         "9021052623be4ea3aa097c8b7c59efe8",
-        "The last good exchange with a field device is longer ago than its `loss-after`. Its \
-         `.Stale` is ON; its inputs are held or zero, as `on-loss` says. What its outputs do \
-         meanwhile only the device itself decides.",
+        "The last exchange that succeeded in all with a field device is longer ago than its \
+         `loss-after`. Its `.Stale` is ON. Inputs that were not read for as long are held or zero, \
+         as `on-loss` says; those that are read still move. What its outputs do meanwhile only \
+         the device itself decides.",
         "See device-trouble before it for the reason; check supply, cable, switch and address. \
          rungd tries again by itself, for as long as it takes.";
 
@@ -36,13 +38,15 @@ rows! {
     DEVICE_TROUBLE = 1106, "device-trouble", Warn, NONE:
         "adae0a9c2f2249f491c97ac462172ecd",
         "An exchange with a field device failed, for the reason given; its `.Ok` is OFF until one \
-         succeeds. Told when the trouble begins, and when its reason changes.",
+         succeeds. One line an outage: `rungd status` shows the latest reason, and device-well \
+         counts all of them.",
         "An exception: the device does not know what the map asks for. No answer: check that it \
          is there. If it comes back within `loss-after`, the ladder saw nothing but `.Ok`.";
 
     DEVICE_WELL = 1107, "device-well", Info, NONE:
         "250dc75d733940729217a27f55854773",
-        "Exchanges with a field device succeed again; lasted_ms says how long they did not.",
+        "Exchanges with a field device succeed again; lasted_ms says how long they did not, \
+         failures how many failed.",
         "Nothing.";
 
     DEVICE_ENDED = 1108, "device-ended", Error, NONE:
@@ -50,4 +54,11 @@ rows! {
         "The task of a field device ended in a panic, which is a bug in rungd. The device is lost \
          until a restart; all else goes on.",
         "Restart rungd when the plant allows it, and report the lines before this one.";
+
+    DEVICE_UNSAFE = 1109, "device-unsafe", Error, NONE:
+        "7d4b9c26fa0e44a9bc8e5048878a88cb",
+        "At the end of the process the safe values could not be written to a field device, though \
+         it was tried for two seconds: its outputs may be as the last good write left them.",
+        "Look at its outputs. What makes them safe now is the device's own watchdog, or rungd's \
+         next start.";
 }

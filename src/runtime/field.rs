@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use super::Memory;
 use super::exchange::{Mode, Snapshot};
 use super::image::Safe;
-use super::latest::{Reader, Writer, latest};
+use super::latest::{Input, Reader, Writer, latest};
 use super::local::LocalSide;
 pub use super::local::{Exchanged, Local, LocalFailure, LocalLine};
 use super::machine::Machine;
@@ -86,8 +86,8 @@ pub struct Line {
     pulse: Arc<Pulse>,
     images: Writer,
     targets: Vec<Target>,
-    /// As handed over last.
-    given: Option<Box<[i32]>>,
+    /// As read last.
+    known: Box<[Input]>,
 }
 
 /// Both ends of a device's exchange that the world holds.
@@ -162,27 +162,36 @@ fn device(wiring: &Wiring, now_ns: u64) -> (Device, Ends) {
         state: State::Awaited { since_ns: now_ns, told: false },
     };
     let targets = wiring.inputs.clone();
-    let line = Line { pulse, images: image_in, targets, given: None };
+    let known = vec![Input::default(); targets.len()].into();
+    let line = Line { pulse, images: image_in, targets, known };
     (device, Ends { line, local: local_line })
 }
 
 impl Line {
-    /// A good exchange has ended: these are all inputs, one a point.
-    pub fn deliver(&mut self, inputs: &[i32], now_ns: u64) {
-        if self.given.as_deref() != Some(inputs) {
-            // Never beyond what its cell holds.
-            let held = self.targets.iter().zip(inputs).map(|(target, value)| target.held(*value));
-            self.images.write(held);
-            match &mut self.given {
-                Some(given) => given.copy_from_slice(inputs),
-                None => self.given = Some(inputs.into()),
+    /// Hands on the inputs that an exchange has read, one a point; `None`: not read. These stay
+    /// as they are and grow older.
+    pub fn deliver(&mut self, inputs: &[Option<i32>], now_ns: u64) {
+        let mut any = false;
+        for ((known, target), read) in self.known.iter_mut().zip(&self.targets).zip(inputs) {
+            if let Some(value) = read {
+                // Never beyond what its cell holds.
+                *known = Input { value: target.held(*value), read_ns: now_ns.max(1) };
+                any = true;
             }
         }
+        if any {
+            self.images.write(&self.known);
+        }
+    }
+
+    /// An exchange has succeeded in all; its inputs have been delivered.
+    pub fn well(&mut self, now_ns: u64) {
         self.pulse.good_ns.store(now_ns.max(1), Ordering::Release);
         self.pulse.troubled.store(false, Ordering::Release);
     }
 
-    /// An exchange has failed.
+    /// An exchange has failed. Told before those of its inputs are delivered that it has read all
+    /// the same, so that no scan takes a part for the whole.
     pub fn trouble(&self) {
         self.pulse.troubled.store(true, Ordering::Release);
     }
@@ -242,15 +251,15 @@ impl Field {
         mut tell: impl FnMut(What),
     ) {
         for (at, device) in self.devices.iter_mut().enumerate() {
-            let stale = device.take(now_ns);
-            let ok = device.has_exchanged && !stale && !device.pulse.is_troubled();
+            let Taken { stale, troubled } = device.take(now_ns);
+            let ok = device.has_exchanged && !stale && !troubled;
             machine.write_bit(device.wiring.ok, ok);
             machine.write_bit(device.wiring.stale, stale);
             let exchanged = device.has_exchanged;
             if let Some(edge) = device.state.step(Seen { exchanged, stale, now_ns, scan }) {
                 tell(What::Device { device: at as u32, edge });
             }
-            device.move_inputs(machine, stale);
+            device.move_inputs(machine, now_ns);
         }
     }
 
@@ -317,36 +326,60 @@ impl Pulse {
     }
 }
 
+/// How a device is, by what a scan has taken of it.
+struct Taken {
+    stale: bool,
+    troubled: bool,
+}
+
 impl Device {
-    /// Takes what is there; says whether it is stale.
-    fn take(&mut self, now_ns: u64) -> bool {
-        // Read before the image, so that this is at least as new.
+    /// Takes what is there.
+    fn take(&mut self, now_ns: u64) -> Taken {
+        // Read before the image, so that this is at least as new: a device that is well by this has
+        // all of its last exchange there. Trouble is read behind it, too: an image of a part comes
+        // behind the word of its trouble.
+        let was_troubled = self.pulse.is_troubled();
         let mut good_ns = self.pulse.good_ns.load(Ordering::Acquire);
         self.images.refresh();
+        let mut troubled = was_troubled || self.pulse.is_troubled();
         if let Some(local) = &mut self.local {
             let is_good = local.read();
-            self.pulse.troubled.store(!is_good, Ordering::Release);
+            troubled = !is_good;
+            self.pulse.troubled.store(troubled, Ordering::Release);
             if is_good {
                 good_ns = now_ns;
                 self.pulse.good_ns.store(now_ns, Ordering::Release);
             }
         }
         self.has_exchanged |= good_ns > 0;
-        now_ns.saturating_sub(good_ns.max(self.start_ns)) > self.wiring.loss_after_ns
+        Taken { stale: self.is_lost(good_ns.max(self.start_ns), now_ns), troubled }
     }
 
-    fn move_inputs<M: Machine>(&self, machine: &mut M, stale: bool) {
-        if !self.has_exchanged {
-            // Before the first exchange inputs are what their tags' `initial` says.
+    /// Whether what was read then is too old to count.
+    fn is_lost(&self, read_ns: u64, now_ns: u64) -> bool {
+        now_ns.saturating_sub(read_ns) > self.wiring.loss_after_ns
+    }
+
+    /// Moves every input that was ever read, as its own age wants it; the others are what their
+    /// tags' `initial` says.
+    fn move_inputs<M: Machine>(&self, machine: &mut M, now_ns: u64) {
+        let targets = self.wiring.inputs.iter();
+        let is_zero = |read_ns| self.wiring.zero_on_loss && self.is_lost(read_ns, now_ns);
+        if let Some(local) = &self.local {
+            let read_ns = self.pulse.good_ns.load(Ordering::Relaxed);
+            let is_zero = is_zero(read_ns);
+            let inputs = local.inputs().iter().filter(|_| read_ns > 0);
+            for (target, value) in targets.zip(inputs) {
+                target.receive(machine, if is_zero { target.held(0) } else { *value });
+            }
             return;
         }
-        let targets = self.wiring.inputs.iter();
-        if stale && self.wiring.zero_on_loss {
-            targets.for_each(|target| target.receive(machine, target.held(0)));
-        } else if let Some(local) = &self.local {
-            targets.zip(local.inputs()).for_each(|(to, value)| to.receive(machine, *value));
-        } else {
-            targets.zip(self.images.values()).for_each(|(to, value)| to.receive(machine, value));
+        for (target, Input { value, read_ns }) in targets.zip(self.images.inputs()) {
+            match read_ns {
+                0 => {}
+                _ if is_zero(read_ns) => target.receive(machine, target.held(0)),
+                _ => target.receive(machine, value),
+            }
         }
     }
 }

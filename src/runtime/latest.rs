@@ -1,20 +1,36 @@
-//! The latest image of a device: written whole by one thread, read whole by another, never waiting.
+//! The latest image of a device's inputs: written whole by one thread, read whole by another,
+//! never waiting.
 //!
 //! Three buffers: one is the writer's, one the reader's, and the third lies between them. Who has
 //! finished writing, or wants to see what is new, exchanges its own for that one, by one atomic
 //! swap; so each buffer belongs to one side at any time, and what is not read in time is written
-//! over by what is newer. The values are atomics for the compiler's sake alone. Nothing is
+//! over by what is newer. They are made of atomics for the compiler's sake alone. Nothing is
 //! allocated after the start.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicI32, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicI32, AtomicU8, AtomicU64, Ordering};
+
+/// An input as it was read last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Input {
+    /// Its value.
+    pub value: i32,
+    /// When it was read (CLOCK_MONOTONIC); 0: never.
+    pub read_ns: u64,
+}
 
 /// Beside the number of the buffer in between: it is newer than the reader's.
 const NEW: u8 = 4;
 const NUMBER: u8 = 3;
 
+#[derive(Default)]
+struct Slot {
+    value: AtomicI32,
+    read_ns: AtomicU64,
+}
+
 struct Buffers {
-    values: [Box<[AtomicI32]>; 3],
+    inputs: [Box<[Slot]>; 3],
     between: AtomicU8,
 }
 
@@ -30,18 +46,19 @@ pub(super) struct Reader {
     own: u8,
 }
 
-/// Both sides of an image of so many values, all 0.
+/// Both sides of an image of so many inputs, none of them read yet.
 pub(super) fn latest(count: usize) -> (Writer, Reader) {
-    let zeros = || (0..count).map(|_| AtomicI32::new(0)).collect();
-    let buffers = Arc::new(Buffers { values: [zeros(), zeros(), zeros()], between: 1.into() });
+    let unread = || (0..count).map(|_| Slot::default()).collect();
+    let buffers = Arc::new(Buffers { inputs: [unread(), unread(), unread()], between: 1.into() });
     (Writer { buffers: Arc::clone(&buffers), own: 0 }, Reader { buffers, own: 2 })
 }
 
 impl Writer {
-    /// Makes these the latest values, whole.
-    pub fn write(&mut self, values: impl Iterator<Item = i32>) {
-        for (cell, value) in self.buffers.values[self.own as usize].iter().zip(values) {
-            cell.store(value, Ordering::Relaxed);
+    /// Makes these the latest inputs, whole.
+    pub fn write(&mut self, inputs: &[Input]) {
+        for (slot, input) in self.buffers.inputs[self.own as usize].iter().zip(inputs) {
+            slot.value.store(input.value, Ordering::Relaxed);
+            slot.read_ns.store(input.read_ns, Ordering::Relaxed);
         }
         let before = self.buffers.between.swap(self.own | NEW, Ordering::AcqRel);
         self.own = before & NUMBER;
@@ -57,9 +74,12 @@ impl Reader {
         }
     }
 
-    /// The values as they were taken last.
-    pub fn values(&self) -> impl Iterator<Item = i32> + '_ {
-        self.buffers.values[self.own as usize].iter().map(|cell| cell.load(Ordering::Relaxed))
+    /// The inputs as they were taken last.
+    pub fn inputs(&self) -> impl Iterator<Item = Input> + '_ {
+        self.buffers.inputs[self.own as usize].iter().map(|slot| Input {
+            value: slot.value.load(Ordering::Relaxed),
+            read_ns: slot.read_ns.load(Ordering::Relaxed),
+        })
     }
 }
 
@@ -70,19 +90,20 @@ mod tests {
     #[test]
     fn the_reader_sees_the_newest_and_keeps_it() {
         let (mut writer, mut reader) = latest(2);
+        let image = |n: i32| [n, -n].map(|value| Input { value, read_ns: n.unsigned_abs().into() });
         let seen = |reader: &mut Reader| {
             reader.refresh();
-            reader.values().collect::<Vec<_>>()
+            reader.inputs().collect::<Vec<_>>()
         };
-        assert_eq!(seen(&mut reader), [0, 0]);
-        writer.write([1, -1].into_iter());
-        assert_eq!(seen(&mut reader), [1, -1]);
-        assert_eq!(seen(&mut reader), [1, -1]);
+        assert_eq!(seen(&mut reader), image(0));
+        writer.write(&image(1));
+        assert_eq!(seen(&mut reader), image(1));
+        assert_eq!(seen(&mut reader), image(1));
         for n in 2..10 {
-            writer.write([n, -n].into_iter());
+            writer.write(&image(n));
         }
-        assert_eq!(seen(&mut reader), [9, -9]);
-        writer.write([10, -10].into_iter());
-        assert_eq!(reader.values().collect::<Vec<_>>(), [9, -9], "until it asks");
+        assert_eq!(seen(&mut reader), image(9));
+        writer.write(&image(10));
+        assert_eq!(reader.inputs().collect::<Vec<_>>(), image(9), "until it asks");
     }
 }

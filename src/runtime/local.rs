@@ -159,6 +159,11 @@ impl LocalLine {
         values
     }
 
+    /// Whether anything goes out to it.
+    pub fn has_outputs(&self) -> bool {
+        !self.rescue.outputs.is_empty()
+    }
+
     /// What has been exchanged so far.
     pub fn exchanged(&self) -> Exchanged {
         let Word { exchanges, last_ns, slowest_ns, .. } = &*self.word;
@@ -178,13 +183,12 @@ impl Rescue {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes the safe values, if a device is open.
-    pub fn make_safe(&self, image: &Snapshot) {
-        let device = self.lock().clone();
-        let Some(device) = device else { return };
+    /// Writes the safe values; `None` where no device is open.
+    pub fn make_safe(&self, image: &Snapshot) -> Option<Result<(), i32>> {
+        let device = self.lock().clone()?;
         let mut values = vec![0; self.outputs.len()];
         last_words(&self.outputs, image, &mut values);
-        let _ = device.write(&values);
+        Some(device.write(&values))
     }
 }
 

@@ -107,7 +107,9 @@ impl<O: Observer> Monitor<O> {
         self.looked_ns = now_ns;
         self.world.trip(reason, now_ns);
         let latest = self.port.latest();
-        self.rescues.iter().for_each(|rescue| rescue.make_safe(&latest));
+        for rescue in &self.rescues {
+            let _ = rescue.make_safe(&latest);
+        }
         self.observer.tripped(reason, now_ns);
     }
 

@@ -40,10 +40,11 @@ pub struct Exchange<'a> {
     pub occasion: Occasion,
     /// All outputs, one a point in the order of the map; bits are 0 and 1.
     pub outputs: &'a [i32],
-    /// All inputs, one a point in the order of the map: as they were read last. Seen by the scan
-    /// only if the exchange succeeds, and then all together. Values beyond what the memory holds
-    /// are brought to its nearest.
-    pub inputs: &'a mut [i32],
+    /// All inputs, one a point in the order of the map, to be filled in; `None`: not read yet. The
+    /// scan sees them when the exchange is over: all together where it succeeds; those that were
+    /// read where it fails and the connection stays. Values beyond what the memory holds are
+    /// brought to its nearest.
+    pub inputs: &'a mut [Option<i32>],
     /// Whether other outputs than these are to be written by now, or the end has come: inputs that
     /// are not read yet have time.
     pub is_urgent: &'a (dyn Fn() -> bool + Send + Sync),
@@ -60,12 +61,12 @@ pub struct Trouble {
 
 /// A peer that is reached beside the scan.
 pub trait Driver: Send + 'static {
-    /// Reaches the peer, after the start and after every trouble that disconnects. The next
-    /// exchange writes all outputs.
+    /// Reaches the peer, after the start and after every trouble that disconnects; at the end of the
+    /// process it may be abandoned. The next exchange writes all outputs.
     fn connect(&mut self) -> impl Future<Output = Result<(), Trouble>> + Send;
 
-    /// Exchanges once. An error leaves the scan's inputs as they were. At the end it may be
-    /// abandoned at any point where it waits; `disconnect` follows then.
+    /// Exchanges once. At the end of the process it may be abandoned at any point where it waits;
+    /// `disconnect` follows then.
     fn exchange(
         &mut self,
         exchange: Exchange<'_>,

@@ -1,7 +1,8 @@
 //! How a device is, for the log and who looks: shared by its task or keeper and its readers.
 //!
-//! The log hears edges: trouble begins, its reason changes, it is over. A device that comes and
-//! goes all the time is limited to lines of its own, and hides no other's.
+//! The log has two lines of an outage: its begin with the first reason, its end with how often what
+//! failed. In between, `status` shows the latest reason. A device that comes and goes all the time
+//! is limited by itself, and so hides no other device's lines.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -27,10 +28,21 @@ struct Lines {
     left: u32,
     filled: Instant,
     withheld: u64,
-    /// Since when there is trouble.
-    troubled: Option<Instant>,
-    /// The log was told of that.
+    outage: Option<Outage>,
+}
+
+/// So many reasons of an outage are counted each by itself.
+const REASONS_MAX: usize = 4;
+
+/// From the first exchange that failed to the next good one.
+#[derive(Debug)]
+struct Outage {
+    since: Instant,
+    /// The log has a line of it.
     is_told: bool,
+    failures: u64,
+    /// How many of them for each of the first reasons.
+    reasons: Vec<(u64, String)>,
 }
 
 /// What can be read of it.
@@ -61,7 +73,7 @@ impl Health {
     pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
         let reading = Reading { name: name.to_owned(), driver, peer, ..Reading::default() };
         let (left, filled) = (LINES_MAX, Instant::now());
-        let lines = Lines { left, filled, withheld: 0, troubled: None, is_told: false };
+        let lines = Lines { left, filled, withheld: 0, outage: None };
         Health { inner: Arc::new(Mutex::new(reading)), lines: Arc::new(Mutex::new(lines)) }
     }
 
@@ -79,13 +91,7 @@ impl Health {
     /// Whether a line of trouble may be written, and what it adds of those that were not.
     pub fn may_tell(&self) -> Option<String> {
         let mut lines = self.lines();
-        let earned = lines.filled.elapsed().as_secs() / LINE_EVERY.as_secs();
-        if earned > 0 {
-            let earned = u32::try_from(earned).unwrap_or(LINES_MAX);
-            lines.left = lines.left.saturating_add(earned).min(LINES_MAX);
-            lines.filled = Instant::now();
-        }
-        if lines.left == 0 {
+        if !lines.has_any() {
             lines.withheld += 1;
             return None;
         }
@@ -130,30 +136,48 @@ impl Health {
 
     /// An exchange failed, or it could not be reached or opened.
     pub(super) fn trouble(&self, reason: &str) {
-        let is_news = self.bad(reason);
-        self.lines().troubled.get_or_insert_with(Instant::now);
-        if !is_news {
-            return;
+        self.bad(reason);
+        // An outage for whose begin no line was left has its line as soon as there is one.
+        let is_to_tell = {
+            let mut lines = self.lines();
+            let has_any = lines.has_any();
+            let outage = lines.outage.get_or_insert_with(Outage::new);
+            outage.note(reason);
+            !outage.is_told && (outage.failures == 1 || has_any)
+        };
+        let Some(withheld) = is_to_tell.then(|| self.may_tell()).flatten() else { return };
+        if let Some(outage) = &mut self.lines().outage {
+            outage.is_told = true;
         }
-        let Some(withheld) = self.may_tell() else { return };
-        self.lines().is_told = true;
         let reading = self.reading();
         let (device, peer) = (&reading.name, &reading.peer);
         say!(DEVICE_TROUBLE, %device, %peer, "{device}: {reason} ({peer}){withheld}");
     }
 
-    /// Trouble is over, if there was any.
+    /// The outage is over, if there was any.
     fn tell_well(&self, again: &str) {
-        let (since, is_told) = {
-            let mut lines = self.lines();
-            (lines.troubled.take(), std::mem::take(&mut lines.is_told))
-        };
-        let Some(lasted) = since.filter(|_| is_told).map(|since| since.elapsed()) else { return };
-        let (reading, lasted_ms) = (self.reading(), lasted.as_millis() as u64);
-        let (device, peer, seconds) = (&reading.name, &reading.peer, lasted.as_secs_f64());
+        let outage = self.lines().outage.take();
+        let Some(outage) = outage.filter(|outage| outage.is_told) else { return };
+        let (reading, failures) = (self.reading(), outage.failures);
+        let (device, peer, lasted) = (&reading.name, &reading.peer, outage.since.elapsed());
+        let (lasted_ms, seconds) = (lasted.as_millis() as u64, lasted.as_secs_f64());
         say!(
             DEVICE_WELL,
-            %device, %peer, lasted_ms, "{device} {again} after {seconds:.1} s of trouble"
+            %device, %peer, lasted_ms, failures,
+            "{device} {again} after {seconds:.1} s of trouble: {}", outage.counts()
+        );
+    }
+
+    /// The end: its safe values could not be written, though they were tried for so long.
+    pub(super) fn tell_unsafe(&self, tried: Duration) {
+        let reading = self.reading();
+        let (device, peer, seconds) = (&reading.name, &reading.peer, tried.as_secs());
+        let reason = reading.trouble.as_deref().unwrap_or("an exchange did not end");
+        say!(
+            DEVICE_UNSAFE,
+            %device, %peer,
+            "{device} was not given its safe values, tried for {seconds} s: its outputs may be as \
+             they were: {reason} ({peer})"
         );
     }
 
@@ -161,14 +185,59 @@ impl Health {
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts a failure; true if the one before it had not failed, or for another reason.
-    fn bad(&self, reason: &str) -> bool {
+    /// Counts a failure.
+    fn bad(&self, reason: &str) {
         let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
         reading.failures += 1;
         reading.is_open = false;
-        let is_news = reading.trouble.as_deref() != Some(reason);
         reading.trouble = Some(reason.to_owned());
-        is_news
+    }
+}
+
+impl Lines {
+    /// Whether a line is left; those earned since are added.
+    fn has_any(&mut self) -> bool {
+        let earned = self.filled.elapsed().as_secs() / LINE_EVERY.as_secs();
+        if earned > 0 {
+            let earned = u32::try_from(earned).unwrap_or(LINES_MAX);
+            self.left = self.left.saturating_add(earned).min(LINES_MAX);
+            self.filled = Instant::now();
+        }
+        self.left > 0
+    }
+}
+
+impl Outage {
+    fn new() -> Outage {
+        Outage { since: Instant::now(), is_told: false, failures: 0, reasons: Vec::new() }
+    }
+
+    fn note(&mut self, reason: &str) {
+        self.failures += 1;
+        let has_room = self.reasons.len() < REASONS_MAX;
+        match self.reasons.iter_mut().find(|(_, known)| known == reason) {
+            Some((count, _)) => *count += 1,
+            None if has_room => self.reasons.push((1, reason.to_owned())),
+            None => {}
+        }
+    }
+
+    /// `3 failures`; where they had several reasons, how many of each.
+    fn counts(&self) -> String {
+        let failures = match self.failures {
+            1 => "1 failure".to_owned(),
+            failures => format!("{failures} failures"),
+        };
+        if self.reasons.len() < 2 {
+            return failures;
+        }
+        let mut parts: Vec<String> =
+            self.reasons.iter().map(|(count, reason)| format!("{reason} ({count})")).collect();
+        let counted: u64 = self.reasons.iter().map(|(count, _)| count).sum();
+        if self.failures > counted {
+            parts.push(format!("others ({})", self.failures - counted));
+        }
+        format!("{failures}: {}", parts.join("; "))
     }
 }
 
@@ -176,15 +245,54 @@ impl Health {
 mod tests {
     use super::*;
 
+    /// Device outages of one failure each, as many as are given.
+    fn outages(health: &Health, count: u32) {
+        for _ in 0..count {
+            health.trouble("no answer in 200 ms");
+            health.good(Duration::ZERO);
+        }
+    }
+
+    fn panel() -> Health {
+        Health::new("panel", "gpio", "/dev/gpiochip0".to_owned())
+    }
+
     #[test]
     fn one_that_comes_and_goes_is_limited_by_itself_task_and_keeper_alike() {
-        let health = Health::new("panel", "gpio", "/dev/gpiochip0".to_owned());
-        for n in 0..50 {
-            health.trouble(&format!("reason {n}"));
-        }
+        let health = panel();
+        outages(&health, 50);
         assert_eq!(health.lines().withheld, 30);
         assert_eq!(health.reading().failures, 50);
+        assert!(health.lines().outage.is_none() && health.reading().trouble.is_none());
+    }
+
+    #[test]
+    fn an_outage_is_one_line_whatever_its_reasons_and_says_at_its_end_how_often_what_failed() {
+        let health = panel();
+        for reason in ["no answer", "refused", "refused", "no route", "busy", "late", "late"] {
+            health.trouble(reason);
+        }
+        assert_eq!(health.lines().left, LINES_MAX - 1, "one line");
+        assert_eq!(health.reading().trouble.as_deref(), Some("late"), "status has the latest");
+        let counts = health.lines().outage.as_ref().unwrap().counts();
+        let words = "7 failures: no answer (1); refused (2); no route (1); busy (1); others (2)";
+        assert_eq!(counts, words);
         health.good(Duration::ZERO);
-        assert!(health.lines().troubled.is_none() && health.reading().trouble.is_none());
+        health.trouble("refused");
+        assert_eq!(health.lines().left, LINES_MAX - 2, "the next outage has its own");
+        assert_eq!(health.lines().outage.as_ref().unwrap().counts(), "1 failure");
+    }
+
+    #[test]
+    fn an_outage_whose_begin_found_no_line_left_has_its_line_later() {
+        let health = panel();
+        outages(&health, LINES_MAX);
+        let is_told = || health.lines().outage.as_ref().unwrap().is_told;
+        health.trouble("refused");
+        health.trouble("refused");
+        assert!(!is_told() && health.lines().withheld == 1, "counted once");
+        health.lines().left = 1;
+        health.trouble("refused");
+        assert!(is_told() && health.lines().left == 0);
     }
 }

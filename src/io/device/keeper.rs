@@ -6,13 +6,15 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::time::sleep;
+use tokio::time::{sleep, timeout};
 
 use super::health::Health;
 use super::retry::Retry;
-use crate::runtime::exchange::Port;
+use crate::runtime::exchange::{Mode, Port, StopReason};
 use crate::runtime::field::{Local, LocalLine};
 
+/// How long the end may take: less than the process waits for it.
+const END_MAX: Duration = Duration::from_secs(2);
 /// How often the keeper looks whether the scan has let go of its device.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
@@ -67,7 +69,32 @@ impl Keeper {
                 self.health.open(self.line.exchanged());
             }
         }
-        self.line.rescue().make_safe(&self.port.latest());
+        if self.line.has_outputs() && timeout(END_MAX, self.last()).await.is_err() {
+            self.health.tell_unsafe(END_MAX);
+        }
+    }
+
+    /// Tries to make the outputs safe until they are.
+    async fn last(&mut self) {
+        let mut retry = Retry::at_the_end();
+        while let Err(error) = self.try_last().await {
+            self.health.trouble(&error.to_string());
+            sleep(retry.next()).await;
+        }
+    }
+
+    /// Writes the safe values to the open device, or opens it with them. Beside the other tasks: a
+    /// chip that hangs keeps none of them from its own end.
+    async fn try_last(&mut self) -> io::Result<()> {
+        let (image, rescue) = (self.port.latest(), self.line.rescue());
+        let (opener, first) = (Arc::clone(&self.opener), self.line.safe_values(&image));
+        let has_begun = image.mode != Mode::Stop(StopReason::NotStarted);
+        let try_once = move || match rescue.make_safe(&image) {
+            Some(written) => written.map_err(io::Error::from_raw_os_error),
+            None if has_begun => opener.open(&first).map(drop),
+            None => Ok(()),
+        };
+        tokio::task::spawn_blocking(try_once).await.unwrap_or_else(|bug| Err(io::Error::other(bug)))
     }
 
     async fn open_again(&mut self) {

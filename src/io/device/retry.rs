@@ -3,29 +3,37 @@
 use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
-/// The first wait, without jitter.
-const FIRST: Duration = Duration::from_millis(100);
-/// The longest, likewise.
-const LONGEST: Duration = Duration::from_secs(5);
-
-/// The waits between attempts to connect: doubled each time, up to five seconds, each between
-/// half and three halves of that.
+/// The waits between attempts to connect: doubled each time up to the longest, each between half
+/// and three halves of that.
 #[derive(Debug)]
 pub(in crate::io) struct Retry {
+    first: Duration,
+    longest: Duration,
     wait: Duration,
     random: RandomState,
     attempts: u64,
 }
 
 impl Retry {
+    /// For as long as it takes: from 100 ms to 5 s.
     pub fn new() -> Retry {
-        Retry { wait: FIRST, random: RandomState::new(), attempts: 0 }
+        Retry::between(Duration::from_millis(100), Duration::from_secs(5))
+    }
+
+    /// For the two seconds at the end of the process: from 50 ms to 400 ms. Later each time here
+    /// too, or devices that do not answer would keep a line busy that they share with others.
+    pub fn at_the_end() -> Retry {
+        Retry::between(Duration::from_millis(50), Duration::from_millis(400))
+    }
+
+    fn between(first: Duration, longest: Duration) -> Retry {
+        Retry { first, longest, wait: first, random: RandomState::new(), attempts: 0 }
     }
 
     /// The next wait.
     pub fn next(&mut self) -> Duration {
         let wait = self.wait;
-        self.wait = (wait * 2).min(LONGEST);
+        self.wait = (wait * 2).min(self.longest);
         self.attempts += 1;
         let permille = self.random.hash_one(self.attempts) % 1000;
         wait / 2 + wait * permille as u32 / 1000
@@ -33,7 +41,7 @@ impl Retry {
 
     /// An exchange has succeeded: the next wait is a short one again.
     pub fn reset(&mut self) {
-        self.wait = FIRST;
+        self.wait = self.first;
     }
 }
 
@@ -49,7 +57,7 @@ mod tests {
             assert!((expected_ms / 2..=expected_ms * 3 / 2).contains(&wait_ms), "{wait_ms}");
         }
         retry.reset();
-        assert!(retry.next() <= FIRST * 3 / 2);
+        assert!(retry.next() <= Duration::from_millis(150));
     }
 
     #[test]

@@ -2,8 +2,9 @@
 //!
 //! It outlives everything its driver does: a panic costs the connection, as trouble does. Log
 //! lines are edges: trouble begins, trouble ends. Outputs are what the last published image says:
-//! in STOP and FAULT the safe values; and when the process ends, the safe values once more, for
-//! which a device that is not connected, or loses its connection then, is connected once more.
+//! in STOP and FAULT the safe values. When the process ends, the safe values are written once more:
+//! a device that cannot be reached, or does not take them, is tried until they are written or the
+//! time for the end is over, and then the log says that its outputs may be as they were.
 
 use std::future::{Future, ready};
 use std::pin::{Pin, pin};
@@ -11,7 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout_at};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
 
 use super::driver::{Done, Driver, Exchange, Occasion, Trouble};
 use super::health::Health;
@@ -26,8 +27,9 @@ use crate::runtime::monotonic_ns;
 const END_MAX: Duration = Duration::from_secs(2);
 /// How much of that an exchange may take that is under way then.
 const UNDER_WAY_MAX: Duration = Duration::from_secs(1);
-/// So many times the last exchange is tried.
-const LAST_TRIES: usize = 2;
+/// How long one attempt to connect may take then. A peer that is starting loses the first packet of
+/// an attempt, and the system repeats it late: a new attempt is heard sooner.
+const LAST_CONNECT_MAX: Duration = Duration::from_millis(500);
 
 /// A device: a driver, its line to the scan, and what goes out.
 pub struct Device<D> {
@@ -38,7 +40,8 @@ pub struct Device<D> {
     health: Health,
     poll: Duration,
     retry: Retry,
-    inputs: Vec<i32>,
+    /// As far as the exchange under way has read them.
+    inputs: Vec<Option<i32>>,
     values: Vec<i32>,
     /// As the driver was given them last.
     offered: Vec<i32>,
@@ -110,7 +113,7 @@ impl<D: Driver> Device<D> {
             health,
             poll,
             retry: Retry::new(),
-            inputs: vec![0; inputs],
+            inputs: vec![None; inputs],
             values: vec![0; count],
             offered: vec![0; count],
             connected: false,
@@ -128,29 +131,40 @@ impl<D: Driver> Device<D> {
             }
         }
         let deadline = stop.told().await + END_MAX;
-        if has_begun(&self.port.latest()) {
-            let _ = timeout_at(deadline, self.last(&mut stop)).await;
+        if has_begun(&self.port.latest())
+            && !self.outputs.is_empty()
+            && timeout_at(deadline, self.last(&mut stop)).await.is_err()
+        {
+            self.health.tell_unsafe(END_MAX);
         }
         self.driver.disconnect();
     }
 
-    /// Writes the safe values. A device in trouble is tried once more, since it may be well again,
-    /// and so is one that does not take them: the second time on a connection that is new.
+    /// Tries to write the safe values until they are written.
     async fn last(&mut self, stop: &mut Stop<'_, impl Future<Output = ()>>) {
         let image = self.port.latest();
-        for _ in 0..LAST_TRIES {
-            if !self.connected {
-                match caught(self.driver.connect()).await.unwrap_or_else(|| Err(bug())) {
-                    Ok(()) => self.connected = true,
-                    Err(trouble) => return self.tell_trouble(&trouble),
-                }
-            }
-            last_words(&self.outputs, &image, &mut self.values);
-            match self.exchange(Occasion::Last, &image, stop).await {
-                Ok(_) => return,
-                Err(trouble) => self.fail(&trouble),
-            }
+        let mut retry = Retry::at_the_end();
+        last_words(&self.outputs, &image, &mut self.values);
+        while let Err(trouble) = self.try_last(&image, stop).await {
+            self.fail(&trouble);
+            sleep(retry.next()).await;
         }
+    }
+
+    async fn try_last(
+        &mut self,
+        image: &Arc<Snapshot>,
+        stop: &mut Stop<'_, impl Future<Output = ()>>,
+    ) -> Result<(), Trouble> {
+        if !self.connected {
+            let connect = caught(self.driver.connect());
+            match timeout(LAST_CONNECT_MAX, connect).await {
+                Ok(connected) => connected.unwrap_or_else(|| Err(bug()))?,
+                Err(_) => return Err(Trouble::disconnected(no_connection(LAST_CONNECT_MAX))),
+            }
+            self.connected = true;
+        }
+        self.exchange(Occasion::Last, image, stop).await.map(|_| ())
     }
 
     /// Connects, however often it takes; false where it is to stop instead.
@@ -167,7 +181,7 @@ impl<D: Driver> Device<D> {
                     self.connected = true;
                     return true;
                 }
-                Err(trouble) => self.tell_trouble(&trouble),
+                Err(trouble) => self.fail(&trouble),
             }
             tokio::select! {
                 _ = stop.told() => return false,
@@ -225,6 +239,9 @@ impl<D: Driver> Device<D> {
         image: &Arc<Snapshot>,
         stop: &mut Stop<'_, impl Future<Output = ()>>,
     ) -> Result<Done, Trouble> {
+        if self.begun.is_none() {
+            self.inputs.fill(None);
+        }
         let begun = *self.begun.get_or_insert_with(Instant::now);
         let done = self.call(occasion, image, stop).await;
         // Offered, if not taken: then the driver has it, for the next poll.
@@ -273,24 +290,37 @@ impl<D: Driver> Device<D> {
     fn judge(&mut self, occasion: Occasion, begun: Instant, is_good: bool) {
         self.begun = None;
         if is_good && matches!(occasion, Occasion::Poll | Occasion::First) {
+            let now_ns = monotonic_ns();
             self.retry.reset();
-            self.line.deliver(&self.inputs, monotonic_ns());
+            self.line.deliver(&self.inputs, now_ns);
+            self.line.well(now_ns);
             self.health.good(begun.elapsed());
         }
     }
 
-    /// An exchange, or the last one, has failed.
+    /// An exchange, or an attempt to connect, has failed. What was read over a connection that
+    /// stays is handed on: it is as good as ever. What was read over one that is lost is not: a
+    /// device that is lost again and again would have inputs that come and go.
     fn fail(&mut self, trouble: &Trouble) {
-        self.tell_trouble(trouble);
-        if trouble.is_disconnected {
-            self.connected = false;
-            self.driver.disconnect();
-        }
-    }
-
-    fn tell_trouble(&mut self, trouble: &Trouble) {
         self.line.trouble();
-        self.health.trouble(&trouble.reason);
+        if trouble.is_disconnected {
+            self.health.trouble(&trouble.reason);
+            if std::mem::take(&mut self.connected) {
+                self.driver.disconnect();
+            }
+            return;
+        }
+        self.retry.reset();
+        self.line.deliver(&self.inputs, monotonic_ns());
+        let all = self.inputs.len();
+        match self.inputs.iter().flatten().count() {
+            0 => self.health.trouble(&trouble.reason),
+            read if read == all => self.health.trouble(&trouble.reason),
+            read => {
+                let reason = &trouble.reason;
+                self.health.trouble(&format!("{reason}; {read} of {all} inputs are read"));
+            }
+        }
     }
 }
 
@@ -303,6 +333,10 @@ fn is_to_write(port: &Port, seen: &Arc<Snapshot>, (sources, given): (&[Source], 
     let mut values = vec![0; given.len()];
     outgoing(sources, &image, &mut values);
     values != given || !has_begun(seen)
+}
+
+fn no_connection(within: Duration) -> String {
+    format!("no connection: none in {} ms", within.as_millis())
 }
 
 /// A driver that panicked, whose connection is as it left it.

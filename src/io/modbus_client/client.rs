@@ -2,23 +2,25 @@
 //!
 //! Writes first, then the watchdog, then reads, so that a peer in trouble has its outputs as soon
 //! as can be; and writes again where the watchdog may have run out. Several units may stand behind
-//! one link: one that refuses or is silent does not keep the others from their outputs, though the
-//! exchange as a whole has failed. A silent one is asked once more soon, then ever less often, and
-//! has all its outputs when it is back. Reads may take long: where outputs or the watchdog cannot
-//! wait, the exchange ends in part, and the next one goes on from there.
+//! one link: one that refuses or is silent keeps the others neither from their outputs nor from
+//! their inputs, though the exchange as a whole has failed. Reads may take long: where outputs or
+//! the watchdog cannot wait, the exchange ends in part, and the next one goes on from there.
+//!
+//! An exchange whose connection ends goes on over a new one where that makes sense (`talk`). All
+//! outputs are written again then: a peer may drop its outputs with a connection.
 
-use std::fmt;
 use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::answer::{self, Wrong};
-use super::link::{Failure, Link};
+use super::link::Link;
 use super::outputs::{self, Run};
 use super::plan::{self, Group};
 use super::request::{push_read, push_write_multiple, push_write_single};
 use super::settings::{self, Table, Watchdog, Writes};
-use crate::io::device::{Done, Driver, Exchange, Occasion, Retry, Trouble};
+use super::talk::{Cut, READING, Talk, What};
+use super::unit::Unit;
+use crate::io::device::{Done, Driver, Exchange, Occasion, Trouble};
 
 /// A Modbus device.
 pub struct Client<L> {
@@ -41,43 +43,6 @@ struct Feeding {
     counter: u16,
 }
 
-/// The link, and what is known of the units behind it.
-struct Talk<L> {
-    link: L,
-    units: Vec<Unit>,
-    request: Vec<u8>,
-    answer: Vec<u8>,
-    /// So long is a silent unit left alone at least. Where answers do not say to which question,
-    /// a late one must have come, and gone, before the next.
-    pause: Duration,
-}
-
-struct Unit {
-    number: u8,
-    /// It was silent, or refused a write: the first such trouble of this exchange, or of the one
-    /// before it.
-    trouble: Option<String>,
-    /// The first reason why inputs of it are missing, since the first group was read.
-    unread: Option<String>,
-    /// It was silent, or refused a write, in the exchange before this one.
-    was_troubled: bool,
-    /// Not asked any more in this exchange.
-    is_left: bool,
-    /// How many times running it was silent.
-    absences: u32,
-    retry: Retry,
-    rests_until: Option<Instant>,
-}
-
-/// What is asked, for the log.
-struct What {
-    verb: &'static str,
-    unit: u8,
-    table: Table,
-    first: u16,
-    count: u16,
-}
-
 impl<L: Link> Client<L> {
     /// A device that has not exchanged yet.
     pub fn new(settings: &settings::Client, link: L) -> Client<L> {
@@ -85,17 +50,10 @@ impl<L: Link> Client<L> {
         let runs = outputs::runs(&settings.outputs);
         let watched = settings.watchdog.map(|watchdog| watchdog.unit);
         let units = groups.iter().map(|group| group.unit).chain(runs.iter().map(|run| run.unit));
-        let mut units: Vec<u8> = units.chain(watched).collect();
-        units.sort_unstable();
-        units.dedup();
-        let units = units.into_iter().map(Unit::new).collect();
+        let units = units.chain(watched).collect();
         let every = Duration::from_millis(settings.write_every_ms.into());
-        let pause = match L::STARTS_ANEW {
-            true => Duration::from_millis(settings.timeout_ms.into()),
-            false => Duration::ZERO,
-        };
         Client {
-            talk: Talk { link, units, request: Vec::new(), answer: Vec::new(), pause },
+            talk: Talk::new(link, units, Duration::from_millis(settings.timeout_ms.into())),
             groups,
             next: 0,
             runs,
@@ -107,7 +65,7 @@ impl<L: Link> Client<L> {
     }
 
     /// Writes what changed, or all; units that had no trouble come first.
-    async fn write(&mut self, occasion: Occasion, outputs: &[i32]) -> Result<(), Trouble> {
+    async fn write(&mut self, occasion: Occasion, outputs: &[i32]) -> Result<(), Cut> {
         let now = Instant::now();
         let is_due = occasion == Occasion::Poll && self.all_due.is_some_and(|due| due <= now);
         let all = occasion == Occasion::Last || is_due;
@@ -129,7 +87,7 @@ impl<L: Link> Client<L> {
 
     /// Feeds the watchdog where it is due, and its unit took its outputs. True where that may
     /// have been too late for it, as after this process stood still; and the first time.
-    async fn feed(&mut self) -> Result<bool, Trouble> {
+    async fn feed(&mut self) -> Result<bool, Cut> {
         let Some(feeding) = &mut self.feeding else { return Ok(false) };
         let Watchdog { unit, register, every_ms } = feeding.watchdog;
         let now = Instant::now();
@@ -160,7 +118,7 @@ impl<L: Link> Client<L> {
     /// All outputs once more, behind a watchdog that may have run out: its unit has dropped them
     /// then, and some take none until they are fed. They were written before it was fed too, since
     /// others go back to what they were given last.
-    async fn write_again(&mut self, outputs: &[i32]) -> Result<(), Trouble> {
+    async fn write_again(&mut self, outputs: &[i32]) -> Result<(), Cut> {
         let unit = self.feeding.as_ref().map(|feeding| feeding.watchdog.unit);
         self.runs.iter_mut().filter(|run| Some(run.unit) == unit).for_each(Run::forget);
         self.write(Occasion::Change, outputs).await
@@ -170,9 +128,9 @@ impl<L: Link> Client<L> {
     /// order comes round every time would never be read.
     async fn read(
         &mut self,
-        inputs: &mut [i32],
+        inputs: &mut [Option<i32>],
         is_urgent: &(dyn Fn() -> bool + Send + Sync),
-    ) -> Result<Done, Trouble> {
+    ) -> Result<Done, Cut> {
         while let Some(group) = self.groups.get(self.next) {
             let Group { unit, table, first, count, .. } = *group;
             self.talk.request.clear();
@@ -201,7 +159,37 @@ impl<L: Link> Client<L> {
         due.is_some_and(|due| due <= Instant::now())
     }
 
-    /// What the exchange comes to: the first unit's trouble.
+    /// Goes on over a new connection, over which nothing has been written yet.
+    async fn connect_anew(&mut self) -> Result<(), Trouble> {
+        self.talk.link.close();
+        self.talk.link.connect().await?;
+        self.forget();
+        Ok(())
+    }
+
+    fn forget(&mut self) {
+        self.runs.iter_mut().for_each(Run::forget);
+        self.all_due = None;
+        if let Some(feeding) = &mut self.feeding {
+            feeding.due = None;
+        }
+    }
+
+    async fn try_exchange(&mut self, exchange: &mut Exchange<'_>) -> Result<Done, Cut> {
+        let Exchange { occasion, outputs, inputs, is_urgent } = exchange;
+        if *occasion != Occasion::First {
+            self.write(*occasion, outputs).await?;
+        }
+        if *occasion == Occasion::Poll && self.feed().await? {
+            self.write_again(outputs).await?;
+        }
+        match occasion {
+            Occasion::First | Occasion::Poll => self.read(inputs, *is_urgent).await,
+            Occasion::Change | Occasion::Last => Ok(Done::Whole),
+        }
+    }
+
+    /// What the exchange comes to: the trouble of all units.
     fn verdict(&mut self, done: Done, occasion: Occasion) -> Result<Done, Trouble> {
         for run in &mut self.runs {
             // It may have been without power.
@@ -212,22 +200,23 @@ impl<L: Link> Client<L> {
         let has_read = matches!(occasion, Occasion::Poll | Occasion::First) && done == Done::Whole;
         let unread = |unit: &Unit| unit.unread.clone().filter(|_| has_read);
         let trouble = |unit: &Unit| unit.trouble.clone().or_else(|| unread(unit));
-        match self.talk.units.iter().find_map(trouble) {
-            Some(reason) => Err(Trouble::kept(reason)),
-            None => Ok(done),
+        let mut troubles = self.talk.units.iter().filter_map(trouble);
+        let Some(mut reason) = troubles.next() else { return Ok(done) };
+        match troubles.count() {
+            0 => {}
+            1 => reason.push_str("; another unit is in trouble, too"),
+            others => reason.push_str(&format!("; {others} other units are in trouble, too")),
         }
+        Err(Trouble { reason, is_disconnected: self.talk.is_dead() })
     }
 }
-
-/// What a question is called that asks for inputs.
-const READING: &str = "reading";
 
 async fn write_run<L: Link>(
     talk: &mut Talk<L>,
     run: &mut Run,
     writes: Writes,
     all: bool,
-) -> Result<(), Trouble> {
+) -> Result<(), Cut> {
     let Some(part) = run.due(all) else { return Ok(()) };
     let (first, count) = (run.first, run.count());
     let what = What { verb: "writing", unit: run.unit, table: run.table, first, count };
@@ -248,166 +237,25 @@ async fn write_run<L: Link>(
 impl<L: Link> Driver for Client<L> {
     async fn connect(&mut self) -> Result<(), Trouble> {
         self.talk.link.connect().await?;
-        self.runs.iter_mut().for_each(Run::forget);
         self.talk.units.iter_mut().for_each(Unit::begin_anew);
-        (self.all_due, self.next) = (None, 0);
-        if let Some(feeding) = &mut self.feeding {
-            feeding.due = None;
-        }
+        self.next = 0;
+        self.forget();
         Ok(())
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
-        let Exchange { occasion, outputs, inputs, is_urgent } = exchange;
-        let now = Instant::now();
-        let is_anew = self.next == 0;
-        self.talk.units.iter_mut().for_each(|unit| unit.begin(occasion, now, is_anew));
-        if occasion != Occasion::First {
-            self.write(occasion, outputs).await?;
+    async fn exchange(&mut self, mut exchange: Exchange<'_>) -> Result<Done, Trouble> {
+        let (occasion, now, is_anew) = (exchange.occasion, Instant::now(), self.next == 0);
+        self.talk.begin(|unit| unit.begin(occasion, now, is_anew));
+        loop {
+            match self.try_exchange(&mut exchange).await {
+                Ok(done) => return self.verdict(done, occasion),
+                Err(Cut::Off(trouble)) => return Err(trouble),
+                Err(Cut::Anew(trouble)) => self.connect_anew().await.map_err(|_| trouble)?,
+            }
         }
-        if occasion == Occasion::Poll && self.feed().await? {
-            self.write_again(outputs).await?;
-        }
-        let done = match occasion {
-            Occasion::First | Occasion::Poll => self.read(inputs, is_urgent).await?,
-            Occasion::Change | Occasion::Last => Done::Whole,
-        };
-        self.verdict(done, occasion)
     }
 
     fn disconnect(&mut self) {
         self.talk.link.close();
-    }
-}
-
-impl<L: Link> Talk<L> {
-    fn unit(&mut self, number: u8) -> &mut Unit {
-        let at = self.units.binary_search_by_key(&number, |unit| unit.number);
-        &mut self.units[at.expect("every unit of the plan is listed")]
-    }
-
-    /// Puts the request to its unit: the data of the answer, or nothing where the unit is in
-    /// trouble, which it notes.
-    ///
-    /// # Errors
-    /// The link is of no use any more.
-    async fn ask(&mut self, what: &What) -> Result<Option<&[u8]>, Trouble> {
-        if self.unit(what.unit).is_left {
-            return Ok(None);
-        }
-        let Talk { link, request, answer, pause, .. } = self;
-        let pause = *pause;
-        match link.ask(what.unit, request, answer).await {
-            Err(Failure::Broken(reason)) => {
-                return Err(Trouble::disconnected(format!("{what}: {reason}")));
-            }
-            Err(Failure::Silent(reason)) => {
-                self.unit(what.unit).miss(format!("{what}: {reason}"), pause);
-                return Ok(None);
-            }
-            // Asked further: a read shows whether it is there.
-            Err(Failure::Doubtful(reason)) => {
-                self.unit(what.unit).trouble.get_or_insert(format!("{what}: {reason}"));
-                return Ok(None);
-            }
-            Ok(()) => {}
-        }
-        match answer::check(&self.request, &self.answer).map(|data| data.len()) {
-            Ok(length) => {
-                self.unit(what.unit).found();
-                let from = self.answer.len() - length;
-                Ok(Some(&self.answer[from..]))
-            }
-            Err(wrong) if wrong.is_absence() => {
-                self.unit(what.unit).miss(format!("{what}: {wrong}"), Duration::ZERO);
-                Ok(None)
-            }
-            Err(wrong @ Wrong::Exception(_)) => {
-                self.unit(what.unit).found();
-                let unit = self.unit(what.unit);
-                // One that refuses a read takes its outputs all the same.
-                let noted = if what.verb == READING { &mut unit.unread } else { &mut unit.trouble };
-                noted.get_or_insert(format!("{what}: {wrong}"));
-                Ok(None)
-            }
-            // It may have been to an earlier question, and the right one on its way.
-            Err(wrong) if L::STARTS_ANEW => {
-                self.unit(what.unit).miss(format!("{what}: {wrong}"), pause);
-                Ok(None)
-            }
-            Err(wrong) => Err(Trouble::disconnected(format!("{what}: {wrong}"))),
-        }
-    }
-}
-
-impl Unit {
-    fn new(number: u8) -> Unit {
-        Unit {
-            number,
-            trouble: None,
-            unread: None,
-            was_troubled: false,
-            is_left: false,
-            absences: 0,
-            retry: Retry::new(),
-            rests_until: None,
-        }
-    }
-
-    fn begin_anew(&mut self) {
-        *self = Unit::new(self.number);
-    }
-
-    /// Before an exchange: a unit in trouble is asked when inputs are due, not at every change.
-    /// `is_anew`: inputs are read from the first on.
-    fn begin(&mut self, occasion: Occasion, now: Instant, is_anew: bool) {
-        self.was_troubled = self.trouble.is_some();
-        self.is_left = match occasion {
-            Occasion::Change => self.was_troubled,
-            Occasion::First | Occasion::Poll => self.rests_until.is_some_and(|until| now < until),
-            Occasion::Last => false,
-        };
-        if !self.is_left {
-            self.trouble = None;
-        }
-        if is_anew {
-            self.unread = None;
-        }
-    }
-
-    /// Inputs of it were not read.
-    fn leave_unread(&mut self) {
-        if self.unread.is_none() {
-            self.unread.clone_from(&self.trouble);
-        }
-    }
-
-    /// It did not answer.
-    fn miss(&mut self, trouble: String, pause: Duration) {
-        self.trouble.get_or_insert(trouble);
-        self.is_left = true;
-        self.absences += 1;
-        let wait = if self.absences > 1 { self.retry.next() } else { Duration::ZERO };
-        self.rests_until = Some(Instant::now() + wait.max(pause));
-    }
-
-    /// It answered.
-    fn found(&mut self) {
-        if self.absences > 0 {
-            self.absences = 0;
-            self.retry.reset();
-            self.rests_until = None;
-        }
-    }
-}
-
-impl fmt::Display for What {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let What { verb, unit, table, first, count } = *self;
-        write!(f, "{verb} {} {first}", table.name())?;
-        if count > 1 {
-            write!(f, "..{}", u32::from(first) + u32::from(count) - 1)?;
-        }
-        write!(f, " of unit {unit}")
     }
 }

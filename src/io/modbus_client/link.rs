@@ -7,10 +7,13 @@ use crate::io::device::Trouble;
 /// Why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// None came, or none that fits; the link itself is as good as before.
+    /// None came, or none that fits. Where the link starts anew it is as good as before; another
+    /// one has to be made anew.
     Silent(String),
     /// What came may be the answer, or not; the unit may be there.
     Doubtful(String),
+    /// The peer has closed a link over which it had answered before, and has sent no byte since.
+    Closed(String),
     /// The link is of no use any more.
     Broken(String),
 }

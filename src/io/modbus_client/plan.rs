@@ -62,8 +62,8 @@ impl Group {
     }
 
     /// Puts what was read where its points are; `data` is as long as [`super::answer::check`]
-    /// has it. False where a point is an f32 that is no number: it stays as it was.
-    pub fn bring_in(&self, data: &[u8], inputs: &mut [i32]) -> bool {
+    /// has it. False where a point is an f32 that is no number: it counts as not read.
+    pub fn bring_in(&self, data: &[u8], inputs: &mut [Option<i32>]) -> bool {
         let mut all = true;
         for (at, point) in &self.points {
             let place = usize::from(point.at - self.first);
@@ -72,10 +72,8 @@ impl Group {
                 PointForm::RegisterBit(bit) => Some(i32::from(word(data, place) >> bit & 1)),
                 PointForm::Number(number) => values::decode(&number, bits(&number, data, place)),
             };
-            match value {
-                Some(value) => inputs[*at] = value,
-                None => all = false,
-            }
+            inputs[*at] = value;
+            all &= value.is_some();
         }
         all
     }
@@ -163,22 +161,24 @@ mod tests {
             Point { form: number(NumberType::I32, WordOrder::LowFirst), ..register(12) };
         let flag = Point { form: PointForm::RegisterBit(9), ..register(11) };
         let points = [low_first, register(10), flag];
-        let mut inputs = [0; 3];
+        let mut inputs = [None; 3];
         let groups = reads(&points, 0);
         assert!(groups[0].bring_in(&[0, 7, 2, 0, 0, 5, 0, 1], &mut inputs));
-        assert_eq!(inputs, [65_541, 7, 1]);
+        assert_eq!(inputs, [Some(65_541), Some(7), Some(1)]);
         let bits = reads(&[bit(3), bit(8)], 1);
-        let mut inputs = [0; 2];
+        let mut inputs = [None; 2];
         assert!(bits[0].bring_in(&[0b10_0000], &mut inputs));
-        assert_eq!(inputs, [0, 1]);
+        assert_eq!(inputs, [Some(0), Some(1)]);
     }
 
     #[test]
-    fn what_is_no_number_is_told_and_left() {
-        let float = Point { form: number(NumberType::F32, WordOrder::HighFirst), ..register(0) };
-        let mut inputs = [5];
-        assert!(!reads(&[float], 0)[0].bring_in(&[0x7f, 0xc0, 0, 0], &mut inputs));
-        assert_eq!(inputs, [5]);
+    fn what_is_no_number_is_told_and_not_read() {
+        let form = number(NumberType::F32, WordOrder::HighFirst);
+        let float = |at| Point { form, ..register(at) };
+        let mut inputs = [None; 2];
+        let data = [0x7f, 0xc0, 0, 0, 0x3f, 0x80, 0, 0];
+        assert!(!reads(&[float(0), float(2)], 0)[0].bring_in(&data, &mut inputs));
+        assert_eq!(inputs, [None, Some(1)], "its neighbour is read");
     }
 
     const TABLES: [Table; 4] =

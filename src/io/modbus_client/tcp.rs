@@ -1,9 +1,12 @@
 //! The way by TCP: one connection, one question at a time.
 //!
 //! A frame that is not the answer to the question asked, a late one to an earlier question too,
-//! breaks the connection: made anew, it has nothing old in it. Memory is one frame.
+//! breaks the connection: made anew, it has nothing old in it. Many peers close a connection that
+//! was idle for some time: this shows with the next question at the earliest, and is told apart.
+//! Memory is one frame.
 
 use std::io;
+use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, UnexpectedEof};
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -21,6 +24,8 @@ pub struct Tcp {
     connect_timeout: Duration,
     timeout: Duration,
     stream: Option<TcpStream>,
+    /// A question was answered over it.
+    is_proven: bool,
     transaction: u16,
     received: [u8; FRAME_BYTES_MAX],
 }
@@ -29,7 +34,8 @@ impl Tcp {
     /// Not connected yet.
     pub fn new(address: SocketAddr, connect_timeout: Duration, timeout: Duration) -> Tcp {
         let received = [0; FRAME_BYTES_MAX];
-        Tcp { address, connect_timeout, timeout, stream: None, transaction: 0, received }
+        let (stream, is_proven, transaction) = (None, false, 0);
+        Tcp { address, connect_timeout, timeout, stream, is_proven, transaction, received }
     }
 }
 
@@ -47,7 +53,7 @@ impl Link for Tcp {
         };
         // A question is one small packet whose answer is waited for.
         let _ = stream.set_nodelay(true);
-        self.stream = Some(stream);
+        (self.stream, self.is_proven) = (Some(stream), false);
         Ok(())
     }
 
@@ -64,13 +70,19 @@ impl Link for Tcp {
             receive(stream, &mut self.received, &mut filled).await
         };
         let limit = self.timeout.as_millis();
-        let received = match timeout(self.timeout, talk).await {
-            Err(_) if filled == 0 => Err(format!("no answer in {limit} ms")),
-            Err(_) => Err(format!("no whole answer in {limit} ms")),
-            Ok(Err(error)) => Err(error.to_string()),
-            Ok(Ok(())) => check(&self.received[..filled], header, answer),
-        };
-        received.map_err(Failure::Broken)
+        match timeout(self.timeout, talk).await {
+            Err(_) if filled == 0 => Err(Failure::Silent(format!("no answer in {limit} ms"))),
+            Err(_) => Err(Failure::Broken(format!("no whole answer in {limit} ms"))),
+            Ok(Err(error)) if filled == 0 && self.is_proven && is_closed(&error) => {
+                Err(Failure::Closed(error.to_string()))
+            }
+            Ok(Err(error)) => Err(Failure::Broken(error.to_string())),
+            Ok(Ok(())) => {
+                check(&self.received[..filled], header, answer).map_err(Failure::Broken)?;
+                self.is_proven = true;
+                Ok(())
+            }
+        }
     }
 
     fn close(&mut self) {
@@ -83,13 +95,18 @@ async fn receive(stream: &mut TcpStream, bytes: &mut [u8], filled: &mut usize) -
     loop {
         // A frame is never longer than the room for it.
         match stream.read(&mut bytes[*filled..]).await? {
-            0 => return Err(io::Error::other("the peer has closed the connection")),
+            0 => return Err(io::Error::new(UnexpectedEof, "the peer has closed the connection")),
             count => *filled += count,
         }
         if frame::split(&bytes[..*filled]) != Split::More {
             return Ok(());
         }
     }
+}
+
+/// Whether the peer has closed the connection, in order or not.
+fn is_closed(error: &io::Error) -> bool {
+    matches!(error.kind(), UnexpectedEof | ConnectionReset | ConnectionAborted | BrokenPipe)
 }
 
 /// Takes the answer's PDU out of what came.

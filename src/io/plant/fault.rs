@@ -7,19 +7,19 @@ use std::collections::VecDeque;
 
 use super::settings::{Effect, Fault as Settings, PointId};
 
-/// Which points a fault falsifies: before the parts move, or behind them.
+/// The point that a fault falsifies: before the parts move, or behind them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
-    /// What drives a part.
+pub(super) enum Falsifies {
+    /// A point that drives a part.
     Command,
-    /// What a part tells.
-    Told,
+    /// A point by which a part reports.
+    Report,
 }
 
 /// A fault with its state.
 #[derive(Clone, Debug)]
 pub(super) struct Fault {
-    pub place: Place,
+    pub falsifies: Falsifies,
     when: usize,
     point: usize,
     effect: Effect,
@@ -62,7 +62,10 @@ impl Fault {
             Effect::Lost => return None,
         };
         Some(Fault {
-            place: if is_command(point) { Place::Command } else { Place::Told },
+            falsifies: match is_command(point) {
+                true => Falsifies::Command,
+                false => Falsifies::Report,
+            },
             when: settings.when.0 as usize,
             point: point.0 as usize,
             effect: settings.effect,

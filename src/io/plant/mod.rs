@@ -19,6 +19,7 @@ use settings::Plant as Settings;
 /// A plant whose time is the machine's.
 pub struct Plant {
     model: Model,
+    inputs: Vec<i32>,
     /// Since its first step.
     started: Option<Instant>,
 }
@@ -26,7 +27,8 @@ pub struct Plant {
 impl Plant {
     /// A plant at rest.
     pub fn new(settings: &Settings) -> Plant {
-        Plant { model: Model::new(settings), started: None }
+        let inputs = vec![0; settings.inputs.len()];
+        Plant { model: Model::new(settings), inputs, started: None }
     }
 }
 
@@ -37,11 +39,13 @@ impl Driver for Plant {
 
     async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
         let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
-        let stepped = self.model.step(now_ms, exchange.outputs, exchange.inputs);
-        match stepped {
-            Ok(()) => Ok(Done::Whole),
-            Err(Lost) => Err(Trouble::kept("the plant does not answer, as a fault wants it")),
+        if self.model.step(now_ms, exchange.outputs, &mut self.inputs) == Err(Lost) {
+            return Err(Trouble::kept("the plant does not answer, as a fault wants it"));
         }
+        for (input, value) in exchange.inputs.iter_mut().zip(&self.inputs) {
+            *input = Some(*value);
+        }
+        Ok(Done::Whole)
     }
 
     fn disconnect(&mut self) {}

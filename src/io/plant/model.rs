@@ -5,7 +5,7 @@
 //! it as the tick before left it; then every part moves: the order of the parts means nothing.
 //! Numbers are integers, and nothing is rounded on the way. No clock.
 
-use super::fault::{Fault, Place};
+use super::fault::{Falsifies, Fault};
 use super::part::Part;
 use super::settings::{Command, Effect, Feed, Plant, PointId};
 
@@ -129,15 +129,15 @@ impl Model {
             };
             self.values[point.0 as usize] = value.saturating_mul(*gain);
         }
-        self.falsify(Place::Command);
+        self.falsify(Falsifies::Command);
         for (first, part) in &mut self.parts {
             part.tick(self.time_ms, &mut self.values[*first..]);
         }
-        self.falsify(Place::Told);
+        self.falsify(Falsifies::Report);
     }
 
-    fn falsify(&mut self, place: Place) {
-        for fault in self.faults.iter_mut().filter(|fault| fault.place == place) {
+    fn falsify(&mut self, what: Falsifies) {
+        for fault in self.faults.iter_mut().filter(|fault| fault.falsifies == what) {
             fault.tick(self.time_ms, &mut self.values, &self.before);
         }
     }

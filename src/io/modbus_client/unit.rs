@@ -1,0 +1,88 @@
+//! What is known of a unit behind the link: its trouble, and when it is asked again.
+//!
+//! Kept by `talk`. A unit that is silent is asked once more soon, then ever less often, so that it
+//! costs the others behind the same link little time.
+
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use crate::io::device::{Occasion, Retry};
+
+pub(super) struct Unit {
+    pub number: u8,
+    /// It was silent, or refused a write: the first such trouble of this exchange, or of the one
+    /// before it.
+    pub trouble: Option<String>,
+    /// The first reason why inputs of it are missing, since the first group was read.
+    pub unread: Option<String>,
+    /// It was silent, or refused a write, in the exchange before this one.
+    pub was_troubled: bool,
+    /// Not asked any more in this exchange.
+    pub is_left: bool,
+    /// How many times running it was silent.
+    absences: u32,
+    retry: Retry,
+    rests_until: Option<Instant>,
+}
+
+impl Unit {
+    pub fn new(number: u8) -> Unit {
+        Unit {
+            number,
+            trouble: None,
+            unread: None,
+            was_troubled: false,
+            is_left: false,
+            absences: 0,
+            retry: Retry::new(),
+            rests_until: None,
+        }
+    }
+
+    pub fn begin_anew(&mut self) {
+        *self = Unit::new(self.number);
+    }
+
+    /// Before an exchange: a unit in trouble is asked when inputs are due, not at every change.
+    /// `is_anew`: inputs are read from the first on.
+    pub fn begin(&mut self, occasion: Occasion, now: Instant, is_anew: bool) {
+        self.was_troubled = self.trouble.is_some();
+        self.is_left = match occasion {
+            Occasion::Change => self.was_troubled,
+            Occasion::First | Occasion::Poll => self.rests_until.is_some_and(|until| now < until),
+            Occasion::Last => false,
+        };
+        if !self.is_left {
+            self.trouble = None;
+        }
+        if is_anew {
+            self.unread = None;
+        }
+    }
+
+    /// Inputs of it were not read.
+    pub fn leave_unread(&mut self) {
+        if self.unread.is_none() {
+            self.unread.clone_from(&self.trouble);
+        }
+    }
+
+    /// It did not answer.
+    pub fn miss(&mut self, trouble: String, pause: Duration) {
+        self.trouble.get_or_insert(trouble);
+        self.is_left = true;
+        self.absences += 1;
+        let wait = if self.absences > 1 { self.retry.next() } else { Duration::ZERO };
+        self.rests_until = Some(Instant::now() + wait.max(pause));
+    }
+
+    /// It answered.
+    pub fn found(&mut self) {
+        if self.absences > 0 {
+            self.absences = 0;
+            self.retry.reset();
+            self.rests_until = None;
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Modbus peers that lie, in the test's own process, and a client before them.
+#![allow(dead_code)]
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::os::fd::FromRawFd;
+use std::sync::{Arc, Mutex};
+use std::thread::{sleep, spawn};
+use std::time::Duration;
+
+use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
+use rungd::io::modbus::number::{NumberType, WordOrder};
+use rungd::io::modbus_client::settings;
+use rungd::io::modbus_client::{Client, Link, rtu};
+use settings::{Number, Point, PointForm, Table, Writes};
+use tokio::time::timeout;
+
+/// An answer must be whole by then.
+pub const TIMEOUT: Duration = Duration::from_millis(100);
+
+/// No lie holds a client up for longer: many times what it may take on a busy machine.
+pub const BOUND: Duration = Duration::from_secs(5);
+
+/// What a peer does with a request.
+#[derive(Clone, Debug)]
+pub enum Lie {
+    /// Nothing: it answers rightly.
+    None,
+    /// It says this.
+    Say(Vec<u8>),
+    /// It says this, a byte after the other, slowly.
+    Trickle(Vec<u8>),
+    /// It says nothing.
+    Silence,
+    /// It answers rightly, but only then.
+    After(Duration),
+    /// It says this, and goes.
+    Leave(Vec<u8>),
+    /// It talks for ever.
+    Flood,
+}
+
+/// What the next requests meet: made of the request and the right answer.
+pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
+
+/// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
+pub fn client(link: settings::Link) -> settings::Client {
+    let number = Number {
+        kind: NumberType::U16,
+        order: WordOrder::HighFirst,
+        multiply: 1,
+        divide: 1,
+        offset: 0,
+    };
+    let input =
+        |at| Point { unit: 1, table: Table::InputRegisters, at, form: PointForm::Number(number) };
+    let coil = Point { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
+    settings::Client {
+        link,
+        timeout_ms: 100,
+        write_every_ms: 0,
+        writes: Writes::Fitting,
+        gap: 0,
+        watchdog: None,
+        inputs: vec![input(0), input(1)],
+        outputs: vec![coil],
+    }
+}
+
+/// The right answer's PDU: registers count up from 1000.
+pub fn right(pdu: &[u8]) -> Vec<u8> {
+    match pdu {
+        [function @ 1..=4, _, first, _, count] => {
+            let words = (0..*count).flat_map(|n| (1000 + u16::from(first + n)).to_be_bytes());
+            [&[*function, count * 2][..], &words.collect::<Vec<u8>>()].concat()
+        }
+        _ => pdu[..5].to_vec(),
+    }
+}
+
+/// A PDU as a frame of Modbus TCP that answers a request.
+pub fn tcp_frame(request: &[u8], pdu: &[u8]) -> Vec<u8> {
+    let length = (pdu.len() as u16 + 1).to_be_bytes();
+    [&request[..2], &[0, 0], &length, &request[6..7], pdu].concat()
+}
+
+/// One connection of a TCP peer: requests answered as the script says, then rightly.
+fn serve_tcp(mut stream: TcpStream, script: &Script) {
+    let mut bytes = [0; 260];
+    loop {
+        let mut filled = 0;
+        while filled < 6 || filled < 6 + usize::from(bytes[5]) {
+            match stream.read(&mut bytes[filled..]) {
+                Ok(0) | Err(_) => return,
+                Ok(count) => filled += count,
+            }
+        }
+        let request = &bytes[..filled];
+        let answer = tcp_frame(request, &right(&request[7..]));
+        let lie = next(script, request, &answer);
+        if !act(&mut stream, lie, &answer) {
+            return;
+        }
+    }
+}
+
+/// Accepts for ever; gives the address.
+pub fn listen(script: &Script) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let script = Arc::clone(script);
+    spawn(move || {
+        for stream in listener.incoming().map_while(Result::ok) {
+            let script = Arc::clone(&script);
+            spawn(move || serve_tcp(stream, &script));
+        }
+    });
+    address
+}
+
+/// Answers on the peer's end of a pty, until a lie ends it.
+pub fn serve_rtu(mut line: File, script: &Script) {
+    let mut bytes = [0; 300];
+    loop {
+        let mut filled = 0;
+        // Reads, and writes of one: eight bytes each.
+        while filled < 8 {
+            match line.read(&mut bytes[filled..]) {
+                Ok(0) => return,
+                Ok(count) => filled += count,
+                // Nobody has the other end open.
+                Err(_) => sleep(Duration::from_millis(1)),
+            }
+        }
+        let request = &bytes[..8];
+        let answer = rtu_frame(request[0], &right(&request[1..6]));
+        let lie = next(script, request, &answer);
+        if !act(&mut line, lie, &answer) {
+            return;
+        }
+    }
+}
+
+/// A PDU as a frame of Modbus RTU.
+pub fn rtu_frame(unit: u8, pdu: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    rtu::frame(&mut bytes, unit, pdu);
+    bytes
+}
+
+fn next(script: &Script, request: &[u8], answer: &[u8]) -> Lie {
+    let mut script = script.lock().unwrap();
+    match script.is_empty() {
+        true => Lie::None,
+        false => script.remove(0)(request, answer),
+    }
+}
+
+/// Does what a lie wants; false where the connection is over.
+fn act(stream: &mut (impl Read + Write), lie: Lie, answer: &[u8]) -> bool {
+    match lie {
+        Lie::None => stream.write_all(answer).is_ok(),
+        Lie::Say(bytes) => stream.write_all(&bytes).is_ok(),
+        Lie::Trickle(bytes) => bytes.iter().all(|byte| {
+            sleep(TIMEOUT / 3);
+            stream.write_all(&[*byte]).is_ok()
+        }),
+        Lie::Silence => true,
+        Lie::After(time) => {
+            sleep(time);
+            stream.write_all(answer).is_ok()
+        }
+        Lie::Leave(bytes) => {
+            let _ = stream.write_all(&bytes);
+            false
+        }
+        Lie::Flood => {
+            while stream.write_all(&[0x55; 64]).is_ok() {}
+            false
+        }
+    }
+}
+
+/// One exchange, which is over in bounded time whatever the peer does.
+pub async fn exchange<L: Link>(client: &mut Client<L>) -> Result<[i32; 2], Trouble> {
+    let mut inputs = [None; 2];
+    let exchange = poll(&[1], &mut inputs);
+    let done = timeout(BOUND, client.exchange(exchange)).await.expect("bounded time");
+    done.map(|_| inputs.map(|input| input.expect("a good exchange reads all")))
+}
+
+/// An exchange of a poll, in which nothing is urgent.
+pub fn poll<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a> {
+    Exchange { occasion: Occasion::Poll, outputs, inputs, is_urgent: &|| false }
+}
+
+/// A pty: the peer's end, and the path of the client's.
+pub fn pty() -> (File, String) {
+    let mut name = [0; 64];
+    // SAFETY: plain system calls, on a descriptor that is checked; `name` has room for its size.
+    let (master, name) = unsafe {
+        let master = libc::posix_openpt(libc::O_RDWR | libc::O_NOCTTY);
+        assert!(master >= 0 && libc::grantpt(master) == 0 && libc::unlockpt(master) == 0);
+        assert_eq!(libc::ptsname_r(master, name.as_mut_ptr(), name.len()), 0);
+        (File::from_raw_fd(master), std::ffi::CStr::from_ptr(name.as_ptr()))
+    };
+    (master, name.to_str().unwrap().to_owned())
+}

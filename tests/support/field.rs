@@ -1,0 +1,201 @@
+//! A ladder with a field device, scanned on a simulated clock; the device's ends are the test's.
+
+use std::cell::Cell;
+use std::rc::Rc;
+use std::sync::{Arc, Mutex};
+
+use rungd::engine::Engine;
+use rungd::isa::{Address, Bit, BitSpace};
+use rungd::lower::lower;
+use rungd::resolve::program::Program;
+use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
+use rungd::runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
+use rungd::runtime::field::{Line, Source, Target, Wiring};
+use rungd::runtime::pacing::Clock;
+use rungd::runtime::{
+    DeviceEdge, Memory, Monitor, Observer, Pace, Posture, Record, Safe, Scanner, Settings,
+    Statistics, Watched, What, Whole, assemble_whole, monotonic_ns,
+};
+use rungd::source::span::SourceFile;
+
+pub const MS: u64 = 1_000_000;
+pub const PERIOD_NS: u64 = 10 * MS;
+pub const LOSS_NS: u64 = 100 * MS;
+
+#[derive(Clone, Default)]
+pub struct SimulatedClock(pub Rc<Cell<u64>>);
+
+impl Clock for SimulatedClock {
+    fn now_ns(&self) -> u64 {
+        self.0.get()
+    }
+
+    fn sleep_until(&mut self, deadline_ns: u64) {
+        self.0.set(self.0.get().max(deadline_ns));
+    }
+}
+
+/// Keeps what is told of devices.
+#[derive(Clone, Default)]
+pub struct Heard(pub Arc<Mutex<Vec<(u64, DeviceEdge)>>>);
+
+impl Observer for Heard {
+    fn record(&mut self, record: &Record) {
+        if let What::Device { device: 0, edge } = record.what {
+            self.0.lock().unwrap().push((record.scan, edge));
+        }
+    }
+
+    fn statistics(&mut self, _: &Statistics) {}
+    fn dropped(&mut self, _: u64) {}
+    fn tripped(&mut self, _: FaultReason, _: u64) {}
+    fn turn(&mut self, _: &Snapshot, _: u64) {}
+    fn ended(&mut self, _: u64) {}
+}
+
+const LADDER: &str = r#"
+[ladder]
+devices = ["line1"]
+
+[tags]
+ready = { at = "X3", initial = true }
+
+[[program]]
+name = "Main"
+rung = [
+  { when = ["line1.Ok"], do = ["OUT Y0"] },
+  { when = ["line1.Stale"], do = ["OUT Y1"] },
+  { when = ["X0"], do = ["OUT Y2"] },
+  { when = ["ready"], do = ["OUT Y3"] },
+  { when = ["$On"], do = ["MOVE D0 to=D1", "ADD V0 1 to=V0"] },
+]
+"#;
+
+pub struct Rig {
+    pub program: Program,
+    pub symbols: rungd::lower::Symbols,
+    pub scanner: Scanner<Engine, SimulatedClock>,
+    pub monitor: Monitor<Heard>,
+    pub port: Port,
+    pub heard: Heard,
+    line: Option<Line>,
+    pub clock: SimulatedClock,
+    /// What goes to the device: Y2, D1 (safe: -1), V0 (safe: as it is).
+    pub sources: Vec<Source>,
+}
+
+/// X0, X3, D0 and V0 come from the device; Y2, D1 and V0 go to it.
+pub fn rig(zero_on_loss: bool) -> Rig {
+    let file = SourceFile { name: "line.toml".into(), text: LADDER.into() };
+    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    let (code, symbols) = lower(&program);
+    let layout = &symbols.layout;
+    let bit = |name: &str| match resolve_operand(&program, name) {
+        Ok(Address::Bit(bit)) => layout.bit(bit),
+        other => panic!("{name}: {other:?}"),
+    };
+    let word = |name: &str| match resolve_operand(&program, name) {
+        Ok(Address::Word(word)) => (layout.word(word), word.range()),
+        other => panic!("{name}: {other:?}"),
+    };
+    let target = |name: &str| {
+        let (cell, (min, max)) = word(name);
+        Target::Word { cell, min, max }
+    };
+    let wiring = Wiring {
+        inputs: vec![Target::Input(0), Target::Input(3), target("D0"), target("V0")],
+        outputs: vec![
+            Source::Output(2),
+            Source::Cell(rungd::engine::Cell::Word(word("D1").0), Some(-1)),
+            Source::Cell(rungd::engine::Cell::Word(word("V0").0), None),
+        ],
+        ok: bit("line1.Ok"),
+        stale: bit("line1.Stale"),
+        loss_after_ns: LOSS_NS,
+        zero_on_loss,
+        local_budget_ns: None,
+    };
+    let mut safe = vec![Safe::Off; program.sizes.y as usize];
+    safe[3] = Safe::Hold;
+    let settings = Settings {
+        pace: Pace {
+            tempo: Tempo { period_ns: PERIOD_NS, watchdog_ns: 200 * MS },
+            scans: None,
+            statistics_every_ns: None,
+            start_in_stop: None,
+        },
+        memory: Memory {
+            inputs: program.sizes.x,
+            bits: layout.bit_count() as usize,
+            words: layout.word_count() as usize,
+            first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+            forces_active: layout.bit(Bit::Space(BitSpace::St, 9)).0 as usize,
+            safe,
+        },
+        watched: Watched::default(),
+        posture: Posture::default(),
+        field: vec![wiring.clone()],
+    };
+    let (clock, heard) = (SimulatedClock::default(), Heard::default());
+    clock.0.set(1000 * MS);
+    let engine = Engine::new(code);
+    let whole = assemble_whole(engine, clock.clone(), &settings, heard.clone());
+    let Whole { mut scanner, monitor, port, mut lines, .. } = whole;
+    port.set_input(3, true);
+    scanner.start();
+    let (line, sources) = (Some(lines.remove(0).line), wiring.outputs);
+    Rig { program, symbols, scanner, monitor, port, heard, line, clock, sources }
+}
+
+impl Rig {
+    /// The line, for a driver's task.
+    pub fn take_line(&mut self) -> Line {
+        self.line.take().expect("it is taken once")
+    }
+
+    /// The line, in the test's own hands.
+    pub fn line(&mut self) -> &mut Line {
+        self.line.as_mut().expect("no task has it")
+    }
+
+    /// The simulated clock goes on from the real one, by which tasks tell the age of exchanges.
+    pub fn advance_to_now(&self) {
+        self.clock.0.set(self.clock.0.get().max(monotonic_ns()));
+    }
+
+    /// A good exchange, now.
+    pub fn deliver(&mut self, x0: i32, x3: i32, d0: i32, v0: i32) {
+        let now_ns = self.clock.now_ns();
+        self.line().deliver(&[x0, x3, d0, v0].map(Some), now_ns);
+        self.line().well(now_ns);
+    }
+
+    /// An exchange that failed, which has read these all the same.
+    pub fn deliver_part(&mut self, inputs: [Option<i32>; 4]) {
+        let now_ns = self.clock.now_ns();
+        self.line().trouble();
+        self.line().deliver(&inputs, now_ns);
+    }
+
+    pub fn scans(&mut self, count: u64) {
+        for _ in 0..count {
+            assert!(self.scanner.step());
+            self.monitor.turn(self.clock.now_ns());
+        }
+    }
+
+    pub fn value(&self, name: &str) -> i32 {
+        let image = self.port.latest();
+        let address = resolve_operand(&self.program, name).expect(name);
+        image.value(self.symbols.layout.cell(address).expect(name))
+    }
+
+    pub fn values(&self, names: &[&str]) -> Vec<i32> {
+        names.iter().map(|name| self.value(name)).collect()
+    }
+
+    pub fn told(&self) -> Vec<(u64, DeviceEdge)> {
+        std::mem::take(&mut self.heard.0.lock().unwrap())
+    }
+}
