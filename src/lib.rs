@@ -6,6 +6,7 @@
 // `io/modbus_client/serial.rs`.
 #![deny(unsafe_code)]
 
+mod calendar;
 pub mod check;
 pub mod cli;
 pub mod controller;

@@ -46,5 +46,6 @@ pub(crate) const fn level(level: events::Level) -> tracing::Level {
         events::Level::Warn => tracing::Level::WARN,
         events::Level::Info => tracing::Level::INFO,
         events::Level::Debug => tracing::Level::DEBUG,
+        events::Level::Trace => tracing::Level::TRACE,
     }
 }

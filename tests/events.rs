@@ -156,7 +156,7 @@ fn the_page_lists_every_event() {
             let Event { name, meaning, remedy, .. } = event;
             let limit = match event.limit {
                 Limit::NONE => "".to_owned(),
-                Limit { burst, per_second } => format!("{burst}, then {per_second}/s"),
+                limit => format!("{}, then {}/s", limit.burst, limit.per_second()),
             };
             let cell = |text: &str| text.replace('|', "\\|");
             let (code, level) = (event.code(), event.level.name());

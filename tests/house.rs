@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
 #[rustfmt::skip]
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "main", "cli", "daemon", "operator", "load", "controller", "io", "say", "retain", "runtime",
-    "sim", "reload", "lower", "check", "resolve", "source", "engine", "isa", "events", "faults",
+    "sim", "reload", "lower", "check", "resolve", "source", "engine", "isa", "events",
+    "calendar", "faults",
 ];
 
 /// Modules that may know tokio.

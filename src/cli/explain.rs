@@ -89,7 +89,7 @@ fn of_event(event: &Event) -> String {
         let _ = writeln!(text, "{line}");
     }
     if event.limit != Limit::NONE {
-        let Limit { burst, per_second } = event.limit;
+        let (burst, per_second) = (event.limit.burst, event.limit.per_second());
         let _ = writeln!(
             text,
             "\nAt most {burst} lines at once, then {per_second} a second; what is left out is \

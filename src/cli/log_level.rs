@@ -5,7 +5,8 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::At;
-use crate::operator::protocol::{Level, LevelChange, Request};
+use crate::events::Level;
+use crate::operator::protocol::{LevelChange, Request};
 
 /// Sets from which level on a running controller logs
 #[derive(Args, Debug)]
@@ -26,7 +27,7 @@ pub fn log_level(args: &LogLevelArgs) -> Result<Exit> {
         Ok(change) => change,
         Err(exit) => return Ok(exit),
     };
-    let name = |level: Level| format!("{level:?}").to_lowercase();
-    args.at.print(&change, || format!("{}, was {}\n", name(change.after), name(change.before)))?;
+    let (before, after) = (change.before.name(), change.after.name());
+    args.at.print(&change, || format!("{after}, was {before}\n"))?;
     Ok(Exit::Ok)
 }

@@ -11,8 +11,9 @@ use clap::Args;
 use super::check::style;
 use super::exit::Exit;
 use crate::daemon::guard::{self, Ended, Guard};
-use crate::daemon::log::{self, LogFormat, LogLevel};
+use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{self, Ending, Failure, Host, Options, config};
+use crate::events::Level;
 use crate::isa::duration;
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
@@ -37,7 +38,7 @@ pub struct RunArgs {
     log_format: Option<LogFormat>,
     /// Log from this level on (default: the environment's RUNGD_LOG, or info)
     #[arg(long, value_name = "LEVEL")]
-    log_level: Option<LogLevel>,
+    log_level: Option<Level>,
     /// Where the journal listens
     #[arg(long, value_name = "PATH", hide = true)]
     journal_socket: Option<PathBuf>,

@@ -1,17 +1,13 @@
 //! How much may be told of alarms that change all the time, and the count of what was left out.
 //!
-//! The log writer asks before each line (other events have their limits in `log_limits`). Alarms
+//! The log writer asks before each line (the limits of other events are in their rows). Alarms
 //! have an allowance each besides one in common: one that chatters does not hide the others. An
 //! alarm's ON and OFF are told both or neither, and an alarm that stands untold is told as soon as
 //! there is room, or at the end: the log never shows an alarm that is over as one that lasts, nor
 //! hides one that does.
 
-use super::log_limits::{Budget, Told, Withheld};
 use crate::events::Limit;
-
-/// Of all alarms in common, and of each one.
-const ALL: Limit = Limit { burst: 200, per_second: 20 };
-const EACH: Limit = Limit { burst: 20, per_second: 2 };
+use crate::events::limit::{Budget, Told, Withheld};
 
 /// The alarms: which stand, and whether the log knows.
 pub(super) struct Alarms {
@@ -42,7 +38,7 @@ const PAIR: u32 = 2;
 impl Alarms {
     pub fn new() -> Alarms {
         let (states, budgets) = (Vec::new(), Vec::new());
-        let (common, withheld) = (Budget::new(ALL), Withheld::default());
+        let (common, withheld) = (Budget::new(Limit::PLANT), Withheld::default());
         Alarms { common, withheld, states, budgets, untold: 0 }
     }
 
@@ -51,7 +47,7 @@ impl Alarms {
         let at = watch as usize;
         if at >= self.states.len() {
             self.states.resize(at + 1, State::Off);
-            self.budgets.resize(at + 1, Budget::new(EACH));
+            self.budgets.resize(at + 1, Budget::new(Limit::ALARM));
         }
         let (common, own) = (&mut self.common, &mut self.budgets[at]);
         let was = self.states[at];
@@ -128,8 +124,8 @@ fn draw_pair(common: &mut Budget, own: &mut Budget, now_ns: u64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::daemon::log_limits::SECOND_NS;
 
+    const SECOND_NS: u64 = 1_000_000_000;
     const MS_NS: u64 = 1_000_000;
 
     #[test]
@@ -170,7 +166,7 @@ mod tests {
     fn an_alarm_that_stands_is_told_when_there_is_room() {
         let mut alarms = Alarms::new();
         let told = (0..150).filter(|watch| alarms.change(*watch, true, 9, SECOND_NS)).count();
-        assert_eq!(told as u32, ALL.burst / PAIR);
+        assert_eq!(told as u32, Limit::PLANT.burst / PAIR);
         assert_eq!(alarms.belated(SECOND_NS), []);
         assert_eq!(alarms.belated(SECOND_NS + 100 * MS_NS), [(100, 9)]);
         assert!(alarms.change(100, false, 20, SECOND_NS + 100 * MS_NS), "its OFF too");

@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use super::directories;
 use super::narration::span;
 use crate::runtime::exchange::Mode;
 use crate::say::say;
@@ -68,12 +69,8 @@ struct Healthy {
 
 /// Where restarts are counted if the command line does not say: where systemd says so.
 pub fn file_of_environment() -> Option<PathBuf> {
-    let directory = |name| {
-        let list = std::env::var_os(name)?.into_string().ok()?;
-        let first = list.split(':').next().filter(|first| first.starts_with('/'))?;
-        Some(Path::new(first).join(FILE_NAME))
-    };
-    directory("RUNTIME_DIRECTORY").or_else(|| directory("STATE_DIRECTORY"))
+    let folder = directories::runtime().or_else(directories::state)?;
+    Some(folder.join(FILE_NAME))
 }
 
 impl Guard {

@@ -1,7 +1,7 @@
 //! The log: text for people, JSON for machines, entries with fields for the journal.
 //!
 //! Its form is decided once at start from the arguments, the environment and what standard error
-//! is. A line is formed by `log_form`, counted against its event's limit by `log_limits`, and goes
+//! is. A line is formed by `log_form`, counted against its event's limit by `events::limit`, and goes
 //! through `log_queue`, so that logging never waits.
 
 use std::fs::File;
@@ -13,15 +13,17 @@ use std::sync::OnceLock;
 use std::time::SystemTime;
 
 use clap::ValueEnum;
+use tracing::Subscriber;
 use tracing::level_filters::LevelFilter;
-use tracing::{Level, Subscriber};
 use tracing_subscriber::layer::{Context, SubscriberExt};
 use tracing_subscriber::{Layer, Registry, reload};
 
 use super::journal::{self, Socket};
-use super::log_form::Line;
+use super::log_form::LogLine;
 pub use super::log_queue::lines_dropped;
 use super::log_queue::{Formed, LogQueue};
+use crate::events::Level;
+use crate::say;
 
 /// The form of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -33,17 +35,6 @@ pub enum LogFormat {
     /// Entries with fields for the systemd journal, or where it does not listen lines with a
     /// priority (`<6>`); chosen by itself under systemd.
     Journal,
-}
-
-/// What is logged, from the level named on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[allow(missing_docs)]
-pub enum LogLevel {
-    Error,
-    Warn,
-    Info,
-    Debug,
-    Trace,
 }
 
 /// The environment variable that stands for `--log-level`.
@@ -65,16 +56,16 @@ type Filtered = reload::Layer<LevelFilter, Registry>;
 static LEVEL: OnceLock<reload::Handle<LevelFilter, Registry>> = OnceLock::new();
 
 /// From now on the log tells from this level on.
-pub fn set_level(level: LogLevel) {
+pub fn set_level(level: Level) {
     if let Some(handle) = LEVEL.get() {
-        let _ = handle.modify(|filter| *filter = level.filter());
+        let _ = handle.modify(|filter| *filter = self::filter(level));
     }
 }
 
 /// From which level on the log tells.
-pub fn level() -> LogLevel {
+pub fn level() -> Level {
     let filter = LEVEL.get().and_then(|handle| handle.clone_current());
-    LogLevel::of(filter.unwrap_or(LevelFilter::INFO))
+    level_of(filter.unwrap_or(LevelFilter::INFO))
 }
 
 /// Starts the log of the process. `socket` is where the journal listens, if elsewhere than usual.
@@ -83,7 +74,7 @@ pub fn level() -> LogLevel {
 /// [`LEVEL_VARIABLE`] is no level, or the machine gives no thread.
 pub fn init(
     format: Option<LogFormat>,
-    level: Option<LogLevel>,
+    level: Option<Level>,
     socket: Option<&Path>,
 ) -> anyhow::Result<Log> {
     let level = match level {
@@ -94,12 +85,12 @@ pub fn init(
     let socket = socket.unwrap_or(Path::new(journal::SOCKET));
     let socket = if format == LogFormat::Journal { Socket::new(socket) } else { None };
     let form = match format {
-        LogFormat::Text => Form::Text { color: io::stderr().is_terminal() },
-        LogFormat::Json => Form::Json,
-        LogFormat::Journal => Form::Journal { entries: socket.is_some() },
+        LogFormat::Text => LineForm::Text { color: io::stderr().is_terminal() },
+        LogFormat::Json => LineForm::Json,
+        LogFormat::Journal => LineForm::Journal { entries: socket.is_some() },
     };
     let queue = LogQueue::new(io::stderr(), socket)?;
-    let (filter, handle) = reload::Layer::new(level.filter());
+    let (filter, handle) = reload::Layer::new(filter(level));
     let _ = LEVEL.set(handle);
     // Only a second call in one process fails, and then a log is there already.
     let _ = tracing::subscriber::set_global_default(subscriber(form, filter, queue.clone()));
@@ -111,9 +102,9 @@ pub fn is_for_people(format: Option<LogFormat>) -> bool {
     format.unwrap_or_else(choose) == LogFormat::Text
 }
 
-fn level_of_environment(value: Option<&str>) -> anyhow::Result<LogLevel> {
-    let Some(value) = value.filter(|v| !v.is_empty()) else { return Ok(LogLevel::Info) };
-    LogLevel::from_str(value, true).map_err(|_| {
+fn level_of_environment(value: Option<&str>) -> anyhow::Result<Level> {
+    let Some(value) = value.filter(|v| !v.is_empty()) else { return Ok(Level::Info) };
+    Level::from_str(value, true).map_err(|_| {
         anyhow::anyhow!(
             "{LEVEL_VARIABLE}={value}: not a level; write error, warn, info, debug or trace"
         )
@@ -135,31 +126,23 @@ fn is_stream(variable: &str, device: u64, inode: u64) -> bool {
     variable.split_once(':').is_some_and(|(d, i)| d.parse() == Ok(device) && i.parse() == Ok(inode))
 }
 
-impl LogLevel {
-    fn filter(self) -> LevelFilter {
-        match self {
-            LogLevel::Error => LevelFilter::ERROR,
-            LogLevel::Warn => LevelFilter::WARN,
-            LogLevel::Info => LevelFilter::INFO,
-            LogLevel::Debug => LevelFilter::DEBUG,
-            LogLevel::Trace => LevelFilter::TRACE,
-        }
-    }
+fn filter(level: Level) -> LevelFilter {
+    LevelFilter::from_level(say::level(level))
+}
 
-    fn of(filter: LevelFilter) -> LogLevel {
-        match filter {
-            LevelFilter::TRACE => LogLevel::Trace,
-            LevelFilter::DEBUG => LogLevel::Debug,
-            LevelFilter::INFO => LogLevel::Info,
-            LevelFilter::WARN => LogLevel::Warn,
-            _ => LogLevel::Error,
-        }
+fn level_of(filter: LevelFilter) -> Level {
+    match filter {
+        LevelFilter::TRACE => Level::Trace,
+        LevelFilter::DEBUG => Level::Debug,
+        LevelFilter::INFO => Level::Info,
+        LevelFilter::WARN => Level::Warn,
+        _ => Level::Error,
     }
 }
 
 /// How a line is formed.
 #[derive(Clone, Copy)]
-enum Form {
+enum LineForm {
     Text {
         color: bool,
     },
@@ -170,32 +153,32 @@ enum Form {
     },
 }
 
-fn subscriber(form: Form, filter: Filtered, queue: LogQueue) -> impl Subscriber + Send + Sync {
+fn subscriber(form: LineForm, filter: Filtered, queue: LogQueue) -> impl Subscriber + Send + Sync {
     tracing_subscriber::registry().with(filter).with(Voice { form, queue })
 }
 
 /// The layer that turns events into lines.
 struct Voice {
-    form: Form,
+    form: LineForm,
     queue: LogQueue,
 }
 
 impl<S: Subscriber> Layer<S> for Voice {
     fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
-        let line = Line::of(event);
+        let line = LogLine::of(event);
         // Who asks for details gets them all.
         let limited = LevelFilter::current() < LevelFilter::DEBUG;
         if let Some(event) = line.event.filter(|_| limited)
-            && !self.queue.limits().take(event, self.queue.now_ns())
+            && !self.queue.may_write(event)
         {
             return;
         }
-        let (now, detail) = (SystemTime::now(), line.level > Level::INFO);
+        let (now, detail) = (SystemTime::now(), line.level > tracing::Level::INFO);
         let (line, entry) = match self.form {
-            Form::Text { color } => (line.text(now, color), Vec::new()),
-            Form::Json => (line.json(now), Vec::new()),
-            Form::Journal { entries: false } => (line.with_priority(), Vec::new()),
-            Form::Journal { entries: true } => (line.with_priority(), line.entry()),
+            LineForm::Text { color } => (line.text(now, color), Vec::new()),
+            LineForm::Json => (line.json(now), Vec::new()),
+            LineForm::Journal { entries: false } => (line.with_priority(), Vec::new()),
+            LineForm::Journal { entries: true } => (line.with_priority(), line.entry()),
         };
         self.queue.push(Formed { line, entry, detail });
     }
@@ -223,10 +206,10 @@ mod tests {
         }
     }
 
-    fn logged(form: Form, level: LogLevel) -> String {
+    fn logged(form: LineForm, level: Level) -> String {
         let sink = Sink::default();
         let queue = LogQueue::new(sink.clone(), None).unwrap();
-        let (filter, _handle) = reload::Layer::new(level.filter());
+        let (filter, _handle) = reload::Layer::new(filter(level));
         tracing::subscriber::with_default(subscriber(form, filter, queue.clone()), || {
             say!(ALARM_ON, tag = %"jam", scan = 7, "alarm ON: Bottles jammed");
             say!(STAGE_ON at Debug, ms = 1.0, on = true, "a\ndetail");
@@ -240,25 +223,25 @@ mod tests {
 
     #[test]
     fn a_journal_that_reads_lines_gets_priorities_and_the_fields_in_the_message() {
-        let form = Form::Journal { entries: false };
-        assert_eq!(logged(form, LogLevel::Info), format!("<4>{SENTENCE}"));
+        let form = LineForm::Journal { entries: false };
+        assert_eq!(logged(form, Level::Info), format!("<4>{SENTENCE}"));
         let both = format!("<4>{SENTENCE}<7>RUNGD-0404 stage-on: a detail ms=1.0 on=true\n");
-        assert_eq!(logged(form, LogLevel::Debug), both);
+        assert_eq!(logged(form, Level::Debug), both);
     }
 
     #[test]
     fn people_get_time_and_level_and_no_escape_codes() {
-        let text = logged(Form::Text { color: false }, LogLevel::Info);
+        let text = logged(LineForm::Text { color: false }, Level::Info);
         let (time, rest) = text.split_at(27);
         assert!(time.ends_with('Z'), "{time}");
         assert_eq!(rest, format!("  WARN {SENTENCE}"));
-        let colored = logged(Form::Text { color: true }, LogLevel::Info);
+        let colored = logged(LineForm::Text { color: true }, Level::Info);
         assert!(colored.contains(&format!(" \x1b[33m WARN\x1b[0m {SENTENCE}")), "{colored:?}");
     }
 
     #[test]
     fn machines_get_an_object_a_line() {
-        let text = logged(Form::Json, LogLevel::Debug);
+        let text = logged(LineForm::Json, Level::Debug);
         let mut values = text.lines().map(|line| serde_json::from_str(line).expect(line));
         let value: serde_json::Value = values.next().unwrap();
         assert_eq!((&value["level"], &value["code"]), (&"WARN".into(), &"RUNGD-0301".into()));
@@ -277,8 +260,8 @@ mod tests {
 
     #[test]
     fn a_level_in_the_environment() {
-        assert_eq!(level_of_environment(None).unwrap(), LogLevel::Info);
-        assert_eq!(level_of_environment(Some("WARN")).unwrap(), LogLevel::Warn);
+        assert_eq!(level_of_environment(None).unwrap(), Level::Info);
+        assert_eq!(level_of_environment(Some("WARN")).unwrap(), Level::Warn);
         assert!(level_of_environment(Some("loud")).is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! One log line in each of its forms: text, JSON, a line with a priority, a journal's entry.
 //!
-//! [`Line`] is what the log's layer collects of an event. Pure: bytes out.
+//! [`LogLine`] is what the log's layer collects of an event. Pure: bytes out.
 
 use std::fmt::{self, Write as _};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -9,6 +9,7 @@ use tracing::Level;
 use tracing::field::{Field, Visit};
 
 use super::journal::Entry;
+use crate::calendar::Utc;
 use crate::events::{self, Event};
 
 /// A value of a field.
@@ -22,17 +23,17 @@ pub(super) enum Value {
 
 /// What an event says.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(super) struct LogLine {
     pub level: Level,
     pub event: Option<&'static Event>,
     message: String,
     fields: Vec<(&'static str, Value)>,
 }
 
-impl Line {
-    pub fn of(event: &tracing::Event<'_>) -> Line {
+impl LogLine {
+    pub fn of(event: &tracing::Event<'_>) -> LogLine {
         let level = *event.metadata().level();
-        let mut line = Line { level, event: None, message: String::new(), fields: Vec::new() };
+        let mut line = LogLine { level, event: None, message: String::new(), fields: Vec::new() };
         event.record(&mut line);
         line
     }
@@ -125,7 +126,7 @@ impl Line {
     }
 }
 
-impl Visit for Line {
+impl Visit for LogLine {
     fn record_f64(&mut self, field: &Field, value: f64) {
         self.add(field, Value::Real(value));
     }
@@ -171,40 +172,15 @@ impl fmt::Display for Value {
 }
 
 /// A string of JSON.
-fn quoted(text: &str) -> String {
-    let mut quoted = String::with_capacity(text.len() + 2);
-    quoted.push('"');
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => quoted.extend(['\\', c]),
-            c if c < ' ' => _ = write!(quoted, "\\u{:04x}", c as u32),
-            c => quoted.push(c),
-        }
-    }
-    quoted.push('"');
-    quoted
+fn quoted(text: &str) -> serde_json::Value {
+    text.into()
 }
 
 /// `2026-11-21T12:26:21.113635Z`.
 fn utc(time: SystemTime) -> String {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
-    let (seconds, us) = (since.as_secs(), since.subsec_micros());
-    let (year, month, day) = date(seconds / 86_400);
-    let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{us:06}Z")
-}
-
-/// Year, month and day of so many days after 1970-01-01.
-fn date(days: u64) -> (u64, u64, u64) {
-    // Counted in years that begin in March: the leap day is their last.
-    let days = days + 719_468;
-    let (era, in_era) = (days / 146_097, days % 146_097);
-    let year = (in_era - in_era / 1460 + in_era / 36_524 - in_era / 146_096) / 365;
-    let in_year = in_era - (365 * year + year / 4 - year / 100);
-    let march = (5 * in_year + 2) / 153;
-    let day = in_year - (153 * march + 2) / 5 + 1;
-    let month = if march < 10 { march + 3 } else { march - 9 };
-    (era * 400 + year + u64::from(month <= 2), month, day)
+    let utc = Utc::of(since.as_secs());
+    format!("{utc}T{}.{:06}Z", utc.time(), since.subsec_micros())
 }
 
 #[cfg(test)]
@@ -238,7 +214,7 @@ mod tests {
     #[test]
     fn json_strings_are_escaped() {
         let text = "a\"b\\c\nd\u{1b}ü";
-        let back: String = serde_json::from_str(&quoted(text)).unwrap();
+        let back: String = serde_json::from_str(&quoted(text).to_string()).unwrap();
         assert_eq!(back, text);
     }
 }

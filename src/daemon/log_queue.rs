@@ -8,15 +8,16 @@
 
 use std::cell::RefCell;
 use std::io::{self, Write};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::journal::Socket;
-use super::log_limits::Limits;
 use super::narration::span;
+use crate::events::Event;
+use crate::events::limit::{Limiter, Told};
 use crate::say::say;
 
 /// How many lines wait before details are dropped, and before all others are too.
@@ -38,6 +39,13 @@ static LINES_DROPPED: AtomicU64 = AtomicU64::new(0);
 /// How many lines the log has lost since the process started.
 pub fn lines_dropped() -> u64 {
     LINES_DROPPED.load(Ordering::Relaxed)
+}
+
+/// The limits of events, by name.
+type Limits = Limiter<&'static str>;
+
+fn locked(limits: &Mutex<Limits>) -> MutexGuard<'_, Limits> {
+    limits.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A line as it goes out.
@@ -62,7 +70,7 @@ pub(super) struct LogQueue {
     sender: SyncSender<Item>,
     waiting: Arc<AtomicUsize>,
     dropped: Arc<AtomicU64>,
-    limits: Arc<Limits>,
+    limits: Arc<Mutex<Limits>>,
     started: Instant,
 }
 
@@ -74,7 +82,7 @@ impl LogQueue {
     /// The machine gives no thread.
     pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
         let (sender, receiver) = sync_channel(LINES_MAX);
-        let (dropped, limits) = (Arc::new(AtomicU64::new(0)), Arc::new(Limits::new()));
+        let (dropped, limits) = (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(Limits::new())));
         let (waiting, started) = (Arc::new(AtomicUsize::new(0)), Instant::now());
         let queue = LogQueue { sender, waiting, dropped, limits, started };
         let tally = Tally::of(&queue);
@@ -84,14 +92,10 @@ impl LogQueue {
         Ok(queue)
     }
 
-    /// The limits of events.
-    pub fn limits(&self) -> &Limits {
-        &self.limits
-    }
-
-    /// Time since the log began.
-    pub fn now_ns(&self) -> u64 {
-        self.started.elapsed().as_nanos() as u64
+    /// Whether one more line of the event may be written, by its limit.
+    pub fn may_write(&self, event: &'static Event) -> bool {
+        let now_ns = self.started.elapsed().as_nanos() as u64;
+        locked(&self.limits).take(event.name, event.limit, now_ns)
     }
 
     /// Hands a line over, or counts it. Never waits.
@@ -198,7 +202,7 @@ fn sent(journal: &Socket, entry: &[u8]) -> bool {
 struct Tally {
     waiting: Arc<AtomicUsize>,
     dropped: Arc<AtomicU64>,
-    limits: Arc<Limits>,
+    limits: Arc<Mutex<Limits>>,
     started: Instant,
     told: Option<Instant>,
 }
@@ -222,9 +226,10 @@ impl Tally {
             return;
         }
         self.told = Some(Instant::now());
-        for (event, told) in self.limits.told(self.started.elapsed().as_nanos() as u64, all) {
-            let (lines, over) = (told.lines, span(told.lasted_ns));
-            let withheld = event.name;
+        let now_ns = self.started.elapsed().as_nanos() as u64;
+        let told = locked(&self.limits).told(now_ns, all);
+        for (withheld, Told { lines, lasted_ns }) in told {
+            let over = span(lasted_ns);
             say!(
                 LINES_WITHHELD,
                 withheld,
@@ -281,8 +286,6 @@ fn write_lines(receiver: &Receiver<Item>, mut tally: Tally, mut out: Sink<impl W
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Mutex;
-
     use super::*;
 
     fn formed(line: &[u8]) -> Formed {

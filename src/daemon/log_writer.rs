@@ -8,9 +8,9 @@
 use std::sync::Arc;
 
 use super::allowance::Alarms;
-use super::log_limits::Told;
 use super::log_queue::lines_dropped;
-use super::narration::{BlockNews, Narration, reason, span, us};
+use super::narration::{BlockNews, Facts, Narration, reason, span, us};
+use crate::events::limit::Told;
 use crate::io::device::Health;
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{DeviceEdge, Generations, Observer, Record, Statistics, What};
@@ -48,36 +48,6 @@ macro_rules! tell {
     }};
 }
 
-/// What the log's lines say of the controller, and how often.
-#[derive(Clone, Debug)]
-pub(super) struct Facts {
-    /// From repetition to repetition of why the controller does not run.
-    pub repeat_ns: u64,
-    /// From heartbeat to heartbeat; `None`: there are none.
-    pub heartbeat_ns: Option<u64>,
-    /// Whether an operator can run it again.
-    pub has_operator: bool,
-}
-
-impl Facts {
-    /// What to do about a STOP, or a FAULT that is not the engine's.
-    pub fn again(&self) -> &'static str {
-        if self.has_operator {
-            "`rungd mode run`, or a restart of rungd, runs it again"
-        } else {
-            "restart rungd to run it again"
-        }
-    }
-
-    /// What to do about a FAULT.
-    fn remedy(&self, fault: FaultReason) -> &'static str {
-        match fault {
-            FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
-            _ => self.again(),
-        }
-    }
-}
-
 /// Tells what it hears to the log.
 pub(super) struct LogWriter {
     narrations: Generations<Narration>,
@@ -92,14 +62,14 @@ pub(super) struct LogWriter {
     forces: usize,
     /// When the last heartbeat was seen.
     beat_ns: Option<u64>,
-    standing: Option<Standing>,
+    standing: Option<Lasting>,
     /// The monitor has called the scan under way a fault, and that was told.
     tripped: bool,
     alarms: Alarms,
 }
 
 /// A STOP or FAULT that lasts.
-struct Standing {
+struct Lasting {
     /// The mode's.
     name: &'static str,
     since_ns: u64,
@@ -291,7 +261,7 @@ impl LogWriter {
             Some(standing) if standing.name == mode.name() => standing,
             other => {
                 let name = mode.name();
-                *other = Some(Standing { name, since_ns: now_ns, told_ns: now_ns });
+                *other = Some(Lasting { name, since_ns: now_ns, told_ns: now_ns });
                 return;
             }
         };
@@ -418,7 +388,7 @@ pub(super) fn tell_statistics(statistics: &Statistics) {
 mod tests {
     use super::*;
 
-    use crate::daemon::log_limits::SECOND_NS;
+    const SECOND_NS: u64 = 1_000_000_000;
 
     fn writer() -> LogWriter {
         let program = crate::resolve::program::Program::default();

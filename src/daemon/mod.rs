@@ -7,11 +7,11 @@
 mod allowance;
 pub mod config;
 mod devices;
+mod directories;
 pub mod guard;
 mod journal;
 pub mod log;
 mod log_form;
-mod log_limits;
 mod log_queue;
 mod log_writer;
 mod narration;

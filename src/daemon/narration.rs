@@ -2,7 +2,6 @@
 //!
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
-use super::log_writer::Facts;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
@@ -44,6 +43,36 @@ pub(super) struct BitNews {
     pub tag: String,
     /// The alarm's text; `None` for `log = "change"`.
     pub alarm: Option<String>,
+}
+
+/// What the log's lines say of the controller, and how often.
+#[derive(Clone, Debug)]
+pub(super) struct Facts {
+    /// From repetition to repetition of why the controller does not run.
+    pub repeat_ns: u64,
+    /// From heartbeat to heartbeat; `None`: there are none.
+    pub heartbeat_ns: Option<u64>,
+    /// Whether an operator can run it again.
+    pub has_operator: bool,
+}
+
+impl Facts {
+    /// What to do about a STOP, or a FAULT that is not the engine's.
+    pub fn again(&self) -> &'static str {
+        if self.has_operator {
+            "`rungd mode run`, or a restart of rungd, runs it again"
+        } else {
+            "restart rungd to run it again"
+        }
+    }
+
+    /// What to do about a FAULT.
+    pub fn remedy(&self, fault: FaultReason) -> &'static str {
+        match fault {
+            FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
+            _ => self.again(),
+        }
+    }
 }
 
 impl Narration {

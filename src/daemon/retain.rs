@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use super::directories;
 use super::shell::Failure;
 use crate::engine::Engine;
 use crate::retain::format::{FLAG_FINAL, Stamp};
@@ -50,10 +51,8 @@ pub(super) fn place(file: Option<&str>, controller: &Path) -> PathBuf {
     if let Some(file) = file {
         return controller.parent().unwrap_or(Path::new("")).join(file);
     }
-    let states = std::env::var_os("STATE_DIRECTORY").and_then(|list| list.into_string().ok());
-    let first = states.as_deref().and_then(|list| list.split(':').next());
-    match first.filter(|first| first.starts_with('/')) {
-        Some(state) => Path::new(state).join(FILE_NAME),
+    match directories::state() {
+        Some(state) => state.join(FILE_NAME),
         None => controller.with_extension(FILE_NAME),
     }
 }

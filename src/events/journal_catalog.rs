@@ -5,7 +5,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Event, all};
+use super::row::Event;
+use super::table::all;
 
 /// How wide the text is.
 const WIDTH: usize = 78;

@@ -7,6 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::events::Level;
+
 /// The version of this protocol, as [`Status`] tells it.
 pub const PROTOCOL: u32 = 1;
 
@@ -94,18 +96,6 @@ pub enum Given {
 pub enum ModeWanted {
     Run,
     Stop,
-}
-
-/// A level of the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
-#[allow(missing_docs)]
-pub enum Level {
-    Error,
-    Warn,
-    Info,
-    Debug,
-    Trace,
 }
 
 /// The answer to a request.

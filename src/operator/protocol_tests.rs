@@ -1,6 +1,7 @@
 //! The protocol's lines, as `docs/operator.md` shows them.
 
 use super::protocol::*;
+use crate::events::Level;
 
 #[test]
 fn requests_read_as_the_page_shows_them() {

@@ -9,6 +9,7 @@ use super::content::{self, Content, Element, Kind, Value, address};
 use super::device::Device;
 use super::format::{BadSlot, FLAG_FINAL, Stamp};
 use super::slots::{Unusable, survey};
+use crate::calendar::Utc;
 
 /// What the file holds, as lines.
 ///
@@ -104,20 +105,8 @@ fn held(kind: Kind, value: &Value) -> String {
 
 /// A time of day as people read it: `2026-03-01 12:00:00 UTC`.
 pub fn utc(ms: u64) -> String {
-    let seconds = ms / 1000;
-    let (days, second) = (seconds / 86_400, seconds % 86_400);
-    // Days since 1 March of year 0, in eras of 400 years: the calendar without tables.
-    let day = days + 719_468;
-    let era = day / 146_097;
-    let of_era = day % 146_097;
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day_of_month = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    let year = year_of_era + era * 400 + u64::from(month <= 2);
-    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!("{year:04}-{month:02}-{day_of_month:02} {hour:02}:{minute:02}:{second:02} UTC")
+    let utc = Utc::of(ms / 1000);
+    format!("{utc} {} UTC", utc.time())
 }
 
 #[cfg(test)]

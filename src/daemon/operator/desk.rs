@@ -15,11 +15,11 @@ use super::status::View;
 use crate::daemon::log;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
-use crate::events::{self, Event};
+use crate::events::{self, Event, Level};
 use crate::operator::names::{Names, Operand};
 use crate::operator::protocol::{
-    self, Change, Given, Level, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
-    RefusalKind, Request, Saved, Value, Values,
+    self, Change, Given, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal, RefusalKind,
+    Request, Saved, Value, Values,
 };
 use crate::runtime::Generations;
 use crate::runtime::command::{Before, Command, CommandId, Denial};
@@ -305,18 +305,11 @@ impl Desk {
 }
 
 fn log_level(peer: &Peer, level: Level) -> LevelChange {
-    let wanted = match level {
-        Level::Error => log::LogLevel::Error,
-        Level::Warn => log::LogLevel::Warn,
-        Level::Info => log::LogLevel::Info,
-        Level::Debug => log::LogLevel::Debug,
-        Level::Trace => log::LogLevel::Trace,
-    };
     let before = log::level();
-    if before != wanted {
-        let [was, is] = [before, wanted].map(|level| format!("{level:?}").to_lowercase());
-        // Who made the log silent is told before it is, and who lets it speak when it may.
-        log::set_level(log::LogLevel::Info);
+    if before != level {
+        let [was, is] = [before, level].map(Level::name);
+        // The line is written whether the level was above info, or will be.
+        log::set_level(Level::Info);
         say!(
             OPERATOR_LOG_LEVEL,
             who = %peer.name,
@@ -326,20 +319,9 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
             after = %is,
             "{peer} set the log's level to {is}, was {was}"
         );
-        log::set_level(wanted);
+        log::set_level(level);
     }
-    LevelChange { before: level_of(before), after: level }
-}
-
-/// A level of the log, as the protocol has it.
-pub(super) fn level_of(level: log::LogLevel) -> Level {
-    match level {
-        log::LogLevel::Error => Level::Error,
-        log::LogLevel::Warn => Level::Warn,
-        log::LogLevel::Info => Level::Info,
-        log::LogLevel::Debug => Level::Debug,
-        log::LogLevel::Trace => Level::Trace,
-    }
+    LevelChange { before, after: level }
 }
 
 fn as_json(answer: &impl Serialize) -> Done<serde_json::Value> {

@@ -10,6 +10,7 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
+use super::super::directories;
 use super::super::shell::Failure;
 use super::peer::{gid_of, lock_file, set_queue};
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
@@ -48,18 +49,14 @@ impl Place {
     /// As the controller file says; else as [`SOCKET_VARIABLE`] or systemd's runtime folder says.
     /// Without any of them, or where it is not wanted, there is none.
     pub fn of(asked: &Operator, controller: &str) -> Option<Place> {
-        let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
-        let systemd = || {
-            let folders = variable("RUNTIME_DIRECTORY")?;
-            let first = folders.to_string_lossy().split(':').next()?.to_owned();
-            Some(Path::new(&first).join("rungd.sock"))
-        };
+        let named = || std::env::var_os(SOCKET_VARIABLE).filter(|value| !value.is_empty());
+        let systemd = || Some(directories::runtime()?.join("rungd.sock"));
         let path = match &asked.socket {
             Some(path) => {
                 let beside = Path::new(controller).parent().unwrap_or(Path::new(""));
                 Some(beside.join(path))
             }
-            None => variable(SOCKET_VARIABLE).map(PathBuf::from).or_else(systemd),
+            None => named().map(PathBuf::from).or_else(systemd),
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
         path.filter(|_| asked.enabled).map(|path| Place { path, mode, group, insists })

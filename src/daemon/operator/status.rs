@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use super::desk::{level_of, reason};
+use super::desk::reason;
 use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
 use crate::daemon::retain_thread::Retention;
@@ -159,7 +159,7 @@ impl About {
             },
             retain: self.parts.retention.as_ref().map(retain),
             log: Log {
-                level: level_of(log::level()),
+                level: log::level(),
                 lines_dropped: log::lines_dropped(),
                 records_dropped: self.parts.gauge.records_dropped(),
             },

@@ -1,0 +1,192 @@
+//! How many lines may be written: one token bucket for the log, for alarms and for field devices.
+//!
+//! Pure: the time is an argument. A [`Limiter`] has a [`Budget`] for each key, so that a flood of
+//! one key hides no other, and counts what it withholds.
+
+use std::collections::BTreeMap;
+
+const SECOND_NS: u64 = 1_000_000_000;
+/// Withheld lines are told of this long after the first of them.
+const TELL_AFTER_NS: u64 = 10 * SECOND_NS;
+
+/// How many lines of a kind are written: `burst` at once, one each `every_ms` in the long run. Lines
+/// beyond that are counted, and the log tells the count (`lines-withheld`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limit {
+    /// Lines at once; 0 is without limit.
+    pub burst: u32,
+    /// Milliseconds from line to line in the long run.
+    pub every_ms: u32,
+}
+
+impl Limit {
+    /// For lines that are rare by themselves, or are thinned out where they are made.
+    pub const NONE: Limit = Limit { burst: 0, every_ms: 0 };
+    /// For what the plant can cause.
+    pub const PLANT: Limit = Limit { burst: 200, every_ms: 50 };
+    /// For what any client on the network or the socket can cause.
+    pub const CLIENTS: Limit = Limit { burst: 20, every_ms: 1000 };
+    /// For one alarm, beside [`Limit::PLANT`] for all of them.
+    pub(crate) const ALARM: Limit = Limit { burst: 20, every_ms: 500 };
+
+    /// Lines a second in the long run.
+    pub fn per_second(self) -> u32 {
+        1000 / self.every_ms.max(1)
+    }
+}
+
+/// The lines that may be written now, by a limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    limit: Limit,
+    left: u32,
+    filled_ns: u64,
+}
+
+impl Budget {
+    /// As full as the limit allows.
+    pub fn new(limit: Limit) -> Budget {
+        Budget { limit, left: limit.burst, filled_ns: 0 }
+    }
+
+    /// Whether `lines` lines may be written now.
+    pub fn has(&mut self, now_ns: u64, lines: u32) -> bool {
+        let Limit { burst, every_ms } = self.limit;
+        let every_ns = (u64::from(every_ms) * 1_000_000).max(1);
+        let earned = now_ns.saturating_sub(self.filled_ns) / every_ns;
+        if earned > 0 {
+            let earned = u32::try_from(earned).unwrap_or(burst);
+            self.left = burst.min(self.left.saturating_add(earned));
+            self.filled_ns = now_ns;
+        }
+        self.left >= lines
+    }
+
+    /// Takes `lines` lines, or none of them.
+    pub fn draw(&mut self, now_ns: u64, lines: u32) -> bool {
+        let is_enough = self.has(now_ns, lines);
+        if is_enough {
+            self.left -= lines;
+        }
+        is_enough
+    }
+}
+
+/// The count of lines that were withheld and not yet told.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Withheld {
+    lines: u64,
+    since_ns: u64,
+}
+
+/// How many lines were withheld, and over which time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Told {
+    pub lines: u64,
+    pub lasted_ns: u64,
+}
+
+impl Withheld {
+    pub fn add(&mut self, lines: u64, now_ns: u64) {
+        if self.lines == 0 {
+            self.since_ns = now_ns;
+        }
+        self.lines += lines;
+    }
+
+    /// The count, once it is time to tell it; then it begins anew.
+    pub fn due(&mut self, now_ns: u64) -> Option<Told> {
+        let waited_ns = now_ns.saturating_sub(self.since_ns);
+        if waited_ns >= TELL_AFTER_NS { self.rest(now_ns) } else { None }
+    }
+
+    /// The count at any time, as at the end of the log.
+    pub fn rest(&mut self, now_ns: u64) -> Option<Told> {
+        let Withheld { lines, since_ns } = std::mem::take(self);
+        let lasted_ns = now_ns.saturating_sub(since_ns);
+        (lines > 0).then_some(Told { lines, lasted_ns })
+    }
+}
+
+/// A budget for each key, and what was withheld of it.
+#[derive(Debug)]
+pub(crate) struct Limiter<K>(BTreeMap<K, (Budget, Withheld)>);
+
+impl<K: Ord + Copy> Limiter<K> {
+    /// Without any key.
+    pub const fn new() -> Limiter<K> {
+        Limiter(BTreeMap::new())
+    }
+
+    /// Whether one more line of this key may be written. A line that may not is counted.
+    pub fn take(&mut self, key: K, limit: Limit, now_ns: u64) -> bool {
+        if limit == Limit::NONE {
+            return true;
+        }
+        let fresh = || (Budget::new(limit), Withheld::default());
+        let (budget, withheld) = self.0.entry(key).or_insert_with(fresh);
+        let is_taken = budget.draw(now_ns, 1);
+        if !is_taken {
+            withheld.add(1, now_ns);
+        }
+        is_taken
+    }
+
+    /// What was withheld of each key: what it is time to tell, or all at the end.
+    pub fn told(&mut self, now_ns: u64, all: bool) -> Vec<(K, Told)> {
+        let told = self.0.iter_mut().filter_map(|(key, (_, withheld))| {
+            let told = if all { withheld.rest(now_ns) } else { withheld.due(now_ns) };
+            Some((*key, told?))
+        });
+        told.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS_NS: u64 = 1_000_000;
+
+    #[test]
+    fn a_chatter_is_thinned_out_and_what_was_left_out_is_counted() {
+        let mut limiter = Limiter::new();
+        let start = 1000 * SECOND_NS;
+        let mut take = |now_ns| limiter.take("tag-on", Limit::PLANT, now_ns);
+        let taken = (0..6000).filter(|n| take(start + n * 10 * MS_NS)).count();
+        assert!((1350..1450).contains(&taken), "200 at once, 20 a second for a minute: {taken}");
+        let told = limiter.told(start + 60 * SECOND_NS, false);
+        let [(of, Told { lines, .. })] = told[..] else { panic!("{}", told.len()) };
+        assert_eq!((of, lines), ("tag-on", 6000 - taken as u64));
+        assert!(limiter.told(start + 60 * SECOND_NS, true).is_empty(), "told once");
+        let later = start + 600 * SECOND_NS;
+        let taken = (0..300).filter(|_| limiter.take("tag-on", Limit::PLANT, later)).count();
+        assert_eq!(taken, 200);
+    }
+
+    #[test]
+    fn what_was_left_out_is_told_at_the_end_however_early_that_is() {
+        let mut limiter = Limiter::new();
+        (0..Limit::PLANT.burst + 7).for_each(|_| _ = limiter.take(1, Limit::PLANT, SECOND_NS));
+        assert!(limiter.told(2 * SECOND_NS, false).is_empty());
+        let expected = Told { lines: 7, lasted_ns: SECOND_NS };
+        assert_eq!(limiter.told(2 * SECOND_NS, true), [(1, expected)]);
+    }
+
+    #[test]
+    fn a_flood_of_one_key_hides_no_other() {
+        let mut limiter = Limiter::new();
+        let mut take = |key, limit, now_ns| limiter.take(key, limit, now_ns);
+        let flood = |n| SECOND_NS + n * MS_NS;
+        let passed = (0..1000).filter(|n| take("flood", Limit::CLIENTS, flood(*n))).count();
+        assert_eq!(passed, 20, "20 at once, one a second");
+        assert!(take("other", Limit::CLIENTS, SECOND_NS));
+        assert!((0..1000).all(|_| take("rare", Limit::NONE, SECOND_NS)), "no limit here");
+    }
+
+    #[test]
+    fn a_limit_says_how_many_lines_a_second() {
+        let of = |limit: Limit| limit.per_second();
+        assert_eq!((of(Limit::PLANT), of(Limit::CLIENTS), of(Limit::ALARM)), (20, 1, 2));
+    }
+}

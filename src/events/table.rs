@@ -1,0 +1,71 @@
+//! The table of all rows, and how a row is found.
+
+use super::row::Event;
+use super::{controller, device, memory, plant, reload, world};
+
+const TABLES: [&[(&str, Event)]; 6] = [
+    controller::EVENTS,
+    plant::EVENTS,
+    world::EVENTS,
+    memory::EVENTS,
+    reload::EVENTS,
+    device::EVENTS,
+];
+
+/// All rows, by code.
+pub fn all() -> impl Iterator<Item = &'static Event> {
+    TABLES.into_iter().flatten().map(|(_, event)| event)
+}
+
+/// The row of a name.
+pub fn named(name: &str) -> Option<&'static Event> {
+    all().find(|event| event.name == name)
+}
+
+/// The row of a code, in any case: `RUNGD-0301`.
+pub(crate) fn coded(code: &str) -> Option<&'static Event> {
+    all().find(|event| event.code().eq_ignore_ascii_case(code))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+
+    #[test]
+    fn codes_rise_and_names_and_ids_are_unique() {
+        let numbers: Vec<u16> = all().map(|event| event.number).collect();
+        assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
+        let count = numbers.len();
+        assert_eq!(all().map(|event| event.name).collect::<HashSet<_>>().len(), count);
+        assert_eq!(all().map(|event| event.id).collect::<HashSet<_>>().len(), count);
+    }
+
+    #[test]
+    fn a_constant_is_named_like_its_event() {
+        for (constant, event) in TABLES.into_iter().flatten() {
+            assert_eq!(constant.to_ascii_lowercase().replace('_', "-"), event.name);
+        }
+    }
+
+    #[test]
+    fn a_row_is_whole() {
+        for event in all() {
+            let name = event.name;
+            let hex = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
+            assert!(event.id.len() == 32 && event.id.chars().all(hex), "{name}: {}", event.id);
+            for text in [event.meaning, event.remedy] {
+                assert!(text.ends_with('.') && !text.contains(['\n', '@']), "{name}: {text}");
+            }
+            assert!(!event.group().is_empty(), "{name}: {} is in no group", event.number);
+        }
+    }
+
+    #[test]
+    fn a_row_is_found_by_name_and_by_code() {
+        assert_eq!(named("alarm-on").map(|event| event.number), Some(301));
+        assert_eq!(coded("rungd-0301").map(|event| event.name), Some("alarm-on"));
+        assert!(named("alarm").is_none() && coded("RUNGD-9999").is_none());
+    }
+}
