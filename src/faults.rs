@@ -21,6 +21,8 @@ pub enum Point {
     Device,
     /// A panic in the shell, on the main thread.
     Shell,
+    /// The disk of retentive memory takes a second longer.
+    Disk,
 }
 
 #[cfg(debug_assertions)]
@@ -44,17 +46,18 @@ mod armed {
 
     use super::Point;
 
-    const POINTS: [(&str, Point); 6] = [
+    const POINTS: [(&str, Point); 7] = [
         ("scan", Point::Scan),
         ("stall", Point::Stall),
         ("thread", Point::Thread),
         ("monitor", Point::Monitor),
         ("device", Point::Device),
         ("shell", Point::Shell),
+        ("disk", Point::Disk),
     ];
     /// How often the file is looked at.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
-    /// How long a scan stalls.
+    /// How long a scan, or the disk, stalls.
     const STALL: Duration = Duration::from_secs(1);
 
     /// The point that is a fault when it is reached next; 0: none.
@@ -89,8 +92,10 @@ mod armed {
             return;
         }
         match point {
-            Point::Stall => thread::sleep(STALL),
-            _ => panic!("a fault on purpose: {point:?}"),
+            Point::Stall | Point::Disk => thread::sleep(STALL),
+            Point::Scan | Point::Thread | Point::Monitor | Point::Device | Point::Shell => {
+                panic!("a fault on purpose: {point:?}")
+            }
         }
     }
 }

@@ -7,11 +7,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use memory::{Plant, Running, file, find, message};
+use memory::{Plant, Running, file, find, message, run};
 use rungd::retain::content::{self, Content, address};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;
-use serde_json::Value;
 
 fn write(plant: &Plant, name: &str, text: &str) {
     fs::write(plant.0.join(name), text).unwrap();
@@ -35,13 +34,6 @@ fn plant(ladder: &str, ranges: &str) -> Plant {
 
 fn main(tags: &str, rungs: &str) -> String {
     format!("[tags]\n{tags}\n[[program]]\nname = \"Main\"\nrung = [\n{rungs}\n]\n")
-}
-
-fn run(plant: &Plant, scans: &str) -> Vec<Value> {
-    let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
-    let lines = running.rest();
-    assert_eq!(running.end().code(), Some(0), "{lines:#?}");
-    lines
 }
 
 /// Runs until memory was kept, and dies without a termination pass.

@@ -387,8 +387,9 @@ fn a_read_only_disk_gives_what_it_has_and_costs_no_scan() {
     assert_eq!(running.line("restored: image")["restored"], 4001);
     running.line("RUN");
     std::thread::sleep(Duration::from_millis(300));
-    let lines = running.stop();
+    let (lines, code) = running.stop_with_code();
     no_scan_missed(&lines, PERIOD, Duration::from_millis(300));
+    assert_eq!(code, Some(74), "the last image is lost");
     let lost = lines.iter().find(|line| line["event"] == "retain-lost").unwrap();
     assert!(message(lost).contains("The next start restores the one before"), "{lost}");
     assert_eq!(held(&plant.0.join("disk/memory")).unwrap().count, 40);

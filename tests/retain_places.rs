@@ -6,20 +6,13 @@ mod memory;
 
 use std::fs;
 use std::os::unix::fs::{FileExt, symlink};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message};
+use memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message, run};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::format::{Stamp, put_slot};
 use rungd::retain::slots::survey;
 use serde_json::Value;
-
-fn run(plant: &Plant, scans: &str) -> Vec<Value> {
-    let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
-    let lines = running.rest();
-    assert_eq!(running.end().code(), Some(0), "{lines:#?}");
-    lines
-}
 
 /// A plant whose file is a link into another folder.
 fn linked() -> (Plant, PathBuf) {
@@ -119,24 +112,29 @@ fn a_link_that_is_led_elsewhere_under_the_running_controller_is_followed() {
 }
 
 #[test]
-fn a_file_whose_numbers_are_used_up_is_told_and_not_written() {
+fn a_file_whose_numbers_are_used_up_is_followed_by_a_new_one() {
     let plant = Plant::new(COUNTS, KEEPS);
     run(&plant, "30");
     let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
-    let survey = survey(&mut device).unwrap();
-    let newest = survey.newest.unwrap();
+    let full = survey(&mut device).unwrap();
+    let newest = full.newest.unwrap();
     let stamp = Stamp { sequence: u64::MAX, ..newest.stamp };
     let mut slot = Vec::new();
-    put_slot(&mut slot, survey.geometry.id, &stamp, &newest.content);
-    let at = survey.geometry.slot_at(newest.slot);
+    put_slot(&mut slot, full.geometry.id, &stamp, &newest.content);
+    let at = full.geometry.slot_at(newest.slot);
     let bytes = fs::OpenOptions::new().write(true).open(file(&plant)).unwrap();
     bytes.write_all_at(&slot, at).unwrap();
     let lines = run(&plant, "5");
-    let told = find(&lines, "cannot be written");
-    assert!(message(told).contains("its numbers are used up: give it another name"), "{told}");
-    assert_eq!(find(&lines, "is not kept")["event"], "retain-lost");
+    assert_eq!(find(&lines, "restored: image")["image"], u64::MAX);
     let kept = held(&file(&plant)).unwrap();
-    assert_eq!((kept.sequence, kept.count), (u64::MAX, 30));
+    assert_eq!((kept.count, kept.is_final), (35, true));
+    assert!(kept.sequence < 9, "the new file numbers anew: {}", kept.sequence);
+    let id = |path: &Path| {
+        survey(&mut FileDevice::open(path, Access::Read).unwrap()).unwrap().geometry.id
+    };
+    assert_ne!(id(&file(&plant)), full.geometry.id);
+    run(&plant, "5");
+    assert_eq!(held(&file(&plant)).unwrap().count, 40);
 }
 
 #[test]

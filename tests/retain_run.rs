@@ -5,18 +5,11 @@ mod memory;
 use std::fs;
 use std::time::Duration;
 
-use memory::{COUNTS, Held, KEEPS, Plant, Running, file, find, held, message};
+use memory::{COUNTS, Held, KEEPS, Plant, Running, file, find, held, message, run, until};
 use rungd::retain::content;
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;
 use serde_json::Value;
-
-fn run(plant: &Plant, scans: &str) -> Vec<Value> {
-    let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
-    let lines = running.rest();
-    assert_eq!(running.end().code(), Some(0), "{lines:#?}");
-    lines
-}
 
 fn write(plant: &Plant, name: &str, text: &str) {
     fs::write(plant.0.join(name), text).unwrap();
@@ -358,4 +351,57 @@ fn a_reloaded_program_is_kept_by_its_own_names_and_ranges() {
     assert!(shown.contains("height") && !shown.contains("level"), "{shown}");
     assert!(shown.contains("55") && shown.contains("and 39"), "{shown}");
     running.stop();
+}
+
+/// What `rungd mode stop` with these words says, asked at a controller whose disk takes a second.
+fn stopped_on_a_slow_disk(words: &[&str]) -> (Plant, String) {
+    let plant = Plant::new(COUNTS, &KEEPS.replace("20ms", "1m"));
+    let faults = plant.0.join("faults");
+    let mut command = plant.command(&[] as &[&str]);
+    let mut running = Running::new(command.env("RUNGD_FAULTS", &faults));
+    running.line("RUN");
+    until(|| held(&file(&plant)).is_some());
+    fs::write(&faults, "disk").unwrap();
+    until(|| !faults.exists());
+    let said = plant.ask(&[&["mode", "stop"], words].concat());
+    running.kill();
+    (plant, said)
+}
+
+#[test]
+fn a_stop_is_answered_when_its_image_is_durable() {
+    let (plant, said) = stopped_on_a_slow_disk(&[]);
+    assert!(said.starts_with("STOP (an operator asked for it), was RUN\n"), "{said}");
+    assert!(said.contains("memory: image ") && said.contains(", durable"), "{said}");
+    assert!(held(&file(&plant)).unwrap().is_final, "killed right behind the answer");
+}
+
+#[test]
+fn a_stop_that_need_not_be_kept_is_answered_at_once() {
+    let (plant, said) = stopped_on_a_slow_disk(&["--no-wait"]);
+    assert_eq!(said, "STOP (an operator asked for it), was RUN\n");
+    assert!(!held(&file(&plant)).unwrap().is_final, "killed while the disk was busy");
+}
+
+#[test]
+fn a_stop_whose_image_cannot_be_kept_says_so_and_what_to_do() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    until(|| held(&file(&plant)).is_some());
+    // Neither can the file be written any more, nor a new one made.
+    fs::create_dir_all(plant.0.join("memory.new/in-the-way")).unwrap();
+    fs::remove_file(file(&plant)).unwrap();
+    let said = plant.ask_for(&["mode", "stop"], 74);
+    assert!(said.contains("STOP (an operator asked for it), was RUN\n"), "{said}");
+    assert!(said.contains("the last image is not kept: "), "{said}");
+    assert!(said.contains("then `rungd retain save`"), "{said}");
+    fs::remove_dir_all(plant.0.join("memory.new")).unwrap();
+    plant.ask(&["retain", "save"]);
+    assert!(held(&file(&plant)).unwrap().is_final);
+    fs::create_dir_all(plant.0.join("memory.new/in-the-way")).unwrap();
+    fs::remove_file(file(&plant)).unwrap();
+    let (lines, code) = running.stop_with_code();
+    assert_eq!(events(&lines, "retain-lost").len(), 1);
+    assert_eq!(code, Some(74));
 }

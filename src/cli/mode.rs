@@ -14,6 +14,9 @@ pub struct ModeArgs {
     /// run: STOP or FAULT to RUN, memory as it is; stop: RUN to STOP, outputs safe
     #[arg(value_name = "MODE")]
     to: ModeWanted,
+    /// stop: do not wait until the last image of retentive memory is durable
+    #[arg(long)]
+    no_wait: bool,
     #[command(flatten)]
     at: At,
 }
@@ -23,19 +26,28 @@ pub struct ModeArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn mode(args: &ModeArgs) -> Result<Exit> {
-    let change: ModeChange = match args.at.ask(&Request::Mode { to: args.to }) {
+    let request = Request::Mode { to: args.to, no_wait: args.no_wait };
+    let change: ModeChange = match args.at.ask(&request) {
         Ok(change) => change,
         Err(exit) => return Ok(exit),
     };
-    let ModeChange { before, after, reason } = &change;
-    args.at.print(&change, || match reason {
-        Some(why) => format!("{after} ({why}), was {before}\n"),
-        None => format!("{after}, was {before}\n"),
-    })?;
+    args.at.print(&change, || text(&change))?;
+    let after = &change.after;
     let wanted = if args.to == ModeWanted::Run { "RUN" } else { "STOP" };
     if after != wanted {
         say(&format!("rungd: {wanted} was asked for, and it is in {after}: the log says why\n"));
         return Ok(Exit::Refused);
     }
+    if let Some(why) = &change.not_kept {
+        say(&format!("rungd: {why}\n"));
+        return Ok(Exit::Io);
+    }
     Ok(Exit::Ok)
+}
+
+fn text(change: &ModeChange) -> String {
+    let ModeChange { before, after, reason, kept, .. } = change;
+    let reason = reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
+    let kept = kept.as_ref().map_or(String::new(), super::retain::text);
+    format!("{after}{reason}, was {before}\n{kept}")
 }

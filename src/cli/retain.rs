@@ -62,13 +62,16 @@ fn save(at: &At) -> Result<Exit> {
         Ok(saved) => saved,
         Err(exit) => return Ok(exit),
     };
-    at.print(&saved, || {
-        let Saved { file, image, scan, flush_us } = &saved;
-        let took = match flush_us {
-            0 => "durable already".to_owned(),
-            us => format!("durable in {}", span(us * 1000)),
-        };
-        format!("{file}: image {image} of scan {scan}, {took}\n")
-    })?;
+    at.print(&saved, || text(&saved))?;
     Ok(Exit::Ok)
+}
+
+/// The image that is durable, as a line.
+pub(super) fn text(saved: &Saved) -> String {
+    let Saved { file, image, scan, flush_us } = saved;
+    let took = match flush_us {
+        0 => "durable already".to_owned(),
+        us => format!("durable in {}", span(us * 1000)),
+    };
+    format!("{file}: image {image} of scan {scan}, {took}\n")
 }

@@ -117,6 +117,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
     match daemon::run(host, program, setup, &options, guard) {
         Ok(Ending::Orderly) => Ok(Exit::Ok),
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
+        Ok(Ending::MemoryLost) => Ok(Exit::Io),
         Ok(Ending::Bug) => Ok(Exit::Software),
         Err(Failure::Configuration(why)) => {
             say!(START_REFUSED, "rungd does not start: {why}");

@@ -14,6 +14,7 @@ use tokio::sync::oneshot;
 
 use super::narration::span;
 use super::retain::{Opened, Wanted, now_ms};
+use crate::faults::{self, Point};
 use crate::retain::keeper::Image;
 use crate::retain::{Keeper, Kept, Plan};
 use crate::runtime::Generations;
@@ -58,8 +59,35 @@ pub(super) struct Figures {
     since: Option<Instant>,
 }
 
-/// What became of a wish to have it kept now.
-pub(super) type Saved = Result<(Kept, Duration), String>;
+/// An image that is durable.
+pub(super) struct Durable {
+    pub kept: Kept,
+    /// How long it took; zero: it was durable already.
+    pub flush: Duration,
+}
+
+/// Why nothing was kept.
+pub(super) enum NotSaved {
+    /// No scan is complete: memory is as it was at the start.
+    NothingToKeep,
+    /// The program that runs retains nothing; the last image stays.
+    NothingRetained,
+    /// The disk, or the thread.
+    Failed(String),
+}
+
+/// How the end of retentive memory went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LastImage {
+    /// It is durable, or there was none to be kept.
+    Kept,
+    /// A further signal came first.
+    Hurried,
+    /// The disk failed, or did not answer.
+    Lost,
+}
+
+type Saved = Result<Durable, NotSaved>;
 
 enum Order {
     Save(oneshot::Sender<Saved>),
@@ -108,35 +136,43 @@ impl Retention {
     }
 
     /// The end: the last image is kept. `hurry` ends the wait for it.
-    pub async fn end(&self, hurry: impl Future<Output = &'static str>) {
+    pub async fn end(&self, hurry: impl Future<Output = &'static str>) -> LastImage {
         let begin = Instant::now();
-        let ended = tokio::select! {
-            saved = self.order(Order::End) => saved,
-            name = hurry => Err(format!("{name} came before it was durable")),
-            () = tokio::time::sleep(END_MAX) => Err(format!("the disk has not answered for {}",
-                span(END_MAX.as_nanos() as u64))),
+        let (outcome, why) = tokio::select! {
+            saved = self.order(Order::End) => match saved {
+                Ok(durable) => {
+                    say!(
+                        RETAIN_FINAL,
+                        image = durable.kept.stamp.sequence,
+                        scan = durable.kept.stamp.scan,
+                        flush = %span(begin.elapsed().as_nanos() as u64),
+                        "retentive memory: the last image is durable"
+                    );
+                    return LastImage::Kept;
+                }
+                // The file has what it had.
+                Err(NotSaved::NothingToKeep | NotSaved::NothingRetained) => {
+                    return LastImage::Kept;
+                }
+                Err(NotSaved::Failed(why)) => (LastImage::Lost, why),
+            },
+            name = hurry => (LastImage::Hurried, format!("{name} came before it was durable")),
+            () = tokio::time::sleep(END_MAX) => {
+                let waited = span(END_MAX.as_nanos() as u64);
+                (LastImage::Lost, format!("the disk has not answered for {waited}"))
+            }
         };
-        match ended {
-            Ok((kept, _)) => say!(
-                RETAIN_FINAL,
-                image = kept.stamp.sequence,
-                scan = kept.stamp.scan,
-                flush = %span(begin.elapsed().as_nanos() as u64),
-                "retentive memory: the last image is durable"
-            ),
-            // No scan was complete: the file has what it had.
-            Err(why) if why == NOTHING_TO_KEEP || why == NOTHING_RETAINED => {}
-            Err(why) => say!(
-                RETAIN_LOST,
-                file = %self.wanted.path.display(),
-                "retentive memory: the last image is not kept: {why}. The next start restores the \
-                 one before"
-            ),
-        }
+        say!(
+            RETAIN_LOST,
+            file = %self.wanted.path.display(),
+            "retentive memory: the last image is not kept: {why}. The next start restores the \
+             one before"
+        );
+        outcome
     }
 
     async fn order(&self, order: fn(oneshot::Sender<Saved>) -> Order) -> Saved {
-        let gone = || "its thread is gone (a bug in rungd)".to_owned();
+        let gone = || NotSaved::Failed("its thread is gone (a bug in rungd)".to_owned());
         let (reply, answer) = oneshot::channel();
         self.orders.send(order(reply)).map_err(|_| gone())?;
         answer.await.unwrap_or_else(|_| Err(gone()))
@@ -157,9 +193,17 @@ fn projected(bytes: u64, over: Duration, budget: u64) -> Option<u64> {
     tells.then(|| (bytes as f64 * DAY_S as f64 / seconds) as u64)
 }
 
-const NOTHING_TO_KEEP: &str = "no scan is complete: memory is as it was at the start";
-
-const NOTHING_RETAINED: &str = "the program that runs retains nothing; the last image stays";
+impl std::fmt::Display for NotSaved {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            NotSaved::NothingToKeep => "no scan is complete: memory is as it was at the start",
+            NotSaved::NothingRetained => {
+                "the program that runs retains nothing; the last image stays"
+            }
+            NotSaved::Failed(why) => why,
+        })
+    }
+}
 
 struct Worker {
     keeper: Keeper,
@@ -221,7 +265,7 @@ impl Worker {
     fn save(&mut self) -> Saved {
         let latest = self.port.latest();
         if latest.scans == 0 {
-            return Err(NOTHING_TO_KEEP.to_owned());
+            return Err(NotSaved::NothingToKeep);
         }
         if latest.generation != self.generation {
             self.generation = latest.generation;
@@ -230,7 +274,7 @@ impl Worker {
         let begin = Instant::now();
         self.tried = Some(begin);
         if self.keeper.plan().is_empty() {
-            return Err(NOTHING_RETAINED.to_owned());
+            return Err(NotSaved::NothingRetained);
         }
         let image = Image {
             scan: latest.scans,
@@ -239,6 +283,7 @@ impl Worker {
             is_final: matches!(latest.mode, Mode::Stop(_)),
             now_ms: now_ms(),
         };
+        faults::point(Point::Disk);
         let mut saved = self.keeper.save(image);
         if let Err(error) = &saved
             && error.kind() == io::ErrorKind::NotFound
@@ -249,16 +294,16 @@ impl Worker {
         }
         match saved {
             Ok(None) => {
-                let kept = self.keeper.kept().map(|kept| (kept, Duration::ZERO));
-                kept.ok_or_else(|| NOTHING_TO_KEEP.to_owned())
+                let kept = self.keeper.kept().ok_or(NotSaved::NothingToKeep)?;
+                Ok(Durable { kept, flush: Duration::ZERO })
             }
             Ok(Some(kept)) => {
                 self.count(kept, begin);
-                Ok((kept, begin.elapsed()))
+                Ok(Durable { kept, flush: begin.elapsed() })
             }
             Err(error) => {
                 self.tell_failure(&error);
-                Err(error.to_string())
+                Err(NotSaved::Failed(error.to_string()))
             }
         }
     }

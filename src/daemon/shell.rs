@@ -21,7 +21,7 @@ use super::operator;
 use super::posture;
 use super::reload::{self, Reloads, Running, Views};
 use super::retain;
-use super::retain_thread::Retention;
+use super::retain_thread::{LastImage, Retention};
 use super::signals::{Host, Signals, Told};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
@@ -60,6 +60,20 @@ pub enum Ending {
     Bug,
     /// By a second signal, while it was stopping.
     Hurried,
+    /// In an orderly way, but for the last image of retentive memory, which is lost.
+    MemoryLost,
+}
+
+impl Ending {
+    /// A bug or a fault weighs more than a lost image.
+    fn or(self, last_image: LastImage) -> Ending {
+        match (self, last_image) {
+            (Ending::Orderly, LastImage::Lost) => Ending::MemoryLost,
+            (Ending::Orderly, LastImage::Hurried) => Ending::Hurried,
+            (Ending::Orderly, LastImage::Kept)
+            | (Ending::Fault | Ending::Bug | Ending::Hurried | Ending::MemoryLost, _) => self,
+        }
+    }
 }
 
 /// Why a controller did not start.
@@ -191,10 +205,11 @@ async fn shell(
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
     };
     let report = runtime.join();
-    if let Some(retention) = &retention {
-        retention.end(attendance.signals.stop()).await;
-    }
-    Ok(conclude(report, asked))
+    let last_image = match &retention {
+        Some(retention) => retention.end(attendance.signals.stop()).await,
+        None => LastImage::Kept,
+    };
+    Ok(conclude(report, asked).or(last_image))
 }
 
 /// How the shell's waiting came to its end.

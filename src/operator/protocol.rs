@@ -52,8 +52,11 @@ pub enum Request {
     UnforceAll {},
     /// Runs or stops: [`ModeChange`].
     Mode {
-        /// Which.
+        /// The mode.
         to: ModeWanted,
+        /// Of a stop: answer before the last image of retentive memory is durable.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        no_wait: bool,
     },
     /// Reads the files anew and goes on with what they say: [`Reloaded`].
     Reload {
@@ -195,6 +198,12 @@ pub struct ModeChange {
     pub after: String,
     /// Why, outside RUN.
     pub reason: Option<String>,
+    /// Of a stop, with retentive memory: its last image, which is durable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept: Option<Saved>,
+    /// Of a stop: why that is not durable, and what to do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_kept: Option<String>,
 }
 
 /// The answer to a reload or rollback.

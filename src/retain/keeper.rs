@@ -230,7 +230,10 @@ impl Keeper {
         let made = Slots::format(device, Geometry::for_content(longest, id));
         let whole = made.and_then(|mut slots| {
             if let Some(first) = first {
-                slots.continue_from(first.stamp.sequence - 1);
+                // The image keeps its number. Behind the last number, a new file begins at 1.
+                if first.stamp.sequence < u64::MAX {
+                    slots.continue_from(first.stamp.sequence - 1);
+                }
                 slots.save(first.stamp, &first.content)?;
             }
             slots.device_mut().put_in_place(&self.path, replaces)?;
@@ -270,7 +273,7 @@ impl Keeper {
         }
         let stamp = Stamp { sequence: 0, scan: image.scan, saved_ms: image.now_ms, flags };
         let mut slots = match self.slots.take() {
-            Some(slots) if slots.geometry().fits(self.gathered.len()) => slots,
+            Some(slots) if slots.takes(self.gathered.len()) => slots,
             Some(slots) => self.grow(slots, image.now_ms)?,
             None => self.attach(image.now_ms)?,
         };
@@ -312,7 +315,8 @@ impl Keeper {
         looked.and(Err(other()))
     }
 
-    /// A longer file in the place of one that is ours, which stays ours until then.
+    /// A new file in the place of one that is ours and too short, or whose numbers are used up.
+    /// The old one stays ours until the new one is whole.
     fn grow(&mut self, mut slots: Slots<FileDevice>, id: u64) -> io::Result<Slots<FileDevice>> {
         let newest = slots.newest();
         let made = newest.and_then(|newest| self.try_make((id, newest.as_ref()), true));
@@ -334,9 +338,7 @@ impl Keeper {
         };
         let seen = device.identity()?;
         match Slots::open(device) {
-            Ok((slots, survey))
-                if survey.whole && slots.geometry().fits(self.plan.content_bytes()) =>
-            {
+            Ok((slots, survey)) if survey.whole && slots.takes(self.plan.content_bytes()) => {
                 Ok(slots)
             }
             Ok((slots, _)) => self.grow(slots, id),

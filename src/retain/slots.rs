@@ -117,6 +117,11 @@ impl<D: Device> Slots<D> {
         &self.geometry
     }
 
+    /// Whether a further image with a content of this many bytes can be saved here.
+    pub fn takes(&self, content_bytes: usize) -> bool {
+        self.geometry.fits(content_bytes) && self.sequence < u64::MAX
+    }
+
     /// The last number that was given to an image.
     pub fn sequence(&self) -> u64 {
         self.sequence
@@ -154,11 +159,9 @@ impl<D: Device> Slots<D> {
             return Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS));
         }
         let slot = self.next_slot();
-        // Nobody writes so many images; a file from elsewhere may say that somebody did.
-        self.sequence = self.sequence.checked_add(1).ok_or_else(|| {
-            let message = "its numbers are used up: give it another name, and a new one is made";
-            io::Error::new(io::ErrorKind::InvalidData, message)
-        })?;
+        // The keeper makes a new file before this happens.
+        let used_up = || io::Error::new(io::ErrorKind::InvalidData, "its numbers are used up");
+        self.sequence = self.sequence.checked_add(1).ok_or_else(used_up)?;
         let stamp = Stamp { sequence: self.sequence, ..stamp };
         put_slot(&mut self.buffer, self.geometry.id, &stamp, content);
         self.held[slot] = 0;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use rungd::retain::content::{self, Kind};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;
+use serde_json::Value;
 
 #[path = "../support/process.rs"]
 pub mod process;
@@ -30,6 +31,15 @@ pub struct Held {
     pub is_final: bool,
     pub count: i32,
     pub counter: i32,
+}
+
+/// Runs so many scans: the lines. It ends with 0, or with 74 where it said that the last image is
+/// lost.
+pub fn run(plant: &Plant, scans: &str) -> Vec<Value> {
+    let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
+    let lines = running.rest();
+    assert_eq!(running.end().code(), Some(code_of(&lines)), "{lines:#?}");
+    lines
 }
 
 pub fn file(plant: &Plant) -> PathBuf {

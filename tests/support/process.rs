@@ -53,6 +53,21 @@ impl Plant {
         command
     }
 
+    /// What a command says that asks this plant's controller at its socket `op`; it ends with 0.
+    pub fn ask(&self, words: &[&str]) -> String {
+        self.ask_for(words, 0)
+    }
+
+    /// The same of a command that ends with this code.
+    pub fn ask_for(&self, words: &[&str], code: i32) -> String {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+        let said = command.args(words).arg("--socket").arg(self.0.join("op")).output().unwrap();
+        let text = [said.stdout, said.stderr].concat();
+        let text = String::from_utf8(text).unwrap();
+        assert_eq!(said.status.code(), Some(code), "{words:?}: {text}");
+        text
+    }
+
     /// A socket as systemd's, and its path for `NOTIFY_SOCKET`.
     pub fn notify(&self) -> (UnixDatagram, PathBuf) {
         let path = self.0.join("notify");
@@ -130,10 +145,22 @@ impl Running {
 
     /// Stops it in an orderly way; the lines that are left.
     pub fn stop(&mut self) -> Vec<Value> {
+        let (lines, code) = self.stop_with_code();
+        assert_eq!(code, Some(code_of(&lines)), "{lines:#?}");
+        lines
+    }
+
+    /// The same, with the exit code, whatever that is.
+    pub fn stop_with_code(&mut self) -> (Vec<Value>, Option<i32>) {
         self.signal("TERM");
         let lines = self.rest();
-        assert_eq!(self.end().code(), Some(0), "{lines:#?}");
-        lines
+        (lines, self.end().code())
+    }
+
+    /// SIGKILL, and the wait until it is gone.
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
     }
 }
 
@@ -141,6 +168,20 @@ impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+/// The exit code of an orderly end with these lines.
+pub fn code_of(lines: &[Value]) -> i32 {
+    if lines.iter().any(|line| line["event"] == "retain-lost") { 74 } else { 0 }
+}
+
+/// Returns when it is so.
+pub fn until(mut is_so: impl FnMut() -> bool) {
+    let deadline = Instant::now() + PATIENCE;
+    while !is_so() {
+        assert!(Instant::now() < deadline, "it did not come to be");
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 

@@ -10,6 +10,7 @@ use std::time::Duration;
 use serde::Serialize;
 use tokio::time::timeout;
 
+use super::memory;
 use super::peer::Peer;
 use super::status::View;
 use crate::daemon::log;
@@ -19,7 +20,7 @@ use crate::events::{self, Event, Level};
 use crate::operator::names::{Names, Operand};
 use crate::operator::protocol::{
     self, Change, Given, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal, RefusalKind,
-    Request, Saved, Value, Values,
+    Request, Value, Values,
 };
 use crate::runtime::Generations;
 use crate::runtime::command::{Before, Command, CommandId, Denial};
@@ -28,8 +29,6 @@ use crate::say::say;
 
 /// How long a change waits for that at least.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
-/// How long a disk may take.
-const RETAIN_WAIT: Duration = Duration::from_secs(120);
 
 /// Where requests are answered.
 pub(in super::super) struct Desk {
@@ -72,7 +71,10 @@ impl Desk {
             Request::Force { operand, value } => as_json(&self.force(peer, operand, value).await?),
             Request::Unforce { operand } => as_json(&self.unforce(peer, operand).await?),
             Request::UnforceAll {} => as_json(&self.unforce_all(peer).await?),
-            Request::Mode { to } => as_json(&self.mode(peer, *to).await?),
+            Request::Mode { to, no_wait } => {
+                let changed = self.mode(peer, *to).await?;
+                as_json(&self.durable(changed, *to, *no_wait).await)
+            }
             Request::LogLevel { level } => as_json(&log_level(peer, *level)),
             Request::Reload { dry_run } => {
                 let reloads = Arc::clone(&self.reloads);
@@ -82,37 +84,15 @@ impl Desk {
                 let reloads = Arc::clone(&self.reloads);
                 as_json(&reloads.rollback(peer.to_string()).await?)
             }
-            Request::RetainSave {} => as_json(&self.retain_save(peer).await?),
+            Request::RetainSave {} => {
+                let view = self.seen().1;
+                as_json(&memory::save(view.about.retention(), peer).await?)
+            }
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
                 as_json(&protocol::Names { names })
             }
         }
-    }
-
-    async fn retain_save(&self, peer: &Peer) -> Done<Saved> {
-        let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
-        let view = self.seen().1;
-        let retention = view.about.retention().ok_or_else(|| {
-            refused("the controller file retains nothing: `[retain] ranges` says what".to_owned())
-        })?;
-        let saved = timeout(RETAIN_WAIT, retention.save()).await.map_err(|_| {
-            let message = "the disk has not answered in time; it may yet be kept";
-            Refusal::new(RefusalKind::NoAnswer, message)
-        })?;
-        let file = retention.wanted.path.display().to_string();
-        let (kept, flush) = saved.map_err(|why| refused(format!("{file}: not kept: {why}")))?;
-        let (image, scan) = (kept.stamp.sequence, kept.stamp.scan);
-        say!(
-            RETAIN_SAVED,
-            who = %peer.name,
-            uid = peer.uid,
-            pid = peer.pid,
-            image,
-            scan,
-            "{peer} had retentive memory kept: image {image} of scan {scan} is durable"
-        );
-        Ok(Saved { file, image, scan, flush_us: flush.as_micros() as u64 })
     }
 
     fn status(&self) -> protocol::Status {
@@ -291,7 +271,19 @@ impl Desk {
             );
         }
         let (before, after) = (before.name().to_owned(), after.name().to_owned());
-        Ok(ModeChange { before, after, reason: reason(self.port.latest().mode) })
+        let reason = reason(self.port.latest().mode);
+        Ok(ModeChange { before, after, reason, kept: None, not_kept: None })
+    }
+
+    /// A stop is answered once its last image is durable.
+    async fn durable(&self, change: ModeChange, to: ModeWanted, no_wait: bool) -> ModeChange {
+        if no_wait || to != ModeWanted::Stop || !matches!(self.port.latest().mode, Mode::Stop(_)) {
+            return change;
+        }
+        match memory::last_image(self.seen().1.about.retention()).await {
+            Ok(kept) => ModeChange { kept, ..change },
+            Err(why) => ModeChange { not_kept: Some(why), ..change },
+        }
     }
 
     fn hand_in(&self, command: Command) -> Done<CommandId> {

@@ -8,6 +8,7 @@
 //! a scan wait.
 
 mod desk;
+mod memory;
 mod pace;
 mod peer;
 mod seats;

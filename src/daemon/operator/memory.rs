@@ -1,0 +1,69 @@
+//! What an operator asks of retentive memory: to have it kept now, and to know that a stop is kept.
+//!
+//! Called by `desk`. The writing is `retain_thread`'s; here its outcome becomes an answer.
+
+use tokio::time::timeout;
+
+use super::peer::Peer;
+use crate::daemon::retain_thread::{NotSaved, Retention};
+use crate::operator::protocol::{Refusal, RefusalKind, Saved};
+use crate::say::say;
+use std::time::Duration;
+
+/// How long a disk may take.
+const DISK_MAX: Duration = Duration::from_secs(120);
+const DISK_LATE: &str = "the disk has not answered in time; it may yet be kept";
+
+/// Has the latest image kept, and answers once it is durable.
+///
+/// # Errors
+/// It is not kept, or the disk has not answered in time.
+pub(super) async fn save(retention: Option<&Retention>, peer: &Peer) -> Result<Saved, Refusal> {
+    let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
+    let retention = retention.ok_or_else(|| {
+        refused("the controller file retains nothing: `[retain] ranges` says what".to_owned())
+    })?;
+    let late = |_| Refusal::new(RefusalKind::NoAnswer, DISK_LATE);
+    let saved = timeout(DISK_MAX, durable(retention)).await.map_err(late)?;
+    let saved = saved
+        .map_err(|why| refused(format!("{}: not kept: {why}", retention.wanted.path.display())))?;
+    let Saved { image, scan, .. } = saved;
+    say!(
+        RETAIN_SAVED,
+        who = %peer.name,
+        uid = peer.uid,
+        pid = peer.pid,
+        image,
+        scan,
+        "{peer} had retentive memory kept: image {image} of scan {scan} is durable"
+    );
+    Ok(saved)
+}
+
+/// Behind a stop: the last image once it is durable. `Ok(None)` where there is none to be kept;
+/// `Err` says why there should be one and is not, and what to do.
+pub(super) async fn last_image(retention: Option<&Retention>) -> Result<Option<Saved>, String> {
+    let Some(retention) = retention else { return Ok(None) };
+    let why = match timeout(DISK_MAX, durable(retention)).await {
+        Ok(Ok(saved)) => return Ok(Some(saved)),
+        Ok(Err(NotSaved::NothingToKeep | NotSaved::NothingRetained)) => return Ok(None),
+        Ok(Err(NotSaved::Failed(why))) => why,
+        Err(_) => DISK_LATE.to_owned(),
+    };
+    Err(format!(
+        "{}: the last image is not kept: {why}. Memory is as the stop left it while rungd runs: \
+         put the disk or the file right, then `rungd retain save`, before the process ends",
+        retention.wanted.path.display()
+    ))
+}
+
+async fn durable(retention: &Retention) -> Result<Saved, NotSaved> {
+    let durable = retention.save().await?;
+    let stamp = durable.kept.stamp;
+    Ok(Saved {
+        file: retention.wanted.path.display().to_string(),
+        image: stamp.sequence,
+        scan: stamp.scan,
+        flush_us: durable.flush.as_micros() as u64,
+    })
+}
