@@ -60,7 +60,7 @@ fn print(ladder: &str, findings: &[Finding]) -> String {
         let (line, column) = file.line_column(finding.span.start);
         text.push_str(&format!("{line}:{column} {}\n", finding.code.name()));
         fold(&finding.message, "  ", &mut text);
-        finding.help.iter().flat_map(|help| help.lines()).for_each(|line| {
+        finding.help_text().iter().flat_map(|help| help.lines()).for_each(|line| {
             fold(line, "    ", &mut text);
         });
     }

@@ -7,9 +7,11 @@
 //! cannot be read is a failure.
 
 mod files;
+#[cfg(test)]
+mod large;
 mod memory;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -83,13 +85,11 @@ pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
 /// A file that is named twice.
 pub fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
     let mut loaded = Loaded::default();
-    let mut seen: Vec<PathBuf> = Vec::new();
+    let mut seen: HashSet<PathBuf> = HashSet::new();
     for input in inputs {
-        let real = identity(&input.path);
-        if seen.contains(&real) {
+        if !seen.insert(identity(&input.path)) {
             bail!("{}: this file is named twice", input.path.display());
         }
-        seen.push(real);
         loaded.add(input.path.display().to_string(), &input.bytes);
     }
     loaded.ladders(0, LoadOptions::default());
@@ -177,12 +177,12 @@ impl Loaded {
 
     /// Reads the ladder files that a controller file names; says whether all could be read.
     fn named_files(&mut self, controller: &Path, names: &[Text]) -> bool {
-        let mut seen: Vec<(PathBuf, Span)> = Vec::new();
+        let mut seen: HashMap<PathBuf, Span> = HashMap::new();
         let mut whole = true;
         for name in names {
             let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
             let real = identity(&path);
-            if let Some((_, first)) = seen.iter().find(|(other, _)| *other == real) {
+            if let Some(first) = seen.get(&real) {
                 let message = format!("`{}` is named twice", name.text);
                 let finding = Finding::new(Code::Controller, name.span, message);
                 let finding = finding.related(*first, "the same file");
@@ -190,7 +190,7 @@ impl Loaded {
                 whole = false;
                 continue;
             }
-            seen.push((real, name.span));
+            seen.insert(real, name.span);
             match files::read_regular(&path) {
                 Ok(bytes) => {
                     self.add(path.display().to_string(), &bytes);

@@ -11,7 +11,7 @@ use crate::isa::{Address, Bit, BitSpace, Health, Word, WordSpace};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::range::{is_range, resolve_range};
-use crate::resolve::scope::{Found, Mistake, Scope, Thing};
+use crate::resolve::scope::{Found, Scope, Thing};
 use crate::runtime::exchange::Snapshot;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::reader::Text;
@@ -106,7 +106,10 @@ impl Names {
         }
         let written = Text { text: text.to_owned(), span: Span::default(), exact: false };
         let range = resolve_range(&self.scope, &written).map_err(|finding| {
-            Refusal::new(RefusalKind::BadOperand, words(&finding.message, finding.help.as_deref()))
+            Refusal::new(
+                RefusalKind::BadOperand,
+                words(&finding.message, finding.help_text().as_deref()),
+            )
         })?;
         let mut found = Vec::new();
         for what in range.addresses() {
@@ -155,8 +158,7 @@ impl Names {
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 format!("`{text}` is a device: `{text}.Ok` and `{text}.Stale` are its bits")
             }
-            Err(Mistake::Reported) => format!("`{text}` stands for nothing"),
-            Err(Mistake::New { message, help, .. }) => words(&message, help.as_deref()),
+            Err(mistake) => mistake.sentence(text),
         };
         Err(Refusal::new(RefusalKind::BadOperand, message))
     }

@@ -11,7 +11,7 @@ use crate::isa::address_text::reads_as_address;
 use crate::isa::{BlockId, DeviceId, StageId, instruction};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
-use crate::source::nearest::did_you_mean;
+use crate::source::nearest::Names;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 
@@ -82,25 +82,22 @@ impl Resolver<'_> {
         program: &mut Program,
     ) {
         let options = self.options;
+        let known = Names::new(options.devices.iter().map(|device| device.text.as_str()));
         let real = options.devices.iter().map(|name| (name, true));
         let said = ladders.flat_map(|ladder| &ladder.devices).map(|name| (name, false));
         for (name, real) in real.chain(said) {
-            let known = |device: &DeviceName| device.name == name.text;
-            if !real && program.devices.iter().any(known) {
+            if !real && self.scope.has_device(&name.text) {
                 continue;
             }
             self.declare_name(name, Role::Device, names);
             if !real && options.has_controller {
                 let message = format!("the controller file has no device `{}`", name.text);
-                let near = options.devices.iter().map(|device| device.text.as_str());
-                let mut finding = Finding::new(Code::UnknownName, name.span, message);
-                finding.help = did_you_mean(&name.text, near).or_else(|| {
-                    Some(format!("add a `[[device]]` with `name = \"{}\"`", name.text))
-                });
-                self.find(finding);
+                let finding = Finding::new(Code::UnknownName, name.span, message)
+                    .help(format!("add a `[[device]]` with `name = \"{}\"`", name.text));
+                self.find(finding.near(&name.text, &known));
             }
             self.scope.add_device(&name.text, DeviceId(program.devices.len() as u32));
-            let (name, span) = (name.text.clone(), name.span);
+            let (name, span) = (kept(&name.text), name.span);
             program.devices.push(DeviceName { name, span, real });
         }
     }
@@ -153,7 +150,7 @@ impl Resolver<'_> {
                 Some(name) => {
                     self.declare_stage(name, &mut stage_names);
                     ids.entry(name.text.clone()).or_insert(stage_id);
-                    (name.text.clone(), name.span)
+                    (kept(&name.text), name.span)
                 }
                 None => (String::new(), stage.span),
             };
@@ -161,11 +158,11 @@ impl Resolver<'_> {
             stages.push(Stage { id: stage_id, name: text, span, doc, rungs: Vec::new() });
         }
         if block.name.is_some() {
-            self.scope.add_block(name, BlockNames { id, kind, stages: ids });
+            self.scope.add_block(name, BlockNames::new(id, kind, ids));
         }
         program.blocks.push(Block {
             id,
-            name: name.to_owned(),
+            name: kept(name),
             span: block.name.as_ref().map_or(block.span, |name| name.span),
             kind,
             autostart: self.autostart(block, name),
@@ -224,11 +221,23 @@ impl Resolver<'_> {
     }
 }
 
+/// The most characters of a name: every record that holds one has room for it.
+pub(super) const NAME_MAX: usize = 128;
+
+/// A name as the program keeps it: of one that is too long, its beginning.
+pub(super) fn kept(name: &str) -> String {
+    name.chars().take(NAME_MAX).collect()
+}
+
 /// The finding of a name that is none, or means something else already.
 fn forbidden(name: &Text, role: Role) -> Option<Finding> {
     let text = name.text.as_str();
     let what = role.words();
     let find = |message: String| Some(Finding::new(Code::ForbiddenName, name.span, message));
+    if text.len() > NAME_MAX {
+        let finding = find(format!("this name of a {what} has {} characters", text.len()))?;
+        return Some(finding.help(format!("a name has at most {NAME_MAX}")));
+    }
     let hyphen = role != Role::Tag;
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || (hyphen && c == '-');
     if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {

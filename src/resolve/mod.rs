@@ -14,13 +14,17 @@ mod rung;
 pub mod scope;
 mod tags;
 
+use std::sync::LazyLock;
+
 use crate::isa::{Address, MemorySizes};
-use crate::source::finding::{Code, Finding, Severity};
+use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::ladder::{self, Ladder};
+use crate::source::nearest::Names;
 use crate::source::reader::Text;
+use crate::source::room::Room;
 use crate::source::span::{FileId, Located, SourceFile, Span};
 use program::{NamedOperand, Program};
-use scope::{Mistake, Scope, Thing};
+use scope::{Scope, Thing};
 
 /// What a load depends on beside the ladder files.
 #[derive(Clone, Debug, Default)]
@@ -57,9 +61,10 @@ pub fn resolve_ladders(
 ) -> (Option<Program>, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut ladders = Vec::new();
+    let mut room = Room::default();
     for (at, file) in files.iter().enumerate() {
         let id = FileId(options.first_file.0 + at as u32);
-        let (ladder, found) = ladder::read(&file.text, id);
+        let (ladder, found) = ladder::read_within(&mut room, &file.text, id);
         findings.extend(found);
         ladders.push((id, ladder));
     }
@@ -84,6 +89,12 @@ pub fn resolve_ladders(
 pub fn resolve_operand(program: &Program, name: &str) -> Result<Address, String> {
     Scope::of(program).address(name)
 }
+
+/// The names that `allow` knows.
+static WARNINGS: LazyLock<Names> = LazyLock::new(|| {
+    let rows = TABLE.iter().filter(|row| row.severity == Severity::Warning);
+    Names::new(rows.map(|row| row.name))
+});
 
 fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
@@ -160,19 +171,13 @@ impl<'a> Resolver<'a> {
 
     /// A name of an `allow`, which must be one of a warning.
     fn allowed(&mut self, name: &Text) -> String {
-        let warnings = || {
-            let rows = crate::source::finding::TABLE.iter();
-            rows.filter(|row| row.severity == Severity::Warning).map(|row| row.name)
+        let message = match Code::from_name(&name.text).map(Code::severity) {
+            Some(Severity::Warning) => return name.text.clone(),
+            Some(Severity::Error) => format!("`{}` is an error: it cannot be silenced", name.text),
+            None => format!("no warning is called `{}`", name.text),
         };
-        if !warnings().any(|warning| warning == name.text) {
-            let message = match Code::from_name(&name.text) {
-                Some(_) => format!("`{}` is an error: it cannot be silenced", name.text),
-                None => format!("no warning is called `{}`", name.text),
-            };
-            let mut finding = Finding::new(Code::UnknownAllow, name.span, message);
-            finding.help = crate::source::nearest::did_you_mean(&name.text, warnings());
-            self.findings.push(finding);
-        }
+        let finding = Finding::new(Code::UnknownAllow, name.span, message);
+        self.findings.push(finding.near(&name.text, &WARNINGS));
         name.text.clone()
     }
 
@@ -189,15 +194,9 @@ impl<'a> Resolver<'a> {
                 }
                 Some(found.thing)
             }
-            Err(Mistake::Reported) => {
+            Err(mistake) => {
                 self.mark_used(name);
-                None
-            }
-            Err(Mistake::New { code, message, help }) => {
-                self.mark_used(name);
-                let mut finding = Finding::new(code, span, message);
-                finding.help = help;
-                self.find(finding);
+                self.findings.extend(mistake.finding(span));
                 None
             }
         }

@@ -27,7 +27,9 @@ impl Resolver<'_> {
                 whole = false;
                 continue;
             };
-            given.push(row.name);
+            if !given.contains(&row.name) {
+                given.push(row.name);
+            }
             match self.arg(row, &operand.value, spec, block) {
                 Some(value) => args.push(Arg { name: row.name, span: operand.value.span, value }),
                 None => whole = false,
@@ -36,7 +38,7 @@ impl Resolver<'_> {
         for row in spec.operands.iter().filter(|row| !row.optional && !given.contains(&row.name)) {
             // A superfluous operand is often the missing one without its key: one finding will do.
             whole = false;
-            if !text.operands.iter().any(|operand| is_lost(text, operand, spec)) {
+            if !has_lost(text, spec) {
                 self.find(missing_operand(text, spec, row));
             }
         }
@@ -264,14 +266,11 @@ impl Resolver<'_> {
             let finding = Finding::new(Code::BuiltInTask, atom.span, message);
             return self.find(finding.help("delete this; a task of your own has another name"));
         }
-        let mut known: Vec<&str> = self.scope.block_names().collect();
-        known.sort_unstable();
-        let help = did_you_mean(&name, known.iter().copied()).unwrap_or_else(|| {
-            let header = if wanted == "a task" { "task" } else { "program" };
-            format!("declare it: a `[[{header}]]` with `name = \"{name}\"`")
-        });
+        let header = if wanted == "a task" { "task" } else { "program" };
+        let declare = format!("declare it: a `[[{header}]]` with `name = \"{name}\"`");
         let message = format!("no program or task is called `{name}`");
-        self.find(Finding::new(Code::UnknownBlock, atom.span, message).help(help));
+        let finding = Finding::new(Code::UnknownBlock, atom.span, message).help(declare);
+        self.find(finding.near(&name, self.scope.known_blocks()));
     }
 
     fn stage_operand(&mut self, atom: &Atom, spec: &Spec, block: BlockId) -> Option<ArgValue> {
@@ -289,11 +288,10 @@ impl Resolver<'_> {
         } else if names.stages.is_empty() && names.kind != BlockKind::Program {
             "tasks have no stages; make it a `[[program]]`".to_owned()
         } else {
-            let mut known: Vec<&str> = names.stages.keys().map(String::as_str).collect();
-            known.sort_unstable();
-            let near = did_you_mean(&name, known.iter().copied());
             let declare = format!("declare it: a `[[program.stage]]` with `name = \"{name}\"`");
-            near.unwrap_or(declare)
+            let finding = Finding::new(Code::UnknownStage, atom.span, message).help(declare);
+            self.find(finding.near(&name, names.known_stages()));
+            return None;
         };
         self.find(Finding::new(Code::UnknownStage, atom.span, message).help(help));
         None
@@ -307,19 +305,21 @@ fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static Operand> {
 }
 
 /// Whether an operand has no row: an unknown key, or one more than the instruction has.
-fn is_lost(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> bool {
-    if let Some(key) = &operand.key {
-        return !spec.operands.iter().any(|row| row.key == Some(key.value.as_str()));
-    }
-    let before = text.operands.iter().filter(|o| o.key.is_none() && o.span < operand.span);
+fn has_lost(text: &written::Instruction, spec: &Spec) -> bool {
+    let (keyed, positional): (Vec<_>, Vec<_>) =
+        text.operands.iter().partition(|operand| operand.key.is_some());
+    let known = |key: &str| spec.operands.iter().any(|row| row.key == Some(key));
+    let unknown_key = keyed.iter().filter_map(|o| o.key.as_ref()).any(|key| !known(&key.value));
     let rows = || spec.operands.iter().filter(|row| row.key.is_none());
-    !rows().any(|row| row.kind == Kind::Stages) && before.count() >= rows().count()
+    unknown_key
+        || (!rows().any(|row| row.kind == Kind::Stages) && positional.len() > rows().count())
 }
 
 fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> Finding {
-    let taken: Vec<&str> =
-        text.operands.iter().filter_map(|o| o.key.as_ref()).map(|key| key.value.as_str()).collect();
-    let free = spec.operands.iter().filter_map(|row| row.key).find(|key| !taken.contains(key));
+    // Of thousands of operands, the first tell enough.
+    let near = || text.operands.iter().take(32).filter_map(|operand| operand.key.as_ref());
+    let is_taken = |key: &str| near().any(|taken| taken.value == key);
+    let free = spec.operands.iter().filter_map(|row| row.key).find(|key| !is_taken(key));
     let message = format!("`{}` has no place for `{}`", spec.name, operand.value);
     let help = match free {
         Some(key) => format!("write `{key}={}`; the form is `{}`", operand.value, spec.form()),

@@ -6,7 +6,6 @@ use super::program::{Block, BlockKind, Program};
 use crate::isa::BlockId;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::Ladder;
-use crate::source::nearest::did_you_mean;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located};
 
@@ -48,9 +47,8 @@ impl Resolver<'_> {
         for name in &order.value {
             let Some(block) = self.scope.block(&name.text) else {
                 let message = format!("no program or task is called `{}`", name.text);
-                let mut finding = Finding::new(Code::UnknownBlock, name.span, message);
-                finding.help = did_you_mean(&name.text, self.scope.block_names());
-                self.find(finding);
+                let finding = Finding::new(Code::UnknownBlock, name.span, message);
+                self.find(finding.near(&name.text, self.scope.known_blocks()));
                 continue;
             };
             let (id, kind) = (block.id, block.kind);

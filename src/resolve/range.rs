@@ -1,6 +1,6 @@
 //! Ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or a tag of one.
 
-use super::scope::{Mistake, Scope, Thing};
+use super::scope::{Scope, Thing};
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
@@ -141,14 +141,9 @@ pub(super) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
 pub(super) fn look_up(scope: &Scope, name: &str, span: Span) -> Result<Thing, Finding> {
     match scope.look_up(name) {
         Ok(found) => Ok(found.thing),
-        Err(Mistake::Reported) => {
-            Err(Finding::new(Code::UnknownName, span, format!("`{name}` is a broken tag")))
-        }
-        Err(Mistake::New { code, message, help }) => {
-            let mut finding = Finding::new(code, span, message);
-            finding.help = help;
-            Err(finding)
-        }
+        Err(mistake) => Err(mistake.finding(span).unwrap_or_else(|| {
+            Finding::new(Code::UnknownName, span, format!("`{name}` is a broken tag"))
+        })),
     }
 }
 

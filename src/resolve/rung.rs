@@ -1,19 +1,25 @@
 //! Rungs: legs against the instruction's legs, then contacts and instructions.
 
 use std::collections::HashMap;
+use std::sync::LazyLock;
 
 use super::Resolver;
+use super::declare::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
 use crate::isa::{BlockId, LegName, Mnemonic, Spec};
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
-use crate::source::nearest::{did_you_mean, nearest};
+use crate::source::nearest::{Names, nearest};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
 /// One row's instructions with what the table says of them; `None` where it knows none.
 type Specs = Vec<Option<&'static Spec>>;
+
+/// The instructions that an unknown one may have meant.
+static INSTRUCTIONS: LazyLock<Names> =
+    LazyLock::new(|| Names::new(crate::isa::instruction::TABLE.iter().map(|spec| spec.name)));
 
 impl Resolver<'_> {
     /// All rungs of a block and its stages.
@@ -45,7 +51,11 @@ impl Resolver<'_> {
         let part = |part: &str| {
             !part.is_empty() && part.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit())
         };
-        if !name.text.split('-').all(part) {
+        if name.text.len() > NAME_MAX {
+            let message = format!("this name of a rung has {} characters", name.text.len());
+            let finding = Finding::new(Code::ForbiddenName, name.span, message);
+            self.find(finding.help(format!("a name has at most {NAME_MAX}")));
+        } else if !name.text.split('-').all(part) {
             let message = format!("`{}` is not in kebab-case", name.text);
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
             self.find(finding.help("a rung's name reads `count-bottles`"));
@@ -75,7 +85,7 @@ impl Resolver<'_> {
         });
         Rung {
             branches: branches.collect(),
-            name: rung.name.as_ref().map(|name| name.text.clone()),
+            name: rung.name.as_ref().map(|name| kept(&name.text)),
             doc: rung.doc.clone(),
             allow: rung.allow.iter().map(|name| self.allowed(name)).collect(),
             span: rung.span,
@@ -114,11 +124,13 @@ impl Resolver<'_> {
             return Some(mnemonic.spec());
         }
         let message = format!("there is no instruction `{name}`");
-        let known = crate::isa::instruction::TABLE.iter().map(|spec| spec.name);
         let finding = Finding::new(Code::UnknownInstruction, span, message);
-        let help = habit(name).map(str::to_owned).or_else(|| did_you_mean(name, known));
-        let help = help.unwrap_or_else(|| "`rungd explain` lists all instructions".to_owned());
-        self.find(finding.help(help));
+        self.find(match habit(name) {
+            Some(help) => finding.help(help),
+            None => {
+                finding.help("`rungd explain` lists all instructions").near(name, &INSTRUCTIONS)
+            }
+        });
         None
     }
 

@@ -4,12 +4,14 @@
 //! for every name in a contact or operand, and by whoever watches or writes by name.
 
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use super::program::{BlockKind, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, StageId, Structure};
-use crate::source::finding::Code;
-use crate::source::nearest::did_you_mean;
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::{Names, Near, did_you_mean};
+use crate::source::span::Span;
 
 /// All names of one program.
 #[derive(Debug)]
@@ -18,6 +20,13 @@ pub struct Scope {
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
+    /// The names of the blocks that have one.
+    block_names: HashMap<BlockId, String>,
+    /// Every stage's name with the first block that has such a stage.
+    stages: HashMap<String, BlockId>,
+    /// What an unknown name may have meant: made once, of all names.
+    known: OnceLock<Names>,
+    known_blocks: OnceLock<Names>,
 }
 
 /// A block, and the names of its stages.
@@ -26,7 +35,34 @@ pub(super) struct BlockNames {
     pub(super) id: BlockId,
     pub(super) kind: BlockKind,
     pub(super) stages: HashMap<String, StageId>,
+    known_stages: OnceLock<Names>,
+    known_members: OnceLock<Names>,
 }
+
+impl BlockNames {
+    pub(super) fn new(id: BlockId, kind: BlockKind, stages: HashMap<String, StageId>) -> Self {
+        let (known_stages, known_members) = (OnceLock::new(), OnceLock::new());
+        BlockNames { id, kind, stages, known_stages, known_members }
+    }
+
+    fn stage_names(&self) -> impl Iterator<Item = &str> {
+        self.stages.keys().map(String::as_str)
+    }
+
+    /// What an unknown stage may have meant.
+    pub(super) fn known_stages(&self) -> &Names {
+        self.known_stages.get_or_init(|| Names::new(self.stage_names()))
+    }
+
+    /// What may stand behind the dot of it.
+    fn known_members(&self) -> &Names {
+        let own = if self.kind == BlockKind::Program { &["Running"][..] } else { &BLOCK_BITS };
+        self.known_members.get_or_init(|| Names::new(self.stage_names().chain(own.iter().copied())))
+    }
+}
+
+/// The bits of a task.
+const BLOCK_BITS: [&str; 2] = ["Running", "Done"];
 
 /// What a name stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,13 +99,46 @@ pub enum Mistake {
         message: String,
         /// What to write instead.
         help: Option<String>,
+        /// The names that may have been meant: the nearest, if one is near, is a better help.
+        near: Option<Near>,
     },
+}
+
+impl Mistake {
+    /// As a finding at a place; none where a finding says it already.
+    pub(super) fn finding(self, span: Span) -> Option<Finding> {
+        let Mistake::New { code, message, help, near } = self else { return None };
+        let finding = Finding::new(code, span, message).near_any(near);
+        Some(match help {
+            Some(help) => finding.help(help),
+            None => finding,
+        })
+    }
+
+    /// As a sentence for people, about a name that stands in no file: nobody can declare it there.
+    pub fn sentence(self, name: &str) -> String {
+        let Some(finding) = self.finding(Span::default()) else {
+            return format!("`{name}` stands for nothing");
+        };
+        match finding.help_text().filter(|help| !help.starts_with("declare")) {
+            Some(help) => format!("{} ({help})", finding.message),
+            None => finding.message,
+        }
+    }
 }
 
 impl Scope {
     pub(super) fn new(sizes: MemorySizes) -> Scope {
-        let (tags, blocks, devices) = (HashMap::new(), HashMap::new(), HashMap::new());
-        Scope { sizes, tags, blocks, devices }
+        Scope {
+            sizes,
+            tags: HashMap::new(),
+            blocks: HashMap::new(),
+            devices: HashMap::new(),
+            block_names: HashMap::new(),
+            stages: HashMap::new(),
+            known: OnceLock::new(),
+            known_blocks: OnceLock::new(),
+        }
     }
 
     /// The names of a resolved program.
@@ -80,7 +149,7 @@ impl Scope {
         }
         for block in &program.blocks {
             let stages = block.stages.iter().map(|stage| (stage.name.clone(), stage.id)).collect();
-            scope.add_block(&block.name, BlockNames { id: block.id, kind: block.kind, stages });
+            scope.add_block(&block.name, BlockNames::new(block.id, block.kind, stages));
         }
         for (at, device) in program.devices.iter().enumerate() {
             scope.add_device(&device.name, DeviceId(at as u32));
@@ -89,15 +158,26 @@ impl Scope {
     }
 
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
+        self.known = OnceLock::new();
         self.tags.entry(name.to_owned()).or_insert((index, meaning));
     }
 
     pub(super) fn add_block(&mut self, name: &str, block: BlockNames) {
+        (self.known, self.known_blocks) = (OnceLock::new(), OnceLock::new());
+        for stage in block.stages.keys() {
+            self.stages.entry(stage.clone()).or_insert(block.id);
+        }
+        self.block_names.insert(block.id, name.to_owned());
         self.blocks.entry(name.to_owned()).or_insert(block);
     }
 
     pub(super) fn add_device(&mut self, name: &str, id: DeviceId) {
+        self.known = OnceLock::new();
         self.devices.entry(name.to_owned()).or_insert(id);
+    }
+
+    pub(super) fn has_device(&self, name: &str) -> bool {
+        self.devices.contains_key(name)
     }
 
     /// The tag's index in the program; none for a tag that is in itself wrong.
@@ -109,12 +189,15 @@ impl Scope {
         self.blocks.get(name)
     }
 
-    pub(super) fn block_names(&self) -> impl Iterator<Item = &str> {
-        self.blocks.keys().map(String::as_str)
+    /// What an unknown block may have meant.
+    pub(super) fn known_blocks(&self) -> &Names {
+        self.known_blocks.get_or_init(|| Names::new(self.blocks.keys().map(String::as_str)))
     }
 
     pub(super) fn block_of(&self, id: BlockId) -> Option<(&str, &BlockNames)> {
-        self.blocks.iter().find(|(_, block)| block.id == id).map(|(name, b)| (name.as_str(), b))
+        let name = self.block_names.get(&id)?;
+        let block = self.blocks.get(name).filter(|block| block.id == id)?;
+        Some((name, block))
     }
 
     /// What a name stands for, as an address.
@@ -133,11 +216,7 @@ impl Scope {
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
-            Err(Mistake::Reported) => Err(format!("`{name}` stands for nothing")),
-            Err(Mistake::New { message, help: None, .. }) => Err(message),
-            Err(Mistake::New { message, help: Some(help), .. }) => {
-                Err(format!("{message} ({help})"))
-            }
+            Err(mistake) => Err(mistake.sentence(name)),
         }
     }
 
@@ -170,30 +249,32 @@ impl Scope {
     }
 
     fn unknown(&self, base: &str, member: Option<&str>) -> Mistake {
-        let blocks_with = self.blocks.iter().find(|(_, b)| b.stages.contains_key(base));
-        let help = match blocks_with {
-            Some((block, _)) if member.is_none() => {
-                Some(format!("a stage is named with its program: `{block}.{base}`"))
-            }
-            _ => did_you_mean(base, self.sorted_names()).or_else(|| habit(base)),
-        };
         let message = format!("nothing is called `{base}`");
-        let help = help.or_else(|| Some(self.instead(base)));
-        Mistake::New { code: Code::UnknownName, message, help }
+        let with_stage = self.stages.get(base).filter(|_| member.is_none());
+        if let Some(block) = with_stage.and_then(|id| self.block_names.get(id)) {
+            let help = format!("a stage is named with its program: `{block}.{base}`");
+            return new(Code::UnknownName, message, Some(help));
+        }
+        let help = habit(base).unwrap_or_else(|| self.instead(base));
+        let near = Some(Near::new(base, self.known()));
+        Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
     }
 
     /// What to do about a name that is near to none.
     fn instead(&self, base: &str) -> String {
-        let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if base.starts_with(|c: char| c.is_ascii_alphabetic()) && base.chars().all(letters) {
+        if base.contains(',') {
+            return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"
+                .to_owned();
+        }
+        if is_name(base) {
             return format!("declare it: `{base} = {{ at = \"C0\" }}` under [tags]");
         }
         if let Some((low, high)) = base.split_once('-') {
             let together = format!("{low}{high}");
-            if self.look_up(&together).is_ok() {
+            if self.is_known(&together) {
                 return format!("write `{together}`");
             }
-            if self.look_up(low).is_ok() {
+            if self.is_known(low) {
                 return "nothing is computed here: `SUB a b to=D0` in a rung above, then `D0`"
                     .to_owned();
             }
@@ -201,13 +282,27 @@ impl Scope {
         "a name is a letter, then letters, digits and `_`".to_owned()
     }
 
-    fn sorted_names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> =
-            self.tags.keys().chain(self.blocks.keys()).map(String::as_str).collect();
-        names.extend(self.devices.keys().map(String::as_str));
-        names.sort_unstable();
-        names
+    /// Whether something is called so, or an address reads so.
+    fn is_known(&self, name: &str) -> bool {
+        address_text::parse(name, &self.sizes).is_ok()
+            || self.tags.contains_key(name)
+            || self.blocks.contains_key(name)
+            || self.devices.contains_key(name)
     }
+
+    /// What an unknown name may have meant.
+    fn known(&self) -> &Names {
+        self.known.get_or_init(|| {
+            let names = self.tags.keys().chain(self.blocks.keys()).chain(self.devices.keys());
+            Names::new(names.map(String::as_str))
+        })
+    }
+}
+
+/// Whether a text could be the name of a tag.
+fn is_name(text: &str) -> bool {
+    let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(letters)
 }
 
 /// What people write who are used to other notations.
@@ -224,7 +319,7 @@ fn habit(name: &str) -> Option<String> {
 }
 
 fn new(code: Code, message: String, help: Option<String>) -> Mistake {
-    Mistake::New { code, message, help }
+    Mistake::New { code, message, help, near: None }
 }
 
 /// The mistake of a text that reads as an address and is none.
@@ -340,16 +435,25 @@ fn of_block(base: &str, block: &BlockNames, member: Option<&str>) -> Result<Thin
         let help = format!("write `!{base}.Running`, or have its last stage SET a bit");
         return Err(new(Code::UnknownMember, message, Some(help)));
     }
-    let mut known: Vec<&str> = block.stages.keys().map(String::as_str).collect();
-    known.extend(if program { &["Running"][..] } else { &["Running", "Done"] });
-    known.sort_unstable();
-    let list = known.iter().map(|k| format!("`{base}.{k}`")).collect::<Vec<_>>().join(", ");
-    let help = did_you_mean(member, known.iter().copied());
-    let help = help.unwrap_or_else(|| format!("there is {list}"));
     let (code, message) = if program {
         (Code::UnknownStage, format!("program `{base}` has no stage `{member}`"))
     } else {
         (Code::UnknownMember, format!("task `{base}` has no `.{member}`"))
     };
-    Err(new(code, message, Some(help)))
+    let known = block.known_members();
+    let near = Some(Near::new(member, known));
+    Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
+}
+
+/// The most names that a help lists.
+const LISTED_MAX: usize = 12;
+
+/// What may stand behind the dot of a block.
+fn members_of(base: &str, known: &Names) -> String {
+    let first = known.iter().take(LISTED_MAX);
+    let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
+    match known.iter().len() - known.iter().len().min(LISTED_MAX) {
+        0 => format!("there is {list}"),
+        more => format!("there is {list}, and {more} more"),
+    }
 }

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use super::Resolver;
+use super::declare::kept;
 use super::program::{Program, Tag, TagMeaning, Written};
-use super::scope::{Mistake, address_mistake};
+use super::scope::address_mistake;
 use crate::isa::address_text;
 use crate::isa::{Address, Bit, BitSpace};
 use crate::source::finding::{Code, Finding};
@@ -22,7 +23,7 @@ impl Resolver<'_> {
         let min = tag.min.as_ref().and_then(|value| self.tag_value(value, false));
         let max = tag.max.as_ref().and_then(|value| self.tag_value(value, false));
         let resolved = Tag {
-            name: tag.name.text.clone(),
+            name: kept(&tag.name.text),
             span: tag.name.span,
             doc: tag.doc.clone(),
             meaning,
@@ -77,11 +78,7 @@ impl Resolver<'_> {
         match address_text::parse(&at.text, &self.options.sizes) {
             Ok(address) => Some(address),
             Err(error) => {
-                if let Mistake::New { code, message, help } = address_mistake(&at.text, error) {
-                    let mut finding = Finding::new(code, at.span, message);
-                    finding.help = help;
-                    self.find(finding);
-                }
+                self.findings.extend(address_mistake(&at.text, error).finding(at.span));
                 None
             }
         }

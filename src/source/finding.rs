@@ -3,8 +3,15 @@
 //! The readers, the resolver and the checks make them; `render` (for people) and tests read them.
 //! A finding is the author's mistake: it never stops the collecting of others, and it never
 //! panics. Faults at run time and failures of the environment are other types, elsewhere.
+//!
+//! A finding is small whatever the file holds: its texts are bounded here, and the name that its
+//! author may have meant is looked for when it is shown.
 
+use std::borrow::Cow;
+
+use super::nearest::{Names, Near};
 use super::span::Span;
+use super::wording::bounded;
 
 /// How bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -29,8 +36,13 @@ pub struct Finding {
     /// Other places that belong to it, each with a few words.
     pub related: Vec<(Span, String)>,
     /// What to write instead; it can be pasted.
-    pub help: Option<String>,
+    help: Option<String>,
+    /// An unknown name: the known one that is nearest is a better help, if there is one.
+    near: Option<Box<Near>>,
 }
+
+/// The most related places of one finding.
+const RELATED_MAX: usize = 16;
 
 impl Finding {
     /// A finding with no related place and no help yet.
@@ -38,28 +50,50 @@ impl Finding {
         Finding {
             code,
             span,
-            message: message.into(),
+            message: bounded(message.into()),
             label: String::new(),
             related: Vec::new(),
             help: None,
+            near: None,
         }
     }
 
     /// The words under the place.
     pub fn label(mut self, label: impl Into<String>) -> Finding {
-        self.label = label.into();
+        self.label = bounded(label.into());
         self
     }
 
     /// What to write instead.
     pub fn help(mut self, help: impl Into<String>) -> Finding {
-        self.help = Some(help.into());
+        self.help = Some(bounded(help.into()));
         self
     }
 
-    /// Another place that belongs to it.
+    /// As [`Finding::help`], but that the nearest of the known names takes its place if one is
+    /// near.
+    pub fn near(mut self, name: &str, known: &Names) -> Finding {
+        self.near = Some(Box::new(Near::new(name, known)));
+        self
+    }
+
+    /// As [`Finding::near`], with the names that a look-up found.
+    pub fn near_any(mut self, near: Option<Near>) -> Finding {
+        self.near = near.map(Box::new);
+        self
+    }
+
+    /// What to write instead, looked for now: ask for findings that are shown, not for all.
+    pub fn help_text(&self) -> Option<Cow<'_, str>> {
+        let near = self.near.as_ref().and_then(|near| near.help()).map(Cow::Owned);
+        near.or_else(|| self.help.as_deref().map(Cow::Borrowed))
+    }
+
+    /// Another place that belongs to it; of many, the first are kept.
     pub fn related(mut self, span: Span, words: impl Into<String>) -> Finding {
-        self.related.push((span, words.into()));
+        if self.related.len() < RELATED_MAX {
+            self.related.push((span, bounded(words.into())));
+        }
         self
     }
 

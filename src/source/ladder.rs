@@ -9,6 +9,7 @@ use super::file_kind;
 use super::finding::{Code, Finding};
 use super::instruction::{self, Instruction};
 use super::reader::{self, Constant, Table, Text};
+use super::room::Room;
 use super::shape::{self, Shape};
 use super::span::{FileId, Located, Span};
 
@@ -145,7 +146,12 @@ pub struct Branch {
 
 /// Reads a ladder file. The ladder is `None` when the text is not TOML, or a controller file.
 pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
-    let (ladder, findings) = reader::document(source, file, |mut root| {
+    read_within(&mut Room::default(), source, file)
+}
+
+/// As [`read`], for one of several files that share the room of a load.
+pub fn read_within(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
+    let (ladder, findings) = reader::document_within(room, source, file, |mut root| {
         if file_kind::is_controller_root(&root) {
             let finding = controller_file(&mut root);
             root.find(finding);

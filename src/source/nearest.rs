@@ -1,13 +1,68 @@
-//! The nearest known name: what somebody who mistyped probably meant.
+//! The nearest known name: what an author who mistyped a name probably meant.
 //!
-//! Called wherever a name is unknown. Distance is counted in single-letter slips (a letter more,
-//! less, other, or two swapped), without regard to case.
+//! Distance is counted in single-letter slips (a letter more, less, other, or two swapped), without
+//! regard to case. A comparison with thousands of names takes long, and a file may hold thousands
+//! of unknown ones: so a finding keeps a [`Near`], and the search runs when its help is shown.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::wording::bounded;
+
+/// How many characters of a name are compared.
+const COMPARED_MAX: usize = 64;
+
+/// The known names of one kind, shared by all findings about an unknown one.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub struct Names(Arc<[Box<str>]>);
+
+impl Names {
+    /// The names, sorted: of two that are equally near, the first is offered.
+    pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> Names {
+        let mut names: Vec<Box<str>> = names.into_iter().map(Box::from).collect();
+        names.sort_unstable();
+        Names(names.into())
+    }
+
+    /// The names, in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.0.iter().map(|name| &**name)
+    }
+}
+
+impl fmt::Debug for Names {
+    /// Their number: there may be thousands.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} names", self.0.len())
+    }
+}
+
+/// An unknown name, and the known ones that may have been meant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Near {
+    name: Box<str>,
+    known: Names,
+}
+
+impl Near {
+    /// For the help of a finding about `name`.
+    pub fn new(name: &str, known: &Names) -> Near {
+        let end = name.char_indices().nth(COMPARED_MAX).map_or(name.len(), |(at, _)| at);
+        Near { name: name[..end].into(), known: known.clone() }
+    }
+
+    /// `did you mean …?`, if something is near.
+    pub fn help(&self) -> Option<String> {
+        did_you_mean(&self.name, self.known.iter())
+    }
+}
 
 /// The known name nearest to a mistyped one, if any is near enough to be worth offering: one
 /// slip for every three letters, and at least one if it has two.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = fold(name);
-    let limit = (name.len() / 3).max(usize::from(name.len() > 1));
+    let length = name.chars().count();
+    let limit = (length / 3).max(usize::from(length > 1));
     known
         .into_iter()
         .map(|candidate| (distance(&name, &fold(candidate)), candidate))
@@ -16,34 +71,33 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
-/// `did you mean …?` for a help text, if something is near.
+/// `did you mean …?` for a help text, if something is near. Of few known names; of many, a
+/// finding keeps a [`Near`].
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    nearest(name, known).map(|near| format!("did you mean `{near}`?"))
+    nearest(name, known).map(|near| bounded(format!("did you mean `{near}`?")))
 }
 
-fn fold(name: &str) -> Vec<char> {
-    // Names are short; a page of text in the place of one is cut, so that the table stays small.
-    name.chars().take(64).flat_map(char::to_lowercase).collect()
+fn fold(name: &str) -> String {
+    name.chars().take(COMPARED_MAX).flat_map(char::to_lowercase).collect()
 }
 
-/// Edit distance with swaps of neighbours (optimal string alignment).
-fn distance(a: &[char], b: &[char]) -> usize {
-    let width = b.len() + 1;
-    let mut rows = vec![vec![0; width]; a.len() + 1];
-    rows[0] = (0..width).collect();
-    for i in 1..=a.len() {
-        rows[i][0] = i;
-        for j in 1..width {
-            let other = usize::from(a[i - 1] != b[j - 1]);
-            let mut best = (rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
-            best = best.min(rows[i - 1][j - 1] + other);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                best = best.min(rows[i - 2][j - 2] + 1);
-            }
-            rows[i][j] = best;
-        }
+fn distance(a: &str, b: &str) -> usize {
+    #[cfg(test)]
+    counted::COMPUTED.with(|count| count.set(count.get() + 1));
+    strsim::osa_distance(a, b)
+}
+
+/// How many distances this thread has computed, for tests of what is left out.
+#[cfg(test)]
+pub mod counted {
+    use std::cell::Cell;
+
+    thread_local!(pub(super) static COMPUTED: Cell<usize> = const { Cell::new(0) });
+
+    /// The count since the last call.
+    pub fn take() -> usize {
+        COMPUTED.with(Cell::take)
     }
-    rows[a.len()][b.len()]
 }
 
 #[cfg(test)]
@@ -69,5 +123,12 @@ mod tests {
         assert_eq!(d("", "abc"), 3);
         assert_eq!(d("CNTDN", "CTNDN"), 1);
         assert_eq!(d("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn a_page_of_text_in_the_place_of_a_name_is_cut() {
+        let known = Names::new(["bottles"]);
+        let near = Near::new(&"ä".repeat(1_000_000), &known);
+        assert_eq!((near.name.len(), near.help()), (2 * COMPARED_MAX, None));
     }
 }

@@ -10,6 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::finding::{Code, Finding};
+use super::room::Room;
 use super::span::{FileId, Span};
 pub use super::table::{Constant, Table};
 use super::{headers, strict};
@@ -45,10 +46,24 @@ pub fn document<T>(
     file: FileId,
     read: impl FnOnce(Table<'_>) -> T,
 ) -> (Option<T>, Vec<Finding>) {
+    document_within(&mut Room::default(), source, file, read)
+}
+
+/// As [`document`], for one of several files that share the room of a load.
+pub(super) fn document_within<T>(
+    room: &mut Room,
+    source: &str,
+    file: FileId,
+    read: impl FnOnce(Table<'_>) -> T,
+) -> (Option<T>, Vec<Finding>) {
     let findings = RefCell::new(Vec::new());
     if source.len() > FILE_BYTES_MAX {
         let start = Span { file, start: 0, end: 0 };
-        return (None, vec![Finding::new(Code::TomlSyntax, start, "the file is too large")]);
+        let message = format!("the file is larger than {} MiB", FILE_BYTES_MAX >> 20);
+        return (None, vec![Finding::new(Code::TomlSyntax, start, message)]);
+    }
+    if let Err(finding) = room.take(source, file) {
+        return (None, vec![*finding]);
     }
     let (root, errors) = DeTable::parse_recoverable(source);
     let doc = Doc { file, source, findings: &findings };

@@ -133,8 +133,8 @@ fn group<'a>(
     for snippet in snippets(finding, files, lines) {
         group = group.element(snippet);
     }
-    if let Some(help) = &finding.help {
-        group = group.element(Level::HELP.message(help.as_str()));
+    if let Some(help) = finding.help_text() {
+        group = group.element(Level::HELP.message(help));
     }
     group
 }

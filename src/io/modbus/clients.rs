@@ -96,7 +96,7 @@ mod tests {
 
     fn read(text: &str) -> Result<Network, String> {
         let text = Text { text: text.to_owned(), span: Span::default(), exact: true };
-        Network::read(&text).map_err(|finding| finding.help.unwrap_or_default())
+        Network::read(&text).map_err(|finding| finding.help_text().unwrap_or_default().into_owned())
     }
 
     #[test]

@@ -1,0 +1,135 @@
+//! Tests with files that no person wrote: what a load does for each finding, counted, and how long
+//! an answer may become. Nothing here goes by time: `benches/check.py` has the figures.
+
+use crate::load::{Input, Loaded, ladder_inputs};
+use crate::source::finding::Code;
+use crate::source::nearest::counted;
+use crate::source::render::{Style, render};
+
+const MAIN: &str = "[[program]]\nname = \"Main\"\n";
+
+fn load(text: &str) -> Loaded {
+    ladder_inputs(&[Input { path: "ladder.toml".into(), bytes: text.into() }]).unwrap()
+}
+
+fn shown(loaded: &Loaded) -> String {
+    render(&loaded.findings, &loaded.files, Style::default())
+}
+
+fn rungs(n: usize, rung: impl Fn(usize) -> String) -> String {
+    (0..n).map(|k| format!("[[program.rung]]\n{}\n", rung(k))).collect()
+}
+
+fn tags(n: usize) -> String {
+    (0..n).map(|k| format!("tag_number_{k} = {{ at = \"C0\", spare = true }}\n")).collect()
+}
+
+/// Distances computed by the load, and by showing what it found.
+#[track_caller]
+fn distances(text: &str, code: Code) -> (usize, usize) {
+    counted::take();
+    let loaded = load(text);
+    let of_code = loaded.findings.iter().filter(|finding| finding.code == code).count();
+    assert!(of_code >= 300, "{of_code} of {code:?}");
+    let by_load = counted::take();
+    assert!(shown(&loaded).contains("did you mean"), "{}", shown(&loaded));
+    counted::take();
+    shown(&loaded);
+    (by_load, counted::take())
+}
+
+#[test]
+fn the_nearest_name_is_looked_for_only_for_what_is_shown() {
+    let unknown = rungs(400, |k| format!("when = [\"tga_number_{k}\"]\ndo = [\"STOP\"]"));
+    let text = format!("[tags]\n{}{MAIN}{unknown}", tags(300));
+    assert_eq!(distances(&text, Code::UnknownName), (0, 100 * 301));
+
+    let blocks: String = (0..300).map(|k| format!("[[task]]\nname = \"Task-{k}\"\n")).collect();
+    let unknown = rungs(400, |k| format!("when = [\"X0\"]\ndo = [\"ENTASK Tsak-{k}\"]"));
+    let text = format!("{MAIN}{unknown}{blocks}");
+    assert_eq!(distances(&text, Code::UnknownBlock), (0, 100 * 301));
+
+    let stages = |body: &str| -> String {
+        let stage = |k: usize| {
+            let rung = format!("{{ when = [\"X0\"], do = [\"{body}{k}\"] }}");
+            format!("[[program.stage]]\nname = \"Stage-{k}\"\nrung = [{rung}]\n")
+        };
+        (0..300).map(stage).collect()
+    };
+    let text = format!("{MAIN}{}", stages("JMP Satge-"));
+    assert_eq!(distances(&text, Code::UnknownStage), (0, 100 * 300));
+
+    let unknown = rungs(400, |k| format!("when = [\"Main.Satge-{k}\"]\ndo = [\"STOP\"]"));
+    let text = format!("{MAIN}{unknown}{}", stages("JMP Stage-"));
+    assert_eq!(distances(&text, Code::UnknownStage), (0, 100 * 301));
+
+    let unknown = rungs(400, |_| "when = [\"X0\"]\ndo = [\"OUTT C1\"]".to_owned());
+    let (by_load, by_showing) = distances(&format!("{MAIN}{unknown}"), Code::UnknownInstruction);
+    assert_eq!((by_load, by_showing % 100), (0, 0));
+}
+
+#[test]
+fn an_answer_does_not_grow_with_a_name() {
+    let name = "n".repeat(200_000);
+    let dashes = format!("n{}", "-".repeat(200_000));
+    let nines = "9".repeat(200_000);
+    let rung = |when: &str, body: &str| {
+        format!("{MAIN}[[program.rung]]\nwhen = [\"{when}\"]\ndo = [\"{body}\"]\n")
+    };
+    for text in [
+        rung(&name, "OUT C0"),
+        rung(&dashes, "OUT C0"),
+        rung(&format!("D0 > {nines}"), "OUT C0"),
+        rung(&format!("X0{}", " & X0 | X1".repeat(20_000)), "OUT C0"),
+        rung("X0", &format!("{name} C0")),
+        rung("X0", &format!("OUT {name}")),
+        rung("X0", &format!("TMR T0 preset=1s {name}=3")),
+        rung("X0", &format!("TMR T0{}", " preset=1s".repeat(10_000))),
+        rung("X0", &format!("OUT{}", " C0".repeat(10_000))),
+        rung("X0", &format!("JMP {name}")),
+        rung("X0", &format!("RUN {name}")),
+        format!("{name} = 3\n{MAIN}"),
+        format!("[tags]\n{name} = {{ at = \"C0\" }}\n{MAIN}"),
+        format!("[tags]\na = {{ at = \"{name}\" }}\n{MAIN}"),
+        format!("[tags]\n{name} = {{ at = \"{name}\" }}\n{MAIN}"),
+        format!("[ladder]\nallow = [\"{name}\"]\norder = [\"{name}\"]\n{MAIN}"),
+        format!("{MAIN}[[task]]\nname = \"{name}\"\n"),
+        format!("{MAIN}[[program]]\nname = \"P\"\n[[program.stage]]\nname = \"{name}\"\n"),
+        format!("{MAIN}rung = [{{ name = \"{name}\", when = [\"X0\"], do = [\"STOP\"] }}]\n"),
+        format!("{MAIN}rung = [{{ name = \"É {name}\", when = [\"X0\"], do = [\"STOP\"] }}]\n"),
+    ] {
+        let said = shown(&load(&text));
+        let head: String = text.chars().take(90).collect();
+        assert!(said.len() < 40_000 && said.len() > 60, "{} bytes: {head}", said.len());
+    }
+}
+
+#[test]
+fn no_name_is_longer_than_a_name_may_be() {
+    let fits = "n".repeat(128);
+    let tag =
+        |name: &str| load(&format!("[tags]\n{name} = {{ at = \"C0\", spare = true }}\n{MAIN}"));
+    assert!(tag(&fits).findings.is_empty(), "{}", shown(&tag(&fits)));
+    let long = tag(&format!("{fits}n"));
+    assert!(long.program.is_none() && long.findings[0].code == Code::ForbiddenName);
+    assert!(shown(&long).contains("at most 128"), "{}", shown(&long));
+    // Its uses are no mistakes of their own.
+    let name = format!("{fits}n");
+    let used = load(&format!(
+        "[tags]\n{name} = {{ at = \"C0\" }}\n{MAIN}{}",
+        rungs(3, |_| format!("when = [\"X0\"]\ndo = [\"SET {name}\", \"RST {name}\"]"))
+    ));
+    assert_eq!(used.findings.len(), 1, "{}", shown(&used));
+}
+
+#[test]
+fn control_characters_and_line_ends_of_windows_do_not_reach_the_terminal() {
+    let text = "[tags]\r\n\"a\\u001b[31m\" = { at = \"C0\" }\r\n[[program]]\r\nname = \"Main\"\r\n\
+                [[program.rung]]\r\nleg.up = [\"X0\"]\r\nleg.reset = [\r\n  \"X1\",\r\n]\r\n\
+                do = [\"CNT CT0 preset=3\"]\r\n";
+    let loaded = load(text);
+    let said = shown(&loaded);
+    assert!(!said.contains('\u{1b}') && !said.contains('\r'), "{said:?}");
+    assert!(said.contains("\\u{1b}"), "{said}");
+    assert!(said.contains("write `leg.rst = [\n"), "{said}");
+}

@@ -1,0 +1,99 @@
+//! The bounds of a finding's text: what it quotes may be a name of megabytes, or may hold
+//! characters that a terminal obeys.
+//!
+//! [`super::finding::Finding`] passes all that it is given through [`bounded`], so that no maker of
+//! a finding has to think of it.
+
+/// The longest stretch without a space that is told whole: longer than any legal name, and than
+/// most paths.
+const WORD_CHARS_MAX: usize = 200;
+/// What is left of a longer one, at its two ends.
+const WORD_HEAD: usize = 60;
+const WORD_TAIL: usize = 20;
+/// The longest text.
+const TEXT_CHARS_MAX: usize = 4_000;
+
+/// The text without control characters (but for ends of lines), its overlong words shortened in the
+/// middle, and itself no longer than a page.
+pub fn bounded(text: String) -> String {
+    if text.len() <= WORD_CHARS_MAX && !text.chars().any(is_obeyed) {
+        return text;
+    }
+    let mut told = String::new();
+    let mut room = TEXT_CHARS_MAX;
+    for word in text.split_inclusive(char::is_whitespace) {
+        if room == 0 {
+            told.push('…');
+            break;
+        }
+        room = room.saturating_sub(push_word(&mut told, word));
+    }
+    told
+}
+
+/// Adds a word and the space behind it; says how long it has become.
+fn push_word(told: &mut String, word: &str) -> usize {
+    let length = word.chars().count();
+    if length <= WORD_CHARS_MAX {
+        return word.chars().map(|c| push(told, c)).sum();
+    }
+    let head: usize = word.chars().take(WORD_HEAD).map(|c| push(told, c)).sum();
+    told.push('…');
+    let tail: usize = word.chars().skip(length - WORD_TAIL).map(|c| push(told, c)).sum();
+    head + 1 + tail
+}
+
+/// Adds a character, escaped if a terminal would obey it.
+fn push(told: &mut String, c: char) -> usize {
+    match c {
+        // Of a file with the line ends of Windows.
+        '\r' => 0,
+        c if is_obeyed(c) => {
+            let escaped = c.escape_unicode();
+            told.extend(escaped.clone());
+            escaped.count()
+        }
+        c => {
+            told.push(c);
+            1
+        }
+    }
+}
+
+/// Whether a terminal may do something else with a character than show it: control characters,
+/// and those that turn the direction of a text round.
+fn is_obeyed(c: char) -> bool {
+    let turns =
+        matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
+    turns || (c.is_control() && c != '\n')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_obeys_is_escaped() {
+        let told = |text: &str| bounded(text.to_owned());
+        assert_eq!(told("`a\u{1b}[31mb`\nnext"), "`a\\u{1b}[31mb`\nnext");
+        assert_eq!(told("leg.rst = [\r\n  \"X0\"\r\n]"), "leg.rst = [\n  \"X0\"\n]");
+        assert_eq!(told("a\u{202e}b\u{9b}c"), "a\\u{202e}b\\u{9b}c");
+        assert_eq!(told("größe, 12 °C"), "größe, 12 °C");
+    }
+
+    #[test]
+    fn long_words_and_texts_are_cut() {
+        let name = "n".repeat(10_000_000);
+        let told = bounded(format!("`{name}.Acc` cannot be read"));
+        assert_eq!(told.chars().count(), WORD_HEAD + 1 + WORD_TAIL + "cannot be read".len());
+        assert!(told.starts_with("`nnn") && told.contains("n…n"), "{told}");
+        assert!(told.ends_with("n.Acc` cannot be read"), "{told}");
+        let told = bounded("word ".repeat(1_000_000));
+        assert!(told.chars().count() <= TEXT_CHARS_MAX + WORD_CHARS_MAX + 2, "{}", told.len());
+        assert!(told.ends_with('…'), "{}", &told[told.len() - 20..]);
+        let told = bounded("\u{1}".repeat(1_000_000));
+        assert!(told.len() < 1_000, "{}", told.len());
+        let whole = "n".repeat(WORD_CHARS_MAX);
+        assert_eq!(bounded(whole.clone()), whole);
+    }
+}
