@@ -1,9 +1,9 @@
 //! `rungd schema`: JSON Schema (draft 2020-12) of a ladder file or a controller file, for editors
 //! and for programs that write such files.
 //!
-//! Keys and types are what the readers ask for ([`crate::source::shape`]), their meanings stand in
-//! [`crate::source::keys`]. What a schema cannot say (that an address exists, that a rung's
-//! legs are its instruction's) remains `rungd check`'s.
+//! Keys, their types and explanations are what the readers ask for ([`crate::source::shape`]).
+//! What a schema cannot say (that an address exists, that a rung's legs are its instruction's)
+//! remains `rungd check`'s.
 
 use std::io::Write;
 
@@ -13,9 +13,9 @@ use serde_json::{Map, Value, json};
 
 use super::exit::Exit;
 use crate::controller;
-use crate::source::keys::{self, Key};
+use crate::source::key::{Key, Limit};
 use crate::source::ladder;
-use crate::source::shape::{Form, Shape};
+use crate::source::shape::{Shape, ValueForm};
 
 /// Prints the JSON Schema of a kind of file
 #[derive(Args, Debug)]
@@ -49,13 +49,11 @@ pub fn schema(args: &SchemaArgs) -> Result<Exit> {
 
 /// The schema of a kind of file.
 pub fn of(kind: FileKind) -> Value {
-    let (shape, words, title) = match kind {
-        FileKind::Ladder => (ladder::shape(), keys::LADDER, "A ladder file of rungd"),
-        FileKind::Controller => {
-            (controller::shape(), keys::CONTROLLER, "A controller file of rungd")
-        }
+    let (shape, title) = match kind {
+        FileKind::Ladder => (ladder::shape(), "A ladder file of rungd"),
+        FileKind::Controller => (controller::shape(), "A controller file of rungd"),
     };
-    let mut writer = Writer { words, places: Map::new() };
+    let mut writer = Writer { places: Map::new() };
     let mut schema = writer.table(&shape);
     schema.insert("$schema".to_owned(), json!("https://json-schema.org/draft/2020-12/schema"));
     schema.insert("title".to_owned(), json!(title));
@@ -64,7 +62,6 @@ pub fn of(kind: FileKind) -> Value {
 }
 
 struct Writer {
-    words: &'static [Key],
     /// The tables that can stand in several places, by name.
     places: Map<String, Value>,
 }
@@ -74,11 +71,11 @@ impl Writer {
         let noted = shape.noted();
         let mut properties = Map::new();
         for (key, form) in &noted.keys {
-            if let Some(value) = self.value(noted.place, key, form) {
-                properties.insert((*key).to_owned(), value);
+            if let Some(value) = self.value(*key, form) {
+                properties.insert(key.name.to_owned(), value);
             }
         }
-        let others = noted.others.as_ref().and_then(|form| self.value(noted.place, "*", form));
+        let others = noted.others.as_ref().and_then(|(any, form)| self.value(*any, form));
         let mut schema = Map::new();
         schema.insert("type".to_owned(), json!("object"));
         schema.insert("additionalProperties".to_owned(), others.unwrap_or(json!(false)));
@@ -88,44 +85,44 @@ impl Writer {
         if !noted.required.is_empty() {
             schema.insert("required".to_owned(), json!(noted.required));
         }
-        for (_, more) in keys::TOGETHER.iter().filter(|(place, _)| *place == noted.place) {
+        for more in &noted.together {
             add(&mut schema, more);
         }
         schema
     }
 
     /// The schema of a key's value; `None` where the reader knows the key only to refuse it.
-    fn value(&mut self, place: &str, key: &str, form: &Form) -> Option<Value> {
-        let word = self.words.iter().find(|word| word.place == place && word.key == key);
-        let more = word.map_or("", |word| word.more);
-        if more == "false" {
+    fn value(&mut self, key: Key, form: &ValueForm) -> Option<Value> {
+        if let Limit::Refused = key.limit {
             return None;
         }
         let mut schema = self.form(form);
-        if let Some(word) = word {
-            schema.insert("description".to_owned(), json!(word.doc));
+        schema.insert("description".to_owned(), json!(key.doc));
+        match key.limit {
+            Limit::None | Limit::Refused => {}
+            Limit::Schema(more) => add(&mut schema, more),
+            Limit::Words(words) => drop(schema.insert("enum".to_owned(), json!(words()))),
         }
-        add(&mut schema, more);
         Some(Value::Object(schema))
     }
 
-    fn form(&mut self, form: &Form) -> Map<String, Value> {
+    fn form(&mut self, form: &ValueForm) -> Map<String, Value> {
         let value = match form {
-            Form::Any => json!({}),
-            Form::Text => json!({ "type": "string" }),
-            Form::Flag => json!({ "type": "boolean" }),
-            Form::Integer(from, to) => {
+            ValueForm::Any => json!({}),
+            ValueForm::Text => json!({ "type": "string" }),
+            ValueForm::Flag => json!({ "type": "boolean" }),
+            ValueForm::Integer(from, to) => {
                 json!({ "type": "integer", "minimum": from, "maximum": to })
             }
-            Form::Integers(from, to) => {
+            ValueForm::Integers(from, to) => {
                 let item = json!({ "type": "integer", "minimum": from, "maximum": to });
                 json!({ "type": "array", "items": item })
             }
-            Form::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
-            Form::Constant => json!({ "type": ["integer", "string", "boolean"] }),
-            Form::Texts => json!({ "type": "array", "items": { "type": "string" } }),
-            Form::Table(shape) => return self.table(shape),
-            Form::Tables(shape) => json!({ "type": "array", "items": self.place(shape) }),
+            ValueForm::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
+            ValueForm::Constant => json!({ "type": ["integer", "string", "boolean"] }),
+            ValueForm::Texts => json!({ "type": "array", "items": { "type": "string" } }),
+            ValueForm::Table(shape) => return self.table(shape),
+            ValueForm::Tables(shape) => json!({ "type": "array", "items": self.place(shape) }),
         };
         value.as_object().cloned().unwrap_or_default()
     }
@@ -152,42 +149,7 @@ mod tests {
     use super::*;
     use crate::isa::instruction::LegName;
 
-    /// Every key of a shape, with the table that it stands in.
-    fn keys_of(shape: &Shape, found: &mut Vec<(&'static str, &'static str)>) {
-        let noted = shape.noted();
-        let others = noted.others.iter().map(|form| ("*", form));
-        let keys = noted.keys.iter().map(|(key, form)| (*key, form));
-        for (key, form) in keys.chain(others) {
-            if !found.contains(&(noted.place, key)) {
-                found.push((noted.place, key));
-            }
-            if let Form::Table(below) | Form::Tables(below) = form {
-                keys_of(below, found);
-            }
-        }
-    }
-
-    #[track_caller]
-    fn agree(shape: &Shape, words: &[Key]) {
-        let mut known = Vec::new();
-        keys_of(shape, &mut known);
-        let mut told: Vec<_> = words.iter().map(|word| (word.place, word.key)).collect();
-        known.sort_unstable();
-        told.sort_unstable();
-        let untold: Vec<_> = known.iter().filter(|key| !told.contains(key)).collect();
-        assert!(untold.is_empty(), "no row of source/keys.rs tells what these mean: {untold:?}");
-        let stale: Vec<_> = told.iter().filter(|key| !known.contains(key)).collect();
-        assert!(stale.is_empty(), "the reader does not know these rows: {stale:?}");
-        assert!(told.windows(2).all(|pair| pair[0] != pair[1]), "a row stands twice");
-    }
-
-    #[test]
-    fn every_key_that_a_reader_knows_is_explained() {
-        agree(&ladder::shape(), keys::LADDER);
-        agree(&controller::shape(), keys::CONTROLLER);
-    }
-
-    /// A value that the reader looks at in its own way has its types in `more`.
+    /// A value that the reader looks at in its own way has its types in its limit.
     #[test]
     fn every_value_has_a_type() {
         fn untyped(schema: &Value, path: &str, found: &mut Vec<String>) {
@@ -208,11 +170,25 @@ mod tests {
         }
     }
 
+    fn pieces(shape: &Shape, found: &mut Vec<&'static str>) {
+        let noted = shape.noted();
+        found.extend(&noted.together);
+        for (key, form) in noted.keys.iter().chain(&noted.others) {
+            if let Limit::Schema(piece) = key.limit {
+                found.push(piece);
+            }
+            if let ValueForm::Table(below) | ValueForm::Tables(below) = form {
+                pieces(below, found);
+            }
+        }
+    }
+
     #[test]
     fn what_is_added_is_json() {
-        let more = keys::LADDER.iter().chain(keys::CONTROLLER).map(|word| word.more);
-        let together = keys::TOGETHER.iter().map(|(_, more)| *more);
-        for text in more.chain(together).filter(|text| !text.is_empty()) {
+        let mut found = Vec::new();
+        pieces(&ladder::shape(), &mut found);
+        pieces(&controller::shape(), &mut found);
+        for text in found {
             let parsed: Result<Value, _> = serde_json::from_str(text);
             assert!(parsed.is_ok(), "{text}: {parsed:?}");
         }

@@ -3,6 +3,7 @@
 //! run time.
 
 use crate::source::finding::{Code, Finding};
+use crate::source::key::key;
 use crate::source::reader::{Table, Text};
 use crate::source::span::Span;
 
@@ -46,10 +47,17 @@ pub const SOCKET_BYTES_MAX: usize = 103;
 pub(super) fn read(mut table: Table<'_>) -> WrittenOperator {
     let operator = WrittenOperator {
         span: table.span(),
-        enabled: table.boolean("enabled").is_none_or(|enabled| enabled.value),
-        socket: table.string("socket"),
-        mode: table.string("mode"),
-        group: table.string("group"),
+        enabled: table
+            .boolean(key("enabled", "Whether there is a socket; true if not given."))
+            .is_none_or(|enabled| enabled.value),
+        socket: table
+            .string(key("socket", "Its path, relative to this file; else where systemd wants it.")),
+        mode: table.string(
+            key("mode", "Its permissions in octal digits; 0660 if not given.")
+                .limited(r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#),
+        ),
+        group: table
+            .string(key("group", "Its group, by name or number: its members may change things.")),
     };
     table.finish();
     operator

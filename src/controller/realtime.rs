@@ -4,6 +4,7 @@
 //! machine grants it shows at run time, in `runtime::posture`.
 
 use crate::source::finding::{Code, Finding};
+use crate::source::key::{Key, NOT_EMPTY, key};
 use crate::source::reader::{Table, Text};
 
 /// `[realtime]`.
@@ -40,13 +41,18 @@ const LATENCY_US_MAX: i64 = 1_000_000;
 
 /// Reads `[realtime]`.
 pub(super) fn read(mut table: Table<'_>) -> Realtime {
-    let flag = |table: &mut Table<'_>, key| table.boolean(key).is_some_and(|flag| flag.value);
+    let flag = |table: &mut Table<'_>, key: Key| table.boolean(key).is_some_and(|flag| flag.value);
     let realtime = Realtime {
         policy: read_policy(&mut table),
         cpus: read_cpus(&mut table),
-        lock_memory: flag(&mut table, "lock-memory"),
-        cpu_latency_us: table.string("cpu-latency").and_then(|text| latency(&table, &text)),
-        strict: flag(&mut table, "strict"),
+        lock_memory: flag(&mut table, key("lock-memory", "All memory stays in RAM.")),
+        cpu_latency_us: table
+            .string(
+                key("cpu-latency", "How long an idle CPU may take to wake up: `0us`, `1ms`.")
+                    .limited(r#"{"pattern":"^[0-9]+(us|ms)$"}"#),
+            )
+            .and_then(|text| latency(&table, &text)),
+        strict: flag(&mut table, key("strict", "Do not start if any of these is not granted.")),
     };
     table.finish();
     realtime
@@ -54,9 +60,12 @@ pub(super) fn read(mut table: Table<'_>) -> Realtime {
 
 fn read_policy(table: &mut Table<'_>) -> Policy {
     let says = table.has("policy");
-    let policy = table.string("policy");
+    let policy = table.string(
+        key("policy", "How the scan thread is scheduled; `other` if not given.")
+            .limited(r#"{"enum":["fifo","rr","other"]}"#),
+    );
     let asked = table.has("priority");
-    let priority = table.integer("priority", (1, 99));
+    let priority = table.integer(key("priority", "Of policy `fifo` or `rr`."), (1, 99));
     let number = priority.as_ref().and_then(|priority| u8::try_from(priority.value).ok());
     let place = |policy: &Text| priority.as_ref().map_or(policy.span, |priority| priority.span);
     match policy.as_ref().map(|policy| (policy, policy.text.as_str())) {
@@ -95,7 +104,11 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
 }
 
 fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
-    let Some(cpus) = table.integers("cpus", (0, CPU_MAX)) else { return Vec::new() };
+    let Some(cpus) = table
+        .integers(key("cpus", "Where the scan thread may run.").limited(NOT_EMPTY), (0, CPU_MAX))
+    else {
+        return Vec::new();
+    };
     let mut numbers: Vec<u32> = cpus.value.iter().filter_map(|n| u32::try_from(*n).ok()).collect();
     numbers.sort_unstable();
     numbers.dedup();

@@ -2,6 +2,7 @@
 //! be made shows at run time.
 
 use crate::source::finding::{Code, Finding};
+use crate::source::key::{LEAST_1MS, key};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{FileId, Located, Span};
 
@@ -49,7 +50,7 @@ pub struct Retention {
 
 pub(super) fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
     let absent = WrittenRetain::absent(file);
-    let ranges = table.strings("ranges");
+    let ranges = table.strings(key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`."));
     if !table.has("ranges") {
         nothing(&table, table.span(), "without `ranges` this keeps nothing");
     }
@@ -61,11 +62,28 @@ pub(super) fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
     }
     let retain = WrittenRetain {
         ranges: ranges.map_or(Vec::new(), |texts| texts.value),
-        file: table.string("file"),
-        interval_ms: table.duration("interval").unwrap_or(absent.interval_ms),
-        cold_start: table.string("cold-start"),
+        file: table.string(key(
+            "file",
+            "Where they are kept; else where systemd keeps state, or beside this file.",
+        )),
+        interval_ms: table
+            .duration(
+                key(
+                    "interval",
+                    "They are written when changed, at most so often; 1s if not given.",
+                )
+                .limited(LEAST_1MS),
+            )
+            .unwrap_or(absent.interval_ms),
+        cold_start: table.string(
+            key("cold-start", "Whether to run where nothing was found; `stop` if not given.")
+                .limited(r#"{"enum":["run","stop"]}"#),
+        ),
         budget_mb: table
-            .integer("budget-mb-per-day", (1, 10_000_000))
+            .integer(
+                key("budget-mb-per-day", "More written than this is a warning; 2000 if not given."),
+                (1, 10_000_000),
+            )
             .and_then(|budget| u32::try_from(budget.value).ok())
             .unwrap_or(absent.budget_mb),
     };

@@ -10,6 +10,7 @@ use super::realtime::{self, Realtime};
 use super::retain::{self, WrittenRetain};
 use crate::isa::MemorySizes;
 use crate::source::finding::{Code, Finding};
+use crate::source::key::{Key, LEAST_1MS, NOT_EMPTY, key};
 use crate::source::reader::{self, Table, Text};
 use crate::source::shape::{self, Shape};
 use crate::source::span::{FileId, Located, Span};
@@ -88,6 +89,14 @@ pub struct Log {
     pub statistics_ms: i32,
 }
 
+/// Of a rule as a whole.
+const PULSES_OR_FOLLOWS: &str = r#"{"oneOf":[
+            {"required":["pulse","every"],
+             "not":{"anyOf":[{"required":["after"]},{"required":["release"]}]}},
+            {"required":["follows"],
+             "not":{"anyOf":[{"required":["pulse"]},{"required":["every"]},
+                             {"required":["offset"]}]}}]}"#;
+
 /// Reads a controller file. It is `None` when the text is not TOML.
 pub fn read(source: &str, file: FileId) -> (Option<WrittenController>, Vec<Finding>) {
     reader::document(source, file, |root| read_root(root, file))
@@ -101,35 +110,68 @@ pub fn shape() -> Shape {
 fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
     root.require("ladder", "[\"ladder.toml\"]");
     let ladder = read_ladders(&mut root);
-    let order = root.strings("order");
+    let order =
+        root.strings(key("order", "The scan order of all Programs and Tasks of all ladder files."));
     let memory = read_memory(&mut root);
     let scan = read_scan(&mut root, file);
-    let realtime =
-        root.table("realtime", "`[realtime]`").map_or_else(Realtime::default, realtime::read);
+    let realtime = root
+        .table(key("realtime", "What is asked of the operating system."), "`[realtime]`")
+        .map_or_else(Realtime::default, realtime::read);
     let (mut outputs_on, mut outputs_hold) = (Vec::new(), Vec::new());
-    if let Some(mut outputs) = root.table("outputs", "`[outputs]`") {
-        outputs_on = strings(&mut outputs, "on");
-        outputs_hold = strings(&mut outputs, "hold");
+    if let Some(mut outputs) = root.table(
+        key("outputs", "The safe values of outputs, in STOP and FAULT; OFF where not said."),
+        "`[outputs]`",
+    ) {
+        outputs_on = strings(&mut outputs, key("on", "Outputs that are ON in the safe state."));
+        outputs_hold = strings(&mut outputs, key("hold", "Outputs that keep their value."));
         outputs.finish();
     }
-    let retain = root.table("retain", "`[retain]`");
+    let retain = root.table(key("retain", "What a restart keeps."), "`[retain]`");
     let retain =
         retain.map_or_else(|| WrittenRetain::absent(file), |table| retain::read(table, file));
-    let modbus_server = root.table("modbus-server", "`[modbus-server]`").map(modbus_server::read);
-    let rules = root.tables("simulated-device", "a simulated device");
+    let modbus_server = root
+        .table(
+            key("modbus-server", "A Modbus TCP server; none where this is absent."),
+            "`[modbus-server]`",
+        )
+        .map(modbus_server::read);
+    let rules = root.tables(
+        key("simulated-device", "Inputs that move by themselves, instead of a plant."),
+        "a simulated device",
+    );
     let rules = rules.into_iter().map(read_rule).collect();
-    let devices = root.tables("device", "a device").into_iter().map(device::read).collect();
+    let devices = root
+        .tables(
+            key("device", "Field devices: remote I/O, local lines, a simulated plant."),
+            "a device",
+        )
+        .into_iter()
+        .map(device::read)
+        .collect();
     let mut log = Log { statistics_ms: 60_000 };
-    if let Some(mut table) = root.table("log", "`[log]`") {
-        log.statistics_ms = duration(&mut table, "statistics", log.statistics_ms);
+    if let Some(mut table) = root.table(key("log", "What the log tells by itself."), "`[log]`") {
+        log.statistics_ms = duration(
+            &mut table,
+            key("statistics", "How often scan statistics are logged; 0ms: never."),
+            log.statistics_ms,
+        );
         table.finish();
     }
     let mut probation_ms = 10_000;
-    if let Some(mut table) = root.table("reload", "`[reload]`") {
-        probation_ms = duration(&mut table, "probation", probation_ms);
+    if let Some(mut table) = root.table(key("reload", "How a reload goes."), "`[reload]`") {
+        probation_ms = duration(
+            &mut table,
+            key(
+                "probation",
+                "A program that faults so soon after its reload is taken back; 0ms: never.",
+            ),
+            probation_ms,
+        );
         table.finish();
     }
-    let operator = root.table("operator", "`[operator]`").map(operator::read);
+    let operator = root
+        .table(key("operator", "The socket by which operators ask and command."), "`[operator]`")
+        .map(operator::read);
     root.finish();
     WrittenController {
         ladder,
@@ -150,7 +192,11 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
 }
 
 fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
-    let Some(ladder) = root.strings("ladder") else { return Vec::new() };
+    let Some(ladder) = root.strings(
+        key("ladder", "The ladder files, relative to this file: one program.").limited(NOT_EMPTY),
+    ) else {
+        return Vec::new();
+    };
     if ladder.value.is_empty() && !root.doc().has_finding_in(ladder.span) {
         let finding = Finding::new(Code::Controller, ladder.span, "no ladder file is named");
         root.find(finding.help("write `ladder = [\"ladder.toml\"]`"));
@@ -158,34 +204,38 @@ fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
     ladder.value
 }
 
-fn strings(table: &mut Table<'_>, key: &'static str) -> Vec<Text> {
+fn strings(table: &mut Table<'_>, key: Key) -> Vec<Text> {
     table.strings(key).map_or(Vec::new(), |texts| texts.value)
 }
 
-fn duration(table: &mut Table<'_>, key: &'static str, default: i32) -> i32 {
+fn duration(table: &mut Table<'_>, key: Key, default: i32) -> i32 {
     table.duration(key).map_or(default, |duration| duration.value)
 }
 
-fn flag(table: &mut Table<'_>, key: &'static str) -> bool {
+fn flag(table: &mut Table<'_>, key: Key) -> bool {
     table.boolean(key).is_some_and(|flag| flag.value)
 }
 
 fn read_memory(root: &mut Table<'_>) -> MemorySizes {
     let mut sizes = MemorySizes::default();
-    let Some(mut table) = root.table("memory", "`[memory]`") else { return sizes };
+    let Some(mut table) =
+        root.table(key("memory", "How many elements each space of memory has."), "`[memory]`")
+    else {
+        return sizes;
+    };
     // Modbus numbers its elements with 16 bits, and the others need no more than that either.
-    let blocks: [(&'static str, &mut u32); 11] = [
-        ("X", &mut sizes.x),
-        ("Y", &mut sizes.y),
-        ("C", &mut sizes.c),
-        ("MC", &mut sizes.mc),
-        ("MI", &mut sizes.mi),
-        ("V", &mut sizes.v),
-        ("D", &mut sizes.d),
-        ("MHR", &mut sizes.mhr),
-        ("MIR", &mut sizes.mir),
-        ("CT", &mut sizes.ct),
-        ("T", &mut sizes.t),
+    let blocks: [(Key, &mut u32); 11] = [
+        (key("X", "Inputs."), &mut sizes.x),
+        (key("Y", "Outputs."), &mut sizes.y),
+        (key("C", "Control relays."), &mut sizes.c),
+        (key("MC", "Modbus coils."), &mut sizes.mc),
+        (key("MI", "Modbus discrete inputs."), &mut sizes.mi),
+        (key("V", "Words, unsigned, 16 bits."), &mut sizes.v),
+        (key("D", "Words, signed, 32 bits."), &mut sizes.d),
+        (key("MHR", "Modbus holding registers."), &mut sizes.mhr),
+        (key("MIR", "Modbus input registers."), &mut sizes.mir),
+        (key("CT", "Counters."), &mut sizes.ct),
+        (key("T", "Timers."), &mut sizes.t),
     ];
     for (key, size) in blocks {
         if let Some(count) = table.integer(key, (1, 65_536)) {
@@ -202,25 +252,39 @@ fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
         period_ms: Located { value: 10, span: nowhere },
         watchdog_ms: Located { value: 200, span: nowhere },
     };
-    let Some(mut table) = root.table("scan", "`[scan]`") else { return scan };
-    scan.period_ms = table.duration("period").unwrap_or(scan.period_ms);
-    scan.watchdog_ms = table.duration("watchdog").unwrap_or(scan.watchdog_ms);
+    let Some(mut table) = root.table(key("scan", "How often, and how long at most."), "`[scan]`")
+    else {
+        return scan;
+    };
+    scan.period_ms = table
+        .duration(key("period", "From one scan to the next; 10ms if not given.").limited(LEAST_1MS))
+        .unwrap_or(scan.period_ms);
+    scan.watchdog_ms = table
+        .duration(
+            key("watchdog", "A scan longer than this is a fault; 200ms if not given.")
+                .limited(LEAST_1MS),
+        )
+        .unwrap_or(scan.watchdog_ms);
     table.finish();
     scan
 }
 
 fn read_rule(mut table: Table<'_>) -> DeviceRule {
+    table.together(PULSES_OR_FOLLOWS);
     let rule = DeviceRule {
         span: table.span(),
-        input: table.required_string("input"),
-        pulse_ms: table.duration("pulse"),
-        every_ms: table.duration("every"),
-        offset_ms: table.duration("offset"),
-        follows: table.string("follows"),
-        after_ms: table.duration("after"),
-        release_ms: table.duration("release"),
-        while_on: table.string("while"),
-        invert: flag(&mut table, "invert"),
+        input: table.required_string(key("input", "The input that moves: an X, or a tag of one.")),
+        pulse_ms: table.duration(key("pulse", "How long it is ON in each `every`.")),
+        every_ms: table.duration(key("every", "How often it pulses.")),
+        offset_ms: table.duration(key("offset", "When the first pulse begins.")),
+        follows: table.string(key("follows", "The bit that it follows.")),
+        after_ms: table.duration(key("after", "How long that bit is ON before the input is.")),
+        release_ms: table.duration(key(
+            "release",
+            "How long that bit is OFF before the input is; else as `after`.",
+        )),
+        while_on: table.string(key("while", "It moves only while this bit is ON.")),
+        invert: flag(&mut table, key("invert", "ON where the rule says OFF.")),
     };
     table.finish();
     rule

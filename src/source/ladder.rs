@@ -8,6 +8,7 @@ use super::contact::{self, Contact};
 use super::file_kind;
 use super::finding::{Code, Finding};
 use super::instruction::{self, Instruction};
+use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
 use super::reader::{self, Constant, Table, Text};
 use super::room::Room;
 use super::shape::{self, Shape};
@@ -144,6 +145,15 @@ pub struct Branch {
     pub body: Vec<Instruction>,
 }
 
+/// The name of a tag; the grammar in `docs/language.md`.
+const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
+const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
+const RUNG_NAME: &str = r#"{"pattern":"^[a-z0-9]+(-[a-z0-9]+)*$"}"#;
+const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en"]}}"#;
+/// Of a rung as a whole.
+const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]}],
+            "anyOf":[{"required":["do"]},{"required":["branch"]}]}"#;
+
 /// Reads a ladder file. The ladder is `None` when the text is not TOML, or a controller file.
 pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
     read_within(&mut Room::default(), source, file)
@@ -169,7 +179,11 @@ pub fn shape() -> Shape {
 
 fn controller_file(root: &mut Table<'_>) -> Finding {
     let span = root.key_span("ladder").unwrap_or(root.span());
-    let names = if root.has("ladder") { root.strings("ladder") } else { None };
+    let names = if root.has("ladder") {
+        root.strings(key("ladder", "The files that a controller file names."))
+    } else {
+        None
+    };
     let names = names.map_or(Vec::new(), |names| names.value);
     let finding =
         Finding::new(Code::Controller, span, "this is a controller file, not a ladder file");
@@ -181,25 +195,41 @@ fn controller_file(root: &mut Table<'_>) -> Finding {
 
 fn read_root(mut root: Table<'_>) -> Ladder {
     let mut ladder = Ladder::default();
-    if let Some(mut head) = root.table("ladder", "`[ladder]`") {
-        ladder.name = head.string("name");
-        ladder.doc = head.string("doc").map(|doc| doc.text);
-        ladder.order = head.strings("order");
-        ladder.allow = head.strings("allow").map_or(Vec::new(), |allow| allow.value);
-        ladder.devices = head.strings("devices").map_or(Vec::new(), |names| names.value);
+    if let Some(mut head) = root.table(key("ladder", "What the file is."), "`[ladder]`") {
+        ladder.name = head.string(key("name", "Shown in the log; else the file's name."));
+        ladder.doc = head.string(key("doc", "What the program is for.")).map(|doc| doc.text);
+        ladder.order = head.strings(key("order", "The scan order: every Program and Task once."));
+        ladder.allow = head
+            .strings(key("allow", "Names of warnings that are silenced in this file."))
+            .map_or(Vec::new(), |allow| allow.value);
+        ladder.devices = head
+            .strings(
+                key("devices", "Names of field devices that a controller file has.")
+                    .limited(DEVICE_NAMES),
+            )
+            .map_or(Vec::new(), |names| names.value);
         head.finish();
     }
-    if let Some(mut tags) = root.table("tags", "`[tags]`") {
+    if let Some(mut tags) = root.table(
+        key("tags", "Nicknames for addresses, and named constants.").limited(TAG_NAME),
+        "`[tags]`",
+    ) {
+        let any =
+            key("*", "A tag: an address with a name (`at`), or a constant with one (`value`).");
         let help = |name: &str, value: &str| {
             let key = if value.starts_with('"') { "at" } else { "value" };
             format!("write `{name} = {{ {key} = {value} }}`")
         };
-        let entries = tags.entries("a tag", help);
+        let entries = tags.entries(any, "a tag", help);
         ladder.tags = entries.into_iter().map(|(name, table)| read_tag(name, table)).collect();
     }
-    let programs = root.tables("program", "a program").into_iter();
+    let programs = root
+        .tables(key("program", "Programs, scanned in file order; `Main` always runs."), "a program")
+        .into_iter();
     ladder.blocks = programs.map(|table| read_block(table, BlockForm::Program)).collect();
-    let tasks = root.tables("task", "a task").into_iter();
+    let tasks = root
+        .tables(key("task", "Tasks, scanned behind the programs while ENTASK says so."), "a task")
+        .into_iter();
     ladder.blocks.extend(tasks.map(|table| read_block(table, BlockForm::Task)));
     ladder.blocks.sort_by_key(|block| block.span.start);
     root.finish();
@@ -207,17 +237,25 @@ fn read_root(mut root: Table<'_>) -> Ladder {
 }
 
 fn read_tag(name: Text, mut table: Table<'_>) -> Tag {
+    table.together(r#"{"oneOf":[{"required":["at"]},{"required":["value"]}]}"#);
     let tag = Tag {
         name,
-        at: table.string("at"),
-        value: table.constant("value"),
-        doc: table.string("doc").map(|doc| doc.text),
-        initial: table.constant("initial"),
-        min: table.constant("min"),
-        max: table.constant("max"),
-        alarm: table.string("alarm"),
-        log: table.string("log"),
-        spare: table.boolean("spare"),
+        at: table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`.")),
+        value: table
+            .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
+        doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
+        initial: table.constant(key("initial", "What a cold start puts there; else 0, OFF.")),
+        min: table.constant(key(
+            "min",
+            "A write from outside below this is refused; the ladder's stops at it.",
+        )),
+        max: table.constant(key(
+            "max",
+            "A write from outside above this is refused; the ladder's stops at it.",
+        )),
+        alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
+        log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
+        spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
         has_meaning: table.has("at") || table.has("value"),
     };
     table.finish();
@@ -225,12 +263,25 @@ fn read_tag(name: Text, mut table: Table<'_>) -> Tag {
 }
 
 fn read_block(mut table: Table<'_>, form: BlockForm) -> Block {
-    let name = table.required_string("name");
-    let doc = table.string("doc").map(|doc| doc.text);
+    let name = table.required_string(key("name", "Its name.").limited(BLOCK_NAME));
+    let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
     let program = form == BlockForm::Program;
-    let autostart = if program { table.boolean("autostart") } else { None };
-    let rungs = table.tables("rung", "a rung").into_iter().map(read_rung).collect();
-    let mut stages = table.tables("stage", "a stage");
+    let autostart = if program {
+        table.boolean(key("autostart", "Runs from the first scan on."))
+    } else {
+        None
+    };
+    let (rungs, stages) = match form {
+        BlockForm::Program => (
+            key("rung", "Its own rungs, before its stages in every scan."),
+            key("stage", "Its stages; the first is the initial one."),
+        ),
+        BlockForm::Task => {
+            (key("rung", "Its rungs."), key("stage", "A task contains no stages.").refused())
+        }
+    };
+    let rungs = table.tables(rungs, "a rung").into_iter().map(read_rung).collect();
+    let mut stages = table.tables(stages, "a stage");
     if !program && let Some(stage) = stages.first() {
         let message = "a task contains no stages";
         let finding = Finding::new(Code::StageInTask, stage.span(), message);
@@ -246,9 +297,14 @@ fn read_block(mut table: Table<'_>, form: BlockForm) -> Block {
 }
 
 fn read_stage(mut table: Table<'_>) -> Stage {
-    let name = table.required_string("name");
-    let doc = table.string("doc").map(|doc| doc.text);
-    let rungs = table.tables("rung", "a rung").into_iter().map(read_rung).collect();
+    let name =
+        table.required_string(key("name", "Its name, unique in its program.").limited(BLOCK_NAME));
+    let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
+    let rungs = table
+        .tables(key("rung", "Its rungs, executed while the stage is ON."), "a rung")
+        .into_iter()
+        .map(read_rung)
+        .collect();
     let span = table.span();
     table.finish();
     Stage { span, name, doc, rungs }
@@ -256,20 +312,37 @@ fn read_stage(mut table: Table<'_>) -> Stage {
 
 fn read_rung(mut table: Table<'_>) -> Rung {
     let (span, extent) = (table.span(), table.extent());
-    let name = table.string("name");
-    let doc = table.string("doc").map(|doc| doc.text);
-    let allow = table.strings("allow").map_or(Vec::new(), |allow| allow.value);
-    let when = read_when(&mut table);
-    let legs = match table.table("leg", "`leg`") {
-        Some(mut legs) => legs.string_arrays("leg."),
+    table.together(ONE_KIND_OF_LEGS);
+    let name =
+        table.string(key("name", "A name in kebab-case, unique in its block.").limited(RUNG_NAME));
+    let doc = table.string(key("doc", "Why the rung is there.")).map(|doc| doc.text);
+    let allow = table
+        .strings(key("allow", "Names of warnings that are silenced here."))
+        .map_or(Vec::new(), |allow| allow.value);
+    let contacts = key("when", "Contacts in series; `|` is a parallel branch.");
+    let when = read_when(&mut table, contacts.limited(NOT_EMPTY));
+    let legs = match table
+        .table(key("leg", "The legs of an instruction that has several.").limited(LEGS), "`leg`")
+    {
+        Some(mut legs) => legs.string_arrays(
+            key("*", "The contacts of this leg, in series.").limited(NOT_EMPTY),
+            "leg.",
+        ),
         None => Vec::new(),
     };
     let legs: Vec<Leg> =
         legs.into_iter().map(|(key, texts)| read_leg(&table, key, texts)).collect();
     check_legs(&table);
-    let body = read_body(&mut table);
-    let branches: Vec<Branch> =
-        table.tables("branch", "a branch").into_iter().map(read_branch).collect();
+    let instructions = key("do", "Instructions, executed in order with the rung's power.");
+    let body = read_body(&mut table, instructions);
+    let branches: Vec<Branch> = table
+        .tables(
+            key("branch", "Further contacts behind the rung's own, with instructions."),
+            "a branch",
+        )
+        .into_iter()
+        .map(read_branch)
+        .collect();
     if !table.has("do") && branches.is_empty() {
         table.find(no_instruction("a rung", span));
     }
@@ -295,7 +368,10 @@ fn check_legs(table: &Table<'_>) {
 
 fn read_branch(mut table: Table<'_>) -> Branch {
     let span = table.span();
-    let contacts = read_when(&mut table).map_or(Vec::new(), |leg| leg.contacts);
+    table.together(r#"{"required":["when","do"]}"#);
+    let when = key("when", "Contacts in series behind the rung's own.");
+    let contacts =
+        read_when(&mut table, when.limited(NOT_EMPTY)).map_or(Vec::new(), |leg| leg.contacts);
     if !table.has("when") {
         let finding = Finding::new(Code::MixedLegs, span, "a branch without contacts");
         table.find(finding.help(
@@ -303,7 +379,8 @@ fn read_branch(mut table: Table<'_>) -> Branch {
              own, put it in the rung's `do`",
         ));
     }
-    let body = read_body(&mut table);
+    let instructions = key("do", "Instructions, executed in order.");
+    let body = read_body(&mut table, instructions.limited(NOT_EMPTY));
     if !table.has("do") {
         table.find(no_instruction("a branch", span));
     }
@@ -316,9 +393,9 @@ fn no_instruction(what: &str, span: Span) -> Finding {
     finding.help("give it an instruction: `do = [\"OUT Y0\"]`")
 }
 
-fn read_when(table: &mut Table<'_>) -> Option<Leg> {
+fn read_when(table: &mut Table<'_>, when: Key) -> Option<Leg> {
     let key_span = table.key_span("when");
-    let (texts, key_span) = (table.strings("when")?, key_span?);
+    let (texts, key_span) = (table.strings(when)?, key_span?);
     let key = Text { text: "when".to_owned(), span: key_span, exact: true };
     Some(read_leg(table, key, texts))
 }
@@ -341,8 +418,8 @@ fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
     Leg { key, span: texts.span, contacts }
 }
 
-fn read_body(table: &mut Table<'_>) -> Vec<Instruction> {
-    let Some(texts) = table.strings("do") else { return Vec::new() };
+fn read_body(table: &mut Table<'_>, body: Key) -> Vec<Instruction> {
+    let Some(texts) = table.strings(body) else { return Vec::new() };
     let unread = table.doc().has_finding_in(texts.span);
     if texts.value.is_empty() && !table.has("branch") && !unread {
         table.find(no_instruction(table.place(), texts.span));

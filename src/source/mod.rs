@@ -15,7 +15,7 @@ pub mod file_kind;
 pub mod finding;
 mod headers;
 pub mod instruction;
-pub mod keys;
+pub mod key;
 pub mod ladder;
 pub mod nearest;
 pub mod reader;

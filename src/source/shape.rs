@@ -2,13 +2,14 @@
 //!
 //! [`super::ladder`] and `controller` read an empty table that notes what they ask for
 //! (`of`): `rungd schema` makes a JSON Schema of it, which therefore cannot know a key that the
-//! reader does not, or the other way round. What the keys mean stands in [`super::keys`].
+//! reader does not, or the other way round. Each key brings its explanation ([`super::key`]).
 
 use std::cell::{Ref, RefCell};
 use std::rc::Rc;
 
 use toml::de::DeTable;
 
+use super::key::Key;
 use super::reader::{Doc, Table};
 use super::span::FileId;
 
@@ -22,16 +23,18 @@ pub struct Noted {
     /// What the table is, in words (`a rung`).
     pub place: &'static str,
     /// Its keys, in the order in which the reader asks for them.
-    pub keys: Vec<(&'static str, Form)>,
+    pub keys: Vec<(Key, ValueForm)>,
     /// What stands behind any other key (a tag's name, a leg's).
-    pub others: Option<Form>,
+    pub others: Option<(Key, ValueForm)>,
+    /// What holds for the table as a whole, as JSON Schema.
+    pub together: Vec<&'static str>,
     /// Keys that must be there.
     pub required: Vec<&'static str>,
 }
 
 /// What can stand behind a key.
 #[derive(Clone, Debug)]
-pub enum Form {
+pub enum ValueForm {
     /// The reader looked at the value in a way of its own.
     Any,
     /// A string.
@@ -67,16 +70,20 @@ impl Shape {
     }
 
     /// Notes a key; a later note of the same key says it better.
-    pub(super) fn note(&self, key: &'static str, form: Form) {
+    pub(super) fn note(&self, key: Key, form: ValueForm) {
         let mut noted = self.0.borrow_mut();
-        match noted.keys.iter_mut().find(|(known, _)| *known == key) {
-            Some((_, known)) => *known = form,
+        match noted.keys.iter_mut().find(|(known, _)| known.name == key.name) {
+            Some(known) => *known = (key, form),
             None => noted.keys.push((key, form)),
         }
     }
 
-    pub(super) fn note_others(&self, form: Form) {
-        self.0.borrow_mut().others = Some(form);
+    pub(super) fn note_others(&self, any: Key, form: ValueForm) {
+        self.0.borrow_mut().others = Some((any, form));
+    }
+
+    pub(super) fn note_together(&self, schema: &'static str) {
+        self.0.borrow_mut().together.push(schema);
     }
 
     pub(super) fn note_required(&self, key: &'static str) {

@@ -12,9 +12,10 @@ use toml::de::{DeString, DeTable, DeValue};
 use super::atom::{Atom, AtomKind};
 use super::finding::{Code, Finding};
 use super::headers;
+use super::key::Key;
 use super::nearest::did_you_mean;
 use super::reader::{Doc, Text, bad_duration, describe};
-use super::shape::{Form, Shape};
+use super::shape::{Shape, ValueForm};
 use super::span::{Located, Span};
 use crate::isa::duration;
 
@@ -95,12 +96,17 @@ impl<'a> Table<'a> {
         self.doc.find(finding);
     }
 
-    fn get(&mut self, key: &'static str, form: Form) -> Option<Value<'a>> {
-        self.asked.push(key);
+    fn get(&mut self, key: Key, form: ValueForm) -> Option<Value<'a>> {
+        self.asked.push(key.name);
         if let Some(shape) = &self.shape {
             shape.note(key, form);
         }
-        self.table.get(key)
+        self.table.get(key.name)
+    }
+
+    /// Notes what holds for the table as a whole, as JSON Schema.
+    pub fn together(&self, schema: &'static str) {
+        self.shape.iter().for_each(|shape| shape.note_together(schema));
     }
 
     fn what(&self, key: &str) -> String {
@@ -108,25 +114,25 @@ impl<'a> Table<'a> {
     }
 
     /// A string.
-    pub fn string(&mut self, key: &'static str) -> Option<Text> {
-        self.string_for(key, "a string", Form::Text)
+    pub fn string(&mut self, key: Key) -> Option<Text> {
+        self.string_for(key, "a string", ValueForm::Text)
     }
 
     /// A string that stands for something that a message calls `wanted`.
-    fn string_for(&mut self, key: &'static str, wanted: &str, form: Form) -> Option<Text> {
+    fn string_for(&mut self, key: Key, wanted: &str, form: ValueForm) -> Option<Text> {
         let value = self.get(key, form)?;
         match value.get_ref() {
             DeValue::String(text) => Some(self.doc.text(text, value.span())),
             _ => {
-                self.doc.wrong_type(value, &self.what(key), wanted);
+                self.doc.wrong_type(value, &self.what(key.name), wanted);
                 None
             }
         }
     }
 
     /// A string that must be there.
-    pub fn required_string(&mut self, key: &'static str) -> Option<Text> {
-        self.require(key, "\"…\"");
+    pub fn required_string(&mut self, key: Key) -> Option<Text> {
+        self.require(key.name, "\"…\"");
         self.string(key)
     }
 
@@ -146,22 +152,22 @@ impl<'a> Table<'a> {
     }
 
     /// `true` or `false`.
-    pub fn boolean(&mut self, key: &'static str) -> Option<Located<bool>> {
-        let value = self.get(key, Form::Flag)?;
+    pub fn boolean(&mut self, key: Key) -> Option<Located<bool>> {
+        let value = self.get(key, ValueForm::Flag)?;
         match value.get_ref() {
             DeValue::Boolean(on) => Some(Located { value: *on, span: self.doc.span(value.span()) }),
             _ => {
-                self.doc.wrong_type(value, &self.what(key), "true or false");
+                self.doc.wrong_type(value, &self.what(key.name), "true or false");
                 None
             }
         }
     }
 
     /// An integer within a range.
-    pub fn integer(&mut self, key: &'static str, range: (i64, i64)) -> Option<Located<i64>> {
-        let value = self.get(key, Form::Integer(range.0, range.1))?;
+    pub fn integer(&mut self, key: Key, range: (i64, i64)) -> Option<Located<i64>> {
+        let value = self.get(key, ValueForm::Integer(range.0, range.1))?;
         let span = self.doc.span(value.span());
-        self.number(value, key, range).map(|value| Located { value, span })
+        self.number(value, key.name, range).map(|value| Located { value, span })
     }
 
     fn number(&self, value: Value<'a>, key: &str, range: (i64, i64)) -> Option<i64> {
@@ -180,19 +186,19 @@ impl<'a> Table<'a> {
     }
 
     /// An array of integers, each within a range.
-    pub fn integers(&mut self, key: &'static str, range: (i64, i64)) -> Option<Located<Vec<i64>>> {
-        let value = self.get(key, Form::Integers(range.0, range.1))?;
+    pub fn integers(&mut self, key: Key, range: (i64, i64)) -> Option<Located<Vec<i64>>> {
+        let value = self.get(key, ValueForm::Integers(range.0, range.1))?;
         let DeValue::Array(array) = value.get_ref() else {
-            self.doc.wrong_type(value, &self.what(key), "an array of integers");
+            self.doc.wrong_type(value, &self.what(key.name), "an array of integers");
             return None;
         };
-        let numbers = array.iter().filter_map(|item| self.number(item, key, range)).collect();
+        let numbers = array.iter().filter_map(|item| self.number(item, key.name, range)).collect();
         Some(Located { value: numbers, span: self.doc.span(value.span()) })
     }
 
     /// A duration, in ms: a string as `10ms`.
-    pub fn duration(&mut self, key: &'static str) -> Option<Located<i32>> {
-        let text = self.string_for(key, "a duration (`\"10ms\"`)", Form::Duration)?;
+    pub fn duration(&mut self, key: Key) -> Option<Located<i32>> {
+        let text = self.string_for(key, "a duration (`\"10ms\"`)", ValueForm::Duration)?;
         match duration::parse(&text.text) {
             Ok(value) => Some(Located { value, span: text.span }),
             Err(error) => {
@@ -203,8 +209,8 @@ impl<'a> Table<'a> {
     }
 
     /// A constant: an integer, `true` or `false`, or a string that holds a constant.
-    pub fn constant(&mut self, key: &'static str) -> Option<Located<Constant>> {
-        let value = self.get(key, Form::Constant)?;
+    pub fn constant(&mut self, key: Key) -> Option<Located<Constant>> {
+        let value = self.get(key, ValueForm::Constant)?;
         let span = self.doc.span(value.span());
         match value.get_ref() {
             DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
@@ -213,9 +219,11 @@ impl<'a> Table<'a> {
                 let value = Constant::Integer(i32::try_from(integer.value).ok()?);
                 Some(Located { value, span })
             }
-            DeValue::String(text) => self.constant_text(key, &self.doc.text(text, value.span())),
+            DeValue::String(text) => {
+                self.constant_text(key.name, &self.doc.text(text, value.span()))
+            }
             _ => {
-                self.doc.wrong_type(value, &self.what(key), "a number or a duration");
+                self.doc.wrong_type(value, &self.what(key.name), "a number or a duration");
                 None
             }
         }
@@ -243,9 +251,9 @@ impl<'a> Table<'a> {
     }
 
     /// An array of strings, with its own place. A bare string is a finding with a help of its own.
-    pub fn strings(&mut self, key: &'static str) -> Option<Located<Vec<Text>>> {
-        let value = self.get(key, Form::Texts)?;
-        self.strings_of(value, key, "")
+    pub fn strings(&mut self, key: Key) -> Option<Located<Vec<Text>>> {
+        let value = self.get(key, ValueForm::Texts)?;
+        self.strings_of(value, key.name, "")
     }
 
     fn strings_of(&self, value: Value<'a>, key: &str, prefix: &str) -> Option<Located<Vec<Text>>> {
@@ -278,28 +286,28 @@ impl<'a> Table<'a> {
     }
 
     /// A table of a key: `[key]`, `key = { … }` or `key.… = …`.
-    pub fn table(&mut self, key: &'static str, place: &'static str) -> Option<Table<'a>> {
+    pub fn table(&mut self, key: Key, place: &'static str) -> Option<Table<'a>> {
         if let Some(below) = self.noted_below(place) {
-            self.get(key, Form::Table(below.1));
+            self.get(key, ValueForm::Table(below.1));
             return Some(below.0);
         }
-        let value = self.get(key, Form::Any)?;
+        let value = self.get(key, ValueForm::Any)?;
         match value.get_ref() {
             DeValue::Table(table) => Some(self.below(table, value.span(), place)),
             _ => {
-                self.doc.wrong_type(value, &self.what(key), "a table");
+                self.doc.wrong_type(value, &self.what(key.name), "a table");
                 None
             }
         }
     }
 
     /// The tables of a key: `[[key]]` headers or an array of inline tables.
-    pub fn tables(&mut self, key: &'static str, place: &'static str) -> Vec<Table<'a>> {
+    pub fn tables(&mut self, key: Key, place: &'static str) -> Vec<Table<'a>> {
         if let Some(below) = self.noted_below(place) {
-            self.get(key, Form::Tables(below.1));
+            self.get(key, ValueForm::Tables(below.1));
             return vec![below.0];
         }
-        let Some(value) = self.get(key, Form::Any) else { return Vec::new() };
+        let Some(value) = self.get(key, ValueForm::Any) else { return Vec::new() };
         let array = match value.get_ref() {
             DeValue::Array(array) => array,
             // A header below one that is missing; the check of the headers has said so.
@@ -310,8 +318,8 @@ impl<'a> Table<'a> {
             }
             _ => {
                 let parent = if self.place == "the file" { "" } else { "…" };
-                let wanted = format!("an array of tables (`[[{parent}{key}]]`)");
-                self.doc.wrong_type(value, &self.what(key), &wanted);
+                let wanted = format!("an array of tables (`[[{parent}{}]]`)", key.name);
+                self.doc.wrong_type(value, &self.what(key.name), &wanted);
                 return Vec::new();
             }
         };
@@ -319,7 +327,7 @@ impl<'a> Table<'a> {
         for item in array {
             match item.get_ref() {
                 DeValue::Table(table) => tables.push(self.below(table, item.span(), place)),
-                _ => self.doc.wrong_type(item, &self.what(key), "tables"),
+                _ => self.doc.wrong_type(item, &self.what(key.name), "tables"),
             }
         }
         tables
@@ -329,12 +337,15 @@ impl<'a> Table<'a> {
     /// of another type is a finding whose help comes from `help`.
     pub fn entries(
         &mut self,
+        any: Key,
         place: &'static str,
         help: impl Fn(&str, &str) -> String,
     ) -> Vec<(Text, Table<'a>)> {
         let mut entries = Vec::new();
         if let Some((below, form)) = self.noted_below(place) {
-            self.shape.iter().for_each(|shape| shape.note_others(Form::Table(form.clone())));
+            self.shape
+                .iter()
+                .for_each(|shape| shape.note_others(any, ValueForm::Table(form.clone())));
             entries.push((self.doc.text("", 0..0), below));
         }
         for (key, value) in self.in_file_order() {
@@ -356,8 +367,8 @@ impl<'a> Table<'a> {
 
     /// All entries as arrays of strings, by key and in file order: what `leg` is made of. A help
     /// writes the keys with `prefix`.
-    pub fn string_arrays(&mut self, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
-        self.shape.iter().for_each(|shape| shape.note_others(Form::Texts));
+    pub fn string_arrays(&mut self, any: Key, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
+        self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Texts));
         let entries = self.in_file_order();
         let arrays = entries.into_iter().filter_map(|(key, value)| {
             let name = self.key_text(key);
@@ -367,8 +378,10 @@ impl<'a> Table<'a> {
     }
 
     /// All entries as integers within a range, by key and in file order: named places.
-    pub fn integers_by_name(&mut self, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
-        self.shape.iter().for_each(|shape| shape.note_others(Form::Integer(range.0, range.1)));
+    pub fn integers_by_name(&mut self, any: Key, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
+        self.shape
+            .iter()
+            .for_each(|shape| shape.note_others(any, ValueForm::Integer(range.0, range.1)));
         let entries = self.in_file_order();
         let integers = entries.into_iter().filter_map(|(key, value)| {
             let number = self.number(value, key.get_ref(), range)?;

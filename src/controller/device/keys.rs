@@ -9,6 +9,7 @@ use super::gpio::keys as gpio;
 use super::modbus::keys as modbus;
 use super::simulated::keys as simulated;
 use crate::source::finding::{Code, Finding};
+use crate::source::key::{BLOCK_NAME, LEAST_1MS, key, words};
 use crate::source::nearest::did_you_mean;
 use crate::source::reader::{Constant, Table, Text};
 use crate::source::span::{Located, Span};
@@ -21,7 +22,7 @@ pub struct Device {
     /// `name`.
     pub name: Option<Text>,
     /// `driver`, where it is one.
-    pub driver: Option<Kind>,
+    pub driver: Option<DriverKind>,
     /// `poll`, ms: from exchange to exchange.
     pub poll_ms: Option<Located<i32>>,
     /// `on-loss`: what becomes of its inputs.
@@ -41,7 +42,7 @@ pub struct Device {
 /// A driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Kind {
+pub enum DriverKind {
     ModbusTcp,
     ModbusRtu,
     Gpio,
@@ -67,32 +68,43 @@ pub struct Entry {
     pub gpio: gpio::EntryKeys,
 }
 
-impl Kind {
+impl DriverKind {
     /// All drivers by name.
-    pub const NAMES: [(&'static str, Kind); 4] = [
-        ("modbus-tcp", Kind::ModbusTcp),
-        ("modbus-rtu", Kind::ModbusRtu),
-        ("gpio", Kind::Gpio),
-        ("simulated", Kind::Simulated),
+    pub const NAMES: [(&'static str, DriverKind); 4] = [
+        ("modbus-tcp", DriverKind::ModbusTcp),
+        ("modbus-rtu", DriverKind::ModbusRtu),
+        ("gpio", DriverKind::Gpio),
+        ("simulated", DriverKind::Simulated),
     ];
 
     /// As written.
     pub fn name(self) -> &'static str {
-        Kind::NAMES[self as usize].0
+        DriverKind::NAMES[self as usize].0
     }
 }
 
 /// Reads one `[[device]]`.
 pub(in crate::controller) fn read(mut table: Table<'_>) -> Device {
     let span = table.span();
-    let name = table.required_string("name");
+    let name = table.required_string(
+        key("name", "Its name: `NAME.Ok` and `NAME.Stale` are its bits.").limited(BLOCK_NAME),
+    );
     table.require("driver", "\"modbus-tcp\"");
-    let text = table.string("driver");
-    let driver = text.and_then(|text| named(&table, &text, "driver", &Kind::NAMES));
-    let poll_ms = table.duration("poll");
-    let on_loss = table.string("on-loss");
-    let loss_after_ms = table.duration("loss-after");
-    let map = table.tables("map", "a device's map");
+    let text =
+        table.string(key("driver", "How it is reached.").one_of(|| words(&DriverKind::NAMES)));
+    let driver = text.and_then(|text| named(&table, &text, "driver", &DriverKind::NAMES));
+    let poll_ms = table
+        .duration(key("poll", "From exchange to exchange; 20ms if not given.").limited(LEAST_1MS));
+    let on_loss = table.string(
+        key("on-loss", "What becomes of its inputs when it is lost; `hold` if not given.")
+            .limited(r#"{"enum":["hold","zero"]}"#),
+    );
+    let loss_after_ms = table.duration(
+        key("loss-after", "So old may its last good exchange be; 1s if not given.")
+            .limited(LEAST_1MS),
+    );
+    let map = table
+        .tables(key("map", "Which of its points goes with which bit or word."), "a device's map");
     let map = map.into_iter().map(|row| read_entry(row, driver)).collect();
     let device = Device {
         span,
@@ -129,13 +141,19 @@ pub(super) fn named<T: Copy>(
     None
 }
 
-fn read_entry(mut row: Table<'_>, driver: Option<Kind>) -> Entry {
+fn read_entry(mut row: Table<'_>, driver: Option<DriverKind>) -> Entry {
     let entry = Entry {
         span: row.span(),
-        from: row.required_string("from"),
-        to: row.required_string("to"),
-        safe: row.constant("safe"),
-        hold: row.boolean("hold"),
+        from: row.required_string(key(
+            "from",
+            "Where the values come from: points of the device, or bits and words.",
+        )),
+        to: row.required_string(key("to", "Where they go.")),
+        safe: row.constant(key(
+            "safe",
+            "What an output that is no Y is in STOP and FAULT; 0 if not given.",
+        )),
+        hold: row.boolean(key("hold", "An output that is no Y stays in STOP and FAULT as it was.")),
         modbus: modbus::EntryKeys::read(&mut row, driver),
         gpio: gpio::EntryKeys::read(&mut row, driver),
     };
@@ -144,6 +162,6 @@ fn read_entry(mut row: Table<'_>, driver: Option<Kind>) -> Entry {
 }
 
 /// Whether keys of these drivers belong here; all do where the driver is not known.
-pub(super) fn belongs(driver: Option<Kind>, to: &[Kind]) -> bool {
+pub(super) fn belongs(driver: Option<DriverKind>, to: &[DriverKind]) -> bool {
     driver.is_none_or(|driver| to.contains(&driver))
 }

@@ -11,7 +11,7 @@ pub mod modbus;
 pub mod simulated;
 mod wiring;
 
-use keys::{self as written, Entry, Kind};
+use keys::{self as written, DriverKind, Entry};
 
 use crate::io::gpio::settings::Gpio;
 use crate::io::modbus_client::settings::Client;
@@ -178,11 +178,11 @@ fn one(
     let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
     let loss_after_ms = loss_after(device, poll_ms, findings);
     let driver = match kind {
-        Kind::ModbusTcp | Kind::ModbusRtu => {
+        DriverKind::ModbusTcp | DriverKind::ModbusRtu => {
             modbus::resolve(device, &rows, findings).map(Driver::Modbus)
         }
-        Kind::Gpio => gpio::resolve(device, &rows, findings).map(Driver::Gpio),
-        Kind::Simulated => simulated::resolve(device, &rows, findings).map(Driver::Simulated),
+        DriverKind::Gpio => gpio::resolve(device, &rows, findings).map(Driver::Gpio),
+        DriverKind::Simulated => simulated::resolve(device, &rows, findings).map(Driver::Simulated),
     };
     let outputs = outputs(&rows, findings);
     let inputs = inputs(&rows, findings);
@@ -199,19 +199,19 @@ fn one(
 /// Whether a text is in the notation of this driver's points.
 fn is_point(device: &written::Device, text: &str) -> bool {
     match device.driver {
-        Some(Kind::ModbusTcp | Kind::ModbusRtu) => modbus::is_point(text),
-        Some(Kind::Gpio) => gpio::is_point(text),
-        Some(Kind::Simulated) => simulated::is_point(device, text),
+        Some(DriverKind::ModbusTcp | DriverKind::ModbusRtu) => modbus::is_point(text),
+        Some(DriverKind::Gpio) => gpio::is_point(text),
+        Some(DriverKind::Simulated) => simulated::is_point(device, text),
         None => false,
     }
 }
 
 /// How a point of a driver is written, for a help.
-fn example(kind: Option<Kind>) -> &'static str {
+fn example(kind: Option<DriverKind>) -> &'static str {
     match kind {
-        Some(Kind::ModbusTcp | Kind::ModbusRtu) | None => modbus::EXAMPLE,
-        Some(Kind::Gpio) => gpio::EXAMPLE,
-        Some(Kind::Simulated) => simulated::EXAMPLE,
+        Some(DriverKind::ModbusTcp | DriverKind::ModbusRtu) | None => modbus::EXAMPLE,
+        Some(DriverKind::Gpio) => gpio::EXAMPLE,
+        Some(DriverKind::Simulated) => simulated::EXAMPLE,
     }
 }
 
@@ -373,7 +373,7 @@ fn loss_after(device: &written::Device, poll_ms: u32, findings: &mut Vec<Finding
     let loss_after = device.loss_after_ms.as_ref();
     let loss_after_ms = at_least_one("loss-after", loss_after, default_ms, findings);
     if let Some(written) = loss_after
-        && device.driver != Some(Kind::Gpio)
+        && device.driver != Some(DriverKind::Gpio)
         && (1..=i64::from(poll_ms)).contains(&i64::from(written.value))
     {
         let message = format!("lost after {loss_after_ms} ms, and polled every {poll_ms} ms");

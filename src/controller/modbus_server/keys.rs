@@ -3,7 +3,10 @@
 //! Called by `written`. Operands, clients and the words of a map entry are still texts:
 //! the resolver judges them, with the program's names at hand.
 
+use crate::io::modbus::number::{NumberType, WordOrder};
+use crate::io::modbus::settings::Table as ModbusTable;
 use crate::source::finding::{Code, Finding};
+use crate::source::key::{Key, NOT_EMPTY, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
@@ -81,33 +84,61 @@ pub struct Mapping {
 const UNITS: (i64, i64) = (0, 255);
 
 pub(in crate::controller) fn read(mut table: Table<'_>) -> ModbusServer {
-    let time = |table: &mut Table<'_>, key, default| {
+    let time = |table: &mut Table<'_>, key: Key, default| {
         table.duration(key).map_or(default, |duration| duration.value)
     };
     let mut server = ModbusServer {
         span: table.span(),
-        listen: table.string("listen"),
-        units: table.integers("units", UNITS),
-        standard_map: table.boolean("standard-map").is_none_or(|flag| flag.value),
-        writable: strings(&mut table, "writable"),
+        listen: table.string(key("listen", "Address and port; 127.0.0.1:1502 if not given.")),
+        units: table.integers(
+            key("units", "The unit identifiers that are answered; all if not given."),
+            UNITS,
+        ),
+        standard_map: table
+            .boolean(key(
+                "standard-map",
+                "MC, MI, MHR and MIR have their places; true if not given.",
+            ))
+            .is_none_or(|flag| flag.value),
+        writable: strings(
+            &mut table,
+            key("writable", "What every client may write: ranges; else nothing."),
+        ),
         writes: Vec::new(),
         maps: Vec::new(),
         inputs: None,
         outputs: None,
         connections: 8,
-        frame_timeout_ms: time(&mut table, "frame-timeout", 2_000),
-        idle_timeout_ms: time(&mut table, "idle-timeout", 60_000),
+        frame_timeout_ms: time(
+            &mut table,
+            key("frame-timeout", "A request that begins must be whole by then."),
+            2_000,
+        ),
+        idle_timeout_ms: time(
+            &mut table,
+            key("idle-timeout", "A connection without requests ends then."),
+            60_000,
+        ),
     };
-    if let Some(connections) = table.integer("connections", (1, 1024)) {
+    if let Some(connections) =
+        table.integer(key("connections", "How many at a time; 8 if not given."), (1, 1024))
+    {
         server.connections = u32::try_from(connections.value).unwrap_or(8);
     }
-    let maps = table.tables("map", "an entry of the Modbus map");
+    let maps = table
+        .tables(key("map", "Further places for any bits and words."), "an entry of the Modbus map");
     server.maps = maps.into_iter().map(read_entry).collect();
-    let writes = table.tables("write", "a list of writes");
+    let writes = table.tables(key("write", "What some clients may write."), "a list of writes");
     server.writes = writes.into_iter().map(read_list).collect();
-    if let Some(mut image) = table.table("image", "`[modbus-server.image]`") {
-        server.inputs = image.table("inputs", "`inputs`").map(read_mapping);
-        server.outputs = image.table("outputs", "`outputs`").map(read_mapping);
+    if let Some(mut image) =
+        table.table(key("image", "Inputs and outputs that clients see."), "`[modbus-server.image]`")
+    {
+        server.inputs = image
+            .table(key("inputs", "Coils copied to inputs."), "`inputs`")
+            .map(|table| read_mapping(table, ["A range of MC.", "A range of X, equally long."]));
+        server.outputs = image
+            .table(key("outputs", "Outputs copied to discrete inputs."), "`outputs`")
+            .map(|table| read_mapping(table, ["A range of Y.", "A range of MI, equally long."]));
         image.finish();
     }
     table.finish();
@@ -116,17 +147,32 @@ pub(in crate::controller) fn read(mut table: Table<'_>) -> ModbusServer {
 
 fn read_entry(mut table: Table<'_>) -> MapEntry {
     let span = table.span();
-    let operand = table.required_string("operand");
-    let kind_of_table = table.required_string("table");
+    let operand = table.required_string(key(
+        "operand",
+        "A bit or word, or a range of them: `CT0.Acc`, `X0..X15`, a tag.",
+    ));
+    let kind_of_table = table.required_string(
+        key("table", "Of bits `coil` or `discrete`, of words `holding` or `input`.")
+            .one_of(|| ModbusTable::ALL.map(ModbusTable::name).to_vec()),
+    );
     table.require("address", "4000");
     let entry = MapEntry {
         span,
         operand,
         table: kind_of_table,
-        address: table.integer("address", (0, 65_535)),
-        kind: table.string("type"),
-        word_order: table.string("word-order"),
-        unit: table.integer("unit", UNITS),
+        address: table.integer(
+            key("address", "The protocol address of the first element, counted from 0."),
+            (0, 65_535),
+        ),
+        kind: table.string(
+            key("type", "Of words: 16 bits are one register, 32 two; else what fits.")
+                .one_of(|| words(&NumberType::NAMES[..4])),
+        ),
+        word_order: table.string(
+            key("word-order", "Of 32 bits: which half comes first; `high-first` if not given.")
+                .one_of(|| words(&WordOrder::NAMES)),
+        ),
+        unit: table.integer(key("unit", "It is there for this unit identifier alone."), UNITS),
     };
     table.finish();
     entry
@@ -136,29 +182,32 @@ fn read_list(mut table: Table<'_>) -> WriteList {
     let span = table.span();
     table.require("ranges", "[\"MHR10..MHR19\"]");
     table.require("clients", "[\"192.168.1.0/24\"]");
-    let ranges = not_empty(&mut table, "ranges");
-    let clients = not_empty(&mut table, "clients");
+    let ranges = not_empty(&mut table, key("ranges", "What they may write.").limited(NOT_EMPTY));
+    let clients = not_empty(
+        &mut table,
+        key("clients", "Who: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.").limited(NOT_EMPTY),
+    );
     table.finish();
     WriteList { span, ranges, clients }
 }
 
-fn read_mapping(mut table: Table<'_>) -> Mapping {
+fn read_mapping(mut table: Table<'_>, [from, to]: [&'static str; 2]) -> Mapping {
     let span = table.span();
-    let from = table.required_string("from");
-    let to = table.required_string("to");
+    let from = table.required_string(key("from", from));
+    let to = table.required_string(key("to", to));
     table.finish();
     Mapping { span, from, to }
 }
 
-fn not_empty(table: &mut Table<'_>, key: &'static str) -> Vec<Text> {
+fn not_empty(table: &mut Table<'_>, key: Key) -> Vec<Text> {
     let Some(texts) = table.strings(key) else { return Vec::new() };
     if texts.value.is_empty() && !table.doc().has_finding_in(texts.span) {
-        let message = format!("`{key}` names nothing");
+        let message = format!("`{}` names nothing", key.name);
         table.find(Finding::new(Code::Controller, texts.span, message));
     }
     texts.value
 }
 
-fn strings(table: &mut Table<'_>, key: &'static str) -> Vec<Text> {
+fn strings(table: &mut Table<'_>, key: Key) -> Vec<Text> {
     table.strings(key).map_or(Vec::new(), |texts| texts.value)
 }

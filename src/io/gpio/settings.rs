@@ -65,6 +65,12 @@ pub enum Bias {
     Disabled,
 }
 
+impl Bias {
+    /// All by name.
+    pub const NAMES: [(&'static str, Bias); 3] =
+        [("pull-up", Bias::PullUp), ("pull-down", Bias::PullDown), ("disabled", Bias::Disabled)];
+}
+
 /// How an output drives its line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
@@ -73,6 +79,15 @@ pub enum Drive {
     PushPull,
     OpenDrain,
     OpenSource,
+}
+
+impl Drive {
+    /// All by name.
+    pub const NAMES: [(&'static str, Drive); 3] = [
+        ("push-pull", Drive::PushPull),
+        ("open-drain", Drive::OpenDrain),
+        ("open-source", Drive::OpenSource),
+    ];
 }
 
 impl std::fmt::Display for At {

@@ -65,6 +65,12 @@ pub enum Parity {
     Odd,
 }
 
+impl Parity {
+    /// All by name.
+    pub const NAMES: [(&'static str, Parity); 3] =
+        [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
+}
+
 /// Which functions write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Writes {
@@ -75,6 +81,12 @@ pub enum Writes {
     Single,
     /// 15 and 16 alone.
     Multiple,
+}
+
+impl Writes {
+    /// All by name.
+    pub const NAMES: [(&'static str, Writes); 3] =
+        [("fitting", Writes::Fitting), ("single", Writes::Single), ("multiple", Writes::Multiple)];
 }
 
 /// A holding register to which a counter is written.

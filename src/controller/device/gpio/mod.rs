@@ -29,14 +29,6 @@ const DEBOUNCE_MS_MAX: i32 = 10_000;
 /// The most lines that a chip has.
 const LINES_MAX: u32 = 65_536;
 
-const BIASES: [(&str, Bias); 3] =
-    [("pull-up", Bias::PullUp), ("pull-down", Bias::PullDown), ("disabled", Bias::Disabled)];
-const DRIVES: [(&str, Drive); 3] = [
-    ("push-pull", Drive::PushPull),
-    ("open-drain", Drive::OpenDrain),
-    ("open-source", Drive::OpenSource),
-];
-
 /// Whether a text reads as lines.
 pub(super) fn is_point(text: &str) -> bool {
     text.split_once(' ').is_some_and(|(word, _)| matches!(word, "line" | "lines"))
@@ -173,8 +165,8 @@ fn setting(row: &Row<'_>, findings: &mut Vec<Finding>) -> Setting {
     }
     Setting {
         active_low: keys.active_low,
-        bias: one_of("bias", keys.bias.as_ref(), &BIASES, findings),
-        drive: one_of("drive", keys.drive.as_ref(), &DRIVES, findings),
+        bias: one_of("bias", keys.bias.as_ref(), &Bias::NAMES, findings),
+        drive: one_of("drive", keys.drive.as_ref(), &Drive::NAMES, findings),
         debounce_ms: keys.debounce_ms.as_ref().map_or(0, |ms| ms.value.max(0).unsigned_abs()),
     }
 }

@@ -1,10 +1,13 @@
 //! The keys of the Modbus clients (`modbus-tcp`, `modbus-rtu`) in a `[[device]]` and its map.
 
-use super::super::keys::{Kind, belongs};
+use super::super::keys::{DriverKind, belongs};
+use crate::io::modbus::number::{NumberType, WordOrder};
+use crate::io::modbus_client::settings::{Parity, Writes};
+use crate::source::key::{LEAST_1MS, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
-const DRIVERS: [Kind; 2] = [Kind::ModbusTcp, Kind::ModbusRtu];
+const DRIVERS: [DriverKind; 2] = [DriverKind::ModbusTcp, DriverKind::ModbusRtu];
 const UNITS: (i64, i64) = (0, 255);
 const REGISTERS: (i64, i64) = (0, 65_535);
 /// More bridged registers than this would make requests longer than they may be.
@@ -76,26 +79,72 @@ pub struct EntryKeys {
 }
 
 impl Keys {
-    pub(in crate::controller::device) fn read(table: &mut Table<'_>, driver: Option<Kind>) -> Keys {
+    pub(in crate::controller::device) fn read(
+        table: &mut Table<'_>,
+        driver: Option<DriverKind>,
+    ) -> Keys {
         let mut keys = Keys::default();
-        if belongs(driver, &[Kind::ModbusTcp]) {
-            keys.address = table.string("address");
-            keys.connect_timeout_ms = table.duration("connect-timeout");
+        if belongs(driver, &[DriverKind::ModbusTcp]) {
+            keys.address = table.string(key(
+                "address",
+                "`modbus-tcp`: its IP address and port; port 502 if not given.",
+            ));
+            keys.connect_timeout_ms = table.duration(
+                key(
+                    "connect-timeout",
+                    "`modbus-tcp`: a connection is made by then; 1s if not given.",
+                )
+                .limited(LEAST_1MS),
+            );
         }
-        if belongs(driver, &[Kind::ModbusRtu]) {
-            keys.port = table.string("port");
-            keys.baud = table.integer("baud", BAUDS);
-            keys.parity = table.string("parity");
-            keys.stop_bits = table.integer("stop-bits", (1, 2));
-            keys.echo = table.boolean("echo");
+        if belongs(driver, &[DriverKind::ModbusRtu]) {
+            keys.port =
+                table.string(key("port", "`modbus-rtu`: the character device of its serial line."));
+            keys.baud = table
+                .integer(key("baud", "`modbus-rtu`: bits a second; 19200 if not given."), BAUDS);
+            keys.parity = table.string(
+                key("parity", "`modbus-rtu`: its parity bit; `even` if not given.")
+                    .one_of(|| words(&Parity::NAMES)),
+            );
+            keys.stop_bits = table.integer(
+                key("stop-bits", "`modbus-rtu`: 1 if not given, without parity 2."),
+                (1, 2),
+            );
+            keys.echo = table.boolean(key(
+                "echo",
+                "`modbus-rtu`: its adapter sends requests back; false if not given.",
+            ));
         }
         if belongs(driver, &DRIVERS) {
-            keys.unit = table.integer("unit", UNITS);
-            keys.timeout_ms = table.duration("timeout");
-            keys.write_every_ms = table.duration("write-every");
-            keys.writes = table.string("writes");
-            keys.gap = table.integer("gap", GAPS);
-            keys.watchdog = table.table("watchdog", "a watchdog").map(Watchdog::read);
+            keys.unit = table.integer(
+                key("unit", "Modbus: the unit of rows that name none; 1 if not given."),
+                UNITS,
+            );
+            keys.timeout_ms = table.duration(
+                key("timeout", "Modbus: an answer is whole by then; 200ms if not given.")
+                    .limited(LEAST_1MS),
+            );
+            keys.write_every_ms = table.duration(key(
+                "write-every",
+                "Modbus: all outputs are written so often; 1s if not given; 0ms: never.",
+            ));
+            keys.writes = table.string(
+                key("writes", "Modbus: functions 5 and 6, 15 and 16, or which fits.")
+                    .one_of(|| words(&Writes::NAMES)),
+            );
+            keys.gap = table.integer(
+                key(
+                    "gap",
+                    "Modbus: registers between two points that are read with them; 0 if not given.",
+                ),
+                GAPS,
+            );
+            keys.watchdog = table
+                .table(
+                    key("watchdog", "Modbus: a holding register to which a counter is written."),
+                    "a watchdog",
+                )
+                .map(Watchdog::read);
         }
         keys
     }
@@ -106,9 +155,11 @@ impl Watchdog {
         table.require("register", "100");
         let watchdog = Watchdog {
             span: table.span(),
-            register: table.integer("register", REGISTERS),
-            every_ms: table.duration("every"),
-            unit: table.integer("unit", UNITS),
+            register: table.integer(key("register", "Its protocol address, from 0."), REGISTERS),
+            every_ms: table.duration(
+                key("every", "How often it is fed; 500ms if not given.").limited(LEAST_1MS),
+            ),
+            unit: table.integer(key("unit", "Its unit; else the device's."), UNITS),
         };
         table.finish();
         watchdog
@@ -118,18 +169,32 @@ impl Watchdog {
 impl EntryKeys {
     pub(in crate::controller::device) fn read(
         row: &mut Table<'_>,
-        driver: Option<Kind>,
+        driver: Option<DriverKind>,
     ) -> EntryKeys {
         if !belongs(driver, &DRIVERS) {
             return EntryKeys::default();
         }
         EntryKeys {
-            unit: row.integer("unit", UNITS),
-            kind: row.string("type"),
-            word_order: row.string("word-order"),
-            multiply: row.integer("multiply", FACTORS),
-            divide: row.integer("divide", DIVISORS),
-            offset: row.integer("offset", OFFSETS),
+            unit: row.integer(key("unit", "Modbus: whose points; else the device's."), UNITS),
+            kind: row.string(
+                key(
+                    "type",
+                    "Modbus: what the bits of a register, or two, are; `u16` if not given.",
+                )
+                .one_of(|| words(&NumberType::NAMES)),
+            ),
+            word_order: row.string(
+                key("word-order", "Modbus: which of two registers has the higher 16 bits.")
+                    .one_of(|| words(&WordOrder::NAMES)),
+            ),
+            multiply: row.integer(
+                key("multiply", "Modbus: the number is multiplied by it.")
+                    .limited(r#"{"not":{"const":0}}"#),
+                FACTORS,
+            ),
+            divide: row.integer(key("divide", "Modbus: then divided by it."), DIVISORS),
+            offset: row
+                .integer(key("offset", "Modbus: then this is added: what memory has."), OFFSETS),
         }
     }
 }

@@ -9,7 +9,7 @@ mod points;
 
 use std::net::{IpAddr, SocketAddr};
 
-use super::keys::{self as written, Kind as Driver};
+use super::keys::{self as written, DriverKind};
 use super::{Direction, Row, at_least_one};
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{
@@ -37,12 +37,12 @@ pub(super) fn resolve(
 ) -> Option<Client> {
     let keys = &device.modbus;
     let link = match device.driver? {
-        Driver::ModbusTcp => tcp(device, findings),
+        DriverKind::ModbusTcp => tcp(device, findings),
         _ => serial(device, findings),
     };
     let mut reader = Reader { device, findings };
     let unit = reader.unit(keys.unit.as_ref(), 1);
-    let writes = reader.word(keys.writes.as_ref(), "writes", &WRITES).unwrap_or_default();
+    let writes = reader.word(keys.writes.as_ref(), "writes", &Writes::NAMES).unwrap_or_default();
     let watchdog = keys.watchdog.as_ref().and_then(|watchdog| reader.watchdog(watchdog, unit));
     let mut points = [Vec::new(), Vec::new()];
     for row in rows {
@@ -62,11 +62,6 @@ pub(super) fn resolve(
     let link = link?;
     Some(Client { link, timeout_ms, write_every_ms, writes, gap, watchdog, inputs, outputs })
 }
-
-const WRITES: [(&str, Writes); 3] =
-    [("fitting", Writes::Fitting), ("single", Writes::Single), ("multiple", Writes::Multiple)];
-const PARITIES: [(&str, Parity); 3] =
-    [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
 
 fn missing(device: &written::Device, key: &str, example: &str) -> Finding {
     let message = format!("a device has no `{key}`");
@@ -97,7 +92,8 @@ fn serial(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link>
     let keys: &Keys = &device.modbus;
     let baud = keys.baud.as_ref().map_or(19_200, |baud| baud.value as u32);
     let mut reader = Reader { device, findings };
-    let parity = reader.word(keys.parity.as_ref(), "parity", &PARITIES).unwrap_or(Parity::Even);
+    let parity =
+        reader.word(keys.parity.as_ref(), "parity", &Parity::NAMES).unwrap_or(Parity::Even);
     // As the specification has it: eleven bits a character.
     let usual = if parity == Parity::None { 2 } else { 1 };
     let stop_bits = keys.stop_bits.as_ref().map_or(usual, |bits| bits.value as u8);
@@ -144,7 +140,7 @@ impl Reader<'_> {
 
     fn unit(&mut self, unit: Option<&Located<i64>>, default: u8) -> u8 {
         let Some(unit) = unit else { return default };
-        let is_serial = self.device.driver == Some(Driver::ModbusRtu);
+        let is_serial = self.device.driver == Some(DriverKind::ModbusRtu);
         if is_serial && !(1..=247).contains(&unit.value) {
             let message = format!("no unit of a serial line is {}", unit.value);
             self.find(unit.span, (message, Some("units are 1 to 247".to_owned())));

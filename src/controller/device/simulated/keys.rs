@@ -3,7 +3,8 @@
 //! A part's keys are those of its kind: a table tells which key is of what form and whose. What
 //! they mean together, and what their texts name, is the resolver's business.
 
-use super::super::keys::{Kind, belongs, named};
+use super::super::keys::{DriverKind, belongs, named};
+use crate::source::key::{Key, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
@@ -88,8 +89,15 @@ pub enum FaultKind {
     Lost,
 }
 
+/// A named place.
+const PLACE: Key = key("*", "Where it is.");
+/// The name of a part.
+const PART_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}"#;
+/// The name of a fault.
+const FAULT_NAME: &str = r#"{"pattern":"^[a-z][A-Za-z0-9_]*$"}"#;
+
 /// What stands behind a part's key.
-enum Form {
+enum PartKeyForm {
     /// The point by which the command of this name is driven.
     Driven,
     Time,
@@ -103,37 +111,88 @@ const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 const NUMBER: i64 = i32::MAX as i64;
 
 /// The keys of a part beside `name`, `kind` and `invert`, and whose they are.
-const KEYS: [(&str, Form, &[PartKind]); 27] = {
-    use Form::{Driven, Number, Pair, Places, Time};
+const KEYS: [(Key, PartKeyForm, &[PartKind]); 27] = {
+    use PartKeyForm::{Driven, Number, Pair, Places, Time};
     use PartKind::{Conveyor, Delay, Motor, Pulse, Sensor, Tank};
     [
-        ("in", Driven, &[Delay]),
-        ("of", Driven, &[Sensor]),
-        ("run", Driven, &[Motor, Conveyor, Pulse]),
-        ("trip", Driven, &[Motor]),
-        ("reset", Driven, &[Motor]),
-        ("feed", Driven, &[Conveyor]),
-        ("jam", Driven, &[Conveyor]),
-        ("fill", Driven, &[Tank]),
-        ("drain", Driven, &[Tank]),
-        ("after", Time, &[Delay, Motor, Sensor]),
-        ("release", Time, &[Delay, Motor, Sensor]),
-        ("pulse", Time, &[Pulse]),
-        ("every", Time, &[Pulse, Conveyor]),
-        ("offset", Time, &[Pulse]),
-        ("length", Number(1, 100_000), &[Conveyor]),
-        ("speed", Number(1, 10_000), &[Conveyor]),
-        ("part-length", Number(10, 100_000), &[Conveyor]),
-        ("eyes", Places, &[Conveyor]),
-        ("capacity", Number(1, NUMBER), &[Tank]),
-        ("fill-rate", Number(0, NUMBER), &[Tank]),
-        ("drain-rate", Number(0, NUMBER), &[Tank]),
-        ("initial", Number(0, NUMBER), &[Tank]),
-        ("switches", Places, &[Tank]),
-        ("on-at", Number(ANY.0, ANY.1), &[Sensor]),
-        ("off-at", Number(ANY.0, ANY.1), &[Sensor]),
-        ("range", Pair, &[Sensor]),
-        ("raw", Pair, &[Sensor]),
+        (
+            key(
+                "in",
+                "A delay's: the point of the plant that it follows, if no row of the map is.",
+            ),
+            Driven,
+            &[Delay],
+        ),
+        (key("of", "A sensor's: the point of the plant that it measures."), Driven, &[Sensor]),
+        (key("run", "The point of the plant by which it runs."), Driven, &[Motor, Conveyor, Pulse]),
+        (key("trip", "A motor's: the point of the plant by which it trips."), Driven, &[Motor]),
+        (key("reset", "A motor's: the point of the plant by which it is reset."), Driven, &[Motor]),
+        (
+            key("feed", "A conveyor's: the point of the plant by which a part is laid on."),
+            Driven,
+            &[Conveyor],
+        ),
+        (
+            key("jam", "A conveyor's: the point of the plant by which its parts stand."),
+            Driven,
+            &[Conveyor],
+        ),
+        (key("fill", "A tank's: the point of the plant that opens its inlet."), Driven, &[Tank]),
+        (key("drain", "A tank's: the point of the plant that opens its outlet."), Driven, &[Tank]),
+        (
+            key("after", "So long it must be told to be ON before it is."),
+            Time,
+            &[Delay, Motor, Sensor],
+        ),
+        (
+            key("release", "So long it must be told to be OFF before it is; else as `after`."),
+            Time,
+            &[Delay, Motor, Sensor],
+        ),
+        (key("pulse", "How long a pulse is ON."), Time, &[Pulse]),
+        (
+            key("every", "From pulse to pulse; from one part on the belt to the next."),
+            Time,
+            &[Pulse, Conveyor],
+        ),
+        (key("offset", "When the first pulse begins."), Time, &[Pulse]),
+        (key("length", "A conveyor's, in mm."), Number(1, 100_000), &[Conveyor]),
+        (key("speed", "A conveyor's, in mm/s."), Number(1, 10_000), &[Conveyor]),
+        (
+            key("part-length", "Of the parts on a conveyor, in mm; 100 if not given."),
+            Number(10, 100_000),
+            &[Conveyor],
+        ),
+        (key("eyes", "A conveyor's eyes: names, and where they look, in mm."), Places, &[Conveyor]),
+        (key("capacity", "What a tank holds."), Number(1, NUMBER), &[Tank]),
+        (
+            key("fill-rate", "What comes in each second while the inlet is open."),
+            Number(0, NUMBER),
+            &[Tank],
+        ),
+        (
+            key("drain-rate", "What goes out each second while the outlet is open."),
+            Number(0, NUMBER),
+            &[Tank],
+        ),
+        (key("initial", "What is in the tank at the start."), Number(0, NUMBER), &[Tank]),
+        (
+            key("switches", "A tank's switches: names, and the levels from which they are ON."),
+            Places,
+            &[Tank],
+        ),
+        (
+            key("on-at", "A sensor is ON from this value; 1 if not given."),
+            Number(ANY.0, ANY.1),
+            &[Sensor],
+        ),
+        (
+            key("off-at", "It is OFF below this value; else as `on-at`."),
+            Number(ANY.0, ANY.1),
+            &[Sensor],
+        ),
+        (key("range", "What a sensor measures, from and to."), Pair, &[Sensor]),
+        (key("raw", "What it tells of that, from and to."), Pair, &[Sensor]),
     ]
 };
 
@@ -189,22 +248,38 @@ impl Part {
 }
 
 impl Keys {
-    pub(in crate::controller::device) fn read(table: &mut Table<'_>, driver: Option<Kind>) -> Keys {
-        if !belongs(driver, &[Kind::Simulated]) {
+    pub(in crate::controller::device) fn read(
+        table: &mut Table<'_>,
+        driver: Option<DriverKind>,
+    ) -> Keys {
+        if !belongs(driver, &[DriverKind::Simulated]) {
             return Keys::default();
         }
         Keys {
-            parts: table.tables("part", "a part").into_iter().map(read_part).collect(),
-            faults: table.tables("fault", "a fault").into_iter().map(read_fault).collect(),
-            seed: table.integer("seed", (0, i64::MAX)),
+            parts: table
+                .tables(key("part", "`simulated`: the parts of its plant."), "a part")
+                .into_iter()
+                .map(read_part)
+                .collect(),
+            faults: table
+                .tables(key("fault", "`simulated`: what goes wrong, on demand."), "a fault")
+                .into_iter()
+                .map(read_fault)
+                .collect(),
+            seed: table.integer(
+                key("seed", "`simulated`: another number, another noise; 1 if not given."),
+                (0, i64::MAX),
+            ),
         }
     }
 }
 
 fn read_part(mut table: Table<'_>) -> Part {
-    let name = table.required_string("name");
+    let name = table.required_string(
+        key("name", "Its name: `NAME.point` is one of its points.").limited(PART_NAME),
+    );
     table.require("kind", "\"conveyor\"");
-    let text = table.string("kind");
+    let text = table.string(key("kind", "What it is.").one_of(|| words(&PartKind::NAMES)));
     let kind = text.and_then(|text| named(&table, &text, "kind of part", &PartKind::NAMES));
     let mut part = Part {
         span: table.span(),
@@ -220,28 +295,35 @@ fn read_part(mut table: Table<'_>) -> Part {
     let is_of = |kinds: &[PartKind]| kind.is_none_or(|kind| kinds.contains(&kind));
     for (key, form, kinds) in &KEYS {
         if is_of(kinds) {
-            part.read(&mut table, key, form);
+            part.read(&mut table, *key, form);
         }
     }
     if is_of(&[PartKind::Delay, PartKind::Sensor]) {
-        part.invert = table.boolean("invert").is_some_and(|invert| invert.value);
+        part.invert = table
+            .boolean(key("invert", "ON where it would be OFF."))
+            .is_some_and(|invert| invert.value);
     }
     table.finish();
     part
 }
 
 impl Part {
-    fn read(&mut self, table: &mut Table<'_>, key: &'static str, form: &Form) {
+    fn read(&mut self, table: &mut Table<'_>, key: Key, form: &PartKeyForm) {
         match form {
-            Form::Driven => self.driven.extend(table.string(key).map(|text| (key, text))),
-            Form::Time => self.times.extend(table.duration(key).map(|ms| (key, ms))),
-            Form::Number(min, max) => {
-                self.numbers.extend(table.integer(key, (*min, *max)).map(|number| (key, number)));
+            PartKeyForm::Driven => {
+                self.driven.extend(table.string(key).map(|text| (key.name, text)))
             }
-            Form::Pair => self.pairs.extend(table.integers(key, ANY).map(|pair| (key, pair))),
-            Form::Places => {
+            PartKeyForm::Time => self.times.extend(table.duration(key).map(|ms| (key.name, ms))),
+            PartKeyForm::Number(min, max) => {
+                self.numbers
+                    .extend(table.integer(key, (*min, *max)).map(|number| (key.name, number)));
+            }
+            PartKeyForm::Pair => {
+                self.pairs.extend(table.integers(key, ANY).map(|pair| (key.name, pair)))
+            }
+            PartKeyForm::Places => {
                 if let Some(mut places) = table.table(key, "the places of a part") {
-                    self.places = places.integers_by_name((0, NUMBER));
+                    self.places = places.integers_by_name(PLACE, (0, NUMBER));
                 }
             }
         }
@@ -250,9 +332,11 @@ impl Part {
 
 fn read_fault(mut table: Table<'_>) -> Fault {
     use FaultKind::{Late, Lost, Noisy, Stuck};
-    let name = table.required_string("name");
+    let name = table.required_string(
+        key("name", "Its name: `fault.NAME` brings it about.").limited(FAULT_NAME),
+    );
     table.require("kind", "\"stuck\"");
-    let text = table.string("kind");
+    let text = table.string(key("kind", "What it does.").one_of(|| words(&FaultKind::NAMES)));
     let kind = text.and_then(|text| named(&table, &text, "kind of fault", &FaultKind::NAMES));
     let is_of = |of: FaultKind| kind.is_none_or(|kind| kind == of);
     let mut fault = Fault {
@@ -260,24 +344,26 @@ fn read_fault(mut table: Table<'_>) -> Fault {
         name,
         point: None,
         kind,
-        when: table.string("when"),
+        when: table.string(key("when", "The point of the plant that brings it about.")),
         value: None,
         every_ms: None,
         amplitude: None,
         by_ms: None,
     };
     if kind != Some(Lost) {
-        fault.point = table.string("point");
+        fault.point = table.string(key("point", "The point of the plant that it falsifies."));
     }
     if is_of(Stuck) {
-        fault.value = table.integer("value", ANY);
+        fault.value = table.integer(key("value", "What a stuck point is; else what it was."), ANY);
     }
     if is_of(Noisy) {
-        fault.every_ms = table.duration("every");
-        fault.amplitude = table.integer("amplitude", (1, NUMBER));
+        fault.every_ms =
+            table.duration(key("every", "How often noise is another; 20ms if not given."));
+        fault.amplitude =
+            table.integer(key("amplitude", "By how much a number is off, at most."), (1, NUMBER));
     }
     if is_of(Late) {
-        fault.by_ms = table.duration("by");
+        fault.by_ms = table.duration(key("by", "By how long a point is late."));
     }
     table.finish();
     fault
