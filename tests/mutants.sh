@@ -12,7 +12,7 @@ rm -rf "$part/src" "$part/tests" "$part/docs" "$part/.cargo"
 mkdir -p "$part/src" "$part/tests"
 cp -r .cargo docs Cargo.lock "$part/"
 cp -r "${modules[@]/#/src/}" "$part/src/"
-cp -r tests/semantics tests/semantics.rs tests/support tests/model tests/engine_*.rs "$part/tests/"
+cp -r tests/semantics tests/semantics.rs tests/support tests/engine "$part/tests/"
 {
     echo "//! The part of rungd that the tests of the engine need."
     printf 'pub mod %s;\n' "${modules[@]}"

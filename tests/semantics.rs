@@ -1,7 +1,13 @@
 //! Runs the cases of `tests/semantics/*.toml`, each a named test: `cargo test --test semantics
 //! cnt-` runs those whose names contain `cnt-`. The form of a case: `tests/README.md`.
 
-mod support;
+#[allow(dead_code)]
+#[path = "support"]
+mod support {
+    pub mod case;
+    pub mod run;
+    pub mod table;
+}
 
 use std::process::ExitCode;
 

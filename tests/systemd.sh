@@ -199,7 +199,7 @@ test_purge() {
 }
 
 # READY comes behind the first scan: while the ladder is still being read (it is so long that this
-# takes seconds) the unit is starting. (A first scan that is a fault: tests/watchdog_fault.rs.)
+# takes seconds) the unit is starting. (A first scan that is a fault: tests/daemon/watchdog_fault.rs.)
 test_start() {
     local begin
     mark

@@ -31,8 +31,8 @@ use rungd::source::render::{Style, render};
 use rungd::source::span::{FileId, SourceFile, Span};
 use rungd::source::{contact, controller, instruction};
 
-const LADDER: &str = include_str!("../../tests/oracle/ladder.toml");
-const CONTROLLER: &str = include_str!("../../tests/oracle/controller.toml");
+const LADDER: &str = include_str!("../../tests/io/oracle/ladder.toml");
+const CONTROLLER: &str = include_str!("../../tests/io/oracle/controller.toml");
 
 /// A program, its symbols and a controller file that fits it.
 struct Known {

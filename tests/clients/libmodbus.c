@@ -1,4 +1,4 @@
-/* The Modbus server before libmodbus. Run by tests/modbus_clients.rs with the port of a controller
+/* The Modbus server before libmodbus. Run by tests/io/modbus_clients.rs with the port of a controller
  * that has the map of docs/modbus.md (mixer-controller.toml) and what is listed there; it prints
  * what went wrong and ends with 1, or prints "ok". */
 #include <errno.h>

@@ -1,6 +1,6 @@
 //! A rungd process under conditions: its folder, its log read line by line, its end, its sums.
 //!
-//! Included by path, without the rest of `support`, and each test uses a part of it.
+//! Each binary uses a part of it.
 #![allow(dead_code)]
 
 use std::ffi::OsStr;

@@ -1,6 +1,6 @@
 /* A wall clock that steps: CLOCK_REALTIME of one process, shifted by the seconds that stand in a
  * file as a 64-bit number; the file is mapped, so that a write to it is a step at once. Every other
- * clock is the kernel's. Loaded by tests/clocks.rs. */
+ * clock is the kernel's. Loaded by tests/daemon/clocks.rs. */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <stdint.h>

@@ -1,0 +1,165 @@
+//! `docs/start.md` and `docs/operator.md`, executed: each command in a ```` ```console ```` block runs, in order, in a
+//! folder with a copy of `config/`, and prints what the page shows.
+//!
+//! In what the page shows, `…` within a line stands for any text, and a line `…` for any lines.
+//! Overruns of a busy machine are passed over.
+//! `UPDATE_EXPECT=1 cargo test --test cli docs_commands` writes the outputs that have no `…` anew.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::support::shown::lines_match;
+
+/// A part of the page.
+enum Part<'a> {
+    /// To be left as it is.
+    Text(&'a str),
+    /// The body of a console block.
+    Console(&'a str),
+    /// A file to be written before the next command: its name, and the text that it stands in.
+    File(&'a str, &'a str),
+}
+
+const CONSOLE: &str = "```console\n";
+const FILE: &str = "<!-- file: ";
+
+fn parts(page: &str) -> Vec<Part<'_>> {
+    let mut parts = Vec::new();
+    let mut rest = page;
+    loop {
+        let (console, file) = (rest.find(CONSOLE), rest.find(FILE));
+        let Some(at) = [console, file].into_iter().flatten().min() else {
+            parts.push(Part::Text(rest));
+            return parts;
+        };
+        let (head, tail) = (console == Some(at), &rest[at..]);
+        if head {
+            let begin = at + CONSOLE.len();
+            let end = begin + rest[begin..].find("```").expect("a console block ends");
+            parts.push(Part::Text(&rest[..begin]));
+            parts.push(Part::Console(&rest[begin..end]));
+            rest = &rest[end..];
+        } else {
+            let end = tail.match_indices("```").nth(1).expect("a file's block").0;
+            let name = tail[FILE.len()..].split(" -->").next().expect("a name");
+            parts.push(Part::Text(&rest[..at]));
+            parts.push(Part::File(name, &tail[..end]));
+            rest = &tail[end..];
+        }
+    }
+}
+
+/// The folder that a reader would stand in.
+fn workplace(page: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("rungd-docs-{page}-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
+    for sub in ["config/programs", "config"] {
+        fs::create_dir_all(folder.join(sub)).expect("a folder");
+        let source = config.parent().expect("a root").join(sub);
+        for entry in fs::read_dir(source).expect("config") {
+            let path = entry.expect("an entry").path();
+            if path.is_file() {
+                fs::copy(&path, folder.join(sub).join(path.file_name().unwrap())).expect("a copy");
+            }
+        }
+    }
+    folder
+}
+
+/// What a command prints: its output and its findings, as a terminal shows them.
+fn output(command: &str, folder: &Path) -> String {
+    let binary = Path::new(env!("CARGO_BIN_EXE_rungd"));
+    let path = std::env::var("PATH").unwrap_or_default();
+    let bin = binary.parent().expect("a folder").display();
+    // On the page of the operator's commands they and their controller meet here.
+    let has_socket = folder.to_string_lossy().contains("-operator-");
+    let socket = has_socket.then(|| folder.join("rungd.sock"));
+    let output = Command::new("sh")
+        .args(["-c", &format!("{{ {command}\n}} 2>&1")])
+        .current_dir(folder)
+        .env("PATH", format!("{bin}:{path}"))
+        .env("NO_COLOR", "1")
+        .envs(socket.map(|socket| ("RUNGD_SOCKET", socket)))
+        .env_remove("RUNGD_LOG")
+        .env_remove("RUNTIME_DIRECTORY")
+        .env_remove("JOURNAL_STREAM")
+        .output()
+        .expect("sh runs");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let lines = text.lines().filter(|line| !line.contains(" overrun: "));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+/// Runs the commands of a block; gives the block with outputs as they are, and the differences.
+fn run_block(block: &str, folder: &Path, differences: &mut Vec<String>) -> String {
+    let mut anew = String::new();
+    let mut commands = block.split("$ ").skip(1);
+    assert!(block.starts_with("$ "), "a console block begins with a command: {block}");
+    for session in commands.by_ref() {
+        let (command, shown) = session.split_once('\n').expect("a command is a line");
+        let printed = output(command, folder);
+        let (wanted, got): (Vec<&str>, Vec<&str>) =
+            (shown.lines().collect(), printed.lines().collect());
+        let fits = lines_match(&wanted, &got);
+        if !fits {
+            differences.push(format!("$ {command}\nshown:\n{shown}\nprinted:\n{printed}"));
+        }
+        let kept = fits || shown.contains('…');
+        anew.push_str(&format!("$ {command}\n{}", if kept { shown } else { &printed }));
+    }
+    anew
+}
+
+#[test]
+fn the_five_minutes_go_as_the_page_shows_them() {
+    run_page("start");
+}
+
+#[test]
+fn the_operators_commands_print_what_the_page_shows() {
+    run_page("operator");
+}
+
+fn run_page(name: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/{name}.md"));
+    let page = fs::read_to_string(&path).expect("the page");
+    let folder = workplace(name);
+    let mut anew = String::new();
+    let mut differences = Vec::new();
+    for part in parts(&page) {
+        match part {
+            Part::Text(text) => anew.push_str(text),
+            Part::Console(block) => anew.push_str(&run_block(block, &folder, &mut differences)),
+            Part::File(name, text) => {
+                let body = text.split_once("```").and_then(|(_, body)| body.split_once('\n'));
+                fs::write(folder.join(name), body.expect("a body").1).expect("a file");
+                anew.push_str(text);
+            }
+        }
+    }
+    // What a page leaves running.
+    let _ = output(
+        "pid=$(rungd status | sed -n 's/.*pid \\([0-9]*\\),.*/\\1/p') && kill $pid",
+        &folder,
+    );
+    let _ = fs::remove_dir_all(&folder);
+    if std::env::var_os("UPDATE_EXPECT").is_some() {
+        fs::write(&path, anew).expect("the page");
+    }
+    assert!(differences.is_empty(), "{}", differences.join("\n"));
+}
+
+#[test]
+fn dots_stand_for_any_text_and_any_lines() {
+    let fits = |shown: &str, printed: &str| {
+        let (shown, printed): (Vec<&str>, Vec<&str>) =
+            (shown.lines().collect(), printed.lines().collect());
+        lines_match(&shown, &printed)
+    };
+    assert!(fits("a … c\n…\ne", "a b c\nd\nd\ne"));
+    assert!(fits("… c …", "b c "));
+    assert!(!fits("a … c", "a b d"));
+    assert!(!fits("…\ne", "d\ne\nf"));
+}

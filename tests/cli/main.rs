@@ -1,0 +1,18 @@
+//! The commands that need no controller, and the pages that show them.
+
+mod commands;
+mod differential;
+mod docs_commands;
+mod examples;
+mod init;
+mod man_and_completions;
+mod plants;
+mod sim;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod model;
+    pub mod shown;
+}

@@ -1,0 +1,121 @@
+//! Clocks that are not what they were: the wall clock steps ten years either way while rungd runs,
+//! and the monotonic clock counts from somewhere else. No scan is missed.
+//!
+//! The wall clock is stepped for the process alone, by a small library (`support/wall_clock.c`,
+//! made by the C compiler that links Rust programs) which adds to it what a file says and leaves
+//! every other clock alone. That nothing waits by the wall clock, which such a library does not
+//! touch, `strace` shows. The monotonic clock is shifted by a time namespace.
+
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::support::process::{BLINKS, Plant, Running, find, no_scan_missed, not_installed, skip};
+use serde_json::Value;
+
+const PERIOD: Duration = Duration::from_millis(2);
+const CONTROLLER: &str = "scan.period = \"2ms\"\n";
+
+/// Makes the library; `None` where there is no C compiler.
+fn library(folder: &Path) -> Option<PathBuf> {
+    let library = folder.join("wall_clock.so");
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/wall_clock.c");
+    let mut cc = Command::new("cc");
+    cc.args(["-O1", "-shared", "-fPIC", "-o"]).arg(&library).arg(source);
+    cc.status().is_ok_and(|status| status.success()).then_some(library)
+}
+
+/// The year in which a line was logged.
+fn year(line: &Value) -> i32 {
+    line["timestamp"].as_str().unwrap()[..4].parse().unwrap()
+}
+
+#[test]
+fn the_wall_clock_steps_ten_years_either_way() {
+    let plant = Plant::new(BLINKS, CONTROLLER);
+    let Some(library) = library(&plant.0) else { return not_installed("cc") };
+    let offset = plant.0.join("offset");
+    let step = |days: i64| {
+        let file = File::options().create(true).write(true).truncate(false).open(&offset).unwrap();
+        file.write_all_at(&(days * 86_400).to_ne_bytes(), 0).unwrap();
+    };
+    step(0);
+    let mut command = plant.command(&[] as &[&str]);
+    command.env("LD_PRELOAD", library).env("WALL_CLOCK_OFFSET_FILE", &offset);
+    let mut running = Running::new(&mut command);
+    let today = year(&running.line("RUN: scanning"));
+    let mut lines = Vec::new();
+    for (by, years) in [(3653, 10), (-3653, -10), (0, 0)] {
+        step(by);
+        // The step has reached the process: its log is stamped so. (A year begins somewhere.)
+        loop {
+            let line = running.line("lamp is");
+            let is = year(&line) - today;
+            lines.push(line);
+            if (is - years).abs() <= 1 {
+                break;
+            }
+        }
+        std::thread::sleep(Duration::from_millis(700));
+    }
+    lines.extend(running.stop());
+    no_scan_missed(&lines, PERIOD, Duration::from_millis(2000));
+}
+
+#[test]
+fn nothing_waits_by_the_wall_clock() {
+    let plant = Plant::new(BLINKS, CONTROLLER);
+    let trace = plant.0.join("trace");
+    let calls = "trace=clock_nanosleep,nanosleep,futex,timerfd_create,timerfd_settime,timer_create,\
+                 setitimer,alarm";
+    let strace = ["strace", "-f", "-qq", "-e", calls, "-o", trace.to_str().unwrap()];
+    if !Command::new("strace").arg("-V").stdout(Stdio::null()).status().is_ok_and(|s| s.success()) {
+        return not_installed("strace");
+    }
+    let mut running = Running::new(plant.command(&strace).args(["--scans", "100"]));
+    assert_eq!(running.end().code(), Some(0));
+    let trace = std::fs::read_to_string(trace).unwrap();
+    assert!(trace.matches("clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME").count() >= 90);
+    let words = ["CLOCK_REALTIME", "timer_create", "setitimer", "alarm("];
+    let wall: Vec<_> = trace.lines().filter(|l| words.iter().any(|w| l.contains(w))).collect();
+    // std's plain sleep names the wall clock and waits a relative time: a step does not touch it.
+    // Nor does it touch a wait without a limit, as for a thread's end.
+    let untouched = |l: &&&str| l.contains("CLOCK_REALTIME, 0,") || l.contains(", NULL, ");
+    let absolute: Vec<_> = wall.iter().filter(|l| !untouched(l)).collect();
+    assert!(absolute.is_empty(), "{absolute:#?}");
+}
+
+/// Runs with the monotonic clock shifted by so many seconds.
+fn shifted(by_s: i64) -> Option<Vec<Value>> {
+    let by = [format!("--monotonic={by_s}"), format!("--boottime={by_s}")];
+    let prefix = |user: bool| {
+        let user: &[&str] = if user { &["--user", "--map-root-user"] } else { &[] };
+        let words = ["unshare", "--time"].iter().chain(user).map(|word| (*word).to_owned());
+        words.chain(by.clone()).chain(["--fork".to_owned()]).collect::<Vec<_>>()
+    };
+    let works = |words: &Vec<String>| {
+        let mut command = Command::new(&words[0]);
+        let done = command.args(&words[1..]).arg("true").stderr(Stdio::null()).status();
+        done.is_ok_and(|status| status.success())
+    };
+    let prefix = [prefix(false), prefix(true)].into_iter().find(works)?;
+    let plant = Plant::new(BLINKS, CONTROLLER);
+    let mut running = Running::new(plant.command(&prefix).args(["--scans", "600"]));
+    let lines = running.rest();
+    assert_eq!(running.end().code(), Some(0), "{lines:#?}");
+    Some(lines)
+}
+
+#[test]
+fn the_monotonic_clock_may_count_from_anywhere() {
+    let uptime = std::fs::read_to_string("/proc/uptime").unwrap();
+    let uptime: i64 = uptime.split('.').next().unwrap().parse().unwrap();
+    // Ten years on; as after 2^32 s; and almost at zero.
+    for by_s in [10 * 365 * 86_400, (1 << 32) - uptime, 1 - uptime] {
+        let Some(lines) = shifted(by_s) else { return skip("no time namespace to be had") };
+        assert_eq!(find(&lines, "scan statistics of the whole run")["scans"], 600);
+        no_scan_missed(&lines, PERIOD, Duration::from_millis(1190));
+    }
+}

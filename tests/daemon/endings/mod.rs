@@ -1,0 +1,165 @@
+//! The ways a controller ends, watched by remote I/O in a process with its own clock: what each
+//! output did, and when.
+//!
+//! The ladder drives, at each of two devices, an output that is OFF outside RUN, one that is ON,
+//! one that is held, and a word with a safe value; and a register that changes with every scan,
+//! which tells the last moment of RUN. The second device has a watchdog of its own. Here is what
+//! each output has to do; when it did it is the table of `docs/endings.md`, made by
+//! `cargo test --test daemon endings -- --ignored --nocapture`.
+
+mod page;
+mod run;
+mod watcher;
+mod ways;
+
+use crate::support::process;
+use run::{IN_RUN, SAFE, Story, play, play_away};
+use ways::{Fate, WAYS, Way};
+
+/// How often each way is gone in CI.
+const ROUNDS: u32 = 2;
+/// So many runs at a time, for the page.
+const LANES: u32 = 4;
+/// And for the page.
+const ROUNDS_OF_THE_PAGE: u32 = 100;
+
+/// Whether this way can be gone here.
+fn may(way: Way) -> bool {
+    if !watcher::is_there() {
+        process::not_installed("python3");
+        return false;
+    }
+    if way.wants_faults() && !cfg!(debug_assertions) {
+        process::skip("a build without debug assertions has no faults on purpose");
+        return false;
+    }
+    true
+}
+
+fn check(way: Way) {
+    if !may(way) {
+        return;
+    }
+    for _ in 0..ROUNDS {
+        let story = play(way);
+        judge(way, &story);
+    }
+}
+
+/// What each output did, whenever it was.
+fn judge(way: Way, story: &Story) {
+    let [plain, guarded] = &story.outputs;
+    let context = format!("{way:?}: {:?} {:?}\n{:#?}", plain, guarded, story.log);
+    let values = |[off, on, held, word]: [&[u64]; 4]| [off, on, held, word].map(<[u64]>::to_vec);
+    let safe = values([&[0], &[1], &[], &[17]]);
+    let still = values([&[], &[], &[], &[]]);
+    // Behind the safe values, and in RUN: all that is ON goes OFF.
+    let safe_then_dropped = values([&[0], &[1, 0], &[0], &[17, 0]]);
+    let dropped = values([&[0], &[], &[0], &[0]]);
+    let expected = match way.fate() {
+        Fate::Safe => (safe.clone(), safe),
+        Fate::SafeThenGone(_) => (safe, safe_then_dropped),
+        Fate::AsTheyWere => (still, dropped),
+        Fate::InRun => (still.clone(), still),
+    };
+    assert_eq!((&plain.values(), &guarded.values()), (&expected.0, &expected.1), "{context}");
+    let code = match way.fate() {
+        Fate::SafeThenGone(code) => Some(code),
+        _ => None,
+    };
+    assert_eq!(story.code, code, "{context}");
+    if way.fate() == Fate::InRun {
+        // The other device shows what the ladder saw of the lost one.
+        let stale = if way == Way::PanicInDriver { vec![] } else { vec![1, 0] };
+        assert!(story.ok == [0, 1] || way == Way::PanicInDriver, "{context}");
+        assert_eq!(story.stale, stale, "{context}");
+    }
+    let comes_back = way.comes_back() && !story.faulted;
+    assert_eq!(story.last, [1, 0, 1, 1234].map(|v| comes_back.then_some(v)), "{context}");
+}
+
+macro_rules! ways {
+    ($($name:ident = $way:expr;)*) => { $(#[test] fn $name() { check($way); })* };
+}
+
+ways! {
+    the_last_scan_of_an_orderly_stop = Way::LastScan;
+    an_operators_stop = Way::Operator;
+    a_stop_instruction = Way::Instruction;
+    the_watchdog = Way::Watchdog;
+    a_panic_in_the_scan = Way::PanicInScan;
+    a_panic_of_the_scan_thread = Way::PanicInThread;
+    a_panic_of_the_monitor = Way::PanicInMonitor;
+    a_panic_of_a_driver = Way::PanicInDriver;
+    a_panic_of_the_main_thread = Way::PanicInShell;
+    sigterm = Way::Terminate;
+    sigint = Way::Interrupt;
+    sigkill = Way::Kill;
+    sigstop = Way::Stand;
+    sigsegv = Way::Segment;
+    a_device_that_is_silent = Way::Silent;
+    a_device_that_is_cut_off = Way::Cut;
+}
+
+/// The ways at whose end safe values are written once more.
+const LAST_WORDS: [(Way, i32); 3] =
+    [(Way::Terminate, 0), (Way::PanicInMonitor, 70), (Way::PanicInShell, 70)];
+
+#[test]
+fn a_device_that_comes_back_during_the_end_is_made_safe() {
+    for (way, code) in LAST_WORDS {
+        if !may(way) {
+            continue;
+        }
+        let away = (0..20).find_map(|_| play_away(way, true)).expect("a machine that is in time");
+        assert_eq!((away.outputs, away.code), (SAFE, Some(code)), "{way:?}: {:#?}", away.log);
+        assert!(!away.log.iter().any(|line| line.contains(UNSAFE)), "{way:?}: {:#?}", away.log);
+    }
+}
+
+#[test]
+fn a_device_that_does_not_come_back_during_the_end_is_named() {
+    for (way, code) in LAST_WORDS {
+        if !may(way) {
+            continue;
+        }
+        let away = play_away(way, false).expect("it goes by no time");
+        assert_eq!((away.outputs, away.code), (IN_RUN, Some(code)), "{way:?}: {:#?}", away.log);
+        let told: Vec<_> = away.log.iter().filter(|line| line.contains(UNSAFE)).collect();
+        assert!(matches!(told[..], [one] if one.contains("plain")), "{way:?}: {:#?}", away.log);
+    }
+}
+
+/// A line of the log about a device whose outputs could not be made safe.
+const UNSAFE: &str = "\"device-unsafe\"";
+
+/// So many rounds, some at a time: most of each is waiting.
+fn many(way: Way, rounds: u32) -> Vec<Story> {
+    let lane = |lane: u32| {
+        let own = (0..rounds).filter(move |round| round % LANES == lane);
+        own.map(|_| {
+            let story = play(way);
+            judge(way, &story);
+            story
+        })
+        .collect::<Vec<_>>()
+    };
+    std::thread::scope(|scope| {
+        let lanes: Vec<_> = (0..LANES).map(|at| scope.spawn(move || lane(at))).collect();
+        lanes.into_iter().flat_map(|lane| lane.join().expect("a way as it should be")).collect()
+    })
+}
+
+#[test]
+#[ignore = "a hundred times each: a quarter of an hour, and the table of docs/endings.md"]
+fn the_page() {
+    let rounds = std::env::var("RUNGD_ENDINGS").map(|text| text.parse().expect("a number"));
+    let rounds = rounds.unwrap_or(ROUNDS_OF_THE_PAGE);
+    let mut rows = Vec::new();
+    for way in WAYS.into_iter().filter(|way| may(*way)) {
+        let stories = many(way, rounds);
+        rows.push(page::row(way, &stories));
+        eprintln!("{}", rows[rows.len() - 1]);
+    }
+    page::write(&rows, rounds);
+}

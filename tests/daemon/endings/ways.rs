@@ -1,0 +1,152 @@
+//! The ways to end: what causes each, and what the outputs have to do.
+
+use super::watcher::Watcher;
+
+/// A way to end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    LastScan,
+    Operator,
+    Instruction,
+    Watchdog,
+    PanicInScan,
+    PanicInThread,
+    PanicInMonitor,
+    PanicInDriver,
+    PanicInShell,
+    Terminate,
+    Interrupt,
+    Kill,
+    Stand,
+    Segment,
+    Silent,
+    Cut,
+}
+
+/// What becomes of the outputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// rungd writes the safe values, and goes on talking to its devices.
+    Safe,
+    /// rungd writes the safe values and ends.
+    SafeThenGone(i32),
+    /// rungd is gone, or stands still, and wrote nothing.
+    AsTheyWere,
+    /// rungd goes on in RUN.
+    InRun,
+}
+
+/// All of them, in the order of the table.
+pub const WAYS: [Way; 16] = [
+    Way::LastScan,
+    Way::Operator,
+    Way::Instruction,
+    Way::Watchdog,
+    Way::PanicInScan,
+    Way::PanicInThread,
+    Way::PanicInMonitor,
+    Way::PanicInDriver,
+    Way::PanicInShell,
+    Way::Terminate,
+    Way::Interrupt,
+    Way::Kill,
+    Way::Stand,
+    Way::Segment,
+    Way::Silent,
+    Way::Cut,
+];
+
+const SIGINT: i32 = 2;
+const SIGKILL: i32 = 9;
+const SIGSEGV: i32 = 11;
+const SIGTERM: i32 = 15;
+const SIGCONT: i32 = 18;
+const SIGSTOP: i32 = 19;
+
+impl Way {
+    /// As the page names it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Way::LastScan => "orderly stop (`--scans`)",
+            Way::Operator => "operator's stop (`rungd mode stop`)",
+            Way::Instruction => "STOP instruction",
+            Way::Watchdog => "watchdog (500 ms; the scan takes 1 s)",
+            Way::PanicInScan => "panic in the scan",
+            Way::PanicInThread => "panic elsewhere: scan thread, between scans",
+            Way::PanicInMonitor => "panic elsewhere: monitor thread",
+            Way::PanicInDriver => "panic elsewhere: a device's driver",
+            Way::PanicInShell => "panic elsewhere: main thread",
+            Way::Terminate => "SIGTERM",
+            Way::Interrupt => "SIGINT",
+            Way::Kill => "SIGKILL",
+            Way::Stand => "SIGSTOP",
+            Way::Segment => "SIGSEGV",
+            Way::Silent => "lost device: no answer any more",
+            Way::Cut => "lost device: connection reset, port closed",
+        }
+    }
+
+    pub fn fate(self) -> Fate {
+        match self {
+            Way::Operator | Way::Instruction => Fate::Safe,
+            Way::Watchdog | Way::PanicInScan | Way::PanicInThread => Fate::Safe,
+            Way::LastScan | Way::Terminate | Way::Interrupt => Fate::SafeThenGone(0),
+            Way::PanicInMonitor | Way::PanicInShell => Fate::SafeThenGone(70),
+            Way::Kill | Way::Stand | Way::Segment => Fate::AsTheyWere,
+            Way::PanicInDriver | Way::Silent | Way::Cut => Fate::InRun,
+        }
+    }
+
+    /// Whether it wants a build with named points to panic at.
+    pub fn wants_faults(self) -> bool {
+        self.fault().is_some()
+    }
+
+    fn fault(self) -> Option<&'static str> {
+        Some(match self {
+            Way::Watchdog => "stall",
+            Way::PanicInScan => "scan",
+            Way::PanicInThread => "thread",
+            Way::PanicInMonitor => "monitor",
+            Way::PanicInDriver => "device",
+            Way::PanicInShell => "shell",
+            _ => return None,
+        })
+    }
+
+    /// The cause, as the watcher is told it; `None`: the watcher has no part in it.
+    pub fn cause(self, watcher: &mut Watcher, pid: u32, faults: &str) -> u64 {
+        let mut kill = |signal| watcher.tell(&format!("kill {pid} {signal}"));
+        match self {
+            Way::Terminate => kill(SIGTERM),
+            Way::Interrupt => kill(SIGINT),
+            Way::Kill => kill(SIGKILL),
+            Way::Stand => kill(SIGSTOP),
+            Way::Segment => {
+                // The first finds Rust's handler, which takes it for a stack that overflowed,
+                // and lets the next one be deadly: as a bad access would be, at once.
+                let at = kill(SIGSEGV);
+                kill(SIGSEGV);
+                at
+            }
+            Way::Instruction => watcher.tell("set 0 discrete 0 1"),
+            Way::Silent => watcher.tell("silent 0 on"),
+            Way::Cut => watcher.tell("cut 0"),
+            Way::LastScan | Way::Operator => watcher.tell("mark"),
+            _ => {
+                let point = self.fault().expect("all others are faults");
+                watcher.tell(&format!("write {faults} {point}"))
+            }
+        }
+    }
+
+    /// The end of the cause, where it has one.
+    pub fn return_of(self, watcher: &mut Watcher, pid: u32) -> Option<u64> {
+        match self {
+            Way::Stand => Some(watcher.tell(&format!("kill {pid} {SIGCONT}"))),
+            Way::Silent => Some(watcher.tell("silent 0 off")),
+            Way::Cut => Some(watcher.tell("mend 0")),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The log's disk is full: lines are lost, and counted; no scan is.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use crate::support::process::{
+    BLINKS, PATIENCE, Plant, Running, find, message, mounted, no_scan_missed, skip,
+};
+use serde_json::Value;
+
+const PERIOD: Duration = Duration::from_millis(2);
+const CONTROLLER: &str = "scan.period = \"2ms\"\n";
+
+/// The lines that are whole: where the disk became full, one may be torn.
+fn whole_lines(text: &str) -> Vec<Value> {
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+}
+
+#[test]
+fn a_full_disk_costs_lines_and_once_there_is_room_the_log_goes_on() {
+    let plant = Plant::new(BLINKS, CONTROLLER);
+    let disk = plant.0.join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let disk = disk.display();
+    let shell = format!("mount -t tmpfs -o size=4k tmpfs {disk} && exec \"$@\" 2>>{disk}/log");
+    let Some(prefix) = mounted(&shell) else { return skip("no mount namespace to be had") };
+    let mut running = Running::new(plant.command(&prefix).stderr(Stdio::null()));
+    // Where it lies for the process alone.
+    let seen = PathBuf::from(format!("/proc/{}/root{disk}/log", running.pid()));
+    let size = || std::fs::metadata(&seen).map_or(0, |log| log.len());
+    let since = Instant::now();
+    while size() < 4096 {
+        assert!(since.elapsed() < PATIENCE, "the disk does not become full: {}", size());
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_millis(1500));
+    assert_eq!((size(), running.child.try_wait().unwrap()), (4096, None));
+    let mut log = File::options().read(true).write(true).open(&seen).unwrap();
+    let mut before = String::new();
+    log.read_to_string(&mut before).unwrap();
+    log.set_len(0).unwrap();
+    // The next line is due within 100 ms, and the end has a page to be told in.
+    running.signal("TERM");
+    assert_eq!(running.end().code(), Some(0));
+    std::io::Seek::rewind(&mut log).unwrap();
+    let mut after = String::new();
+    log.read_to_string(&mut after).unwrap();
+    let lines: Vec<Value> = whole_lines(&before).into_iter().chain(whole_lines(&after)).collect();
+    let dropped = find(&lines, "log lines were dropped");
+    assert!(dropped["lines"].as_u64().unwrap() > 5, "{dropped}");
+    no_scan_missed(&lines, PERIOD, Duration::from_millis(1500));
+}
+
+#[test]
+fn a_log_that_can_never_be_written_costs_no_scan() {
+    let plant = Plant::new(BLINKS, CONTROLLER);
+    let (socket, path) = plant.notify();
+    let full = File::options().write(true).open("/dev/full").unwrap();
+    let mut command = plant.command(&[] as &[&str]);
+    command.stderr(full).env("NOTIFY_SOCKET", path);
+    let mut running = Running::new(&mut command);
+    // systemd's status is what is left to look at.
+    let scans = || loop {
+        let mut bytes = [0; 512];
+        let length = socket.recv(&mut bytes).unwrap();
+        let text = String::from_utf8_lossy(&bytes[..length]).into_owned();
+        if let Some(text) = text.strip_prefix("STATUS=RUN, ") {
+            return (text.split(' ').next().unwrap().parse::<u64>().unwrap(), Instant::now());
+        }
+    };
+    let (first, begin) = scans();
+    let (_, _) = scans();
+    let (last, end) = scans();
+    let points = (end - begin).as_millis() as u64 / 2;
+    assert!(last - first <= points + 50 && last - first > points / 2, "{first} {last} {points}");
+    running.signal("TERM");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn so_does_a_standard_error_that_is_closed() {
+    let plant = Plant::new(BLINKS, CONTROLLER);
+    let mut command = plant.command(&["sh", "-c", "exec \"$@\" 2>&-", "sh"]);
+    let mut running = Running::new(command.args(["--scans", "200"]));
+    assert_eq!(running.end().code(), Some(0));
+    assert!(running.rest().iter().all(|line| message(line).is_empty()));
+}

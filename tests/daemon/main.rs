@@ -1,0 +1,30 @@
+//! The process: how it runs, ends, is watched, commanded, and what it tells.
+
+mod bottling;
+mod clocks;
+mod endings;
+mod events;
+mod full_disk;
+mod journal;
+mod no_descriptors;
+mod operator_commands;
+mod operator_hostile;
+mod operator_modes;
+mod operator_storm;
+mod posture;
+mod questions;
+mod restart_guard;
+mod run_controller;
+mod run_listeners;
+mod watchdog_fault;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod journal;
+    pub mod live;
+    pub mod page;
+    pub mod process;
+    pub mod shown;
+}

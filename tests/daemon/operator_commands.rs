@@ -1,0 +1,422 @@
+//! The operator's commands from outside: the real binary at both ends.
+
+use crate::support::live;
+use std::net::TcpListener;
+use std::os::unix::process::CommandExt;
+use std::process::Command;
+
+use crate::support::live::{Live, ask, run, said};
+
+const LADDER: &str = r#"
+[ladder]
+name = "bottling"
+[tags]
+jam   = { at = "C0", doc = "Bottles jammed", alarm = "Bottles jammed" }
+lamp  = { at = "Y0" }
+parts = { at = "CT0" }
+size  = { at = "D1", initial = 12, min = 1, max = 500 }
+eye   = { at = "X0" }
+[[program]]
+name = "Main"
+rung = [
+  { leg.up = ["eye"], leg.rst = ["$Off"], do = ["CNT parts preset=size"] },
+  { when = ["jam"], do = ["OUT lamp"] },
+  { when = ["$ForcesActive"], do = ["OUT MI2"] },
+  { when = ["$On"], do = ["OUT C7"] },
+]
+[[program]]
+name = "Drain"
+autostart = true
+[[program.stage]]
+name = "Open"
+rung = [ { when = ["X9"], do = ["JMP Closed"] } ]
+[[program.stage]]
+name = "Closed"
+rung = [ { when = ["$On"], do = ["OUT Y5"] } ]
+[[task]]
+name = "Often"
+rung = [ { when = ["$On"], do = ["OUT C9"] } ]
+"#;
+
+fn live() -> Live {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("C7", "ON");
+    live
+}
+
+#[test]
+fn a_range_stands_for_all_in_it_where_it_is_read() {
+    let live = live();
+    assert_eq!(
+        live.ok("read D0..D2 Y0..Y1"),
+        "\
+D0    D0  0
+size  D1  12
+D2    D2  0
+lamp  Y0  OFF
+Y1    Y1  OFF
+"
+    );
+    assert_eq!(live.ok("read CT0..CT1").lines().count(), 10);
+    assert_eq!(live.ok("read --json eye..X2").matches("\"operand\"").count(), 3);
+    for (asked, words) in [
+        ("read D5..D2", "a range goes from low to high (write `D2..D5`)"),
+        ("read D0..X5", "one memory block, not in D and X"),
+        (
+            "read D0..D256",
+            "`D0..D256` has more than 256 operands, and one request reads at most 256",
+        ),
+        ("read CT0..CT99", "at most 256"),
+        ("read X0..X99999", "beyond memory"),
+        ("read jam..", "`jam..` is no range (write both ends"),
+        ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
+        ("write D0..D5 1", "`D0..D5` is a range: name one of it"),
+        ("force X0..X5 ON", "`X0..X5` is a range: name one of it"),
+    ] {
+        let said = live.say(asked);
+        assert!(said.code != 0 && said.err.contains(words), "{asked}: {said:?}");
+    }
+}
+
+#[test]
+fn read_by_tag_and_by_address() {
+    let live = live();
+    assert_eq!(
+        live.ok("read jam D1 parts.Acc"),
+        "\
+jam        C0       OFF
+size       D1       12
+parts.Acc  CT0.Acc  0
+"
+    );
+    assert!(live.ok("read parts").contains("parts.Done    CT0.Done    OFF\n"));
+    let json = live.say("read --json size Drain.Open").json();
+    assert_eq!(json["mode"], "RUN");
+    let size = &json["values"][0];
+    assert_eq!(
+        (&size["tag"], &size["address"], &size["value"]),
+        (&"size".into(), &"D1".into(), &12.into())
+    );
+    assert_eq!(
+        (&json["values"][1]["address"], &json["values"][1]["value"]),
+        (&"Drain.Open".into(), &true.into())
+    );
+}
+
+#[test]
+fn write_goes_before_a_scan_and_is_logged_with_who_and_what() {
+    let live = live();
+    assert_eq!(live.ok("write size 24"), "size (D1): 24, was 12\n");
+    let line = live.line("wrote 24 to size (D1)");
+    let field = |name: &str| line[name].clone();
+    assert_eq!((field("event"), field("level")), ("operator-write".into(), "INFO".into()));
+    assert_eq!((field("what"), field("address")), ("size".into(), "D1".into()));
+    assert_eq!((field("before"), field("after")), ("12".into(), "24".into()));
+    let uid = Command::new("id").arg("-u").output().unwrap().stdout;
+    assert_eq!(field("uid").to_string(), String::from_utf8(uid).unwrap().trim());
+    assert!(field("who").is_string() && field("pid").is_u64(), "{line}");
+    assert_eq!(live.ok("write jam on"), "jam (C0): ON, was OFF\n");
+    live.await_values("lamp", "ON");
+    assert_eq!(live.ok("write D5 -7"), "D5: -7, was 0\n");
+    assert_eq!(live.ok("write T0.Acc 1m30s"), "T0.Acc: 90000, was 0\n");
+    let json = live.say("write --json size 30").json();
+    assert_eq!((&json["before"], &json["now"]["value"]), (&24.into(), &30.into()));
+}
+
+#[test]
+fn a_write_that_does_not_hold_says_why() {
+    let live = live();
+    let said = live.say("write C7 off");
+    assert_eq!(said.code, 0);
+    assert!(said.err.contains("was written again in the same scan"), "{said:?}");
+    live.ok("force size 9");
+    let said = live.say("write size 10");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("`size` is forced to 9"), "{said:?}");
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_its_reason_and_code() {
+    let live = live();
+    for (command, code, words) in [
+        ("read nothing_of_that_name", 2, "nothing is called"),
+        ("read siez", 2, "did you mean `size`"),
+        ("write parts 3", 2, "name a member"),
+        ("write size 501", 2, "`size` takes 1 to 500, not 501"),
+        ("force size 0", 2, "`size` takes 1 to 500, not 0"),
+        ("write jam 2", 2, "takes ON or OFF"),
+        ("write size ON", 2, "takes a number"),
+        ("write $FirstScan on", 2, "it says how the controller is"),
+        ("write parts.Done on", 2, "it can be forced"),
+        ("write Drain.Open on", 2, "switched by the ladder"),
+        ("force Drain.Running on", 2, "started and stopped by the ladder"),
+        ("mode walk", 2, "possible values: run, stop"),
+        ("unforce", 2, "OPERAND"),
+    ] {
+        let said = live.say(command);
+        assert!(said.code == code && said.err.contains(words), "{command}: {said:?}");
+    }
+    let refused = live.line("operator's command refused");
+    assert_eq!(
+        (&refused["event"], &refused["level"]),
+        (&"operator-refused".into(), &"WARN".into())
+    );
+    let json = live.say("write --json size 501").json();
+    assert_eq!(json["error"]["kind"], "bad-value");
+}
+
+#[test]
+fn a_force_is_seen_by_modbus_in_forces_active_and_in_status() {
+    let listen = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let controller =
+        format!("[operator]\nsocket = \"s\"\n[modbus-server]\nlisten = \"{listen}\"\n");
+    let live = Live::start(LADDER, &controller, &[]);
+    let mut modbus = std::net::TcpStream::connect(listen).unwrap();
+    let mut inputs = || {
+        use std::io::{Read, Write};
+        modbus.write_all(&[0, 1, 0, 0, 0, 6, 1, 2, 0, 0, 0, 2]).unwrap();
+        let mut reply = [0; 10];
+        modbus.read_exact(&mut reply).unwrap();
+        reply[9]
+    };
+    assert_eq!(inputs(), 0);
+    assert_eq!(live.ok("force MI1 on"), "MI1: ON, forced, was OFF\n");
+    live.await_values("$ForcesActive MI2", "ON ON");
+    assert_eq!(inputs(), 0b11);
+    let status = live.say("status --json").json();
+    assert_eq!(status["forces"][0]["address"], "MI1");
+    assert_eq!(status["devices"]["modbus"]["clients"], 1);
+    assert!(live.ok("read MI1").ends_with("ON  forced\n"));
+    assert_eq!(live.line("forced MI1 to ON")["event"], "operator-force");
+    assert_eq!(live.ok("unforce MI1"), "MI1: not forced, ON, was ON, forced\n");
+    live.await_values("$ForcesActive MI2", "OFF OFF");
+    assert_eq!(inputs(), 0b01, "it stays as it was until something writes it");
+    assert_eq!(live.line("ended the force of MI1")["event"], "operator-unforce");
+    live.ok("force jam on");
+    live.ok("force parts.Acc 7");
+    live.ok("force eye on");
+    assert!(live.ok("unforce --all").starts_with("3 not forced any more:\n"));
+    assert_eq!(live.ok("unforce --all"), "nothing was forced\n");
+    assert!(live.say("unforce jam").err.contains("it was not forced"));
+}
+
+#[test]
+fn a_forced_input_stays_against_its_driver() {
+    let rule = "[operator]\nsocket = \"s\"\n[[simulated-device]]\ninput = \"eye\"\npulse = \"20ms\"\nevery = \"40ms\"\n";
+    let live = Live::start(LADDER, rule, &[]);
+    assert!(live.say("write eye on").err.contains("the simulated device moves `eye`"));
+    live.ok("force eye off");
+    let held = live.ok("read parts.Acc");
+    let out = live.ok("watch eye parts.Acc --interval 50ms --count 6");
+    assert!(out.lines().all(|line| line.contains(" eye=OFF,forced ")), "{out}");
+    let last = out.lines().last().unwrap().rsplit('=').next().unwrap();
+    assert!(held.trim_end().ends_with(last), "nothing was counted: {held} {out}");
+    let status = live.ok("status");
+    assert!(status.contains("simulated device: 1 rules"), "{status}");
+}
+
+#[test]
+fn watch_prints_a_line_a_look_where_it_is_no_terminal() {
+    let live = live();
+    let out = live.ok("watch jam size --count 3 --interval 50ms");
+    assert_eq!(out.lines().count(), 3);
+    assert!(
+        out.lines().all(|line| line.starts_with("RUN scan=") && line.ends_with(" jam=OFF size=12"))
+    );
+    let out = live.ok("watch --json jam --count 2 --interval 50ms");
+    assert!(out.lines().all(|line| line.starts_with("{\"mode\":\"RUN\"")), "{out}");
+}
+
+#[test]
+fn status_tells_all() {
+    let live = live();
+    let text = live.ok("status");
+    for words in [
+        "rungd 0.",
+        "ladder      bottling: 3 blocks, 7 rungs",
+        "mode        RUN for",
+        "every 10ms",
+        "posture     timer slack 1 ns: granted",
+        "execution   last",
+        "lateness    last",
+        " us  #",
+        "Program Main: running",
+        "Program Drain: running; Stages ON: Open",
+        "Task Often: not running",
+        "forces      none",
+        "devices     none",
+        "from info on; 0 lines and 0 records dropped",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let json = live.say("status --json").json();
+    assert_eq!((&json["mode"], &json["period_us"]), (&"RUN".into(), &10_000.into()));
+    let bars = json["scan"]["execution"]["histogram"].as_array().unwrap();
+    let counted: u64 = bars.iter().map(|bar| bar["count"].as_u64().unwrap()).sum();
+    assert!(counted > 0 && counted.abs_diff(json["scan"]["scans"].as_u64().unwrap()) <= 1);
+    assert_eq!(live.say("status --require-run").code, 0);
+    live.ok("mode stop");
+    assert_eq!(live.say("status --require-run").code, 1);
+    assert!(live.ok("status").contains("STOP (an operator asked for it) for"));
+}
+
+#[test]
+fn the_logs_level_changes_and_the_log_says_who_did_it() {
+    let live = live();
+    assert_eq!(live.ok("log-level warn"), "warn, was info\n");
+    assert_eq!(live.line("set the log's level to warn, was info")["event"], "operator-log-level");
+    live.ok("write size 33");
+    live.say("write size 0");
+    let next = live.line("operator's command refused");
+    assert_eq!(next["level"], "WARN");
+    assert_eq!(live.say("log-level --json debug").json()["before"], "warn");
+    live.line("set the log's level to debug, was warn");
+    live.ok("read size");
+    live.line("operator's client connected");
+}
+
+#[test]
+fn where_nobody_answers_it_says_so() {
+    let folder = live::folder(LADDER, "");
+    let socket = folder.join("nothing-here");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let said = said(command.arg("status").arg("--socket").arg(&socket));
+    assert_eq!(said.code, 69);
+    assert!(
+        said.err.contains("no rungd answers at") && said.err.contains("is it running?"),
+        "{said:?}"
+    );
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+#[test]
+fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
+    let mut live = live();
+    let second = said(&mut run(&live.folder, &[]));
+    assert_eq!(second.code, 74);
+    assert!(second.err.contains("another rungd answers there"), "{second:?}");
+    live.ok("read size");
+    // Killed, it leaves its socket behind.
+    live.child.kill().unwrap();
+    live.child.wait().unwrap();
+    assert!(live.socket.exists());
+    assert_eq!(live.say("read size").code, 69);
+    assert_eq!(said(&mut run(&live.folder, &["--scans", "3"])).code, 0);
+    assert!(!live.socket.exists(), "an orderly end takes it away");
+    std::fs::write(&live.socket, "a file").unwrap();
+    let third = said(&mut run(&live.folder, &["--scans", "3"]));
+    assert!(third.code == 74 && third.err.contains("which is no socket"), "{third:?}");
+    assert_eq!(std::fs::read(&live.socket).unwrap(), b"a file");
+    // A lock beside a file that is somebody else's may mean something, as `/etc/passwd.lock` does.
+    let strange = live.folder.join("passwd");
+    std::fs::write(&strange, "a file").unwrap();
+    let fourth = said(run(&live.folder, &["--scans", "3"]).env("RUNGD_SOCKET", &strange));
+    assert_eq!(fourth.code, 74, "the controller file says where: {fourth:?}");
+    std::fs::write(live.folder.join("controller.toml"), "ladder = [\"ladder.toml\"]\n").unwrap();
+    let fifth = said(run(&live.folder, &["--scans", "3"]).env("RUNGD_SOCKET", &strange));
+    assert!(fifth.code == 0 && fifth.err.contains("the operator's socket cannot be"), "{fifth:?}");
+    assert!(!live.folder.join("passwd.lock").exists());
+}
+
+#[test]
+fn a_socket_that_nobody_insists_on_is_done_without() {
+    let folder = live::folder(LADDER, "[operator]\nmode = \"0600\"\n");
+    let mut command = run(&folder, &["--scans", "3"]);
+    let said = said(command.env("RUNTIME_DIRECTORY", folder.join("nowhere")));
+    assert!(said.code == 0 && said.err.contains("no operator's commands"), "{said:?}");
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+#[test]
+fn an_unknown_group_is_a_wrong_configuration() {
+    let folder = live::folder(LADDER, "[operator]\nsocket = \"s\"\ngroup = \"no-such-group\"\n");
+    let said = said(&mut run(&folder, &["--scans", "3"]));
+    assert!(said.code == 78 && said.err.contains("no group `no-such-group`"), "{said:?}");
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+/// Takes root, to be somebody else.
+#[test]
+fn who_may_do_what() {
+    let uid = Command::new("id").arg("-u").output().unwrap().stdout;
+    if uid != b"0\n" {
+        return;
+    }
+    let closed = Live::start(LADDER, "[operator]\nsocket = \"s\"\nmode = \"0600\"\n", &[]);
+    let nobody = |live: &Live, words: &str, gid: u32| {
+        // The binary may lie where only root looks: a copy beside the ladder. Made by a process of
+        // its own, lest another test's child holds it open for writing while it is started.
+        let copy = live.folder.join("rungd");
+        if !copy.exists() {
+            let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];
+            assert!(Command::new("cp").args(words).status().unwrap().success());
+        }
+        let mut command = Command::new(copy);
+        command.args(words.split_whitespace()).env("RUNGD_SOCKET", &live.socket);
+        said(command.uid(65_534).gid(gid))
+    };
+    let said = nobody(&closed, "status", 65_534);
+    assert!(said.code == 77 && said.err.contains("members of the socket's group"), "{said:?}");
+    let open = "[operator]\nsocket = \"s\"\nmode = \"0666\"\ngroup = \"4242\"\n";
+    let open = Live::start(LADDER, open, &[]);
+    assert_eq!(nobody(&open, "read size", 65_534).code, 0, "who can open it may read");
+    for command in ["write size 5", "force lamp on", "unforce --all", "mode stop", "log-level warn"]
+    {
+        let said = nobody(&open, command, 65_534);
+        assert!(said.code == 77 && said.err.contains("may read and change nothing"), "{said:?}");
+    }
+    assert_eq!(open.line("operator's command refused")["uid"], 65_534);
+    assert_eq!(nobody(&open, "write size 5", 4242).code, 0, "a member of the group");
+    assert_eq!(open.line("wrote 5 to size")["uid"], 65_534);
+}
+
+#[test]
+fn the_shell_completes_tags_and_addresses_of_the_running_ladder() {
+    let live = live();
+    let complete = |words: &str| {
+        let mut command = live.command("");
+        command.env("COMPLETE", "fish").arg("--").args(words.split(' '));
+        said(&mut command).out
+    };
+    assert!(complete("rungd read si").contains("size"), "{}", complete("rungd read si"));
+    let members = complete("rungd write parts.");
+    assert!(members.contains("parts.Acc") && members.contains("parts.Done"), "{members}");
+    assert!(complete("rungd force j").contains("Bottles jammed"));
+    assert!(complete("rungd mode r").contains("run"));
+}
+
+#[test]
+fn the_requests_that_the_page_shows_are_done() {
+    let ladder = LADDER.replace("size  =", "bin_size = { at = \"D2\" }\nsize  =");
+    let keeps = "[retain]\nranges = [\"D2\"]\ncold-start = \"run\"\n";
+    let live = Live::start(&ladder, keeps, &[]);
+    live.await_values("C7", "ON");
+    let page = include_str!("../../docs/operator.md");
+    let lines = page.split("```json\n").nth(1).unwrap().split("```").next().unwrap();
+    let mut stream = live.connect();
+    // So that there is a program to go back to: any byte makes another one.
+    std::fs::write(live.folder.join("ladder.toml"), format!("{ladder}\n# edited\n")).unwrap();
+    ask(&mut stream, r#"{"do":"reload","dry_run":false}"#);
+    for line in lines.lines() {
+        let answer = ask(&mut stream, line);
+        assert!(answer["ok"].is_object(), "{line}: {answer}");
+    }
+}
+
+#[test]
+fn a_stranger_needs_no_more_than_a_socket() {
+    let live = live();
+    let mut stream = live.connect();
+    let answer = ask(&mut stream, r#"{"do":"read","operands":["size"]}"#);
+    assert_eq!(answer["ok"]["values"][0]["value"], 12);
+    let answer = ask(&mut stream, r#"{"do":"write","operand":"size","value":13}"#);
+    assert_eq!(answer["ok"]["now"]["value"], 13);
+    let answer = ask(&mut stream, r#"{"do":"force","operand":"lamp","value":true}"#);
+    assert_eq!(answer["ok"]["now"]["forced"], true);
+    let answer = ask(&mut stream, r#"{"do":"dance"}"#);
+    assert_eq!(answer["error"]["kind"], "bad-request");
+    assert_eq!(ask(&mut stream, r#"{"do":"status"}"#)["ok"]["protocol"], 1);
+    let answer =
+        ask(&mut stream, &format!(r#"{{"do":"read","operands":[{}"X0"]}}"#, "\"D0\",".repeat(256)));
+    assert!(answer["error"]["message"].as_str().unwrap().contains("at most 256"), "{answer}");
+}

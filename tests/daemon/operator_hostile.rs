@@ -1,0 +1,191 @@
+//! Clients of the operator's socket that mean no good: garbage, half lines, huge lines, a thousand
+//! connections, answers that nobody reads. No scan is missed, and who comes next is served.
+
+use crate::support::live;
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::time::{Duration, Instant};
+
+use crate::support::live::{Live, PATIENCE, ask};
+use serde_json::Value;
+
+const PERIOD_MS: f64 = 10.0;
+const LADDER: &str = r#"
+[tags]
+size = { at = "D1", initial = 12 }
+[[program]]
+name = "Main"
+rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
+"#;
+
+/// Ends it; every grid point had its scan, or is counted as skipped.
+fn assert_no_scan_lost(live: &mut Live) {
+    assert_eq!(live.ok("read size"), "size  D1  12\n", "the next one is served");
+    let statistics = live.end();
+    let number = |name: &str| statistics[name].as_f64().unwrap();
+    let points = (number("over_us") / 1000.0 / PERIOD_MS).round() + 1.0;
+    let counted = number("scans") + number("skipped");
+    assert!((points - counted).abs() <= 1.0, "{counted} of {points}: {statistics}");
+}
+
+/// Everything that comes until the other end closes.
+fn rest(mut stream: UnixStream) -> String {
+    let mut text = Vec::new();
+    let _ = stream.read_to_end(&mut text);
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+fn live() -> Live {
+    Live::start(LADDER, "", &[])
+}
+
+#[test]
+fn garbage_is_answered_for_a_while_and_then_the_line_is_closed() {
+    let mut live = live();
+    let mut stream = live.connect();
+    for line in ["GET / HTTP/1.1", "{}", "[[[[", "\u{0}\u{1}", "null", "{\"do\":3}"] {
+        assert_eq!(ask(&mut stream, line)["error"]["kind"], "bad-request", "{line}");
+    }
+    let _ = stream.write_all(&b"garbage\n".repeat(100));
+    let answers = rest(stream);
+    assert_eq!(answers.lines().count(), 2, "{answers}");
+    let mut stream = live.connect();
+    let mut bytes: Vec<u8> = (0..30_000_u32).map(|n| ((n * 7919) >> 3) as u8).collect();
+    bytes.push(b'\n');
+    let _ = stream.write_all(&bytes);
+    let long =
+        format!("{{\"do\":\"write\",\"operand\":\"a\\n{}\",\"value\":1}}", "x".repeat(20_000));
+    assert_eq!(ask(&mut live.connect(), &long)["error"]["kind"], "bad-operand");
+    let refused = live.line("operator's command refused");
+    assert!(refused.to_string().len() < 1200, "{refused}");
+    let deep = "[".repeat(20_000) + "\n";
+    assert_eq!(ask(&mut live.connect(), deep.trim_end())["error"]["kind"], "bad-request");
+    drop(stream);
+    assert_no_scan_lost(&mut live);
+}
+
+#[test]
+fn a_line_that_never_ends_is_cut() {
+    let mut live = live();
+    let mut stream = live.connect();
+    let _ = stream.write_all(&vec![b' '; 40_000]);
+    let answer: Value = serde_json::from_str(rest(stream).trim_end()).unwrap();
+    assert!(answer["error"]["message"].as_str().unwrap().contains("32768 bytes"), "{answer}");
+    let mut half = live.connect();
+    half.write_all(b"{\"do\":\"sta").unwrap();
+    let began = Instant::now();
+    assert_eq!(rest(half), "");
+    assert!(began.elapsed() < Duration::from_secs(20), "closed in time");
+    assert_no_scan_lost(&mut live);
+}
+
+#[test]
+fn who_never_reads_is_closed_and_holds_up_nobody() {
+    let mut live = live();
+    let mut deaf: Vec<UnixStream> = (0..20).map(|_| live.connect()).collect();
+    for stream in &mut deaf {
+        stream.set_nonblocking(true).unwrap();
+        let _ = stream.write(&b"{\"do\":\"status\"}\n".repeat(4000));
+    }
+    let mut worst = Duration::ZERO;
+    for _ in 0..20 {
+        let began = Instant::now();
+        live.ok("read size");
+        worst = worst.max(began.elapsed());
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(worst < Duration::from_secs(5), "{worst:?}");
+    // Its answers fill the socket, and then it is closed: what can be read comes to an end.
+    std::thread::sleep(Duration::from_secs(7));
+    let deadline = Instant::now() + PATIENCE;
+    for mut stream in deaf {
+        stream.set_nonblocking(false).unwrap();
+        let mut part = [0; 65_536];
+        while stream.read(&mut part).is_ok_and(|count| count > 0) {
+            assert!(Instant::now() < deadline, "it is still being served");
+        }
+    }
+    assert_no_scan_lost(&mut live);
+}
+
+/// Whose answers wait to be taken has no work under way, and makes room as the idle do.
+#[test]
+fn as_many_as_there_are_seats_who_never_read_keep_nobody_out() {
+    let mut live = live();
+    let all: Vec<String> = (0..250).map(|number| format!("\"V{number}\"")).collect();
+    let read = format!("{{\"do\":\"read\",\"operands\":[{}]}}\n", all.join(","));
+    let deaf: Vec<UnixStream> = (0..64).map(|_| live.connect()).collect();
+    for mut stream in &deaf {
+        stream.set_nonblocking(true).unwrap();
+        let _ = stream.write(read.repeat(60).as_bytes());
+    }
+    std::thread::sleep(Duration::from_millis(1500));
+    for _ in 0..5 {
+        live.ok("read size");
+    }
+    drop(deaf);
+    assert_no_scan_lost(&mut live);
+}
+
+#[test]
+fn a_thousand_connections_keep_nobody_out() {
+    let mut live = live();
+    let mut crowd = Vec::new();
+    for number in 0..1000 {
+        let mut stream = live.connect();
+        match number % 3 {
+            0 => {}
+            1 => drop(stream.write_all(b"{\"do\":")),
+            _ => drop(stream.write_all(b"{\"do\":\"status\"}\n")),
+        }
+        crowd.push(stream);
+        if number % 250 == 249 {
+            live.ok("read size");
+        }
+    }
+    let descriptors = format!("/proc/{}/fd", live.child.id());
+    let open = std::fs::read_dir(descriptors).unwrap().count();
+    assert!(open < 64 + 40, "{open} descriptors are open");
+    assert_no_scan_lost(&mut live);
+}
+
+#[test]
+fn without_descriptors_the_idle_make_room() {
+    let folder = live::folder(LADDER, "");
+    let mut command = std::process::Command::new("sh");
+    let rungd = live::run(&folder, &[]);
+    command.args(["-c", "ulimit -n 32; exec \"$0\" \"$@\""]).arg(rungd.get_program());
+    command.args(rungd.get_args()).env_remove("NOTIFY_SOCKET").stderr(std::process::Stdio::piped());
+    let mut live = Live::of(folder, command);
+    let crowd: Vec<UnixStream> = (0..60).map(|_| live.connect()).collect();
+    live.line("the operator's socket accepts no client");
+    live.ok("status");
+    drop(crowd);
+    assert_no_scan_lost(&mut live);
+}
+
+#[test]
+fn a_flood_of_commands_is_done_and_costs_no_scan() {
+    let mut live = live();
+    let socket = &live.socket;
+    std::thread::scope(|scope| {
+        for client in 0..8 {
+            scope.spawn(move || {
+                let mut stream = UnixStream::connect(socket).unwrap();
+                for turn in 0..60 {
+                    let line = match (client + turn) % 4 {
+                        0 => r#"{"do":"force","operand":"C5","value":true}"#,
+                        1 => r#"{"do":"unforce","operand":"C5"}"#,
+                        2 => r#"{"do":"write","operand":"D7","value":3}"#,
+                        _ => r#"{"do":"status"}"#,
+                    };
+                    let answer = ask(&mut stream, line);
+                    // A write may meet a force's queue, never an error of another kind.
+                    assert!(answer["ok"].is_object(), "{answer}");
+                }
+            });
+        }
+    });
+    live.ok("unforce --all");
+    assert_no_scan_lost(&mut live);
+}

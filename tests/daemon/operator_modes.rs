@@ -1,0 +1,147 @@
+//! `rungd mode` from outside: STOP and RUN with memory as it is, out of FAULT, a start in STOP.
+
+use crate::support::live;
+use std::time::{Duration, Instant};
+
+use crate::support::live::Live;
+
+const LADDER: &str = r#"
+[tags]
+go = { at = "C100" }
+[[program]]
+name = "Main"
+rung = [
+  { leg.up = ["go"], leg.dn = ["$Off"], do = ["UDCG CT0 up-preset=9"] },
+  { leg.up = ["go"], leg.rst = ["$Off"], do = ["CNT CT1 preset=9"] },
+  { when = ["go"], do = ["TMRAG T0 preset=1h"] },
+  { when = ["go"], do = ["ONDTMR T1 preset=20ms output=C0"] },
+  { when = ["go"], do = ["OUT Y0", "OUT Y1", "SET C1", "MOVE 7 to=D0", "CTU N0 preset=3"] },
+  { when = ["go"], do = ["RUN Side"] },
+  { when = ["$FirstScan"], do = ["ADD D9 1 to=D9"] },
+]
+[[program]]
+name = "Side"
+rung = [ { when = ["$On"], do = ["OUT Y2"] } ]
+[[task]]
+name = "LastScan"
+rung = [ { when = ["$On"], do = ["ADD D8 1 to=D8"] } ]
+"#;
+
+/// What is kept over a stop, and what its passes end.
+const KEPT: &str = "CT0.Acc C1 D0 N0.ACC";
+const ENDED: &str = "CT1.Acc T1.Acc C0 Y0 Y2 Side.Running";
+
+#[test]
+fn stop_and_run_keep_memory_as_the_termination_table_says() {
+    let live = Live::start(LADDER, "scan.period = \"5ms\"\noutputs.hold = [\"Y1\"]\n", &[]);
+    live.ok("write go on");
+    live.await_values("C0 Y2", "ON ON");
+    assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was RUN\n");
+    let [stop, told] = live.lines(["STOP: an operator asked for it", "asked for STOP"]);
+    assert_eq!(stop["level"], "WARN");
+    assert_eq!(told["event"], "operator-mode");
+    assert_eq!((&told["before"], &told["after"]), (&"RUN".into(), &"STOP".into()));
+    live.await_values(KEPT, "1 ON 7 1");
+    live.await_values(ENDED, "0 0 OFF OFF OFF OFF");
+    live.await_values("D8 D9 Main.Running", "1 1 OFF");
+    assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was STOP\n");
+    let timed = live.ok("read T0.Acc");
+    let scans = || live.say("status --json").json()["scans"].as_u64().unwrap();
+    let stopped = scans();
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(scans(), stopped, "no scan in STOP");
+    assert_eq!(live.say("write D0 1").code, 1);
+    live.ok("force D3 44");
+    live.await_values("D3 $ForcesActive", "44 ON");
+
+    assert_eq!(live.ok("mode run"), "RUN, was STOP\n");
+    live.line("RUN: scanning every 5ms");
+    live.await_values("D9 D3", "2 44");
+    live.await_values(KEPT, "1 ON 7 2");
+    live.await_values("CT1.Acc C0 Side.Running", "1 ON ON");
+    let ms = |text: &str| text.split_whitespace().last().unwrap().parse::<u32>().unwrap();
+    let (before, after) = (ms(&timed), ms(&live.ok("read T0.Acc")));
+    assert!(after >= before, "TMRAG is kept: {before} {after}");
+    assert_eq!(live.ok("mode run"), "RUN, was RUN\n");
+    let statistics = &live.say("status --json").json()["scan"];
+    let fresh = statistics["scans"].as_u64().unwrap();
+    assert!(fresh < scans(), "statistics begin anew at RUN");
+}
+
+#[test]
+fn a_start_in_stop_is_left_by_run_with_memory_as_after_a_cold_start() {
+    let live = Live::start(LADDER, "", &["--stopped"]);
+    live.line("STOP: an operator asked for it");
+    live.await_values("D9 Main.Running", "0 OFF");
+    assert!(live.ok("status").contains("STOP (an operator asked for it)"));
+    assert_eq!(live.ok("mode run"), "RUN, was STOP\n");
+    live.await_values("D9 Main.Running", "1 ON");
+}
+
+/// Rungs that take some milliseconds, so that a process that is stopped is stopped within a scan.
+fn slow() -> String {
+    let mut ladder = LADDER.replace("rung = [\n  { leg.up", "rung = [\n#SLOW\n  { leg.up");
+    let count = if cfg!(debug_assertions) { 30_000 } else { 400_000 };
+    let slow: String = (0..count)
+        .map(|n| {
+            let (a, b) = (n % 2000, n * 7 % 2000);
+            format!("  {{ when = [\"X{a} | !X{b}\", \"rise(X{b}) | X1\"], do = [\"SET C2\"] }},\n")
+        })
+        .collect();
+    ladder = ladder.replace("#SLOW\n", &slow);
+    ladder
+}
+
+#[test]
+fn a_fault_is_left_by_run_and_can_come_again() {
+    let live = Live::start(&slow(), "scan.period = \"1ms\"\nscan.watchdog = \"400ms\"\n", &[]);
+    live.ok("write go on");
+    live.await_values("C0", "ON");
+    for _ in 0..2 {
+        fault(&live);
+        let status = live.say("status --json").json();
+        assert_eq!(status["mode"], "FAULT");
+        assert!(
+            status["reason"].as_str().unwrap().contains("longer than the watchdog"),
+            "{status}"
+        );
+        assert_eq!(live.say("mode stop").code, 1, "nothing scans");
+        live.ok("force D3 9");
+        live.await_values("D3 $ForcesActive", "9 ON");
+        assert_eq!(live.ok("mode run"), "RUN, was FAULT\n");
+        live.await_values("CT0.Acc C1 D3", "1 ON 9");
+        live.await_values("C0", "ON");
+        live.ok("unforce --all");
+    }
+    live.await_values("D8", "0");
+    live.await_values("D9", "3");
+}
+
+/// Stops the process until one of its scans took too long.
+fn fault(live: &Live) {
+    let deadline = Instant::now() + live::PATIENCE;
+    while live.say("status --require-run").code == 0 {
+        assert!(Instant::now() < deadline, "no fault");
+        live.signal("STOP");
+        std::thread::sleep(Duration::from_millis(600));
+        live.signal("CONT");
+        std::thread::sleep(Duration::from_millis(300));
+    }
+}
+
+#[test]
+fn a_run_that_ends_in_a_fault_at_once_says_so() {
+    let live = Live::start(&slow(), "scan.period = \"1ms\"\nscan.watchdog = \"1ms\"\n", &[]);
+    live.line("FAULT: a scan");
+    let deadline = Instant::now() + live::PATIENCE;
+    let mut said = live.say("mode run");
+    while said.err.contains("held up") && Instant::now() < deadline {
+        // The scan of this fault has not ended yet.
+        std::thread::sleep(Duration::from_millis(20));
+        said = live.say("mode run");
+    }
+    assert_eq!(said.code, 1, "{said:?}");
+    assert!(said.out.starts_with("FAULT (a scan "), "{said:?}");
+    assert!(said.out.ends_with(", was FAULT\n"), "{said:?}");
+    assert!(said.err.contains("RUN was asked for, and it is in FAULT"), "{said:?}");
+}

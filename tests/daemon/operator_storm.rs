@@ -1,0 +1,172 @@
+//! Clients of the operator's socket that come by the thousand, or say nothing and will not go; and
+//! a socket that somebody takes away. Who means well is served meanwhile.
+
+use std::fs;
+use std::io::Write;
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::support::live::{Live, PATIENCE, ask};
+
+const LADDER: &str = r#"
+[[program]]
+name = "Main"
+rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
+"#;
+
+/// More accepted clients, or answered requests, a second than this is no limit that was meant; the
+/// socket's queue of those who wait comes on top.
+const RATE_MAX: u64 = 1500;
+const WAITING_MAX: u64 = 500;
+
+fn live() -> Live {
+    Live::start(LADDER, "", &[])
+}
+
+/// Clients go on and on; how often they did it, and how long a good client waited at worst.
+fn storm(
+    live: &Live,
+    clients: usize,
+    client: impl Fn(&AtomicBool, &AtomicU64) + Sync,
+) -> (u64, Duration) {
+    let (goes_on, count) = (AtomicBool::new(true), AtomicU64::new(0));
+    let begin = Instant::now();
+    let mut worst = Duration::ZERO;
+    std::thread::scope(|scope| {
+        for _ in 0..clients {
+            scope.spawn(|| client(&goes_on, &count));
+        }
+        while begin.elapsed() < Duration::from_secs(3) {
+            let begin = Instant::now();
+            let answer = ask(&mut live.connect(), r#"{"do":"read","operands":["$On"]}"#);
+            worst = worst.max(begin.elapsed());
+            assert!(answer["ok"].is_object(), "{answer}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        goes_on.store(false, Ordering::Relaxed);
+    });
+    let count = count.into_inner();
+    let most = RATE_MAX * begin.elapsed().as_millis() as u64 / 1000 + WAITING_MAX;
+    assert!(count <= most, "{count} in {:?}", begin.elapsed());
+    (count, worst)
+}
+
+#[test]
+fn who_connects_again_and_again_and_never_reads_keeps_nobody_waiting() {
+    let mut live = live();
+    let socket = live.socket.clone();
+    let (count, worst) = storm(&live, 64, |goes_on, count| {
+        while goes_on.load(Ordering::Relaxed) {
+            let Ok(mut stream) = UnixStream::connect(&socket) else { continue };
+            let _ = stream.write_all(&b"{\"do\":\"status\"}\n".repeat(50));
+            count.fetch_add(1, Ordering::Relaxed);
+        }
+    });
+    println!("{count} connections, a good client waited {worst:?} at worst");
+    assert!(worst < Duration::from_secs(3), "{worst:?}");
+    live.end();
+}
+
+#[test]
+fn all_together_are_answered_so_often_a_second() {
+    let mut live = live();
+    let socket = live.socket.clone();
+    let (count, worst) = storm(&live, 60, |goes_on, count| {
+        while goes_on.load(Ordering::Relaxed) {
+            let mut stream = UnixStream::connect(&socket).unwrap();
+            while goes_on.load(Ordering::Relaxed)
+                && ask(&mut stream, r#"{"do":"read","operands":["$On"]}"#)["ok"].is_object()
+            {
+                count.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    });
+    println!("{count} requests, a good client waited {worst:?} at worst");
+    assert!(worst < Duration::from_secs(3), "{worst:?}");
+    live.end();
+}
+
+#[test]
+fn who_sends_blank_lines_is_as_idle_as_who_sends_nothing() {
+    let live = live();
+    let mut blank = live.connect();
+    let read = r#"{"do":"read","operands":["$On"]}"#;
+    assert!(ask(&mut blank, read)["ok"].is_object());
+    let mut others: Vec<UnixStream> = (1..64).map(|_| live.connect()).collect();
+    for other in &mut others {
+        assert!(ask(other, read)["ok"].is_object());
+    }
+    for _ in 0..20 {
+        blank.write_all(b"\n \n").unwrap();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // All seats are taken: who has been idle longest makes room.
+    assert!(ask(&mut live.connect(), read)["ok"].is_object());
+    assert!(others.iter_mut().all(|other| ask(other, read)["ok"].is_object()), "they stay");
+    blank.set_read_timeout(Some(PATIENCE)).unwrap();
+    assert_eq!(std::io::Read::read(&mut blank, &mut [0; 16]).unwrap_or(0), 0, "it is gone");
+}
+
+#[test]
+#[ignore = "a minute"]
+fn blank_lines_hold_no_connection_beyond_the_idle_time() {
+    let live = live();
+    let mut blank = live.connect();
+    let begin = Instant::now();
+    while blank.write_all(b"\n").is_ok() {
+        assert!(begin.elapsed() < Duration::from_secs(70), "it is held by blank lines");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    assert!(begin.elapsed() > Duration::from_secs(55), "{:?}", begin.elapsed());
+}
+
+/// Waits until a command is answered.
+fn await_answer(live: &Live) {
+    let deadline = Instant::now() + PATIENCE;
+    while live.say("read $On").code != 0 {
+        assert!(Instant::now() < deadline, "the socket does not come back");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn a_socket_that_was_taken_away_is_made_again_and_told_once() {
+    let mut live = live();
+    for _ in 0..2 {
+        fs::remove_file(&live.socket).unwrap();
+        let told = live.line("is gone");
+        assert_eq!(
+            (&told["event"], &told["level"]),
+            (&"operator-socket-lost".into(), &"WARN".into())
+        );
+        live.line("socket is open");
+        await_answer(&live);
+    }
+    let mode =
+        std::os::unix::fs::PermissionsExt::mode(&fs::metadata(&live.socket).unwrap().permissions());
+    assert_eq!(mode & 0o777, 0o660);
+    // A folder that cannot be written to is told once, and tried again.
+    let aside = live.folder.with_extension("aside");
+    fs::rename(&live.folder, &aside).unwrap();
+    std::thread::sleep(Duration::from_secs(5));
+    fs::rename(&aside, &live.folder).unwrap();
+    let mut told: Vec<String> = Vec::new();
+    while !told.iter().any(|event| event == "operator-listens") {
+        let event = live.line("")["event"].as_str().unwrap_or_default().to_owned();
+        told.extend(Some(event).filter(|event| event.starts_with("operator-")));
+    }
+    assert_eq!(told, ["operator-socket-lost", "operator-listens"]);
+    await_answer(&live);
+    // Whose place another took is told, and leaves that one alone.
+    fs::remove_file(&live.socket).unwrap();
+    fs::write(&live.socket, "mine").unwrap();
+    live.line("is gone");
+    std::thread::sleep(Duration::from_secs(3));
+    assert_eq!(fs::read(&live.socket).unwrap(), b"mine");
+    fs::remove_file(&live.socket).unwrap();
+    await_answer(&live);
+    let socket = live.socket.clone();
+    live.end();
+    assert!(!socket.exists());
+}

@@ -1,0 +1,308 @@
+//! `docs/questions.md`, executed: a plant has its troubles, the journal's socket is a fake one, a
+//! real journal is made of what came, and each command of the page gives the answer it shows.
+//!
+//! The page's own command lines run, with `journalctl -D FOLDER` for `journalctl`. Without
+//! journalctl and systemd-journal-remote the test says so and passes, unless
+//! `RUNGD_REQUIRE_CLIENTS=1`.
+
+use crate::support::page;
+use crate::support::shown;
+use std::fs::{self, File};
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
+
+/// How many the page has.
+const QUESTIONS: usize = 20;
+
+/// A quick plant, which a busy machine does not bring to a fault.
+const QUICK: &str = "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n";
+
+/// Where a controller logs to.
+enum Log<'a> {
+    Journal(&'a Path),
+    File(&'a Path),
+}
+
+/// `rungd run` in the folder.
+fn rungd(folder: &Path, controller: &str, log: &Log, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.current_dir(folder).args(["run", controller]).args(arguments);
+    match log {
+        Log::Journal(socket) => {
+            command.args(["--log-format", "journal", "--journal-socket"]).arg(socket);
+            command.stderr(Stdio::inherit());
+        }
+        Log::File(path) => {
+            let file = File::options().append(true).create(true).open(path).unwrap();
+            command.args(["--log-format", "text"]).stderr(file);
+        }
+    }
+    for name in ["RUNGD_LOG", "NOTIFY_SOCKET", "JOURNAL_STREAM"] {
+        command.env_remove(name);
+    }
+    command
+}
+
+fn write(folder: &Path, name: &str, ladder: &str, controller: &str) {
+    fs::write(folder.join(format!("{name}.toml")), ladder).unwrap();
+    let controller = format!("ladder = [\"{name}.toml\"]\n{controller}");
+    fs::write(folder.join(format!("{name}-controller.toml")), controller).unwrap();
+}
+
+/// A start that is refused.
+fn wrong(folder: &Path, log: &Log) {
+    let rung = "rung = [ { when = [\"X0\"], do = [\"OUTT Y0\"] } ]\n";
+    write(folder, "wrong", &format!("[[program]]\nname = \"Main\"\n{rung}"), "");
+    let status = rungd(folder, "wrong-controller.toml", log, &[]).status().unwrap();
+    assert_eq!(status.code(), Some(78));
+}
+
+/// More lines than a journal that stands still takes.
+fn flood(folder: &Path, journal: &FakeJournal) {
+    let names: Vec<String> = (0..16).map(|n| format!("Job-{n}")).collect();
+    let calls: Vec<String> = names.iter().map(|name| format!("\"ENTASK {name}\"")).collect();
+    let when = "[\"$ScanToggle\", \"$ScanCounter < 900\"]";
+    let main = format!("rung = [ {{ when = {when}, do = [{}] }} ]\n", calls.join(", "));
+    let task = |name: &String| format!("[[task]]\nname = \"{name}\"\nrung = []\n");
+    let tasks: String = names.iter().map(task).collect();
+    let ladder = format!("[[program]]\nname = \"Main\"\n{main}{tasks}");
+    write(folder, "flood", &ladder, QUICK);
+    let socket = journal.socket();
+    let arguments = ["--log-level", "trace", "--scans", "2000"];
+    let held = journal.freeze();
+    let log = Log::Journal(&socket);
+    let mut child = rungd(folder, "flood-controller.toml", &log, &arguments).spawn().unwrap();
+    thread::sleep(Duration::from_millis(900));
+    drop(held);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+/// A bouncing sensor, and then STOP; an operator has it run again, and it stops again.
+fn chatter(folder: &Path, journal: &FakeJournal) {
+    let ladder = "[tags]\nbounce = { at = \"C0\", log = \"change\" }\n\
+         [[program]]\nname = \"Main\"\nrung = [\n\
+         { when = [\"$ScanToggle\"], do = [\"OUT bounce\"] },\n\
+         { when = [\"$ScanCounter >= 600\"], do = [\"STOP\"] } ]\n";
+    write(folder, "chatter", ladder, &with_operator(folder, QUICK));
+    let socket = journal.socket();
+    let mut command = rungd(folder, "chatter-controller.toml", &Log::Journal(&socket), &[]);
+    let plant = Mixing { child: command.spawn().unwrap() };
+    let stopped = |times: usize| {
+        let is = |entry: &&Fields| {
+            entry["RUNGD_EVENT"] == "mode-stop" && entry["MESSAGE"].contains("executed STOP")
+        };
+        journal.wait_until(|entries| entries.iter().filter(is).count() >= times);
+    };
+    stopped(1);
+    operator(folder, &["mode", "run"]);
+    stopped(2);
+    plant.end();
+}
+
+/// A ladder too long for its watchdog.
+fn fault(folder: &Path, log: &Log) {
+    let rungs = if cfg!(debug_assertions) { 20_000 } else { 300_000 };
+    let mut ladder = String::from("[[program]]\nname = \"Main\"\nrung = [\n");
+    for n in 0..rungs {
+        let (x, own) = (n % 64, n / 2);
+        let (head, action) = match n % 2 {
+            0 => ("leg.rst = [\"X1\"], leg.up", format!("CNT CT{own} preset=9")),
+            _ => ("when", format!("TMR T{own} preset=1s")),
+        };
+        let contact = format!("X{x} | !X2 | CT{own}.Done");
+        ladder += &format!("{{ {head} = [\"{contact}\"], do = [\"{action}\"] }},\n");
+    }
+    let memory = format!("memory = {{ CT = {rungs}, T = {rungs} }}\n");
+    write(folder, "long", &(ladder + "]\n"), &format!("scan.watchdog = \"1ms\"\n{memory}"));
+    let status = rungd(folder, "long-controller.toml", log, &["--scans", "9"]).status().unwrap();
+    assert_eq!(status.code(), Some(75));
+}
+
+/// A plant, with its clients, for as long as it is held.
+struct Mixing {
+    child: Child,
+}
+
+impl Drop for Mixing {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Mixing {
+    fn start(folder: &Path, log: &Log) -> Mixing {
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let controller = format!(
+            "log.statistics = \"300ms\"\nscan.watchdog = \"10s\"\n\
+             [modbus-server]\nlisten = \"127.0.0.1:{port}\"\nconnections = 1\n"
+        );
+        let controller = with_operator(folder, &controller);
+        write(folder, "mixing", include_str!("../questions/mixing.toml"), &controller);
+        let child = rungd(folder, "mixing-controller.toml", log, &[]).spawn().unwrap();
+        let mixing = Mixing { child };
+        mixing.refuse(port);
+        mixing
+    }
+
+    /// A client writes what is not writable, fifty times; another is one too many.
+    fn refuse(&self, port: u16) {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        let mut client = loop {
+            match TcpStream::connect(("127.0.0.1", port)) {
+                Ok(client) => break client,
+                Err(why) => assert!(Instant::now() < deadline, "{why}"),
+            }
+            thread::sleep(Duration::from_millis(5));
+        };
+        for _ in 0..50 {
+            client.write_all(&[0, 1, 0, 0, 0, 6, 1, 5, 0, 0, 0xff, 0]).unwrap();
+            let mut reply = [0; 9];
+            client.read_exact(&mut reply).unwrap();
+            assert_eq!(reply[7], 0x85, "an exception");
+        }
+        let mut other = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        assert_eq!(other.read(&mut [0; 1]).unwrap_or(0), 0, "closed");
+    }
+
+    /// In an orderly way.
+    fn end(mut self) {
+        self.signal("TERM");
+        assert_eq!(self.child.wait().unwrap().code(), Some(0));
+    }
+
+    fn signal(&self, name: &str) {
+        let pid = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
+    }
+
+    /// The machine is busy elsewhere for a while.
+    fn pause(&self) {
+        self.signal("STOP");
+        thread::sleep(Duration::from_millis(60));
+        self.signal("CONT");
+    }
+}
+
+/// An operator's command, in an operator's shell.
+fn operator(folder: &Path, arguments: &[&str]) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(arguments).env("RUNGD_SOCKET", folder.join("rungd.sock")).output();
+    let output = output.unwrap();
+    assert!(output.status.success(), "{arguments:?}: {output:?}");
+}
+
+/// The controller's part of it.
+fn with_operator(folder: &Path, controller: &str) -> String {
+    format!("operator.socket = \"{}\"\n{controller}", folder.join("rungd.sock").display())
+}
+
+/// The troubles, told to the journal.
+fn told_to_journal(journal: &FakeJournal, folder: &Path) -> Mixing {
+    let socket = journal.socket();
+    flood(folder, journal);
+    let log = Log::Journal(&socket);
+    chatter(folder, journal);
+    fault(folder, &log);
+    wrong(folder, &log);
+    let mixing = Mixing::start(folder, &log);
+    let full = "bin_full is ON tag=bin_full scan=71";
+    let reached = |fields: &Fields| fields["MESSAGE"].contains(full);
+    journal.wait_until(|entries| entries.iter().any(reached));
+    operator(folder, &["force", "mixer", "off"]);
+    operator(folder, &["unforce", "mixer"]);
+    operator(folder, &["write", "recipe", "5"]);
+    mixing.pause();
+    let since = journal.entries().len();
+    journal.wait_until(|entries| {
+        let mut new = entries[since..].iter().map(|entry| entry["RUNGD_EVENT"].as_str());
+        new.any(|event| event == "overrun")
+            && entries.iter().any(|entry| {
+                let withheld = entry.get("RUNGD_WITHHELD").map(String::as_str);
+                withheld == Some("modbus-write-refused")
+            })
+    });
+    journal.wait_until(|entries| entries[since + 1..].iter().any(is_heartbeat));
+    mixing
+}
+
+fn is_heartbeat(entry: &Fields) -> bool {
+    entry["RUNGD_EVENT"] == "heartbeat"
+}
+
+/// The same for a file, as far as the page looks for it there.
+fn told_to_file(folder: &Path) -> Mixing {
+    let path = folder.join("rungd.log");
+    let log = Log::File(&path);
+    wrong(folder, &log);
+    let mixing = Mixing::start(folder, &log);
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while !fs::read_to_string(&path).unwrap().contains("scan=71") {
+        assert!(Instant::now() < deadline);
+        thread::sleep(Duration::from_millis(10));
+    }
+    mixing
+}
+
+fn run(command: &str, folder: &Path, journal: &Path) -> String {
+    let place = format!("journalctl -D {} -u rungd", journal.display());
+    let command = command.replace("journalctl -u rungd", &place);
+    let bin = Path::new(env!("CARGO_BIN_EXE_rungd")).parent().unwrap();
+    let path = std::env::var("PATH").unwrap_or_default();
+    let output = Command::new("sh")
+        .args(["-c", &command])
+        .current_dir(folder)
+        .env("PATH", format!("{}:{path}", bin.display()))
+        .env_remove("JOURNAL_STREAM")
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.is_empty(), "{command}: {error}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn each_command_gives_the_answer_that_the_page_shows() {
+    let there = installed("journalctl", "systemd");
+    if !(there && installed(JOURNAL_REMOTE, "systemd-journal-remote")) {
+        return;
+    }
+    let page = page::text("questions.md");
+    let (journal, file) = (FakeJournal::new(), FakeJournal::new());
+    let (_plant, _other) = thread::scope(|scope| {
+        let other = scope.spawn(|| told_to_file(&file.folder));
+        (told_to_journal(&journal, &journal.folder), other.join().unwrap())
+    });
+    let written = journal.written();
+    let mut wrong = Vec::new();
+    for block in page::blocks(&page, "console") {
+        for exchange in block.split("$ ").skip(1) {
+            let (command, shown) = exchange.split_once('\n').unwrap();
+            let printed = run(command, &file.folder, &written);
+            let (shown_lines, printed_lines): (Vec<_>, Vec<_>) =
+                (shown.lines().collect(), printed.lines().collect());
+            if !shown::lines_match(&shown_lines, &printed_lines) {
+                wrong.push(format!("$ {command}\nshown:\n{shown}\nprinted:\n{printed}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn there_are_twenty_questions_each_with_a_command() {
+    let page = page::text("questions.md");
+    let questions: Vec<&str> = page.split("\n### ").skip(1).collect();
+    assert_eq!(questions.len(), QUESTIONS);
+    for (at, question) in questions.iter().enumerate() {
+        let title = question.lines().next().unwrap();
+        assert!(title.starts_with(&format!("{}. ", at + 1)) && title.ends_with('?'), "{title}");
+        assert_eq!(question.matches("\n$ journalctl -u rungd ").count(), 1, "{title}");
+    }
+}

@@ -1,0 +1,297 @@
+//! `rungd run` from outside: the real binary, its modes and ends, exit codes, signals.
+
+use crate::bottling;
+use std::process::Command;
+
+use crate::bottling::{ALIVE, Plant, STOPS, find, message};
+
+#[test]
+fn a_number_of_scans_and_an_orderly_stop() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
+    let (code, lines) = plant.run(&["--scans", "60"]);
+    assert_eq!(code, 0);
+    assert_eq!(message(&lines[0]), "rungd starts");
+    let loaded = find(&lines, "ladder loaded");
+    assert_eq!((&loaded["ladder"], &loaded["period"]), (&"bottling".into(), &"2ms".into()));
+    assert_eq!(loaded["ladders"], 1);
+    assert_eq!(loaded["sha256"].as_str().map(str::len), Some(64));
+    assert_eq!(find(&lines, "real-time posture")["granted"], "timer slack 1 ns");
+    find(&lines, "RUN: scanning every 2ms");
+    find(&lines, "Program Main started");
+    find(&lines, "lamp is ON");
+    let stop = find(&lines, "STOP: the number of scans asked for is complete");
+    assert_eq!((&stop["level"], &stop["scan"]), (&"INFO".into(), &60.into()));
+    let whole = find(&lines, "scan statistics of the whole run");
+    assert_eq!(whole["scans"], 60);
+    for field in [
+        "scan_us_last",
+        "scan_us_min",
+        "scan_us_mean",
+        "scan_us_p999",
+        "scan_us_max",
+        "late_us_last",
+        "late_us_min",
+        "late_us_mean",
+        "late_us_p50",
+        "late_us_p99",
+        "late_us_p999",
+        "late_us_max",
+    ] {
+        assert!(whole[field].is_f64(), "{field} in {whole}");
+    }
+    assert_eq!(message(lines.last().unwrap()), "rungd ends");
+}
+
+#[test]
+fn an_alarm_is_a_warning_and_its_end_says_how_long_it_lasted() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
+    let (_, lines) = plant.run(&["--scans", "60"]);
+    let on = find(&lines, "alarm ON: Bottles jammed");
+    assert_eq!(
+        (&on["level"], &on["tag"], &on["scan"]),
+        (&"WARN".into(), &"jam".into(), &11.into())
+    );
+    let off = find(&lines, "alarm OFF after");
+    assert!(off["lasted_ms"].as_u64().unwrap() >= 50, "{off}");
+    assert_eq!((&off["level"], message(off).ends_with(": Bottles jammed")), (&"INFO".into(), true));
+}
+
+#[test]
+fn a_signal_stops_in_an_orderly_way() {
+    for signal in ["TERM", "INT"] {
+        let plant = Plant::new(ALIVE, "");
+        let mut running = plant.start(&[]);
+        running.line("lamp is ON");
+        running.signal(signal);
+        running.line(&format!("SIG{signal}: stopping"));
+        running.line("STOP: a signal asked for it");
+        running.line("scan statistics of the whole run");
+        running.line("rungd ends");
+        assert_eq!(running.end().code(), Some(0));
+    }
+}
+
+#[test]
+fn a_hangup_reads_the_files_anew() {
+    let plant = Plant::new(ALIVE, "");
+    let mut running = plant.start(&[]);
+    running.line("lamp is ON");
+    running.signal("HUP");
+    let same = running.line("SIGHUP asked for a reload: the files say what runs already");
+    assert_eq!(same["event"], "reload-same");
+    std::fs::write(plant.0.join("ladder.toml"), bottling::ladder(&format!("{ALIVE}# edited\n")))
+        .unwrap();
+    running.signal("HUP");
+    let done = running.line("SIGHUP reloaded: another program scans, without a stop");
+    assert_eq!(done["event"], "reload-done");
+    std::fs::write(plant.0.join("ladder.toml"), "no ladder").unwrap();
+    running.signal("HUP");
+    running.line("SIGHUP asked for a reload, and the files cannot be run as they are");
+    running.signal("TERM");
+    running.line("rungd ends");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
+    let plant = Plant::new(STOPS, "");
+    let mut running = plant.start(&["--repeat-reason", "150ms"]);
+    let stop = running.line("STOP: the ladder executed STOP");
+    assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &7.into()));
+    for _ in 0..2 {
+        let still = running.line("still in STOP after");
+        assert!(message(&still).contains("the ladder executed STOP; restart rungd"), "{still}");
+    }
+    assert_eq!(running.child.try_wait().unwrap(), None, "it stays");
+    running.signal("TERM");
+    running.line("SIGTERM: ending from STOP; no further scan comes");
+    running.line("rungd ends");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn a_start_in_stop_says_so_until_it_is_told_to_end() {
+    let plant = Plant::new(ALIVE, "");
+    let mut running = plant.start(&["--stopped", "--repeat-reason", "150ms"]);
+    let stop = running.line("STOP: an operator asked for it");
+    assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &0.into()));
+    running.line("still in STOP after");
+    running.signal("TERM");
+    running.line("SIGTERM: ending from STOP; no further scan comes");
+    assert_eq!(running.line("rungd ends")["scans"], 0);
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn the_passes_of_a_stop_turn_outputs_off() {
+    let plant = Plant::new(STOPS, "");
+    let (code, lines) = plant.run(&["--scans", "1000"]);
+    assert_eq!(code, 0, "with a number of scans, STOP ends the process");
+    let at = |words| lines.iter().position(|line| message(line).contains(words)).expect(words);
+    assert!(at("lamp is ON") < at("lamp is OFF") && at("lamp is OFF") < at("STOP: "));
+    assert!(at("alarm OFF after") < at("STOP: "));
+}
+
+#[test]
+fn a_scan_longer_than_the_watchdog_is_a_fault() {
+    let plant = Plant::new(&slow_rungs(), "scan.period = \"2ms\"\nscan.watchdog = \"1ms\"\n");
+    let mut running = plant.start(&["--repeat-reason", "150ms"]);
+    let fault = running.line("FAULT: a scan");
+    assert_eq!((&fault["level"], &fault["watchdog"]), (&"ERROR".into(), &"1ms".into()));
+    assert!(message(&fault).contains("raise `[scan] watchdog` (it is 1ms, for "), "{fault}");
+    assert!(message(&fault).contains(" rungs every 2ms)"), "{fault}");
+    running.line("still in FAULT after");
+    running.signal("TERM");
+    running.line("SIGTERM: ending from FAULT; no further scan comes");
+    running.line("rungd ends");
+    assert_eq!(running.end().code(), Some(0));
+    let (code, lines) = plant.run(&["--scans", "5"]);
+    assert_eq!(code, 75, "with a number of scans, a fault is no success");
+    let errors = lines.iter().filter(|line| line["level"] == "ERROR").count();
+    assert_eq!(errors, 1, "one fault, one error: {lines:#?}");
+}
+
+#[test]
+fn a_signal_while_files_are_read_ends_the_process_at_once() {
+    // So many rungs that nobody has read them by then.
+    let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT C9\"]\n";
+    let plant = Plant::new(&rung.repeat(300_000), "");
+    let mut running = plant.start(&[]);
+    let tasks = std::path::PathBuf::from(format!("/proc/{}/task", running.pid()));
+    let reads = |thread: std::fs::DirEntry| {
+        let name = std::fs::read_to_string(thread.path().join("comm"));
+        name.is_ok_and(|name| name.trim() == "rungd-load")
+    };
+    while !std::fs::read_dir(&tasks).unwrap().flatten().any(reads) {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    running.signal("TERM");
+    running.line("SIGTERM: ending; the ladder was still being loaded, nothing was scanned");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn a_second_signal_ends_at_once_and_names_the_first() {
+    let plant = Plant::new(ALIVE, "scan.period = \"10s\"\nscan.watchdog = \"10s\"\n");
+    let mut running = plant.start(&[]);
+    running.line("RUN: ");
+    running.signal("TERM");
+    running.line("SIGTERM: stopping; the next scan is the last");
+    running.signal("INT");
+    running.line("SIGINT after SIGTERM: ending at once");
+    assert_eq!(running.end().code(), Some(75));
+}
+
+#[test]
+fn the_simulated_device_moves_before_the_first_scan() {
+    let rungs = "[[program.rung]]\nwhen = [\"$FirstScan\", \"X0\"]\ndo = [\"SET lamp\"]\n";
+    let rule = "[[simulated-device]]\ninput = \"X0\"\npulse = \"5s\"\nevery = \"10s\"\n";
+    let (_, lines) = Plant::new(rungs, rule).run(&["--scans", "2"]);
+    assert_eq!(find(&lines, "lamp is ON")["scan"], 1);
+}
+
+#[test]
+fn a_flood_of_alarms_is_told_in_pairs_and_what_is_left_out_is_counted() {
+    let toggles = "[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT jam\"]\n";
+    let (_, lines) = Plant::new(toggles, "scan.period = \"1ms\"\n").run(&["--scans", "600"]);
+    let count = |words| lines.iter().filter(|line| message(line).starts_with(words)).count();
+    let (on, off) = (count("alarm ON"), count("alarm OFF"));
+    assert_eq!(on, off, "no alarm seems to stand");
+    let left_out = find(&lines, "alarms come too often");
+    let left_out = left_out["lines"].as_u64().unwrap() as usize;
+    assert!(on >= 10 && (598..=600).contains(&(on + off + left_out)), "{on} {off} {left_out}");
+    let at = |words| lines.iter().position(|line| message(line).contains(words)).expect(words);
+    assert!(at("alarms come too often") < at("scan statistics of the whole run"));
+}
+
+#[test]
+fn overruns_are_told_once_and_counted() {
+    let plant = Plant::new(&slow_rungs(), "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n");
+    let (code, lines) = plant.run(&["--scans", "20"]);
+    assert_eq!(code, 0);
+    let overruns: Vec<_> = lines.iter().filter(|line| message(line).contains("overrun")).collect();
+    assert_eq!(overruns.len(), 2, "the first, and the sum of the rest: {overruns:#?}");
+    assert!(message(overruns[0]).contains("a scan took longer than the period"));
+    let whole = find(&lines, "scan statistics of the whole run");
+    assert!(whole["overruns"].as_u64().unwrap() >= 19, "{whole}");
+    assert!(whole["skipped"].as_u64().unwrap() >= 19, "{whole}");
+}
+
+/// Rungs that take some milliseconds. A release build scans far more of them in that time.
+fn slow_rungs() -> String {
+    let mut rungs = String::from("rung = [\n");
+    let count = if cfg!(debug_assertions) { 30_000 } else { 400_000 };
+    for n in 0..count {
+        let (a, b) = (n % 2000, n * 7 % 2000);
+        rungs += &format!(
+            "  {{ when = [\"X{a} | !X{b}\", \"rise(X{b}) | X1\"], do = [\"SET C1\"] }},\n"
+        );
+    }
+    rungs + "]\n"
+}
+
+#[test]
+fn statistics_come_at_their_interval() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\nlog.statistics = \"200ms\"\n");
+    let (_, lines) = plant.run(&["--scans", "300"]);
+    let reports =
+        lines.iter().filter(|line| message(line).starts_with("scan statistics of the last"));
+    let reports: Vec<_> = reports.collect();
+    let scans: Vec<u64> = reports.iter().map(|line| line["scans"].as_u64().unwrap()).collect();
+    assert!(reports.iter().all(|line| line["late_us_p99"].is_f64()), "{reports:#?}");
+    assert!((1..=3).contains(&scans.len()), "{scans:?}");
+}
+
+#[test]
+fn a_bad_file_is_refused_with_its_findings() {
+    let plant = Plant::new("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUTT Y0\"]\n", "");
+    let output = plant.command(&[]).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(78), "{text}");
+    assert!(text.contains("ladder.toml:10:") && text.contains("did you mean `OUT`"), "{text}");
+    let (code, lines) = plant.run(&[]);
+    assert_eq!(code, 78);
+    find(&lines, "cannot be run as it is");
+}
+
+#[test]
+fn an_input_reads_its_initial_value_until_a_driver_writes_it() {
+    let rungs = "[[program.rung]]\nwhen = [\"X9\"]\ndo = [\"OUT jam\"]\n\
+                 [tags.held]\nat = \"X9\"\ninitial = true\n";
+    let (code, lines) = Plant::new(rungs, "").run(&["--scans", "5"]);
+    assert_eq!(code, 0);
+    find(&lines, "Bottles jammed");
+}
+
+#[test]
+fn a_strict_posture_that_is_not_granted_is_refused() {
+    let realtime = "realtime = { cpus = [1000], strict = true }\n";
+    let (code, lines) = Plant::new(ALIVE, realtime).run(&["--scans", "1"]);
+    assert_eq!(code, 78);
+    find(&lines, "`[realtime]` is strict");
+    let lax = "realtime = { cpus = [1000] }\n";
+    let (code, lines) = Plant::new(ALIVE, lax).run(&["--scans", "1"]);
+    assert_eq!((code, &find(&lines, "CPU 1000 was refused")["level"]), (0, &"WARN".into()));
+}
+
+#[test]
+fn an_address_that_is_taken_is_named() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let listen = taken.local_addr().unwrap();
+    let plant = Plant::new(ALIVE, &format!("modbus-server.listen = \"{listen}\"\n"));
+    let (code, lines) = plant.run(&["--scans", "1"]);
+    assert_eq!(code, 74);
+    assert!(message(find(&lines, "cannot listen")).contains(&listen.to_string()));
+}
+
+#[test]
+fn too_few_file_descriptors_are_the_environments_fault() {
+    let plant = Plant::new(ALIVE, "");
+    let command = plant.command(&["--scans", "1"]);
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "ulimit -n 8; exec \"$0\" \"$@\""]).arg(command.get_program());
+    let output = shell.args(command.get_args()).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(74), "{text}");
+    assert!(text.contains("file descriptors") && !text.contains("bug"), "{text}");
+}

@@ -1,0 +1,181 @@
+//! Who listens to `rungd run`: people, systemd, nobody. The log's forms and level, a log that is not
+//! read, and the page that shows what is logged.
+
+use std::io::Read;
+use std::process::Command;
+use std::time::Duration;
+
+use crate::bottling::{ALIVE, PATIENCE, Plant, Running, find, message};
+use serde_json::Value;
+
+#[test]
+fn people_read_lines_with_a_level_and_no_escape_codes() {
+    let plant = Plant::new(ALIVE, "");
+    let output = plant.command(&["--scans", "3", "--log-level", "debug"]).output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        text.contains("  INFO RUNGD-0201 mode-run: RUN: scanning every 10ms scan=0\n"),
+        "{text}"
+    );
+    assert!(text.contains("Program Main had its termination pass block=Main scan=3\n"), "{text}");
+    assert!(!text.contains('\u{1b}'), "{text}");
+}
+
+#[test]
+fn the_level_can_come_from_the_environment() {
+    let plant = Plant::new(ALIVE, "");
+    let quiet = plant.command(&["--scans", "3"]).env("RUNGD_LOG", "error").output().unwrap();
+    assert_eq!((quiet.status.code(), quiet.stderr.len()), (Some(0), 0));
+    let wrong = plant.command(&["--scans", "3"]).env("RUNGD_LOG", "loud").output().unwrap();
+    assert_eq!(wrong.status.code(), Some(78));
+}
+
+#[test]
+fn systemd_hears_ready_alive_status_and_stopping() {
+    let plant = Plant::new(ALIVE, "");
+    let socket_path = plant.0.join("notify");
+    let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
+    socket.set_read_timeout(Some(PATIENCE)).unwrap();
+    let mut command = plant.command(&["--log-format", "json"]);
+    command.env("NOTIFY_SOCKET", &socket_path).env("WATCHDOG_USEC", "200000");
+    let mut running = Running::new(&mut command);
+    let heard = |wanted: &str| {
+        let mut bytes = [0; 512];
+        loop {
+            let length = socket.recv(&mut bytes).unwrap_or_else(|_| panic!("no {wanted}"));
+            let text = String::from_utf8_lossy(&bytes[..length]).into_owned();
+            if text.contains(wanted) {
+                return text;
+            }
+        }
+    };
+    heard("READY=1");
+    heard("WATCHDOG=1");
+    heard("STATUS=RUN, ");
+    heard("WATCHDOG=1");
+    running.signal("TERM");
+    heard("STOPPING=1");
+    assert_eq!(running.end().code(), Some(0));
+}
+
+#[test]
+fn a_systemd_that_does_not_listen_keeps_nobody_from_anything() {
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
+    let socket_path = plant.0.join("notify");
+    let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
+    // No more fits, whatever the machine's limit is.
+    let filler = std::os::unix::net::UnixDatagram::unbound().unwrap();
+    filler.set_nonblocking(true).unwrap();
+    while filler.send_to(b"STATUS=full", &socket_path).is_ok() {}
+    let mut command = plant.command(&["--log-format", "json"]);
+    command.env("NOTIFY_SOCKET", &socket_path).env("WATCHDOG_USEC", "40000");
+    let mut running = Running::new(&mut command);
+    running.line("lamp is ON");
+    std::thread::sleep(Duration::from_millis(300));
+    running.signal("TERM");
+    assert_eq!(running.end().code(), Some(0));
+    drop(socket);
+}
+
+#[test]
+fn findings_that_cannot_be_written_are_no_bug() {
+    let plant = Plant::new("[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUTT Y0\"]\n", "");
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    assert_eq!(plant.command(&[]).stderr(full).status().unwrap().code(), Some(78));
+}
+
+#[test]
+fn a_log_that_nobody_reads_costs_no_scan() {
+    unread_log(Duration::from_secs(4));
+}
+
+/// `cargo test --test daemon thirty -- --ignored --nocapture`
+#[test]
+#[ignore = "takes 30 seconds"]
+fn a_log_that_nobody_reads_for_thirty_seconds_costs_no_scan() {
+    unread_log(Duration::from_secs(30));
+}
+
+/// Runs at 1 ms with a log that is not read for so long; every grid point must be accounted for.
+fn unread_log(unread: Duration) {
+    // Tasks that complete every other scan, with their passes told: many thousand lines a second.
+    let mut rungs = String::from("[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT C0\"");
+    let tasks: Vec<String> = (0..16).map(|n| format!("Job-{n}")).collect();
+    rungs.extend(tasks.iter().map(|task| format!(", \"ENTASK {task}\"")));
+    rungs += "]\n";
+    for task in &tasks {
+        rungs += &format!("[[task]]\nname = \"{task}\"\n");
+        rungs += "rung = [ { when = [\"$On\"], do = [\"SET lamp\"] } ]\n";
+    }
+    let plant = Plant::new(&rungs, "scan.period = \"1ms\"\nlog.statistics = \"0ms\"\n");
+    let mut command = plant.command(&["--log-level", "trace", "--log-format", "json"]);
+    let mut child = command.spawn().unwrap();
+    std::thread::sleep(unread);
+    assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
+    let mut text = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let lines: Vec<Value> = text.lines().map(|l| serde_json::from_str(l).expect(l)).collect();
+    let sum = |words: &str, field: &str| -> u64 {
+        let told = lines.iter().filter(|line| message(line).contains(words));
+        told.map(|line| line[field].as_u64().unwrap()).sum()
+    };
+    let whole = find(&lines, "scan statistics of the whole run");
+    let number = |field: &str| whole[field].as_u64().unwrap();
+    let (scans, skipped) = (number("scans"), number("skipped"));
+    // A grid point every millisecond from the start of RUN to that of the last scan, both counted.
+    let us = |field: &str| whole[field].as_f64().unwrap();
+    let points = ((us("over_us") - us("late_us_last")) / 1000.0).round() as u64 + 1;
+    let dropped = (sum("log lines were dropped", "lines"), sum("records of the", "records"));
+    let (lines, records) = dropped;
+    println!(
+        "{scans} scans + {skipped} skipped = {} of {points} grid points; dropped: {lines} lines, \
+         {records} records",
+        scans + skipped
+    );
+    assert!(lines > 100, "lines are dropped, and counted: {lines}");
+    assert_eq!(scans + skipped, points, "{whole}");
+}
+
+/// A page's fenced block that begins with a line.
+fn fenced<'a>(page: &'a str, first: &str) -> &'a str {
+    let at = page.find(first).unwrap_or_else(|| panic!("no `{first}`"));
+    page[at..].split("```").next().unwrap()
+}
+
+/// A line of the log without what differs from run to run: numbers, and hashes.
+fn masked(line: &str) -> String {
+    let words = line.split_whitespace().skip(1).map(|word| match word.split_once('=') {
+        Some(("sha256", _)) => "sha256".to_owned(),
+        _ => word.chars().filter(|c| !c.is_ascii_digit() && *c != '.').collect(),
+    });
+    words.collect::<Vec<_>>().join(" ").replace("after ms", "after s").replace("run, ms", "run, s")
+}
+
+#[test]
+fn the_page_shows_what_is_logged() {
+    let page = include_str!("../../docs/running.md");
+    let plant = Plant::new(ALIVE, "");
+    for file in ["gate.toml", "gate-controller.toml"] {
+        let text = fenced(page, &format!("# {file}"));
+        std::fs::write(plant.0.join(file), text).unwrap();
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.current_dir(&plant.0).args(["run", "gate-controller.toml", "--scans", "32"]);
+    command.env_remove("RUNGD_LOG").env_remove("JOURNAL_STREAM");
+    let output = command.output().unwrap();
+    let logged = String::from_utf8(output.stderr).unwrap();
+    let logged: Vec<_> = logged.lines().map(masked).collect();
+    for line in fenced(page, "2026-").lines() {
+        assert!(logged.contains(&masked(line)), "{line}\nnot in\n{}", logged.join("\n"));
+    }
+    let output = command.args(["--log-format", "json"]).output().unwrap();
+    let without_time = |line: &str| {
+        let mut value: Value = serde_json::from_str(line).expect(line);
+        (value["timestamp"], value["scan"]) = (Value::Null, Value::Null);
+        value
+    };
+    let logged = String::from_utf8(output.stderr).unwrap();
+    let shown = without_time(fenced(page, "{\"timestamp\""));
+    assert!(logged.lines().map(without_time).any(|line| line == shown), "{shown} not in\n{logged}");
+}

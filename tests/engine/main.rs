@@ -1,0 +1,20 @@
+//! The engine by itself, and held against a model of its own.
+
+mod events;
+mod forces;
+mod layout;
+mod properties;
+mod restarts;
+mod runs;
+mod semantics_page;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod case;
+    pub mod model;
+    pub mod plc;
+    pub mod run;
+    pub mod table;
+}

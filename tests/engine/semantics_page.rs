@@ -1,0 +1,68 @@
+//! `docs/semantics.md` and the cases name each other: no name on the page that is no test, and no
+//! test of a case that the page does not name.
+
+use std::path::Path;
+
+use crate::support::case;
+use rungd::isa::instruction::TABLE as INSTRUCTIONS;
+use rungd::source::finding::TABLE as FINDINGS;
+
+fn read(path: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// What stands between backticks, line by line.
+fn quoted(page: &str) -> Vec<&str> {
+    page.lines().flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
+}
+
+/// Whether it is written as a case's name, or as a pattern of such.
+fn is_case_name(text: &str) -> bool {
+    let kebab = |c: char| c == '-' || c.is_ascii_lowercase() || c.is_ascii_digit();
+    let name = text.strip_suffix('*').unwrap_or(text);
+    let is_key = INSTRUCTIONS.iter().flat_map(|row| row.operands).any(|o| o.key == Some(text));
+    let is_finding = FINDINGS.iter().any(|row| row.name == text);
+    name.contains('-') && name.chars().all(kebab) && !is_key && !is_finding
+}
+
+fn fits(pattern: &str, test: &str) -> bool {
+    match pattern.strip_suffix('*') {
+        Some(start) => test.starts_with(start),
+        None => test == pattern,
+    }
+}
+
+#[test]
+fn every_case_that_the_page_names_exists() {
+    let page = read("docs/semantics.md");
+    let tests: Vec<String> =
+        case::all().expect("the cases are read").iter().flat_map(case::Case::tests).collect();
+    let mut unknown: Vec<&str> = quoted(&page).into_iter().filter(|t| is_case_name(t)).collect();
+    assert!(unknown.len() > 100, "the page names only {} cases", unknown.len());
+    unknown.retain(|pattern| !tests.iter().any(|test| fits(pattern, test)));
+    assert!(unknown.is_empty(), "docs/semantics.md names what is no test: {unknown:#?}");
+}
+
+#[test]
+fn every_rust_test_that_the_page_names_exists() {
+    let page = read("docs/semantics.md");
+    let named: Vec<(&str, &str)> =
+        quoted(&page).into_iter().filter_map(|text| text.rsplit_once("::")).collect();
+    assert!(!named.is_empty());
+    for (module, test) in named {
+        let file = module.replace("::", "/");
+        let text = read(&format!("tests/{file}.rs"));
+        assert!(text.contains(&format!("fn {test}()")), "tests/{file}.rs has no test {test}");
+    }
+}
+
+#[test]
+fn the_page_names_every_case() {
+    let page = read("docs/semantics.md");
+    let patterns: Vec<&str> = quoted(&page).into_iter().filter(|t| is_case_name(t)).collect();
+    let cases = case::all().expect("the cases are read");
+    let mut unnamed: Vec<String> = cases.iter().flat_map(case::Case::tests).collect();
+    unnamed.retain(|test| !patterns.iter().any(|pattern| fits(pattern, test)));
+    assert!(unnamed.is_empty(), "docs/semantics.md names no row or sentence for: {unnamed:#?}");
+}

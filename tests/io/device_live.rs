@@ -1,0 +1,106 @@
+//! A controller with field devices as an operator meets it: status, names, forces, reload. Two
+//! controllers: one is the other's remote I/O, by its Modbus server.
+
+use crate::support::live::Live;
+
+const REMOTE: &str = r#"
+[[program]]
+name = "Main"
+rung = [
+  { when = ["MC1"], do = ["OUT MI1"] },
+  { when = ["$On"], do = ["MOVE MHR1 to=MIR1"] },
+]
+"#;
+
+const LADDER: &str = r#"
+[ladder]
+devices = ["line1"]
+[tags]
+lost = { at = "C0", alarm = "line1 is lost" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["$On"], do = ["OUT Y0", "MOVE 1234 to=D0"] },
+  { when = ["line1.Stale"], do = ["OUT lost"] },
+]
+"#;
+
+/// Remote I/O at a port of its own choice.
+fn remote() -> (Live, String) {
+    let server = "[modbus-server]\nlisten = \"127.0.0.1:0\"\nwritable = [\"MC1\", \"MHR1\"]\n";
+    let live = Live::start(REMOTE, server, &[]);
+    let status = live.say("status --json").json();
+    let address = status["devices"]["modbus"]["address"].as_str().expect("a server").to_owned();
+    (live, address)
+}
+
+fn device(name: &str, address: &str) -> String {
+    format!(
+        "[[device]]\nname = \"{name}\"\ndriver = \"modbus-tcp\"\naddress = \"{address}\"\n\
+         loss-after = \"300ms\"\non-loss = \"zero\"\nmap = [\n\
+         {{ from = \"discrete 0\", to = \"X0\" }},\n{{ from = \"input 0\", to = \"D5\" }},\n\
+         {{ from = \"Y0\", to = \"coil 0\" }},\n{{ from = \"D0\", to = \"holding 0\" }},\n]\n"
+    )
+}
+
+#[test]
+fn what_is_lost_and_back_is_in_status_memory_and_log() {
+    let (remote_io, address) = remote();
+    let live = Live::start(LADDER, &device("line1", &address), &[]);
+    live.await_values("X0 D5 line1.Ok line1.Stale", "ON 1234 ON OFF");
+    let status = live.ok("status");
+    assert!(status.contains(&format!("line1 (modbus-tcp, {address}): ok")), "{status}");
+    remote_io.signal("KILL");
+    live.await_values("X0 D5 line1.Ok line1.Stale C0", "OFF 0 OFF ON ON");
+    assert!(
+        live.ok("status").contains("line1 (modbus-tcp, ") && live.ok("status").contains("STALE")
+    );
+    let lost = live.line("line1 is lost: ");
+    assert_eq!((&lost["event"], &lost["level"]), (&"device-lost".into(), &"WARN".into()));
+    let device = &live.say("status --json").json()["devices"]["field"][0];
+    assert!(device["trouble"].is_string() && device["stale"] == true, "{device}");
+}
+
+#[test]
+fn its_bits_are_forced_and_not_written() {
+    let live = Live::start(LADDER, &device("line1", "127.0.0.1:9"), &[]);
+    live.await_values("line1.Ok line1.Stale C0", "OFF ON ON");
+    let refused = live.say("write line1.Ok on");
+    assert_eq!(refused.code, 2, "{refused:?}");
+    let written = live.say("write X0 on");
+    assert!(written.err.contains("device line1 moves `X0`"), "{written:?}");
+    let written = live.say("write D5 7");
+    assert!(written.err.contains("device line1 moves `D5`"), "{written:?}");
+    live.ok("force line1.Stale off");
+    live.await_values("line1.Stale C0", "OFF OFF");
+    let ladder = std::fs::read_to_string(live.folder.join("ladder.toml")).unwrap();
+    std::fs::write(live.folder.join("ladder.toml"), ladder.replace("1234", "1235")).unwrap();
+    live.ok("reload");
+    live.await_values("D0 line1.Stale C0", "1235 OFF OFF");
+    assert!(live.ok("status").contains("line1.Stale"), "the force survives the reload");
+    live.ok("unforce line1.Stale");
+    live.await_values("line1.Stale C0", "ON ON");
+}
+
+#[test]
+fn a_reload_names_what_of_a_device_needs_a_restart() {
+    let live = Live::start(LADDER, &device("line1", "127.0.0.1:9"), &[]);
+    live.await_values("Y0", "ON");
+    let path = live.folder.join("controller.toml");
+    let controller = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, controller.replace("300ms", "400ms")).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("needs a restart: `[[device]]`"), "{said}");
+    // A comment above moves every place in the file and changes nothing.
+    std::fs::write(&path, format!("# the press\n{controller}")).unwrap();
+    let said = live.ok("reload");
+    assert!(!said.contains("needs a restart"), "{said}");
+    let second = device("line2", "127.0.0.1:9").replace("X0", "X1").replace("D5", "D6");
+    let second =
+        second.replace("Y0", "Y1").replace("coil 0", "coil 9").replace("holding 0", "holding 9");
+    std::fs::write(&path, format!("{controller}{second}")).unwrap();
+    let said = live.say("reload");
+    assert_eq!(said.code, 78, "{said:?}");
+    live.line("its devices are others than the running ones");
+    live.await_values("Y0 line1.Stale", "ON ON");
+}

@@ -1,0 +1,546 @@
+//! A field device's task with a driver that does as the test says: when it exchanges, what it does
+//! after trouble, what goes out in every mode and at the end.
+
+#[allow(dead_code, reason = "each user takes what it needs")]
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use crate::rig::{Rig, rig};
+use rungd::io::device::{Device, Done, Driver, Exchange, Health, Occasion, Parts, Trouble};
+use rungd::runtime::field::Source;
+use tokio::sync::oneshot;
+use tokio::task::{JoinHandle, LocalSet};
+use tokio::time::{Instant, sleep};
+
+/// What the driver was asked for, and when.
+#[derive(Clone, Debug, PartialEq)]
+enum Call {
+    Connect,
+    Exchange(Occasion, Vec<i32>),
+    Disconnect,
+}
+
+#[derive(Default)]
+struct Script {
+    calls: Vec<(Duration, Call)>,
+    /// What the next calls answer; good where there is nothing.
+    connects: Vec<Result<(), Trouble>>,
+    /// So many of the next attempts to connect do not end.
+    hangs: u32,
+    exchanges: Vec<Result<(), Trouble>>,
+    /// How long an exchange takes: so many requests, each so long.
+    requests: (u32, Duration),
+    /// What is read.
+    inputs: Vec<Option<i32>>,
+}
+
+struct Scripted {
+    script: Arc<Mutex<Script>>,
+    begun: Instant,
+    /// How many have been put.
+    requests: u32,
+}
+
+impl Scripted {
+    fn note(&self, call: Call) -> std::sync::MutexGuard<'_, Script> {
+        let mut script = self.script.lock().unwrap();
+        script.calls.push((self.begun.elapsed(), call));
+        script
+    }
+}
+
+/// Why a driver of these tests panics.
+const BUG: &str = "a bug of this driver";
+
+/// The next answer, which is taken out of the script.
+fn next(answers: &mut Vec<Result<(), Trouble>>) -> Result<(), Trouble> {
+    if answers.is_empty() { Ok(()) } else { answers.remove(0) }
+}
+
+impl Driver for Scripted {
+    async fn connect(&mut self) -> Result<(), Trouble> {
+        let (answer, hangs) = {
+            let mut script = self.note(Call::Connect);
+            let hangs = script.hangs > 0;
+            script.hangs = script.hangs.saturating_sub(1);
+            (next(&mut script.connects), hangs)
+        };
+        if hangs {
+            std::future::pending::<()>().await;
+        }
+        answer
+    }
+
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
+        let call = Call::Exchange(exchange.occasion, exchange.outputs.to_vec());
+        let (answer, (requests, each)) = {
+            let mut script = self.note(call);
+            exchange.inputs.copy_from_slice(&script.inputs);
+            (next(&mut script.exchanges), script.requests)
+        };
+        assert!(!answer.as_ref().is_err_and(|trouble| trouble.reason == BUG), "{BUG}");
+        if matches!(exchange.occasion, Occasion::Poll | Occasion::First) {
+            while self.requests < requests {
+                sleep(each).await;
+                self.requests += 1;
+                if self.requests < requests && (exchange.is_urgent)() {
+                    return Ok(Done::Part);
+                }
+            }
+            self.requests = 0;
+        }
+        answer.map(|()| Done::Whole)
+    }
+
+    fn disconnect(&mut self) {
+        drop(self.note(Call::Disconnect));
+    }
+}
+
+struct Bench {
+    rig: Rig,
+    script: Arc<Mutex<Script>>,
+    health: Health,
+    stop: Option<oneshot::Sender<()>>,
+    task: JoinHandle<()>,
+}
+
+const POLL: Duration = Duration::from_millis(20);
+
+impl Bench {
+    /// A running controller, and a device's task that begins.
+    fn start(script: Script) -> Bench {
+        let mut rig = rig(false);
+        rig.scans(1);
+        Bench::of(rig, script)
+    }
+
+    fn before_the_first_scan(script: Script) -> Bench {
+        Bench::of(rig(false), script)
+    }
+
+    fn of_sources(script: Script, sources: Vec<Source>) -> Bench {
+        let mut rig = rig(false);
+        rig.sources = sources;
+        rig.scans(1);
+        Bench::of(rig, script)
+    }
+
+    fn of(mut rig: Rig, script: Script) -> Bench {
+        let script =
+            Arc::new(Mutex::new(Script { inputs: [1, 0, 42, 7].map(Some).into(), ..script }));
+        let health = Health::new("line1", "scripted", "the test".to_owned());
+        let driver = Scripted { script: Arc::clone(&script), begun: Instant::now(), requests: 0 };
+        let (stop, stopped) = oneshot::channel::<()>();
+        let line = rig.take_line();
+        let parts = Parts {
+            driver,
+            line,
+            port: rig.port.clone(),
+            inputs: 4,
+            outputs: rig.sources.clone(),
+            health: health.clone(),
+            poll: POLL,
+        };
+        let task = tokio::task::spawn_local(Device::new(parts).run(async move {
+            let _ = stopped.await;
+        }));
+        Bench { rig, script, health, stop: Some(stop), task }
+    }
+
+    fn calls(&self) -> Vec<Call> {
+        self.timed().into_iter().map(|(_, call)| call).collect()
+    }
+
+    fn timed(&self) -> Vec<(Duration, Call)> {
+        std::mem::take(&mut self.script.lock().unwrap().calls)
+    }
+
+    async fn end(&mut self) {
+        let _ = self.stop.take().expect("once").send(());
+        (&mut self.task).await.expect("the task ends by itself");
+    }
+}
+
+fn run(test: impl Future<Output = ()>) {
+    let tokio = tokio::runtime::Builder::new_current_thread()
+        .enable_time()
+        .start_paused(true)
+        .build()
+        .expect("a runtime");
+    tokio.block_on(LocalSet::new().run_until(test));
+}
+
+fn poll(y2: i32, d1: i32, v0: i32) -> Call {
+    Call::Exchange(Occasion::Poll, vec![y2, d1, v0])
+}
+
+#[test]
+fn it_exchanges_every_poll_and_the_scan_sees_it() {
+    run(async {
+        let mut bench = Bench::start(Script::default());
+        sleep(Duration::from_millis(50)).await;
+        let calls = bench.calls();
+        assert_eq!(calls, [Call::Connect, poll(0, 0, 1), poll(0, 0, 1), poll(0, 0, 1)]);
+        bench.rig.advance_to_now();
+        bench.rig.scans(1);
+        assert_eq!(bench.rig.values(&["X0", "D0", "line1.Ok", "line1.Stale"]), [1, 42, 1, 0]);
+        let reading = bench.health.reading();
+        assert_eq!((reading.exchanges, reading.failures, reading.trouble), (3, 0, None));
+    });
+}
+
+#[test]
+fn before_the_first_scan_inputs_are_read_and_no_output_is_touched() {
+    run(async {
+        let mut bench = Bench::before_the_first_scan(Script::default());
+        sleep(Duration::from_millis(30)).await;
+        let first = || Call::Exchange(Occasion::First, vec![0, -1, 0]);
+        assert_eq!(bench.calls(), [Call::Connect, first(), first()]);
+        assert!(bench.health.has_exchanged());
+        bench.rig.advance_to_now();
+        bench.rig.scans(1);
+        assert_eq!(
+            bench.rig.values(&["X0", "D0", "line1.Ok"]),
+            [1, 42, 1],
+            "the first scan sees it"
+        );
+        sleep(Duration::from_millis(1)).await;
+        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        assert_eq!(bench.calls(), [changed], "its outputs leave at once");
+    });
+}
+
+#[test]
+fn an_end_before_the_first_scan_touches_no_output() {
+    run(async {
+        let mut bench = Bench::before_the_first_scan(Script::default());
+        sleep(Duration::from_millis(1)).await;
+        bench.calls();
+        bench.end().await;
+        assert_eq!(bench.calls(), [Call::Disconnect]);
+    });
+}
+
+#[test]
+fn an_output_that_changes_goes_out_at_once() {
+    run(async {
+        let mut bench = Bench::start(Script::default());
+        sleep(Duration::from_millis(5)).await;
+        bench.calls();
+        bench.rig.advance_to_now();
+        bench.rig.scans(1);
+        sleep(Duration::from_millis(1)).await;
+        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        assert_eq!(bench.timed(), [(Duration::from_millis(5), changed)]);
+        bench.rig.scans(1);
+        sleep(Duration::from_millis(1)).await;
+        assert_eq!(bench.calls(), [], "a scan that changes nothing asks for nothing");
+    });
+}
+
+#[test]
+fn trouble_that_the_connection_outlives_does_not_connect_again() {
+    run(async {
+        let exchanges = vec![Ok(()), Err(Trouble::kept("exception 2"))];
+        let mut bench = Bench::start(Script { exchanges, ..Script::default() });
+        sleep(Duration::from_millis(30)).await;
+        assert_eq!(bench.calls(), [Call::Connect, poll(0, 0, 1), poll(0, 0, 1)]);
+        assert_eq!(bench.health.reading().trouble.as_deref(), Some("exception 2"));
+        bench.rig.advance_to_now();
+        bench.rig.scans(1);
+        assert_eq!(bench.rig.values(&["X0", "line1.Ok", "line1.Stale"]), [1, 0, 0]);
+        sleep(Duration::from_millis(20)).await;
+        assert!(!bench.calls().contains(&Call::Connect));
+        assert_eq!(bench.health.reading().trouble, None);
+    });
+}
+
+#[test]
+fn what_a_failed_exchange_has_read_is_handed_on_unless_the_connection_is_lost() {
+    for (trouble, seen) in [(Trouble::kept("exception 2"), 43), (Trouble::disconnected("cut"), 42)]
+    {
+        run(async {
+            let exchanges = vec![Ok(()), Err(trouble.clone())];
+            let mut bench = Bench::start(Script { exchanges, ..Script::default() });
+            sleep(Duration::from_millis(10)).await;
+            bench.script.lock().unwrap().inputs = vec![None, Some(1), Some(43), None];
+            sleep(Duration::from_millis(15)).await;
+            bench.rig.advance_to_now();
+            bench.rig.scans(1);
+            assert_eq!(bench.rig.values(&["X0", "D0", "line1.Ok"]), [1, seen, 0], "{trouble}");
+            let told = bench.health.reading().trouble.unwrap();
+            let words = match trouble.is_disconnected {
+                true => "cut",
+                false => "exception 2; 2 of 4 inputs are read",
+            };
+            assert_eq!(told, words);
+        });
+    }
+}
+
+#[test]
+fn a_change_that_was_not_taken_waits_for_the_next_poll() {
+    run(async {
+        let exchanges = vec![Ok(()), Err(Trouble::kept("exception 6"))];
+        let mut bench = Bench::start(Script { exchanges, ..Script::default() });
+        sleep(Duration::from_millis(2)).await;
+        bench.calls();
+        bench.rig.advance_to_now();
+        for _ in 0..10 {
+            bench.rig.scans(1);
+            sleep(Duration::from_millis(1)).await;
+        }
+        let changed = Call::Exchange(Occasion::Change, vec![1, 42, 8]);
+        assert_eq!(bench.calls(), [changed], "once, not with every scan");
+        sleep(Duration::from_millis(10)).await;
+        assert_eq!(bench.calls(), [poll(1, 42, 8)]);
+    });
+}
+
+#[test]
+fn a_connection_that_is_lost_is_made_again_and_all_outputs_are_written() {
+    run(async {
+        let exchanges = vec![Ok(()), Err(Trouble::disconnected("no answer in 200 ms"))];
+        let bench = Bench::start(Script { exchanges, ..Script::default() });
+        sleep(Duration::from_millis(400)).await;
+        let calls = bench.calls();
+        let begin = [Call::Connect, poll(0, 0, 1), poll(0, 0, 1), Call::Disconnect];
+        assert_eq!(calls[..4], begin);
+        assert_eq!(calls[4..6], [Call::Connect, poll(0, 0, 1)]);
+    });
+}
+
+#[test]
+fn a_panic_of_a_driver_costs_its_connection_and_nothing_else() {
+    run(async {
+        let bug = || Err(Trouble::kept(BUG));
+        let script = Script { exchanges: vec![Ok(()), bug()], ..Script::default() };
+        let mut bench = Bench::start(script);
+        sleep(Duration::from_millis(30)).await;
+        let trouble = bench.health.reading().trouble.unwrap();
+        assert!(trouble.contains("a bug in its driver"), "{trouble}");
+        sleep(Duration::from_millis(370)).await;
+        let calls = bench.calls();
+        let begin = [Call::Connect, poll(0, 0, 1), poll(0, 0, 1), Call::Disconnect];
+        assert_eq!(calls[..4], begin);
+        assert_eq!(calls[4..6], [Call::Connect, poll(0, 0, 1)]);
+        assert_eq!(bench.health.reading().trouble, None);
+        bench.end().await;
+    });
+}
+
+#[test]
+fn attempts_to_connect_are_further_and_further_apart_and_never_end() {
+    run(async {
+        let refused = || Err(Trouble::disconnected("connection refused"));
+        let connects = (0..200).map(|_| refused()).collect();
+        let bench = Bench::start(Script { connects, ..Script::default() });
+        sleep(Duration::from_secs(2000)).await;
+        let times: Vec<Duration> = bench.timed().into_iter().map(|(at, _)| at).take(200).collect();
+        let gaps: Vec<u128> = times.windows(2).map(|two| (two[1] - two[0]).as_millis()).collect();
+        assert!(gaps.len() >= 199, "{} attempts", gaps.len() + 1);
+        assert!((50..=150).contains(&gaps[0]), "{gaps:?}");
+        assert!(gaps[10..].iter().all(|gap| (2500..=7500).contains(gap)), "{gaps:?}");
+        assert_eq!(bench.health.reading().failures, 200);
+    });
+}
+
+#[test]
+fn the_end_writes_the_safe_values_once_more() {
+    run(async {
+        let mut bench = Bench::start(Script::default());
+        sleep(Duration::from_millis(1)).await;
+        bench.rig.advance_to_now();
+        bench.rig.scans(1);
+        sleep(Duration::from_millis(1)).await;
+        bench.calls();
+        bench.end().await;
+        let last = Call::Exchange(Occasion::Last, vec![0, -1, 8]);
+        assert_eq!(bench.calls(), [last, Call::Disconnect]);
+    });
+}
+
+#[test]
+fn the_end_tries_a_device_that_is_not_there_for_two_seconds() {
+    run(async {
+        let connects = (0..99).map(|_| Err(Trouble::disconnected("no route"))).collect();
+        let mut bench = Bench::start(Script { connects, ..Script::default() });
+        sleep(Duration::from_millis(500)).await;
+        bench.calls();
+        let begun = Instant::now();
+        bench.end().await;
+        assert_eq!(begun.elapsed(), Duration::from_secs(2));
+        let calls = bench.calls();
+        let attempts = calls.iter().filter(|call| **call == Call::Connect).count();
+        assert!((5..=20).contains(&attempts), "{calls:?}");
+        assert_eq!(calls.last(), Some(&Call::Disconnect));
+    });
+}
+
+#[test]
+fn the_end_writes_to_a_device_that_comes_back_within_two_seconds_and_waits_no_longer() {
+    run(async {
+        let connects = (0..99).map(|_| Err(Trouble::disconnected("no route"))).collect();
+        let mut bench = Bench::start(Script { connects, ..Script::default() });
+        sleep(Duration::from_millis(500)).await;
+        let (begun, script) = (Instant::now(), Arc::clone(&bench.script));
+        tokio::task::spawn_local(async move {
+            sleep(Duration::from_millis(1200)).await;
+            script.lock().unwrap().connects.clear();
+        });
+        bench.end().await;
+        assert!((1200..1900).contains(&begun.elapsed().as_millis()), "{:?}", begun.elapsed());
+        let calls = bench.calls();
+        assert_eq!(calls[calls.len() - 3..], [Call::Connect, last(), Call::Disconnect]);
+    });
+}
+
+#[test]
+fn the_end_hangs_in_no_attempt_to_connect() {
+    run(async {
+        let mut bench = Bench::start(Script { hangs: 3, ..Script::default() });
+        sleep(Duration::from_millis(1)).await;
+        bench.calls();
+        bench.end().await;
+        let calls = bench.calls();
+        assert_eq!(calls[calls.len() - 3..], [Call::Connect, last(), Call::Disconnect]);
+    });
+}
+
+#[test]
+fn the_end_tries_again_a_device_that_refuses_its_safe_values() {
+    run(async {
+        let mut bench = Bench::start(Script::default());
+        sleep(Duration::from_millis(1)).await;
+        bench.calls();
+        let busy = || Err(Trouble::kept("exception 6"));
+        bench.script.lock().unwrap().exchanges = vec![busy(), busy(), busy()];
+        bench.end().await;
+        assert_eq!(bench.calls(), [last(), last(), last(), last(), Call::Disconnect]);
+    });
+}
+
+#[test]
+fn the_end_of_a_device_without_outputs_waits_for_nothing() {
+    run(async {
+        let connects = (0..99).map(|_| Err(Trouble::disconnected("no route"))).collect();
+        let mut bench = Bench::of_sources(Script { connects, ..Script::default() }, Vec::new());
+        sleep(Duration::from_millis(500)).await;
+        let begun = Instant::now();
+        bench.end().await;
+        assert_eq!(begun.elapsed(), Duration::ZERO);
+    });
+}
+
+/// A change of the outputs, by a scan that sees the device's inputs.
+fn scan(bench: &mut Bench) {
+    bench.rig.advance_to_now();
+    bench.rig.scans(1);
+}
+
+/// The last exchange of a controller that scanned twice.
+fn last() -> Call {
+    Call::Exchange(Occasion::Last, vec![0, -1, 1])
+}
+
+#[test]
+fn the_end_connects_once_more_to_a_device_in_back_off() {
+    run(async {
+        let connects = (0..9).map(|_| Err(Trouble::disconnected("refused"))).collect();
+        let mut bench = Bench::start(Script { connects, ..Script::default() });
+        sleep(Duration::from_millis(460)).await;
+        bench.calls();
+        // It waits for its next attempt when its peer is back.
+        bench.script.lock().unwrap().connects.clear();
+        let begun = Instant::now();
+        bench.end().await;
+        assert_eq!(bench.calls(), [Call::Connect, last(), Call::Disconnect]);
+        assert_eq!(begun.elapsed(), Duration::ZERO);
+    });
+}
+
+#[test]
+fn the_end_connects_anew_where_the_exchange_under_way_or_the_last_one_fails() {
+    run(async {
+        let lost = || Err(Trouble::disconnected("no answer in 200 ms"));
+        let exchanges = vec![lost(), lost()];
+        let mut bench = Bench::start(Script { exchanges, ..Script::default() });
+        sleep(Duration::from_millis(1)).await;
+        assert_eq!(bench.calls(), [Call::Connect, poll(0, 0, 1), Call::Disconnect]);
+        bench.end().await;
+        let again = [Call::Connect, last(), Call::Disconnect];
+        assert_eq!(bench.calls(), [&again[..], &again].concat(), "the first one fails too");
+    });
+}
+
+#[test]
+fn the_end_takes_two_seconds_at_most_whatever_a_driver_does() {
+    run(async {
+        let requests = (1, Duration::from_secs(60));
+        let mut bench = Bench::start(Script { requests, ..Script::default() });
+        sleep(Duration::from_millis(1)).await;
+        bench.calls();
+        let begun = Instant::now();
+        bench.end().await;
+        assert_eq!(begun.elapsed(), Duration::from_secs(1), "the exchange under way is abandoned");
+        let again = [Call::Disconnect, Call::Connect, last(), Call::Disconnect];
+        assert_eq!(bench.calls(), again);
+    });
+}
+
+#[test]
+fn a_change_goes_out_between_two_requests_of_a_long_exchange() {
+    run(async {
+        let requests = (40, Duration::from_millis(150));
+        let mut bench = Bench::start(Script { requests, ..Script::default() });
+        sleep(Duration::from_millis(10)).await;
+        bench.rig.port.set_input(0, true);
+        bench.rig.scans(1);
+        sleep(Duration::from_millis(150)).await;
+        assert_eq!(bench.timed()[2], (Duration::from_millis(150), poll(1, 0, 2)));
+        // It goes on where it was: six seconds from the first exchange on, not from the second.
+        sleep(Duration::from_millis(5830)).await;
+        assert_eq!((bench.health.reading().exchanges, bench.calls().len()), (0, 0));
+        sleep(Duration::from_millis(20)).await;
+        let reading = bench.health.reading();
+        assert_eq!((reading.exchanges, reading.took), (1, Duration::from_secs(6)));
+    });
+}
+
+#[test]
+fn outputs_that_change_with_every_scan_starve_no_inputs() {
+    run(async {
+        let requests = (40, Duration::from_millis(150));
+        let mut bench = Bench::start(Script { requests, ..Script::default() });
+        for _ in 0..610 {
+            sleep(Duration::from_millis(10)).await;
+            bench.rig.scans(1);
+        }
+        assert_eq!(bench.health.reading().exchanges, 1);
+    });
+}
+
+#[test]
+fn the_end_interrupts_a_long_exchange_and_the_first_scan_does() {
+    run(async {
+        let requests = (40, Duration::from_millis(150));
+        let mut bench = Bench::before_the_first_scan(Script { requests, ..Script::default() });
+        sleep(Duration::from_millis(10)).await;
+        scan(&mut bench);
+        sleep(Duration::from_millis(150)).await;
+        let first = Call::Exchange(Occasion::First, vec![0, -1, 0]);
+        assert_eq!(bench.calls(), [Call::Connect, first, poll(0, 0, 1)]);
+        let begun = Instant::now();
+        bench.end().await;
+        assert!(begun.elapsed() <= Duration::from_millis(150), "{:?}", begun.elapsed());
+        assert_eq!(bench.calls(), [last(), Call::Disconnect]);
+    });
+}
+
+#[test]
+fn a_device_that_comes_and_goes_writes_so_many_lines_and_says_what_it_left_out() {
+    let health = Health::new("line1", "scripted", String::new());
+    let told = (0..50).filter(|_| health.may_tell().is_some()).count();
+    assert_eq!(told, 20);
+}

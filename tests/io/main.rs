@@ -1,0 +1,34 @@
+//! What a controller talks to: devices, simulated, local and remote, and Modbus clients.
+
+mod bottling_plant;
+mod device_live;
+mod device_task;
+mod field;
+mod gpio_hardware;
+mod liars;
+mod local_device;
+mod modbus_clients;
+mod modbus_devices;
+mod modbus_echo;
+mod modbus_hostile;
+mod modbus_liars;
+mod modbus_live;
+mod modbus_outputs;
+mod modbus_sweep;
+mod modbus_torn;
+mod oracle;
+mod rig;
+mod simulated_device;
+mod simulated_plant;
+mod simulated_plant_page;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod bench;
+    pub mod live;
+    pub mod modbus;
+    pub mod page;
+    pub mod process;
+}

@@ -1,0 +1,102 @@
+//! Serial lines whose adapter sends each request back: an echo is never taken for an answer.
+
+use std::sync::Arc;
+use std::thread::spawn;
+
+use crate::liars::{Lie, Script, TIMEOUT, client, poll, pty, serve_rtu};
+use rungd::io::device::{Done, Driver, Trouble};
+use rungd::io::modbus_client::settings::{Client as Settings, Link, Parity, Serial};
+use rungd::io::modbus_client::{Client, Lines, Rtu};
+
+const REMEDY: &str = "the line sends requests back: set `echo = true`";
+
+/// A peer that does the same with every request, and a client before it.
+async fn line(
+    echo: bool,
+    settings: impl FnOnce(&mut Settings),
+    lie: fn(&[u8], &[u8]) -> Lie,
+) -> Client<Rtu> {
+    let (master, port) = pty();
+    let script = Script::default();
+    (0..100).for_each(|_| script.lock().unwrap().push(Box::new(lie)));
+    spawn(move || serve_rtu(master, &Arc::clone(&script)));
+    let serial = Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo };
+    let mut wanted = client(Link::Serial(serial.clone()));
+    settings(&mut wanted);
+    let mut client = Client::new(&wanted, Lines::default().link(&serial, TIMEOUT));
+    client.connect().await.unwrap();
+    client
+}
+
+fn echo_and_answer(request: &[u8], right: &[u8]) -> Lie {
+    Lie::Say([request, right].concat())
+}
+
+fn echo_alone(request: &[u8], _: &[u8]) -> Lie {
+    Lie::Say(request.to_vec())
+}
+
+fn answer_alone(_: &[u8], _: &[u8]) -> Lie {
+    Lie::None
+}
+
+async fn exchange(client: &mut Client<Rtu>, on: i32) -> Result<[i32; 2], Trouble> {
+    let mut inputs = [None; 2];
+    let done = client.exchange(poll(&[on], &mut inputs)).await?;
+    assert_eq!(done, Done::Whole);
+    Ok(inputs.map(|input| input.expect("a good exchange reads all")))
+}
+
+/// `input 1000..1001`, whose echo looks like an answer: the high byte of 1000 is 3.
+fn from_1000(settings: &mut Settings) {
+    settings.inputs[0].at = 1000;
+    settings.inputs[1].at = 1001;
+}
+
+#[tokio::test]
+async fn behind_an_echo_that_is_told_answers_are_understood() {
+    for settings in [|_: &mut Settings| {}, from_1000] {
+        let mut client = line(true, settings, echo_and_answer).await;
+        for on in [1, 0, 1] {
+            let inputs = exchange(&mut client, on).await.unwrap();
+            // The peer counts from 1000 on, by the low byte of the address.
+            assert!(inputs == [1000, 1001] || inputs == [1232, 1233], "{inputs:?}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn an_echo_that_is_told_confirms_no_write() {
+    let mut client = line(true, |settings| settings.inputs.clear(), echo_alone).await;
+    let trouble = exchange(&mut client, 1).await.unwrap_err();
+    assert_eq!(trouble.reason, "writing coil 0 of unit 1: no answer in 100 ms");
+}
+
+#[tokio::test]
+async fn an_echo_that_is_told_and_does_not_come_is_trouble() {
+    let mut client = line(true, |settings| settings.outputs.clear(), answer_alone).await;
+    let trouble = exchange(&mut client, 1).await.unwrap_err();
+    let words = "the request did not come back first, as `echo = true` says";
+    assert_eq!(trouble.reason, format!("reading input 0..1 of unit 1: {words}"));
+}
+
+#[tokio::test]
+async fn an_echo_that_nobody_told_is_no_answer_to_a_read_and_its_remedy_is_named() {
+    for answer in [echo_alone, echo_and_answer] {
+        for settings in [|_: &mut Settings| {}, from_1000] {
+            let mut client = line(false, settings, answer).await;
+            let trouble = exchange(&mut client, 1).await.unwrap_err();
+            assert!(trouble.reason.starts_with("reading input "), "{trouble}");
+            assert!(trouble.reason.ends_with(REMEDY), "{trouble}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_line_whose_echo_a_read_has_shown_confirms_no_write() {
+    let mut client = line(false, |_| {}, echo_alone).await;
+    exchange(&mut client, 1).await.unwrap_err();
+    tokio::time::sleep(TIMEOUT * 2).await;
+    let trouble = exchange(&mut client, 0).await.unwrap_err();
+    assert_eq!(trouble.reason, format!("writing coil 0 of unit 1: {REMEDY}"));
+}

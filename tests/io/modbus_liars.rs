@@ -1,0 +1,436 @@
+//! The Modbus clients before peers that lie: every lie is trouble with a reason, in bounded time,
+//! and the next good exchange succeeds.
+
+use crate::liars;
+use crate::support::process;
+use std::sync::{Arc, Mutex};
+use std::thread::spawn;
+use std::time::Duration;
+
+use crate::liars::{
+    Lie, Script, TIMEOUT, client, exchange, listen, poll, pty, rtu_frame, serve_rtu, tcp_frame,
+};
+use proptest::test_runner::TestRunner;
+use rungd::io::device::{Driver, Trouble};
+use rungd::io::modbus_client::settings::{Link, Parity, Serial};
+use rungd::io::modbus_client::{Client, Lines, Tcp};
+use tokio::time::timeout;
+
+type Answer = fn(&[u8], &[u8]) -> Lie;
+
+fn exception(request: &[u8], code: u8) -> Lie {
+    Lie::Say(tcp_frame(request, &[request[7] | 0x80, code]))
+}
+
+/// The right answer with a byte changed.
+fn with(answer: &[u8], at: usize, byte: u8) -> Vec<u8> {
+    let mut bytes = answer.to_vec();
+    bytes[at] = byte;
+    bytes
+}
+
+/// What a peer does with a read, what the log says of it, and whether the connection is kept.
+const TCP_LIES: [(&str, Answer, bool); 22] = [
+    ("exception 1 (illegal function)", |ask, _| exception(ask, 1), true),
+    ("exception 2 (illegal data address)", |ask, _| exception(ask, 2), true),
+    ("exception 6 (device busy)", |ask, _| exception(ask, 6), true),
+    ("exception 11 (the gateway's device does not answer)", |ask, _| exception(ask, 11), true),
+    ("exception 0, which Modbus does not have", |ask, _| exception(ask, 0), true),
+    ("to another question", |_, right| Lie::Say(with(right, 1, right[1].wrapping_sub(1))), false),
+    ("protocol identifier 1", |_, right| Lie::Say(with(right, 3, 1)), false),
+    ("length 0, not 2 to 254", |_, right| Lie::Say(with(right, 5, 0)), false),
+    ("length 1, not 2 to 254", |_, right| Lie::Say(with(right, 5, 1)), false),
+    ("length 65280, not 2 to 254", |_, _| Lie::Say(vec![0, 1, 0, 0, 0xff, 0]), false),
+    ("no whole answer in 100 ms", |_, right| Lie::Say(with(right, 5, 100)), false),
+    ("unit 7's, not unit 1's", |_, right| Lie::Say(with(right, 6, 7)), false),
+    ("of function 3", |_, right| Lie::Say(with(right, 7, 3)), false),
+    ("2 bytes of data where 4", |ask, _| Lie::Say(tcp_frame(ask, &[4, 2, 0, 1])), false),
+    ("not as long as it says", |ask, _| Lie::Say(tcp_frame(ask, &[4, 4, 0, 1])), false),
+    ("not Modbus TCP", |_, _| Lie::Say(b"HTTP/1.1 400 Bad Request".to_vec()), false),
+    ("there is more behind", |_, right| Lie::Say([right, right].concat()), false),
+    ("no answer in 100 ms", |_, _| Lie::Silence, false),
+    ("no answer in 100 ms", |_, _| Lie::After(TIMEOUT * 3 / 2), false),
+    ("no whole answer in 100 ms", |ask, _| Lie::Trickle(tcp_frame(ask, &[4; 200])), false),
+    ("closed the connection", |_, right| Lie::Leave(right[..9].to_vec()), false),
+    ("not Modbus TCP", |_, _| Lie::Flood, false),
+];
+
+fn honest() -> Script {
+    Arc::new(Mutex::new(Vec::new()))
+}
+
+fn lie(script: &Script, lie: impl Fn(&[u8], &[u8]) -> Lie + Send + 'static) {
+    script.lock().unwrap().push(Box::new(lie));
+}
+
+async fn tcp(script: &Script) -> Client<Tcp> {
+    let address = listen(script);
+    let settings = client(Link::Tcp { address, connect_timeout_ms: 1000 });
+    let mut client = Client::new(&settings, Tcp::new(address, Duration::from_secs(1), TIMEOUT));
+    client.connect().await.unwrap();
+    assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+    client
+}
+
+#[tokio::test]
+async fn every_lie_over_tcp_is_trouble_that_passes() {
+    for (words, answer, is_kept) in TCP_LIES {
+        let script = honest();
+        let mut client = tcp(&script).await;
+        lie(&script, answer);
+        let trouble = exchange(&mut client).await.unwrap_err();
+        let reason = &trouble.reason;
+        assert!(reason.starts_with("reading input 0..1 of unit 1: "), "{words}: {reason}");
+        assert!(reason.contains(words), "{words}: {reason}");
+        assert_eq!(trouble.is_disconnected, !is_kept, "{words}");
+        if !is_kept {
+            client.disconnect();
+            client.connect().await.unwrap();
+        }
+        assert_eq!(exchange(&mut client).await, Ok([1000, 1001]), "{words}");
+    }
+}
+
+#[tokio::test]
+async fn a_write_that_is_confirmed_wrongly_is_written_again() {
+    let script = honest();
+    let mut client = tcp(&script).await;
+    client.connect().await.unwrap();
+    lie(&script, |_, right| Lie::Say(with(right, 9, right[9] + 1)));
+    let trouble = exchange(&mut client).await.unwrap_err();
+    let words = "writing coil 0 of unit 1: the answer confirms another write";
+    assert_eq!(trouble.reason, words);
+    client.connect().await.unwrap();
+    let written = Arc::new(Mutex::new(Vec::new()));
+    let seen = Arc::clone(&written);
+    lie(&script, move |request, _| {
+        seen.lock().unwrap().extend_from_slice(&request[7..]);
+        Lie::None
+    });
+    assert!(exchange(&mut client).await.is_ok());
+    assert_eq!(*written.lock().unwrap(), [5, 0, 0, 0xff, 0]);
+}
+
+#[tokio::test]
+async fn a_unit_that_does_not_answer_keeps_no_other_from_its_outputs() {
+    let script = honest();
+    let address = listen(&script);
+    let mut settings = client(Link::Tcp { address, connect_timeout_ms: 1000 });
+    settings.outputs[0].unit = 2;
+    let mut client = Client::new(&settings, Tcp::new(address, Duration::from_secs(1), TIMEOUT));
+    client.connect().await.unwrap();
+    let asked = Arc::new(Mutex::new(Vec::new()));
+    for _ in 0..100 {
+        let seen = Arc::clone(&asked);
+        lie(&script, move |request, _| {
+            seen.lock().unwrap().push((request[6], request[7..].to_vec()));
+            if request[6] == 1 { exception(request, 11) } else { Lie::None }
+        });
+    }
+    let mut inputs = [None; 2];
+    for on in [1, 0, 1, 1] {
+        let trouble = client.exchange(poll(&[on], &mut inputs)).await.unwrap_err();
+        assert!(trouble.reason.ends_with("(the gateway's device does not answer)"), "{trouble}");
+        assert!(!trouble.is_disconnected);
+    }
+    let asked = asked.lock().unwrap();
+    let of = |unit| asked.iter().filter(move |(of, _)| *of == unit).map(|(_, pdu)| pdu[3]);
+    assert_eq!(of(2).collect::<Vec<_>>(), [0xff, 0, 0xff], "each change once");
+    assert!(of(1).count() >= 2, "it is asked again");
+}
+
+/// A client with these two inputs, and what a poll of it comes to before a peer that does this with
+/// each of many requests.
+async fn polled(
+    inputs: [(u8, u16); 2],
+    answer: impl Fn(&[u8]) -> Lie + Clone + Send + 'static,
+) -> Vec<(Result<(), Trouble>, [Option<i32>; 2])> {
+    let script = honest();
+    let address = listen(&script);
+    let mut settings = client(Link::Tcp { address, connect_timeout_ms: 1000 });
+    for (input, (unit, at)) in settings.inputs.iter_mut().zip(inputs) {
+        (input.unit, input.at) = (unit, at);
+    }
+    let mut client = Client::new(&settings, Tcp::new(address, Duration::from_secs(1), TIMEOUT));
+    client.connect().await.unwrap();
+    for _ in 0..100 {
+        let answer = answer.clone();
+        lie(&script, move |request, _| answer(request));
+    }
+    let mut polled = Vec::new();
+    for _ in 0..4 {
+        let mut inputs = [None; 2];
+        let done = timeout(liars::BOUND, client.exchange(poll(&[1], &mut inputs))).await.unwrap();
+        polled.push((done.map(|_| ()), inputs));
+    }
+    polled
+}
+
+#[tokio::test]
+async fn an_exception_of_one_point_keeps_no_other_from_being_read() {
+    let refuses = |request: &[u8]| match request[9] {
+        10 => exception(request, 2),
+        _ => Lie::None,
+    };
+    for (done, inputs) in polled([(1, 0), (1, 10)], refuses).await {
+        let words = "reading input 10 of unit 1: exception 2 (illegal data address)";
+        assert_eq!(done, Err(Trouble::kept(words)));
+        assert_eq!(inputs, [Some(1000), None]);
+    }
+    for (_, inputs) in polled([(1, 10), (1, 20)], refuses).await {
+        assert_eq!(inputs, [None, Some(1020)], "also one that is read behind it");
+    }
+}
+
+#[tokio::test]
+async fn a_dead_unit_behind_a_gateway_keeps_no_other_from_being_read() {
+    let says = |request: &[u8]| match request[6] {
+        2 => exception(request, 11),
+        _ => Lie::None,
+    };
+    let is_silent = |request: &[u8]| match request[6] {
+        2 => Lie::Silence,
+        _ => Lie::None,
+    };
+    let both = [polled([(2, 0), (3, 5)], says).await, polled([(2, 0), (3, 5)], is_silent).await];
+    let words = ["exception 11 (the gateway's device does not answer)", "no answer in 100 ms"];
+    for (polled, words) in both.into_iter().zip(words) {
+        for (done, inputs) in polled {
+            let trouble = done.unwrap_err();
+            assert_eq!(trouble.reason, format!("reading input 0 of unit 2: {words}"));
+            assert!(!trouble.is_disconnected, "{words}");
+            assert_eq!(inputs, [None, Some(1005)], "{words}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_gateway_none_of_whose_units_answers_is_lost_itself() {
+    for (done, inputs) in polled([(2, 0), (3, 5)], |_| Lie::Silence).await {
+        assert!(done.unwrap_err().is_disconnected);
+        assert_eq!(inputs, [None, None]);
+    }
+}
+
+/// Whatever the peer may have dropped with the connection is written again.
+#[tokio::test]
+async fn a_peer_that_closed_an_idle_connection_costs_no_exchange() {
+    let script = honest();
+    let mut client = tcp(&script).await;
+    let asked = Arc::new(Mutex::new(Vec::new()));
+    for at in 0..9 {
+        let seen = Arc::clone(&asked);
+        lie(&script, move |request, _| {
+            seen.lock().unwrap().push(request[7]);
+            if at % 3 == 0 { Lie::Leave(Vec::new()) } else { Lie::None }
+        });
+    }
+    for _ in 0..3 {
+        assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+    }
+    assert_eq!(*asked.lock().unwrap(), [4, 5, 4, 4, 5, 4, 4, 5, 4]);
+    for _ in 0..2 {
+        lie(&script, |_, _| Lie::Leave(Vec::new()));
+    }
+    let trouble = exchange(&mut client).await.unwrap_err();
+    assert!(trouble.is_disconnected, "one that closes the new connection too is in trouble");
+}
+
+#[tokio::test]
+async fn a_peer_that_takes_no_connection_is_trouble() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    drop(listener);
+    let mut link = Tcp::new(address, Duration::from_secs(1), TIMEOUT);
+    let trouble = rungd::io::modbus_client::Link::connect(&mut link).await.unwrap_err();
+    assert!(trouble.reason.starts_with("no connection: Connection refused"), "{trouble}");
+    assert!(trouble.is_disconnected);
+}
+
+#[tokio::test]
+async fn a_thousand_connections_leave_nothing_behind() {
+    let script = honest();
+    let mut client = tcp(&script).await;
+    let open = || std::fs::read_dir("/proc/self/fd").unwrap().count();
+    let before = open();
+    for _ in 0..1000 {
+        lie(&script, |_, _| Lie::Leave(Vec::new()));
+        assert_eq!(exchange(&mut client).await, Ok([1000, 1001]), "over a connection made anew");
+    }
+    // The other tests of this process have a few.
+    assert!(open() < before + 100, "{before} descriptors have become {}", open());
+}
+
+#[test]
+fn any_bytes_as_an_answer_are_contained() {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let script = honest();
+    let mut client = runtime.block_on(tcp(&script));
+    let mut runner = TestRunner::new(proptest::test_runner::Config::with_cases(300));
+    let client = &mut client;
+    let client = std::cell::RefCell::new(client);
+    let bytes = proptest::collection::vec(proptest::num::u8::ANY, 0..64);
+    let run = |bytes: Vec<u8>| {
+        let mut client = client.borrow_mut();
+        runtime.block_on(async {
+            // Half of them behind a right header.
+            lie(&script, move |request, _| match bytes.first() {
+                Some(1..128) => Lie::Leave(tcp_frame(request, &bytes)),
+                _ => Lie::Leave(bytes.clone()),
+            });
+            let _ = exchange(&mut client).await;
+            client.disconnect();
+            client.connect().await.unwrap();
+            assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+        });
+        Ok(())
+    };
+    runner.run(&bytes, run).unwrap();
+}
+
+/// The same over a serial line; an empty text: the client finds the answer all the same.
+const RTU_LIES: [(&str, Answer); 17] = [
+    ("exception 2 (illegal data address)", |_, _| Lie::Say(rtu_frame(1, &[0x84, 2]))),
+    ("exception 10 (gateway path unavailable)", |_, _| Lie::Say(rtu_frame(1, &[0x84, 10]))),
+    ("2 bytes of data where 4", |_, _| Lie::Say(rtu_frame(1, &[4, 2, 0, 1]))),
+    ("6 bytes of data where 4", |_, _| Lie::Say(rtu_frame(1, &[4, 6, 0, 1, 2, 3, 4, 5]))),
+    ("no whole, right answer", |_, right| Lie::Say(with(right, 8, right[8] ^ 1))),
+    ("no whole, right answer", |_, right| Lie::Say(with(right, 0, 2))),
+    ("no whole, right answer", |_, _| Lie::Say(rtu_frame(2, &[4, 4, 0, 1, 2, 3]))),
+    ("no whole, right answer", |_, _| Lie::Say(rtu_frame(1, &[3, 4, 0, 1, 2, 3]))),
+    ("no whole, right answer", |_, right| Lie::Say(right[..8].to_vec())),
+    ("no whole, right answer", |_, _| Lie::Trickle(vec![1; 30])),
+    ("no answer in 100 ms", |_, _| Lie::Silence),
+    ("no answer in 100 ms", |_, _| Lie::After(TIMEOUT * 3 / 2)),
+    ("noise without an end", |_, _| Lie::Say(vec![0x55; 2000])),
+    ("", |_, right| Lie::Say([&[0xff, 0, 1, 4, 4], right].concat())),
+    ("", |_, right| Lie::Say([right, &[0xff, 0, 1, 4]].concat())),
+    ("set `echo = true`", |request, right| Lie::Say([request, right].concat())),
+    ("", |_, right| Lie::Say([&rtu_frame(2, &[4, 4, 0, 1, 2, 3]), right].concat())),
+];
+
+fn serial(port: String) -> Serial {
+    Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo: false }
+}
+
+#[tokio::test]
+async fn every_lie_over_a_serial_line_is_trouble_that_passes() {
+    let (master, port) = pty();
+    let script = honest();
+    let told = Arc::clone(&script);
+    spawn(move || serve_rtu(master, &told));
+    let serial = serial(port);
+    let settings = client(Link::Serial(serial.clone()));
+    let mut client = Client::new(&settings, Lines::default().link(&serial, TIMEOUT));
+    client.connect().await.unwrap();
+    assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+    for (words, answer) in RTU_LIES {
+        lie(&script, answer);
+        match exchange(&mut client).await {
+            Ok(inputs) => assert!(words.is_empty() && inputs == [1000, 1001], "{words}"),
+            Err(trouble) => {
+                assert!(!words.is_empty() && trouble.reason.contains(words), "{words}: {trouble}");
+                assert!(!trouble.is_disconnected, "{words}");
+            }
+        }
+        // A late answer may still be under way, and a unit that was silent may be resting.
+        let again = async {
+            while exchange(&mut client).await != Ok([1000, 1001]) {
+                tokio::task::yield_now().await;
+            }
+        };
+        timeout(liars::BOUND, again).await.unwrap_or_else(|_| panic!("{words}: no recovery"));
+    }
+}
+
+/// RTU has no transactions: an answer that comes too late looks like that to the next question.
+#[tokio::test]
+async fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
+    let (master, port) = pty();
+    let script = honest();
+    let told = Arc::clone(&script);
+    spawn(move || serve_rtu(master, &told));
+    let serial = serial(port);
+    let mut settings = client(Link::Serial(serial.clone()));
+    settings.inputs[1].at = 10;
+    settings.outputs.clear();
+    let mut client = Client::new(&settings, Lines::default().link(&serial, TIMEOUT));
+    client.connect().await.unwrap();
+    assert_eq!(exchange(&mut client).await, Ok([1000, 1010]));
+    // The answer to the first question comes while the same is asked again, and the answer to that
+    // while the second register is.
+    lie(&script, |_, _| Lie::After(TIMEOUT * 3 / 2));
+    lie(&script, |_, _| Lie::After(TIMEOUT / 5));
+    assert!(exchange(&mut client).await.is_err());
+    let mut wells = 0;
+    while wells < 5 {
+        if let Ok(inputs) = exchange(&mut client).await {
+            assert_eq!(inputs, [1000, 1010]);
+            wells += 1;
+        }
+        tokio::task::yield_now().await;
+    }
+}
+
+#[tokio::test]
+async fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
+    let (master, port) = pty();
+    let script = honest();
+    let told = Arc::clone(&script);
+    let peer = spawn(move || serve_rtu(master, &told));
+    let link = std::env::temp_dir().join(format!("rungd-line-{}", std::process::id()));
+    let _ = std::fs::remove_file(&link);
+    std::os::unix::fs::symlink(&port, &link).unwrap();
+    let serial = serial(link.to_str().unwrap().to_owned());
+    let settings = client(Link::Serial(serial.clone()));
+    let mut client = Client::new(&settings, Lines::default().link(&serial, TIMEOUT));
+    client.connect().await.unwrap();
+    assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+    lie(&script, |_, _| Lie::Leave(Vec::new()));
+    // The adapter is unplugged.
+    let mut trouble = exchange(&mut client).await.unwrap_err();
+    peer.join().unwrap();
+    std::fs::remove_file(&link).unwrap();
+    while !trouble.is_disconnected {
+        trouble = exchange(&mut client).await.unwrap_err();
+    }
+    let trouble = client.connect().await.unwrap_err();
+    assert!(trouble.reason.starts_with("cannot open it: No such file"), "{trouble}");
+    let (master, port) = pty();
+    spawn(move || serve_rtu(master, &script));
+    std::os::unix::fs::symlink(&port, &link).unwrap();
+    client.connect().await.unwrap();
+    assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+    std::fs::remove_file(&link).unwrap();
+}
+
+#[test]
+fn a_device_that_lies_disturbs_no_other_and_floods_no_log() {
+    let (liar, honest) = (honest(), honest());
+    for _ in 0..100 {
+        TCP_LIES.iter().filter(|(.., is_kept)| *is_kept).for_each(|(_, told, _)| lie(&liar, told));
+        TCP_LIES.iter().for_each(|(_, told, _)| lie(&liar, told));
+    }
+    let device = |name: &str, script: &Script, input: u32| {
+        let address = listen(script);
+        format!(
+            "[[device]]\nname = \"{name}\"\ndriver = \"modbus-tcp\"\naddress = \"{address}\"\n\
+             map = [{{ from = \"input 0..1\", to = \"D{input}..D{}\" }}]\n",
+            input + 1
+        )
+    };
+    let devices = device("liar", &liar, 0) + &device("honest", &honest, 2);
+    let ladder = "[[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"D2 == 1000\"]\n\
+                  do = [\"OUT Y0\"]\n";
+    let plant = process::Plant::new(ladder, &devices);
+    let mut rungd = process::Running::new(&mut plant.command::<&str>(&[]));
+    rungd.line("liar: ");
+    rungd.line("honest exchanges");
+    std::thread::sleep(Duration::from_secs(3));
+    let lines = rungd.stop();
+    process::no_scan_missed(&lines, Duration::from_millis(10), Duration::from_secs(3));
+    let told =
+        |words: &str| lines.iter().filter(|line| process::message(line).starts_with(words)).count();
+    assert_eq!(told("liar: "), 0, "an outage is one line, whatever the lies: {lines:#?}");
+    assert_eq!(told("honest is lost") + told("honest: "), 0, "{lines:#?}");
+}

@@ -1,0 +1,224 @@
+//! Torn writes: patterns that check themselves go in and out, and nobody ever sees half of one.
+//!
+//! Many clients write the same registers, each its own pattern, across the end of the standard map
+//! and into the explicit one; the ladder judges what every scan finds, and the clients what they
+//! read. The ladder's own pattern goes out the same way. Clients that change one bit each of one
+//! register (function 22) must not lose each other's.
+//!
+//! CI makes some thousand exchanges; a million, with figures, some minutes:
+//! `cargo test --release --test io modbus_torn -- --ignored --nocapture`.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::support::modbus::Client;
+use crate::support::process::{Plant, Running};
+
+const CONTROLLER: &str = r#"
+[scan]
+period = "1ms"
+
+[modbus-server]
+listen      = "127.0.0.1:0"
+connections = 100
+writable    = ["MHR2047..MHR2048", "V0..V2", "D0", "MHR100"]
+
+[[modbus-server.map]]                 # behind MHR2048, at 2048
+operand = "V0..V2"
+table   = "holding"
+address = 2048
+
+[[modbus-server.map]]
+operand = "D0"
+table   = "holding"
+address = 2051
+"#;
+
+/// MHR2047 = MHR2048 = V0 = n, V1 = 65535 - n, V2 = n + 1 (n below 65535), D0 = n * 65537. Counts
+/// the scans that find it otherwise, in CT0 (MIR1); and shows a pattern of its own in MIR2..MIR5.
+const LADDER: &str = r#"
+[[program]]
+name = "Main"
+
+[[program.rung]]
+when = ["V1 > 0"]
+do   = [
+    "ADD MHR2047 V1 to=D1", "ADD MHR2047 1 to=D2",
+    "ADD D4 1 to=D4", "MOVE D4 to=MIR2", "MOVE D4 to=MIR3", "SUB 65535 D4 to=D5", "MOVE D5 to=MIR4",
+    "MOVE D4 to=MIR5",
+]
+
+[[program.rung]]
+when = ["D4 >= 65535"]
+do   = ["MOVE 0 to=D4"]
+
+[[program.rung]]
+when = ["V1 > 0", "MHR2047 != MHR2048 | MHR2047 != V0 | D1 != 65535 | D2 != V2"]
+do   = ["ADD D3 1 to=D3"]
+
+[[program.rung]]
+when = ["$On"]
+do   = ["MOVE D3 to=MIR1"]
+"#;
+
+/// 2046: the first register of the pattern.
+const FIRST: [u8; 2] = [7, 0xfe];
+const REGISTERS: u8 = 7;
+
+/// The pattern of a number below 32,767.
+fn pattern(n: u16) -> Vec<u8> {
+    let words = [n, n, n, 65_535 - n, n + 1, n, n];
+    words.into_iter().flat_map(u16::to_be_bytes).collect()
+}
+
+fn is_whole(bytes: &[u8]) -> bool {
+    let first = u16::from_be_bytes([bytes[0], bytes[1]]);
+    bytes.iter().all(|byte| *byte == 0) || (first < 32_767 && bytes == pattern(first))
+}
+
+/// What the clients share.
+struct Plan {
+    address: String,
+    /// How many exchanges are left, writes and reads.
+    left: AtomicU64,
+    writes: AtomicU64,
+    torn: AtomicU64,
+}
+
+impl Plan {
+    /// Whether one more is to be made.
+    fn next(&self) -> bool {
+        self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_ok()
+    }
+
+    fn judge(&self, whole: bool, what: &[u8]) {
+        if !whole {
+            eprintln!("torn: {what:?}");
+            self.torn.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Writes its patterns, by turns with function 16, and with 23, which reads at once.
+    fn write(&self, who: u16) {
+        let mut client = Client::connect(&self.address);
+        let place = [&FIRST[..], &[0, REGISTERS]].concat();
+        for round in 0.. {
+            if !self.next() {
+                return;
+            }
+            let values = pattern((who * 617 + round * 31) % 32_767);
+            let write = [&place[..], &[REGISTERS * 2], &values].concat();
+            if round % 2 == 0 {
+                let reply = client.ask(1, &[&[16][..], &write].concat());
+                assert_eq!(reply, [&[16][..], &place].concat());
+            } else {
+                let reply = client.ask(1, &[&[23][..], &place, &write].concat());
+                self.judge(is_whole(&reply[2..]), &reply);
+            }
+            self.writes.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Reads what others wrote, and what the ladder did.
+    fn read(&self) {
+        let mut client = Client::connect(&self.address);
+        while self.next() {
+            let reply = client.ask(1, &[3, FIRST[0], FIRST[1], 0, REGISTERS]);
+            self.judge(is_whole(&reply[2..]), &reply);
+            let reply = client.ask(1, &[4, 0, 1, 0, 4]);
+            let [a, b, c, d] =
+                [2, 4, 6, 8].map(|at| u16::from_be_bytes([reply[at], reply[at + 1]]));
+            let whole = (a == b && a == d && c == 65_535 - a) || [a, b, c, d] == [0; 4];
+            self.judge(whole, &reply);
+        }
+    }
+
+    /// Changes its own bit of MHR100, and finds it so.
+    fn mask(&self, bit: u32) {
+        let mut client = Client::connect(&self.address);
+        let mask = 1_u16 << bit;
+        for round in 0_u16.. {
+            if !self.next() {
+                return;
+            }
+            let on = if round % 2 == 0 { mask } else { 0 };
+            let pdu = [&[22, 0, 99][..], &(!mask).to_be_bytes(), &on.to_be_bytes()].concat();
+            assert_eq!(client.ask(1, &pdu), pdu);
+            let reply = client.ask(1, &[3, 0, 99, 0, 1]);
+            let kept = u16::from_be_bytes([reply[2], reply[3]]) & mask == on;
+            self.judge(kept, &reply);
+            self.writes.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+fn start() -> (Plant, Running, String) {
+    let plant = Plant::new(LADDER, CONTROLLER);
+    let running = Running::new(&mut plant.command(&[] as &[&str]));
+    let line = running.line("Modbus server listens");
+    let address = line["address"].as_str().unwrap().to_owned();
+    running.line("RUN: scanning");
+    (plant, running, address)
+}
+
+fn exchanges(count: u64, writers: u16) {
+    let (_plant, mut running, address) = start();
+    let (left, zero) = (AtomicU64::new(count), || AtomicU64::new(0));
+    let plan = Plan { address: address.clone(), left, writes: zero(), torn: zero() };
+    let began = Instant::now();
+    thread::scope(|scope| {
+        let plan = &plan;
+        for who in 0..writers {
+            scope.spawn(move || plan.write(who));
+        }
+        for bit in 0..8 {
+            scope.spawn(move || plan.mask(bit));
+        }
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while plan.left.load(Ordering::Relaxed) > 0 {
+                    plan.read();
+                    thread::sleep(Duration::from_millis(1));
+                }
+            });
+        }
+    });
+    let mut client = Client::connect(&address);
+    let by_ladder = client.ask(1, &[4, 0, 0, 0, 1]);
+    let (writes, torn) = (plan.writes.into_inner(), plan.torn.into_inner());
+    let seconds = began.elapsed().as_secs_f64();
+    println!("{count} exchanges, {writes} of them writes, in {seconds:.0} s; torn: {torn}");
+    println!("torn in the ladder: {by_ladder:?}");
+    assert_eq!((torn, by_ladder), (0, vec![4, 2, 0, 0]));
+    assert!(writes > count / 100);
+    running.stop();
+}
+
+#[test]
+fn a_torn_pattern_would_be_seen() {
+    let (_plant, _running, address) = start();
+    let mut client = Client::connect(&address);
+    let place = [&FIRST[..], &[0, REGISTERS, REGISTERS * 2]].concat();
+    for at in 0..REGISTERS {
+        let mut values = pattern(1000);
+        assert!(is_whole(&values));
+        values[usize::from(at) * 2 + 1] ^= 1;
+        assert!(!is_whole(&values));
+        client.ask(1, &[&[16][..], &place, &values].concat());
+        // Where D0 is wrong only readers see it.
+        let seen = client.ask(1, &[4, 0, 0, 0, 1]);
+        assert!(at >= 5 || seen != [4, 2, 0, 0], "{at}");
+    }
+}
+
+#[test]
+fn no_exchange_is_torn() {
+    exchanges(20_000, 16);
+}
+
+#[test]
+#[ignore = "minutes; run with --release"]
+fn of_a_million_exchanges_none_is_torn() {
+    exchanges(1_000_000, 64);
+}

@@ -1,0 +1,13 @@
+//! Files before anything runs: what is read, what is found wrong, how that is told, and the pages
+//! about it.
+
+mod any_bytes;
+mod controller;
+mod docs_language;
+mod findings_pages;
+mod findings_shown;
+mod instruction_pages;
+mod load;
+mod schemas;
+mod ui;
+mod validator;

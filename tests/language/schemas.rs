@@ -1,0 +1,193 @@
+//! `rungd schema`, held against every file that is shipped or shown: what `rungd check` takes, the
+//! schema takes; a key that it does not know, the schema refuses.
+//!
+//! Twice: by the few keywords of `tests/language/validator.rs`, and where Python has `jsonschema` by that
+//! (required with `RUNGD_REQUIRE_CLIENTS=1`).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use crate::validator::{json_of, wrong};
+use rungd::cli::schema::{FileKind, of};
+use rungd::load;
+use rungd::source::finding::Severity;
+use serde_json::Value;
+
+/// Folders whose files, if `rungd check` has no error, a schema takes.
+const FOLDERS: [&str; 5] =
+    ["config", "config/programs", "config/first", "config/first/programs", "tests/ui"];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn kind(path: &Path) -> FileKind {
+    if load::is_controller_file(path).expect("readable") {
+        FileKind::Controller
+    } else {
+        FileKind::Ladder
+    }
+}
+
+fn has_errors(path: &Path) -> bool {
+    let loaded = match kind(path) {
+        FileKind::Controller => load::controller_file(path),
+        FileKind::Ladder => load::ladder_files(&[path.to_owned()]),
+    };
+    let findings = loaded.expect("readable").findings;
+    findings.iter().any(|finding| finding.severity() == Severity::Error)
+}
+
+/// All files that the schemas must take.
+fn good() -> Vec<PathBuf> {
+    let mut files = vec![root().join("tests/bottling.toml")];
+    for folder in FOLDERS {
+        for entry in fs::read_dir(root().join(folder)).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_some_and(|e| e == "toml") && !has_errors(&path) {
+                files.push(path);
+            }
+        }
+    }
+    files.extend_from_slice(SHOWN.get_or_init(shown));
+    files.sort();
+    files
+}
+
+/// Written once: the tests of this file run at the same time.
+static SHOWN: OnceLock<Vec<PathBuf>> = OnceLock::new();
+
+/// The whole files that the pages show, as files.
+fn shown() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schema-shown");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    let mut files = Vec::new();
+    let pages = ["language", "modbus", "running", "simulated-device"];
+    for name in pages {
+        let page = fs::read_to_string(root().join(format!("docs/{name}.md"))).expect("a page");
+        for (at, block) in page.split("```toml\n").skip(1).enumerate() {
+            let text = block.split("```").next().unwrap_or(block);
+            let whole = ["\n[[program]]", "\nladder = ["].iter().any(|part| text.contains(part))
+                || text.starts_with("ladder = [");
+            if whole {
+                let path = folder.join(format!("{name}-{at}.toml"));
+                fs::write(&path, text).expect("a file");
+                files.push(path);
+            }
+        }
+    }
+    assert!(files.len() >= 5, "{files:?}");
+    files
+}
+
+fn read(path: &Path) -> Value {
+    json_of(&fs::read_to_string(path).expect("a text"))
+}
+
+fn findings(kind: FileKind, value: &Value) -> Vec<String> {
+    let schema = of(kind);
+    wrong(&schema, &schema, value, "")
+}
+
+/// Every table of a file, by the path to it.
+fn tables(value: &Value, path: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Object(object) => {
+            found.push(path.to_owned());
+            object.iter().for_each(|(key, value)| tables(value, &format!("{path}/{key}"), found));
+        }
+        Value::Array(items) => items
+            .iter()
+            .enumerate()
+            .for_each(|(at, item)| tables(item, &format!("{path}/{at}"), found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_example_fits() {
+    let files = good();
+    assert!(files.len() >= 25, "{}", files.len());
+    for path in &files {
+        let found = findings(kind(path), &read(path));
+        assert!(found.is_empty(), "{}: {found:?}", path.display());
+    }
+}
+
+/// In each table of each file of `config/`, but for the names of tags.
+#[test]
+fn an_unknown_key_is_refused_wherever_it_stands() {
+    let mut tried = 0;
+    for path in good().iter().filter(|path| path.starts_with(root().join("config"))) {
+        let (value, kind) = (read(path), kind(path));
+        let mut places = Vec::new();
+        tables(&value, "", &mut places);
+        for place in places {
+            let mut wrong = value.clone();
+            let table = wrong.pointer_mut(&place).and_then(Value::as_object_mut).expect("a table");
+            table.insert("preset".to_owned(), Value::from("2s"));
+            let found = findings(kind, &wrong);
+            assert!(!found.is_empty(), "{}: `preset` in {place}", path.display());
+            tried += 1;
+        }
+    }
+    assert!(tried > 300, "{tried}");
+}
+
+#[test]
+fn what_a_reader_refuses_by_form_is_refused() {
+    let ladder = |text: &str| findings(FileKind::Ladder, &json_of(text)).is_empty();
+    let rung = |rung: &str| ladder(&format!("[[program]]\nname = \"Main\"\nrung = [ {rung} ]"));
+    assert!(rung(r#"{ when = ["X0"], do = ["OUT Y0"] }"#));
+    assert!(!rung(r#"{ when = "X0", do = ["OUT Y0"] }"#), "a bare string");
+    assert!(!rung(r#"{ do = ["OUT Y0"] }"#), "no contacts");
+    assert!(!rung(r#"{ when = ["X0"] }"#), "no instruction");
+    assert!(!rung(r#"{ when = ["X0"], leg.up = ["X0"], do = ["OUT Y0"] }"#), "both");
+    assert!(!rung(r#"{ leg.down = ["X0"], do = ["OUT Y0"] }"#), "a leg");
+    assert!(!ladder("[[task]]\nname = \"A\"\n[[task.stage]]\nname = \"B\""), "a stage in a task");
+    assert!(!ladder("[[program]]\n"), "no name");
+    assert!(!ladder("[tags]\na = { doc = \"neither\" }"), "a tag of nothing");
+    assert!(!ladder("[tags]\na = { at = \"X0\", log = \"always\" }"), "log");
+    let controller = |text: &str| findings(FileKind::Controller, &json_of(text)).is_empty();
+    assert!(controller("ladder = [\"a.toml\"]"));
+    assert!(!controller("ladder = []"), "no ladder");
+    assert!(!controller("[scan]\nperiod = \"10ms\""), "no ladder key");
+    assert!(!controller("ladder = [\"a.toml\"]\n[scan]\nperiod = 10"), "a number");
+    assert!(!controller("ladder = [\"a.toml\"]\n[memory]\nX = 0"), "beyond its range");
+}
+
+#[test]
+fn a_validator_of_others_agrees() {
+    let script = root().join("tests/schema/check.py");
+    let there = Command::new("python3").args(["-c", "import jsonschema, tomllib"]).output();
+    if !there.is_ok_and(|output| output.status.success()) {
+        assert!(std::env::var_os("RUNGD_REQUIRE_CLIENTS").is_none(), "no jsonschema in Python");
+        eprintln!("left out: Python here has no jsonschema (or no tomllib)");
+        return;
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schema-python");
+    fs::create_dir_all(&folder).expect("a folder");
+    for (wanted, name) in [(FileKind::Ladder, "ladder"), (FileKind::Controller, "controller")] {
+        let schema = folder.join(format!("{name}.json"));
+        let printed = Command::new(env!("CARGO_BIN_EXE_rungd")).args(["schema", name]).output();
+        fs::write(&schema, printed.expect("rungd runs").stdout).expect("a file");
+        let bad = folder.join(format!("{name}-bad.toml"));
+        let text = match wanted {
+            FileKind::Ladder => "[tags]\na = { at = \"X0\", adress = \"X1\" }\n",
+            FileKind::Controller => "ladder = [\"a.toml\"]\n[scan]\nperiode = \"10ms\"\n",
+        };
+        fs::write(&bad, text).expect("a file");
+        let good: Vec<PathBuf> = good().into_iter().filter(|path| kind(path) == wanted).collect();
+        for (verdict, files) in [("good", good), ("bad", vec![bad])] {
+            let mut python = Command::new("python3");
+            python.arg(&script).arg(&schema).arg(verdict).args(files);
+            let output = python.output().expect("python3 runs");
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success(), "{said}{errors}");
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! What `rungd check` says: `tests/ui/NAME.toml` against `tests/ui/NAME.stderr`.
+//!
+//! A folder is a case too: with a `controller.toml` in it, that is checked; else all its ladder
+//! files together, in order of name. `UPDATE_UI=1 cargo test --test language ui::` writes what is said now.
+
+use std::path::{Path, PathBuf};
+
+use rungd::load::{self, Loaded};
+use rungd::source::finding::{Severity, TABLE};
+use rungd::source::render::{Style, render};
+
+/// Findings of the rules over the whole program, which have tests of their own.
+const RULES: [&str; 8] = [
+    "owned-twice",
+    "reset-without-owner",
+    "sensaphone-preset",
+    "jump-outside-stage",
+    "entask-conflict",
+    "duplicate-out",
+    "built-in-task",
+    "block-rule",
+];
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    paths
+}
+
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|e| e == ending)
+}
+
+fn load(case: &Path) -> Loaded {
+    if !case.is_dir() && load::is_controller_file(case).unwrap() {
+        return load::controller_file(case).unwrap();
+    }
+    if !case.is_dir() {
+        return load::ladder_files(&[case.to_owned()]).unwrap();
+    }
+    let controller = case.join("controller.toml");
+    if controller.exists() {
+        return load::controller_file(&controller).unwrap();
+    }
+    let files: Vec<PathBuf> = entries(case).into_iter().filter(|p| has_ending(p, "toml")).collect();
+    load::ladder_files(&files).unwrap()
+}
+
+fn cases() -> Vec<(PathBuf, String)> {
+    let cases = entries(Path::new("tests/ui")).into_iter();
+    let cases = cases.filter(|path| path.is_dir() || has_ending(path, "toml"));
+    let said = |path: &PathBuf| {
+        let loaded = load(path);
+        render(&loaded.findings, &loaded.files, Style::default())
+    };
+    cases.map(|path| (path.clone(), said(&path))).collect()
+}
+
+#[test]
+fn findings_read_as_recorded() {
+    let update = std::env::var_os("UPDATE_UI").is_some();
+    let mut wrong = Vec::new();
+    for (path, said) in cases() {
+        let record = path.with_extension("stderr");
+        if update {
+            std::fs::write(&record, &said).unwrap();
+        } else if std::fs::read_to_string(&record).unwrap_or_default() != said {
+            wrong.push(format!("{}:\n{said}", path.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "UPDATE_UI=1 records what is said now:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_error_of_reading_and_resolving_has_a_case() {
+    let said: String = cases().into_iter().map(|(_, said)| said).collect();
+    for row in TABLE.iter().filter(|row| row.severity == Severity::Error) {
+        let shown = said.contains(&format!("error[{}]", row.name));
+        assert!(shown || RULES.contains(&row.name), "no case shows {}", row.name);
+    }
+}

@@ -1,0 +1,206 @@
+//! The way back of a running controller: which program it leads to, and what never waits for files.
+
+use std::time::{Duration, Instant};
+
+use crate::support::live::Live;
+
+/// A program that says its number in D0.
+fn says(number: u32) -> String {
+    format!(
+        "[[program]]\nname = \"Main\"\nrung = [\n\
+         {{ when = [\"$On\"], do = [\"MOVE {number} to=D0\", \"ADD D2 1 to=D2\"] }},\n]\n"
+    )
+}
+
+/// Far more than a scan takes, and far less than one that stalls.
+const WATCHDOG: &str = "scan.watchdog = \"600ms\"\n";
+
+/// So long that reading it takes seconds.
+fn long(number: u32) -> String {
+    let more = "{ when = [\"X0\"], do = [\"SET C9\"] },\n".repeat(80_000);
+    format!("{}\n{more}]\n", says(number).trim_end().trim_end_matches(']'))
+}
+
+fn put(live: &Live, ladder: &str) {
+    std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
+}
+
+/// Reloads a ladder; what it says.
+fn load(live: &Live, ladder: &str) -> String {
+    put(live, ladder);
+    live.ok("reload")
+}
+
+#[test]
+fn within_probation_the_way_back_stays_the_program_that_stood_its_own() {
+    let live = Live::start(&says(1), "", &[]);
+    live.await_values("D0", "1");
+    load(&live, &says(2));
+    load(&live, &says(3));
+    live.await_values("D0", "3");
+    live.ok("rollback");
+    live.await_values("D0", "1");
+    assert_eq!(live.say("rollback").code, 1, "once");
+}
+
+#[test]
+fn behind_its_probation_a_program_is_the_way_back() {
+    let live = Live::start(&says(1), "reload.probation = \"50ms\"\n", &[]);
+    live.await_values("D0", "1");
+    load(&live, &says(2));
+    live.line("the new program has stood its probation");
+    load(&live, &says(3));
+    live.ok("rollback");
+    live.await_values("D0", "2");
+}
+
+#[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
+fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
+    let live = Live::start_to_stall(&says(1), WATCHDOG, &["--stopped"]);
+    load(&live, &says(2));
+    for words in ["reload", "reload --dry-run"] {
+        assert_eq!(live.ok(words), "nothing changed: the files say what runs already\n");
+    }
+    assert_eq!(live.line("nothing changed")["event"], "reload-same");
+    live.signal("HUP");
+    live.line("SIGHUP asked for a reload: the files say what runs already");
+    live.stall();
+    live.say("mode run");
+    // The first program, however often the second was asked for.
+    live.await_values("D0", "1");
+    let line = live.line("went back to the program before the reload (FAULT: ");
+    assert_eq!((&line["event"], &line["who"]), (&"rolled-back".into(), &"rungd".into()));
+    assert_eq!(live.say("rollback").code, 1, "there is nothing else to go back to");
+}
+
+#[test]
+fn a_rollback_does_not_wait_for_a_reload_that_reads_and_that_reload_is_off() {
+    let live = Live::start(&says(1), "", &[]);
+    live.await_values("D0", "1");
+    load(&live, &says(2));
+    live.await_values("D0", "2");
+    put(&live, &long(3));
+    let mut reload = live.command("reload").spawn().unwrap();
+    let begin = Instant::now();
+    std::thread::sleep(Duration::from_millis(200));
+    live.ok("rollback");
+    let took = begin.elapsed();
+    assert!(reload.try_wait().unwrap().is_none(), "it reads still: {took:?}");
+    live.await_values("D0", "1");
+    assert_eq!(reload.wait().unwrap().code(), Some(1));
+    live.line("the program before was put back while the files were read");
+    live.await_values("D0", "1");
+}
+
+#[test]
+fn a_reload_that_takes_too_long_is_refused_and_the_next_one_is_done() {
+    let live = Live::start(&says(1), "", &["--reload-limit", "300ms"]);
+    live.await_values("D0", "1");
+    put(&live, &long(2));
+    let said = live.say("reload");
+    assert_eq!(said.code, 1, "{said:?}");
+    assert!(said.err.contains("not read and checked within 300ms"), "{said:?}");
+    load(&live, &says(3));
+    live.await_values("D0", "3");
+}
+
+#[test]
+fn a_pipe_in_a_ladders_place_is_refused() {
+    let live = Live::start(&says(1), "", &[]);
+    live.await_values("D0", "1");
+    let ladder = live.folder.join("ladder.toml");
+    std::fs::remove_file(&ladder).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&ladder).status().unwrap().success());
+    let said = live.say("reload");
+    assert_eq!(said.code, 78);
+    assert!(said.err.contains("it is a pipe (FIFO), not a regular file"), "{said:?}");
+    std::fs::remove_file(&ladder).unwrap();
+    load(&live, &says(2));
+    live.await_values("D0", "2");
+}
+
+#[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
+fn a_rollback_by_hand_keeps_the_mode() {
+    let controller = format!("{WATCHDOG}reload.probation = \"0ms\"\n");
+    let live = Live::start_to_stall(&says(1), &controller, &["--stopped"]);
+    load(&live, &says(2));
+    live.stall();
+    live.say("mode run");
+    live.await_mode("FAULT");
+    let said = live.await_ok("rollback");
+    assert!(
+        said.contains("the mode is FAULT, and nothing is scanned until `rungd mode run`"),
+        "{said}"
+    );
+    let line = live.line("the mode stays FAULT, `rungd mode run` is next");
+    assert_eq!((&line["event"], &line["mode"]), (&"rolled-back".into(), &"FAULT".into()));
+    assert_eq!(live.say("status --json").json()["mode"], "FAULT");
+    live.ok("mode run");
+    live.await_values("D0", "1");
+}
+
+#[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
+fn a_program_reloaded_in_fault_has_no_way_back_but_by_hand() {
+    let live = Live::start_to_stall(&says(1), WATCHDOG, &[]);
+    live.await_values("D0", "1");
+    live.stall();
+    live.await_mode("FAULT");
+    put(&live, &says(2));
+    live.await_ok("reload");
+    assert_eq!(live.say("status --json").json()["mode"], "FAULT");
+    live.ok("mode run");
+    live.await_values("D0", "2");
+    live.stall();
+    live.await_mode("FAULT");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(live.say("status --json").json()["mode"], "FAULT", "nothing moves by itself");
+    live.await_ok("rollback");
+}
+
+#[test]
+fn a_tag_that_moves_is_a_warning() {
+    let tagged = |at: &str| {
+        format!("[tags]\nLevel = {{ at = \"{at}\" }}\n{}", says(1).replace("D2 1", "D2 Level"))
+    };
+    let live = Live::start(&tagged("V10"), "", &[]);
+    live.ok("write V10 17");
+    live.ok("force V20 3");
+    let said = load(&live, &tagged("V20"));
+    let words = "tag Level moved from V10 to V20: V20 keeps its own value 3 (forced); V10's was 17";
+    assert!(said.contains(&format!("warning: {words}\n")), "{said}");
+    let line = live.line(words);
+    assert_eq!((&line["event"], &line["level"]), (&"reload-warning".into(), &"WARN".into()));
+}
+
+#[test]
+fn ranges_of_retentive_memory_can_be_taken_away() {
+    let live = Live::start(
+        &says(1),
+        "[retain]\nfile = \"kept\"\nranges = [\"D100..D101\"]\ncold-start = \"run\"\n",
+        &[],
+    );
+    live.ok("write D100 17");
+    live.ok("retain save");
+    let show = || live.ok(&format!("retain show {}", live.folder.join("kept").display()));
+    assert!(show().contains("D100"), "{}", show());
+    let controller = live.folder.join("controller.toml");
+    let text = std::fs::read_to_string(&controller).unwrap();
+    std::fs::write(&controller, text.replace("\"D100..D101\"", "")).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("retained elements 2 → 0") && !said.contains("restart"), "{said}");
+    let said = live.say("retain save");
+    assert!(said.code == 1 && said.err.contains("the last image stays"), "{said:?}");
+    assert!(show().contains("D100"), "{}", show());
+    std::fs::write(&controller, text).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("retained elements 0 → 2") && !said.contains("restart"), "{said}");
+    live.ok("retain save");
+    assert!(show().contains("D100"), "{}", show());
+    let text = std::fs::read_to_string(&controller).unwrap();
+    std::fs::write(&controller, text.replace("\"D100..D101\"", "\"D102\", \"D109\"")).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("\nretained ranges D100..D101 → D102 D109\n"), "{said}");
+}

@@ -1,0 +1,221 @@
+//! `rungd reload` and `rungd rollback` of a running controller; the example of `docs/reload.md`.
+
+use crate::support::live;
+use std::os::unix::net::UnixDatagram;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::support::live::Live;
+use crate::support::shown::lines_match;
+
+const LADDER: &str = r#"
+[tags]
+lamp = { at = "Y0", log = "change" }
+jam = { at = "C7", alarm = "Bottles jammed" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["$On"], do = ["OUT lamp", "SET jam", "ADD D2 1 to=D2"] },
+  { leg.up = ["$ScanToggle"], leg.rst = ["$Off"], do = ["CNT CT0 preset=12"] },
+]
+"#;
+
+fn write(live: &Live, name: &str, text: &str) {
+    std::fs::write(live.folder.join(name), text).unwrap();
+}
+
+/// The blocks of the page in this language.
+fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
+    let open = format!("```{language}\n");
+    page.split(&open).skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
+}
+
+fn is_shown(shown: &str, said: &str) -> bool {
+    lines_match(&shown.lines().collect::<Vec<_>>(), &said.lines().collect::<Vec<_>>())
+}
+
+#[test]
+fn the_pages_example_says_what_it_says() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reload.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (files, said) = (blocks(&page, "toml"), blocks(&page, "text"));
+    let live = Live::start(files[0], "", &[]);
+    live.await_values("T3.Timing Y1", "ON ON");
+    write(&live, "ladder.toml", files[1]);
+    let dry = live.ok("reload --dry-run");
+    assert!(is_shown(said[0], &dry), "{dry}");
+    live.await_values("Drain.Running Y1", "ON ON");
+    let done = live.ok("reload");
+    assert!(is_shown(said[1], &done), "{done}");
+    live.await_values("Y1", "OFF");
+    assert_eq!(live.say("read Drain.Running").code, 2);
+    live.line("Program Drain is gone and was terminated");
+    let line = live.line("reloaded: another program scans, without a stop");
+    assert_eq!((&line["event"], &line["level"]), (&"reload-done".into(), &"INFO".into()));
+}
+
+#[test]
+fn bad_files_change_nothing_and_the_command_prints_the_findings() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    write(&live, "ladder.toml", &LADDER.replace("CNT CT0", "CNT CT0 nonsense"));
+    for words in ["reload", "reload --dry-run"] {
+        let said = live.say(words);
+        assert_eq!(said.code, 78, "{said:?}");
+        assert!(said.err.contains("ladder.toml:9"), "{said:?}");
+        assert!(said.err.ends_with("the running program goes on\n"), "{said:?}");
+    }
+    let line = live.line("the files cannot be run as they are; nothing changed: ");
+    assert_eq!((&line["event"], &line["level"]), (&"reload-refused".into(), &"ERROR".into()));
+    let message = line["message"].as_str().unwrap();
+    assert!(
+        message.contains("ladder.toml:9:") && message.ends_with("(1 error, 0 warnings)"),
+        "{message}"
+    );
+    let line = live.line("nonsense");
+    assert_eq!((&line["event"], &line["level"]), (&"reload-finding".into(), &"INFO".into()));
+    std::fs::remove_file(live.folder.join("controller.toml")).unwrap();
+    assert_eq!(live.say("reload").code, 78);
+    live.await_values("Y0", "ON");
+}
+
+#[test]
+fn a_reload_of_a_comment_says_that_there_is_no_difference() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    write(&live, "ladder.toml", &format!("# Another day.\n{LADDER}"));
+    let none = "no difference in what the program does\n";
+    let said = live.ok("reload --dry-run");
+    assert!(said.starts_with(none) && said.ends_with("\ndry run: nothing was done\n"), "{said}");
+    let said = live.ok("reload");
+    assert!(said.starts_with(none) && said.contains("\nladder runs since"), "{said}");
+}
+
+#[test]
+fn other_safe_values_are_told() {
+    let live = Live::start(LADDER, "", &[]);
+    live.ok("mode stop");
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    write(&live, "controller.toml", &format!("{controller}[outputs]\non = [\"Y3..Y4\"]\n"));
+    for words in ["reload --dry-run", "reload"] {
+        let said = live.ok(words);
+        assert!(said.starts_with("no difference in what the program does\n"), "{said}");
+        assert!(said.contains("\nY3..Y4 outside RUN OFF → ON\n"), "{said}");
+    }
+}
+
+#[test]
+fn a_rollback_by_hand_takes_back_once() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    assert_eq!(live.say("rollback").code, 1);
+    live.ok("force D9 42");
+    let other = LADDER.replace("OUT lamp", "OUT Y5")
+        + "[[program]]\nname = \"New\"\nautostart = \
+        true\nrung = [ { when = [\"$On\"], do = [\"OUT Y6\"] } ]\n";
+    write(&live, "ladder.toml", &other);
+    live.ok("reload");
+    live.await_values("Y0 Y5 Y6 New.Running D9", "OFF ON ON ON 42");
+    let said = live.ok("rollback");
+    assert!(said.contains("Program New is gone and was terminated"), "{said}");
+    live.await_values("Y0 Y5 Y6 D9 $ForcesActive", "ON OFF OFF 42 ON");
+    let line = live.line("went back to the program before the reload (asked for)");
+    assert_eq!((&line["event"], &line["level"]), (&"rolled-back".into(), &"WARN".into()));
+    assert_eq!(live.say("rollback").code, 1);
+    let status = live.say("status --json").json();
+    assert_eq!(status["forces"][0]["address"], "D9");
+}
+
+#[test]
+fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
+    let live = Live::start(LADDER, "", &[]);
+    live.await_values("Y0", "ON");
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    let scan = "[scan]\nperiod = \"20ms\"\nwatchdog = \"300ms\"\n[log]\nstatistics = \"7s\"\n";
+    let changed = format!("{controller}[outputs]\non = [\"Y9\"]\n{scan}");
+    write(&live, "controller.toml", &changed);
+    let said = live.ok("reload");
+    assert!(said.contains("needs a restart: `[log] statistics`\n"), "{said}");
+    assert!(said.contains("Y9 outside RUN OFF → ON\n"), "{said}");
+    assert!(said.contains("scan period 10ms → 20ms\nscan watchdog 200ms → 300ms\n"), "{said}");
+    assert_eq!(live.line("needs a restart")["event"], "reload-restart");
+    assert!(live.ok("status").contains("every 20ms, watchdog 300ms"));
+    let scans = || live.say("status --json").json()["scans"].as_u64().unwrap();
+    let (begin, before) = (Instant::now(), scans());
+    std::thread::sleep(Duration::from_millis(1000));
+    let made = scans() - before;
+    let due = begin.elapsed().as_millis() as u64 / 20;
+    assert!((due / 2..=due + 2).contains(&made), "{made} of {due}");
+    // The alarm that stood goes on standing, and is no news.
+    let before = live.line("reloaded: another program");
+    assert_eq!(before["level"], "INFO");
+    live.ok("mode stop");
+    write(&live, "controller.toml", &format!("{controller}[memory]\nD = 100\n"));
+    assert_eq!(live.say("reload").code, 78);
+    live.ok("mode run");
+    live.line("RUN: scanning every 20ms");
+}
+
+#[test]
+fn a_period_that_systemds_watchdog_would_end_is_refused() {
+    let folder = live::folder(LADDER, "");
+    let mut command = live::run(&folder, &[]);
+    // `WATCHDOG_PID` is that of the process; it is asked for only where it is given.
+    command.env("WATCHDOG_USEC", "2000000").env_remove("WATCHDOG_PID");
+    let live = Live::of(folder, command);
+    live.await_values("Y0", "ON");
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"1s\"\n"));
+    let said = live.say("reload");
+    assert_eq!(said.code, 78);
+    assert!(said.err.contains("must be longer than two periods"), "{said:?}");
+    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"900ms\"\n"));
+    assert!(live.ok("reload").contains("scan period 10ms → 900ms"));
+}
+
+#[test]
+#[cfg_attr(not(debug_assertions), ignore = "stalls are a debug build's")]
+fn a_program_that_faults_on_probation_is_taken_back_and_it_scans_on() {
+    let live = Live::start_to_stall(LADDER, "scan.watchdog = \"600ms\"\n", &[]);
+    live.await_values("Y0", "ON");
+    let sha256 = || live.say("status --json").json()["ladder"]["sha256"].clone();
+    let old = sha256();
+    write(&live, "ladder.toml", &LADDER.replace("OUT lamp", "OUT Y5"));
+    live.ok("reload");
+    live.await_values("Y0 Y5", "OFF ON");
+    live.stall();
+    let line = live.line("went back to the program before the reload (FAULT: ");
+    assert_eq!((&line["event"], &line["who"]), (&"rolled-back".into(), &"rungd".into()));
+    live.await_values("Y0 Y5", "ON OFF");
+    assert_eq!((sha256(), live.say("status --json").json()["mode"].clone()), (old, "RUN".into()));
+}
+
+#[test]
+fn systemd_hears_of_a_reload_in_one_datagram_and_of_its_end() {
+    let folder = live::folder(LADDER, "");
+    let notify = folder.join("notify");
+    let socket = UnixDatagram::bind(&notify).unwrap();
+    socket.set_read_timeout(Some(live::PATIENCE)).unwrap();
+    let mut child = live::run(&folder, &[]).env("NOTIFY_SOCKET", &notify).spawn().unwrap();
+    let hear = |part: &str| {
+        let mut bytes = [0; 4096];
+        loop {
+            let count = socket.recv(&mut bytes).unwrap();
+            let text = String::from_utf8_lossy(&bytes[..count]).into_owned();
+            if text.contains(part) {
+                return text;
+            }
+        }
+    };
+    hear("READY=1");
+    std::fs::write(folder.join("ladder.toml"), "nonsense").unwrap();
+    let pid = child.id().to_string();
+    std::process::Command::new("kill").args(["-s", "HUP", &pid]).status().unwrap();
+    let text = hear("RELOADING=1");
+    let since = text.split_once("MONOTONIC_USEC=").expect("in the same datagram").1;
+    assert!(since.trim().parse::<u64>().unwrap() > 0);
+    hear("READY=1");
+    std::process::Command::new("kill").args(["-s", "TERM", &pid]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let _ = std::fs::remove_dir_all(&folder);
+}

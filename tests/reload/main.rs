@@ -1,0 +1,21 @@
+//! What a reload keeps: by the rules, on random programs, and in the real binary.
+
+mod back;
+mod live;
+mod properties;
+mod random;
+mod report;
+mod rules;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod case;
+    pub mod live;
+    pub mod model;
+    pub mod plc;
+    pub mod run;
+    pub mod shown;
+    pub mod table;
+}

@@ -1,0 +1,290 @@
+//! Random reloads of the real binary under load, four in ten of files that cannot be run: no scan is
+//! missed or mixed, memory goes on, and a bad reload changes nothing, bit for bit.
+//!
+//! `RUNGD_RELOADS` (150) of them from `RUNGD_RELOAD_SEED` (1) on. The long run:
+//! `RUNGD_RELOADS=10000 cargo test --release --test reload random:: -- --nocapture`
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::support::live::Live;
+use serde_json::{Value, json};
+
+fn setting(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+/// A generator of numbers, the same for the same seed.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
+        (self.0 >> 33) % limit
+    }
+}
+
+const CONTROLLER: &str = r#"
+[scan]
+period = "2ms"
+watchdog = "2s"
+[reload]
+probation = "50ms"
+[modbus-server]
+listen = "127.0.0.1:0"
+writable = ["MC1..MC32", "MHR1..MHR32"]
+"#;
+
+/// A program of a number: it says the number first and last in the scan, counts every scan, and
+/// has a counter that each of them has.
+fn good(version: u64, numbers: &mut Numbers) -> String {
+    let mut rungs = String::new();
+    for n in 0..numbers.below(30) {
+        rungs += &match numbers.below(6) {
+            0 => format!("{{ when = [\"rise(MC{})\"], do = [\"PONOFF C{n}\"] }},\n", n % 32 + 1),
+            1 => format!(
+                "{{ when = [\"MC1\"], do = [\"ONDTMR T{n} preset=50ms output=C{}\"] }},\n",
+                100 + n
+            ),
+            2 => format!(
+                "{{ leg.up = [\"MC2\"], leg.rst = [\"MC3\"], do = [\"CNT CT{} preset=9\"] }},\n",
+                10 + n
+            ),
+            3 => format!("{{ when = [\"MC{}\"], do = [\"RUN Side\"] }},\n", n % 32 + 1),
+            4 => format!("{{ when = [\"$On\"], do = [\"ENTASK Work every={}ms\"] }},\n", 2 + n),
+            _ => format!("{{ when = [\"MC{}\"], do = [\"OUT Y{n}\"] }},\n", n % 32 + 1),
+        };
+        if rungs.matches("ENTASK").count() > 1 {
+            let at = rungs.rfind("{ when = [\"$On\"], do = [\"ENTASK").unwrap();
+            rungs.truncate(at);
+        }
+    }
+    format!(
+        r#"
+[[program]]
+name = "Main"
+rung = [
+{{ when = ["$On"], do = ["MOVE {version} to=MIR1", "MOVE {version} to=D0", "ADD D2 1 to=D2"] }},
+{{ leg.up = ["$ScanToggle"], leg.rst = ["$Off"], do = ["CNT CT0 preset={version}"] }},
+{rungs}{{ when = ["$On"], do = ["MOVE {version} to=MIR2", "MOVE {version} to=D1", "MOVE MHR1 to=MIR3", "MOVE MHR2 to=MIR4"] }},
+]
+[[program]]
+name = "Side"
+[[program.stage]]
+name = "S{stage}"
+rung = [ {{ when = ["MC9"], do = ["EXIT"] }}, {{ when = ["$On"], do = ["OUT Y99"] }} ]
+[[task]]
+name = "Work"
+rung = [ {{ when = ["$On"], do = ["ADD D3 1 to=D3"] }} ]
+"#,
+        stage = numbers.below(2)
+    )
+}
+
+/// Files that cannot be run: ladder and controller.
+fn bad(version: u64, numbers: &mut Numbers) -> (Vec<u8>, Option<String>) {
+    let text = good(version, numbers);
+    let controller = |text: &str| Some(text.to_owned());
+    match numbers.below(8) {
+        0 => (text.replace("name = \"Main\"", "name = Main").into(), None),
+        1 => (text.replace("MOVE MHR1", "MOVE nothing").into(), None),
+        2 => (text.replace("\"OUT Y99\"", "\"CNT CT0 preset=1\"").into(), None),
+        3 => (text[..text.len() / 2].into(), None),
+        4 => (vec![0xff, 0xfe, 0], None),
+        5 => (text.into(), controller("ladder = [\"missing.toml\"]\n")),
+        6 => (text.into(), controller("ladder = [\"ladder.toml\"]\nmemory.D = 5000\n")),
+        _ => (text.into(), controller("ladder = [\"ladder.toml\"]\nscan = 5\n")),
+    }
+}
+
+/// The operator's socket, kept open.
+struct Operator(BufReader<UnixStream>);
+
+impl Operator {
+    fn ask(&mut self, request: &Value) -> Value {
+        self.0.get_mut().write_all(format!("{request}\n").as_bytes()).unwrap();
+        let mut line = String::new();
+        self.0.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).unwrap()
+    }
+
+    /// Scans, and what operands hold in the last of them.
+    fn read(&mut self, operands: &[&str]) -> (i64, Vec<i64>) {
+        let answer = self.ask(&json!({"do": "read", "operands": operands}));
+        let number =
+            |value: &Value| value.as_i64().unwrap_or(i64::from(value == &Value::Bool(true)));
+        let values = answer["ok"]["values"].as_array().unwrap_or_else(|| panic!("{answer}"));
+        let values = values.iter().map(|value| number(&value["value"])).collect();
+        (answer["ok"]["scans"].as_i64().unwrap(), values)
+    }
+}
+
+/// A Modbus client that writes two registers and reads what the program makes of them, until told
+/// to stop: the number of the program is the same first and last, and no write is lost.
+fn modbus_load(port: u16, stop: &AtomicBool, requests: &AtomicU64) {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_nodelay(true).unwrap();
+    let mut ask = |pdu: &[u8]| -> Vec<u8> {
+        let mut frame = vec![0, 1, 0, 0, 0, pdu.len() as u8 + 1, 1];
+        frame.extend_from_slice(pdu);
+        stream.write_all(&frame).unwrap();
+        let mut head = [0; 7];
+        stream.read_exact(&mut head).unwrap();
+        let mut body = vec![0; usize::from(head[5]) - 1];
+        stream.read_exact(&mut body).unwrap();
+        requests.fetch_add(1, Ordering::Relaxed);
+        body
+    };
+    let mut n: u16 = 0;
+    while !stop.load(Ordering::Relaxed) {
+        n = n.wrapping_add(1);
+        let [high, low] = n.to_be_bytes();
+        let done = ask(&[16, 0, 0, 0, 2, 4, high, low, high, low]);
+        assert_eq!(done, [16, 0, 0, 0, 2], "a write is refused");
+        let read = ask(&[4, 0, 0, 0, 4]);
+        assert_eq!(read[..2], [4, 8], "a read is refused");
+        let words: Vec<u16> =
+            read[2..].chunks(2).map(|two| u16::from_be_bytes([two[0], two[1]])).collect();
+        assert_eq!(words[0], words[1], "two programs in one image");
+        assert_eq!((words[2], words[3]), (n, n), "a write was lost or torn");
+        let coils: Vec<u8> = (0..4).map(|at| (n >> at) as u8).collect();
+        let done = ask(&[&[15, 0, 0, 0, 32, 4][..], &coils].concat());
+        assert_eq!(done, [15, 0, 0, 0, 32], "a write of coils is refused");
+    }
+}
+
+#[test]
+fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
+    let (count, seed) = (setting("RUNGD_RELOADS", 150), setting("RUNGD_RELOAD_SEED", 1));
+    let mut numbers = Numbers(seed);
+    let live = Live::start(&good(1, &mut numbers), CONTROLLER, &[]);
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    let mut operator = Operator(BufReader::new(live.connect()));
+    while operator.read(&["D2"]).0 < 5 {
+        thread::sleep(Duration::from_millis(5));
+    }
+    let status = operator.ask(&json!({"do": "status"}));
+    let address = status["ok"]["devices"]["modbus"]["address"].as_str().unwrap().to_owned();
+    let port: u16 = address.rsplit(':').next().unwrap().parse().unwrap();
+    let (stop, requests) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
+    let clients: Vec<_> = (0..2)
+        .map(|at| {
+            let (stop, requests) = (Arc::clone(&stop), Arc::clone(&requests));
+            // The second only reads: two writers would see each other's numbers.
+            match at {
+                0 => thread::spawn(move || modbus_load(port, &stop, &requests)),
+                _ => {
+                    let stream = live.connect();
+                    thread::spawn(move || watch(stream, &stop))
+                }
+            }
+        })
+        .collect();
+    let begin = Instant::now();
+    let (mut version, mut bad_ones, mut swap_us_max) = (1, 0, 0.0_f64);
+    let (mut sha256, mut last_acc) = (status["ok"]["ladder"]["sha256"].clone(), 0);
+    for turn in 0..count {
+        let is_bad = numbers.below(10) < 4;
+        let next = turn % 60_000 + 2;
+        let (ladder, other) =
+            if is_bad { bad(next, &mut numbers) } else { (good(next, &mut numbers).into(), None) };
+        std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
+        let other = other.map(|text| format!("operator.socket = \"s\"\n{text}"));
+        std::fs::write(live.folder.join("controller.toml"), other.as_ref().unwrap_or(&controller))
+            .unwrap();
+        let answer = operator.ask(&json!({"do": "reload"}));
+        if is_bad {
+            bad_ones += 1;
+            assert_eq!(answer["error"]["kind"], "bad-files", "turn {turn}: {answer}");
+        } else {
+            let us = answer["ok"]["swap_us"].as_f64().unwrap_or_else(|| panic!("{turn}: {answer}"));
+            swap_us_max = swap_us_max.max(us);
+            version = next;
+            sha256 = answer["ok"]["sha256"].clone();
+            // The image of the first scan of the new program is there before the answer.
+        }
+        let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc"]);
+        assert_eq!((held[0], held[1]), (version as i64, version as i64), "turn {turn}");
+        assert_eq!(held[2], scans, "turn {turn}: a scan was missed, or made twice");
+        assert!(held[3] >= last_acc, "turn {turn}: the count went back");
+        assert!((held[3] - scans / 2).abs() <= 1, "turn {turn}: {} of {scans}", held[3]);
+        last_acc = held[3];
+        let status = operator.ask(&json!({"do": "status"}));
+        assert_eq!(status["ok"]["ladder"]["sha256"], sha256, "turn {turn}");
+        assert_eq!(status["ok"]["mode"], "RUN", "turn {turn}");
+    }
+    stop.store(true, Ordering::Relaxed);
+    for client in clients {
+        client.join().expect("a client met what it should not");
+    }
+    println!(
+        "{count} reloads ({bad_ones} bad) in {:?} beside {} Modbus requests; longest swap {swap_us_max} us",
+        begin.elapsed(),
+        requests.load(Ordering::Relaxed)
+    );
+}
+
+/// Reads what of one scan must be of one program, names of blocks and Stages too.
+fn watch(stream: UnixStream, stop: &AtomicBool) {
+    let mut operator = Operator(BufReader::new(stream));
+    while !stop.load(Ordering::Relaxed) {
+        let names = ["D0", "D1", "D2", "Main.Running", "$On", "$FirstScan"];
+        let (scans, held) = operator.read(&names);
+        assert_eq!(held[0], held[1], "two programs in one image");
+        assert_eq!(held[2], scans, "a scan was missed, or made twice");
+        assert_eq!(held[3..], [1, 1, 0], "an image by another program's layout");
+    }
+}
+
+#[test]
+fn a_bad_reload_changes_no_bit() {
+    let mut numbers = Numbers(99);
+    let live = Live::start(&good(1, &mut numbers), CONTROLLER, &[]);
+    let mut operator = Operator(BufReader::new(live.connect()));
+    while operator.read(&["D2"]).0 < 50 {
+        thread::sleep(Duration::from_millis(5));
+    }
+    operator.ask(&json!({"do": "force", "operand": "Y7", "value": true}));
+    operator.ask(&json!({"do": "mode", "to": "stop"}));
+    let before = memory(&mut operator);
+    let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
+    for version in 2..40 {
+        let (ladder, other) = bad(version, &mut numbers);
+        std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
+        let other = other.map(|text| format!("operator.socket = \"s\"\n{text}"));
+        std::fs::write(live.folder.join("controller.toml"), other.as_ref().unwrap_or(&controller))
+            .unwrap();
+        let answer = operator.ask(&json!({"do": "reload"}));
+        assert_eq!(answer["error"]["kind"], "bad-files", "{answer}");
+        assert!(before == memory(&mut operator), "version {version}");
+    }
+}
+
+/// All that an operator can read, so much at a time.
+fn memory(operator: &mut Operator) -> Vec<i64> {
+    let mut names: Vec<String> = Vec::new();
+    for (space, count) in [("X", 2048), ("Y", 2048), ("C", 2048), ("V", 4096), ("D", 4096)] {
+        names.extend((0..count).map(|n| format!("{space}{n}")));
+    }
+    for (space, count) in [("MC", 1024), ("MI", 1024), ("MHR", 2048), ("MIR", 2048)] {
+        names.extend((1..=count).map(|n| format!("{space}{n}")));
+    }
+    for space in ["CT", "T"] {
+        names.extend(
+            (0..256)
+                .flat_map(|n| ["Acc", "Done", "Reset", "Zero"].map(|m| format!("{space}{n}.{m}"))),
+        );
+    }
+    names.extend(["Main.Running", "Side.Running"].map(str::to_owned));
+    let mut held = Vec::new();
+    for part in names.chunks(256) {
+        let part: Vec<&str> = part.iter().map(String::as_str).collect();
+        held.extend(operator.read(&part).1);
+    }
+    held
+}

@@ -1,0 +1,394 @@
+//! The real binary killed at random, its disk cut off, filled, made read-only and stalled: what is
+//! restored is one scan's image, what was told to be durable is there, and no scan is missed.
+//!
+//! The normal run does a few of each. A thousand kills, a hundred cuts, a stall of 30 s:
+//!
+//! ```console
+//! cargo test --release --test retain crash -- --ignored --nocapture --test-threads 1
+//! ```
+//!
+//! Cuts and stalls want root and a loop device: an ext4 image is shut down without its journal
+//! being written, unmounted, mounted and looked at; or it is frozen.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::os::fd::AsRawFd;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::memory::{COUNTS, Held, KEEPS, PATIENCE, Plant, Running, file, find, held, mounted};
+use crate::memory::{message, no_scan_missed, skip};
+use rungd::operator::client;
+use rungd::operator::protocol::{Request, Status};
+
+const PERIOD: Duration = Duration::from_millis(2);
+
+/// A generator of numbers, the same for the same seed.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
+        (self.0 >> 33) % limit
+    }
+}
+
+/// What the controller says of itself; `None` where it does not answer (yet).
+fn status(plant: &Plant) -> Option<Status> {
+    client::ask(&plant.0.join("op"), &Request::Status {}).ok()
+}
+
+/// One life after another: each goes on where the file says that the one before was.
+struct Lives {
+    numbers: Numbers,
+    lives: u64,
+    /// The most scans that a death cost.
+    lost_most: u64,
+    scans: u64,
+}
+
+impl Lives {
+    fn new() -> Lives {
+        Lives { numbers: Numbers(1), lives: 0, lost_most: 0, scans: 0 }
+    }
+
+    /// Starts rungd, lets it run for a random time, ends it by `death`, and looks at the file as it
+    /// then is.
+    fn one(&mut self, plant: &Plant, path: &Path, death: impl FnOnce(&mut Running)) {
+        let before = held(path);
+        let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+        std::thread::sleep(Duration::from_millis(self.numbers.below(200)));
+        let told = status(plant);
+        death(&mut running);
+        let after = held(path);
+        self.lives += 1;
+        let order = |held: Option<Held>| held.map_or(0, |held| held.sequence);
+        assert!(order(after) >= order(before), "{before:?} {after:?}");
+        let counts = (before.map_or(0, |held| held.count), after.map_or(0, |held| held.count));
+        assert!(counts.1 >= counts.0, "{before:?} {after:?}");
+        let Some(retain) = told.as_ref().and_then(|told| told.retain.as_ref()) else { return };
+        if let Some(image) = retain.image {
+            assert!(order(after) >= image, "image {image} was durable: {after:?}");
+        }
+        let done = told.as_ref().map_or(0, |told| told.scans);
+        let lived = counts.0 as u64 + done;
+        self.lost_most = self.lost_most.max(lived.saturating_sub(counts.1 as u64));
+        self.scans += done;
+    }
+
+    fn told(&self, what: &str, begin: Instant) {
+        println!(
+            "{what}: {} lives, {} scans, nothing wrong restored; at most {} ms lost, interval 20 \
+             ms; {:.0} s",
+            self.lives,
+            self.scans,
+            self.lost_most * 2,
+            begin.elapsed().as_secs_f64()
+        );
+    }
+}
+
+fn kills(count: u64) {
+    let (plant, mut lives, begin) = (Plant::new(COUNTS, KEEPS), Lives::new(), Instant::now());
+    for _ in 0..count {
+        lives.one(&plant, &file(&plant), |running| {
+            running.child.kill().unwrap();
+            running.end();
+        });
+    }
+    assert!(held(&file(&plant)).is_some_and(|held| held.count > 0));
+    lives.told("killed", begin);
+}
+
+fn shell(words: &[&OsStr]) -> bool {
+    let mut command = Command::new(words[0]);
+    let command = command.args(&words[1..]).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// An ext4 image, mounted while this lives.
+struct Disk {
+    image: PathBuf,
+    at: PathBuf,
+}
+
+impl Disk {
+    fn new(plant: &Plant) -> Option<Disk> {
+        let disk = Disk { image: plant.0.join("image"), at: plant.0.join("disk") };
+        fs::create_dir(&disk.at).unwrap();
+        File::create(&disk.image).unwrap().set_len(32 << 20).unwrap();
+        let image = disk.image.as_os_str();
+        let made = shell(&["mkfs.ext4".as_ref(), "-q".as_ref(), image]);
+        (made && disk.mount()).then_some(disk)
+    }
+
+    fn mount(&self) -> bool {
+        let (image, at) = (self.image.as_os_str(), self.at.as_os_str());
+        shell(&["mount".as_ref(), "-o".as_ref(), "loop".as_ref(), image, at])
+    }
+
+    fn unmount(&self) -> bool {
+        shell(&["umount".as_ref(), self.at.as_os_str()])
+    }
+
+    /// The power fails: what is not on the disk by now never comes there.
+    fn cut(&self) {
+        const SHUTDOWN: libc::c_ulong = 0x8004_587D;
+        const WITHOUT_LOG_FLUSH: u32 = 2;
+        let root = File::open(&self.at).unwrap();
+        // SAFETY: the call reads a number that lives through it.
+        let done = unsafe { libc::ioctl(root.as_raw_fd(), SHUTDOWN as _, &WITHOUT_LOG_FLUSH) };
+        assert_eq!(done, 0, "{}", std::io::Error::last_os_error());
+    }
+
+    fn freeze(&self, on: bool) {
+        let word = if on { "--freeze" } else { "--unfreeze" };
+        assert!(shell(&["fsfreeze".as_ref(), word.as_ref(), self.at.as_os_str()]));
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        let _ = shell(&["fsfreeze".as_ref(), "--unfreeze".as_ref(), self.at.as_os_str()]);
+        let since = Instant::now();
+        while !self.unmount() && since.elapsed() < Duration::from_secs(5) {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+fn on_disk() -> (Plant, PathBuf) {
+    let plant = Plant::new(COUNTS, &KEEPS.replace("\"memory\"", "\"disk/memory\""));
+    let path = plant.0.join("disk/memory");
+    (plant, path)
+}
+
+fn cuts(count: u64) {
+    let (plant, path) = on_disk();
+    let Some(disk) = Disk::new(&plant) else { return skip("no ext4 on a loop device to be had") };
+    let (mut lives, begin) = (Lives::new(), Instant::now());
+    for _ in 0..count {
+        lives.one(&plant, &path, |running| {
+            disk.cut();
+            running.child.kill().unwrap();
+            running.end();
+            assert!(disk.unmount() && disk.mount());
+        });
+    }
+    assert!(held(&path).is_some_and(|held| held.count > 0));
+    lives.told("power cut", begin);
+}
+
+/// A controller on a disk of its own.
+struct OnDisk {
+    running: Running,
+    disk: Disk,
+    plant: Plant,
+    path: PathBuf,
+}
+
+impl OnDisk {
+    fn new() -> Option<OnDisk> {
+        let (plant, path) = on_disk();
+        let disk = Disk::new(&plant)?;
+        let running = Running::new(&mut plant.command(&[] as &[&str]));
+        running.line("RUN");
+        Some(OnDisk { running, disk, plant, path })
+    }
+
+    /// Stops it: what its scans were like.
+    fn scans(mut self, what: &str, time: Duration) -> Scans {
+        let lines = self.running.stop();
+        no_scan_missed(&lines, PERIOD, time);
+        assert!(held(&self.path).unwrap().is_final);
+        let whole = find(&lines, "scan statistics of the whole run");
+        println!("{what}: {whole}");
+        let number = |field: &str| whole[field].as_f64().unwrap();
+        Scans {
+            done: number("scans"),
+            lost: number("skipped"),
+            late: number("overruns"),
+            late_us: number("late_us_p99"),
+        }
+    }
+}
+
+/// What a run's scans were like.
+struct Scans {
+    done: f64,
+    lost: f64,
+    late: f64,
+    late_us: f64,
+}
+
+impl Scans {
+    /// As good as others of the same time on the same machine, but for chance.
+    fn are_as_good_as(&self, others: &Scans) -> bool {
+        let some = self.done / 100.0;
+        self.lost <= 2.0 * others.lost + some
+            && self.late <= 2.0 * others.late + some
+            && self.late_us <= 2.0 * others.late_us + PERIOD.as_micros() as f64 / 2.0
+    }
+}
+
+/// So often a stalled run and its control may differ: the machine's noise meets either of them,
+/// what a stall does meets the same one every time.
+const ROUNDS: usize = 4;
+
+/// Two controllers at once, each on a disk of its own, and for a time something happens to one of
+/// them. The scans of that one, and of the other, its control.
+fn with_control(time: Duration, happens: impl Fn(&OnDisk, bool)) -> Option<[Scans; 2]> {
+    let (troubled, control) = (OnDisk::new()?, OnDisk::new()?);
+    std::thread::sleep(Duration::from_millis(200));
+    happens(&troubled, true);
+    let begin = status(&troubled.plant).expect("it answers");
+    std::thread::sleep(time);
+    let end = status(&troubled.plant).expect("it answers while it happens");
+    happens(&troubled, false);
+    assert!(end.scans > begin.scans && end.mode == "RUN");
+    let troubled = troubled.scans(&format!("for {time:?}"), time);
+    Some([troubled, control.scans("its control", time)])
+}
+
+/// The scans of a controller whose disk stalls are as good as its control's: the machine is neither
+/// blamed nor an excuse.
+fn stall(time: Duration) {
+    for round in 1..=ROUNDS {
+        let stalls = |on: &OnDisk, begins: bool| on.disk.freeze(begins);
+        let Some([stalled, control]) = with_control(time, stalls) else {
+            return skip("no ext4 on a loop device to be had");
+        };
+        if stalled.are_as_good_as(&control) {
+            return;
+        }
+        println!("round {round}: the stalled one was worse");
+    }
+    panic!("the stalled one was worse {ROUNDS} times in a row");
+}
+
+#[test]
+fn the_control_shows_a_controller_that_is_held_up() {
+    let held_up = |on: &OnDisk, begins: bool| {
+        if begins {
+            on.running.signal("STOP");
+            std::thread::sleep(Duration::from_millis(80));
+            on.running.signal("CONT");
+        }
+    };
+    for _ in 0..ROUNDS {
+        let Some([held_up, control]) = with_control(Duration::from_millis(400), held_up) else {
+            return skip("no ext4 on a loop device to be had");
+        };
+        if !held_up.are_as_good_as(&control) {
+            return;
+        }
+    }
+    panic!("40 scans were lost, and nobody saw it");
+}
+
+#[test]
+fn killed_at_random() {
+    kills(12);
+}
+
+#[test]
+fn power_cut_at_random() {
+    cuts(6);
+}
+
+#[test]
+fn a_disk_that_stalls_costs_no_scan() {
+    stall(Duration::from_millis(800));
+}
+
+#[test]
+#[ignore = "some minutes"]
+fn killed_a_thousand_times() {
+    kills(1000);
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn power_cut_a_hundred_times() {
+    cuts(100);
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn a_stall_of_30_s() {
+    stall(Duration::from_secs(30));
+}
+
+/// rungd with its file on a tmpfs of a size, in a mount namespace of its own.
+fn on_tmpfs(size: &str, before: &str) -> Option<(Plant, Running, PathBuf)> {
+    let (plant, _) = on_disk();
+    let at = plant.0.join("disk");
+    fs::create_dir(&at).unwrap();
+    let shown = at.display();
+    let shell = format!("mount -t tmpfs -o size={size} tmpfs {shown} && {before} exec \"$@\"");
+    let prefix = mounted(&shell)?;
+    let running = Running::new(&mut plant.command(&prefix));
+    let seen = PathBuf::from(format!("/proc/{}/root{shown}", running.pid()));
+    Some((plant, running, seen))
+}
+
+#[test]
+fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
+    let Some((_plant, mut running, seen)) = on_tmpfs("40k", "") else {
+        return skip("no mount namespace to be had");
+    };
+    assert_eq!(running.line("cannot be written")["event"], "retain-failed");
+    running.line("RUN");
+    std::thread::sleep(Duration::from_millis(300));
+    let inside = seen.to_string_lossy().split_once("/root").unwrap().1.to_owned();
+    let pid = running.pid();
+    let remount = |namespaces: &[&str]| {
+        let command = ["mount", "-o", "remount,size=1m", &inside];
+        let mut words = vec!["nsenter", "-t", &pid, "-m"];
+        words.extend(namespaces);
+        words.extend(command);
+        shell(&words.iter().map(|word| word.as_ref()).collect::<Vec<&OsStr>>())
+    };
+    if !remount(&[]) && !remount(&["-U", "--preserve-credentials"]) {
+        return skip("no way into the mount namespace");
+    }
+    assert_eq!(running.line("is written again")["event"], "retain-recovered");
+    // Made in full by then: what fills the disk later takes nothing from it.
+    let fill = File::create(seen.join("fill"))
+        .and_then(|mut fill| std::io::copy(&mut std::io::repeat(1), &mut fill));
+    assert!(fill.is_err(), "the disk is full");
+    let full = held(&seen.join("memory")).unwrap();
+    let since = Instant::now();
+    while held(&seen.join("memory")).unwrap().sequence < full.sequence + 3 {
+        assert!(since.elapsed() < PATIENCE, "it is kept on a full disk too");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let lines = running.stop();
+    no_scan_missed(&lines, PERIOD, Duration::from_millis(300));
+    assert!(lines.iter().any(|line| line["event"] == "retain-final"), "{lines:#?}");
+}
+
+#[test]
+fn a_read_only_disk_gives_what_it_has_and_costs_no_scan() {
+    let (plant, _) = on_disk();
+    fs::create_dir(plant.0.join("disk")).unwrap();
+    let mut command = plant.command(&[] as &[&str]);
+    let mut first = Running::new(command.args(["--scans", "40"]));
+    assert_eq!((first.rest().is_empty(), first.end().code()), (false, Some(0)));
+    let shown = plant.0.join("disk").display().to_string();
+    let shell =
+        format!("mount --bind {shown} {shown} && mount -o remount,bind,ro {shown} && exec \"$@\"");
+    let Some(prefix) = mounted(&shell) else { return skip("no mount namespace to be had") };
+    let mut running = Running::new(&mut plant.command(&prefix));
+    assert_eq!(running.line("cannot be written")["event"], "retain-failed");
+    assert_eq!(running.line("restored: image")["restored"], 4001);
+    running.line("RUN");
+    std::thread::sleep(Duration::from_millis(300));
+    let (lines, code) = running.stop_with_code();
+    no_scan_missed(&lines, PERIOD, Duration::from_millis(300));
+    assert_eq!(code, Some(74), "the last image is lost");
+    let lost = lines.iter().find(|line| line["event"] == "retain-lost").unwrap();
+    assert!(message(lost).contains("The next start restores the one before"), "{lost}");
+    assert_eq!(held(&plant.0.join("disk/memory")).unwrap().count, 40);
+}

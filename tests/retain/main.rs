@@ -1,0 +1,17 @@
+//! Retentive memory: its file on every kind of disk, and the binary that keeps it.
+
+mod changed;
+mod crash;
+mod disk;
+mod disk_states;
+mod format;
+mod memory;
+mod places;
+mod run;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod process;
+}

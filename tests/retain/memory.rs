@@ -1,0 +1,64 @@
+//! A plant whose memory tells by itself whether it is one scan's, and a look into its file.
+#![allow(dead_code)]
+
+use std::path::{Path, PathBuf};
+
+use rungd::retain::content::{self, Kind};
+use rungd::retain::file::{Access, FileDevice};
+use rungd::retain::slots::survey;
+use serde_json::Value;
+
+pub use crate::support::process::*;
+
+/// D0 counts scans, D1 is the sum of all its values, D3999 is D0 again; CT0 counts every second
+/// scan, and MI1 would be ON only in a mixture.
+pub const COUNTS: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
+    { when = [\"$On\"], do = [\"ADD D0 1 to=D0\", \"ADD D1 D0 to=D1\", \"MOVE D0 to=D3999\"] },\n\
+    { leg.up = [\"$ScanToggle\"], leg.dn = [\"$Off\"], do = [\"UDCG CT0 up-preset=5\"] },\n\
+    { when = [\"X5\"], do = [\"SET C1\"] },\n]\n";
+
+/// Scans every 2 ms, keeps every 20 ms.
+pub const KEEPS: &str = "scan.period = \"2ms\"\n[retain]\nranges = [\"D0..D3999\", \"CT0\"]\n\
+    file = \"memory\"\ninterval = \"20ms\"\ncold-start = \"run\"\n[operator]\nsocket = \"op\"\n";
+
+/// What a file holds that such a plant wrote.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Held {
+    pub sequence: u64,
+    pub is_final: bool,
+    pub count: i32,
+    pub counter: i32,
+}
+
+/// Runs so many scans: the lines. It ends with 0, or with 74 where it said that the last image is
+/// lost.
+pub fn run(plant: &Plant, scans: &str) -> Vec<Value> {
+    let mut running = Running::new(plant.command(&[] as &[&str]).args(["--scans", scans]));
+    let lines = running.rest();
+    assert_eq!(running.end().code(), Some(code_of(&lines)), "{lines:#?}");
+    lines
+}
+
+pub fn file(plant: &Plant) -> PathBuf {
+    plant.0.join("memory")
+}
+
+/// The newest image of a file, after a look that it is one scan's; `None`: it has none.
+pub fn held(path: &Path) -> Option<Held> {
+    let mut device = FileDevice::open(path, Access::Read).ok()?;
+    let newest = survey(&mut device).expect("a file of ours").newest?;
+    let content = content::read(&newest.content).expect("it makes sense");
+    let value = |element| {
+        let found = content.elements.iter().find(|(at, _)| *at == element);
+        found.expect("it is retained").1.word
+    };
+    let (count, sum, far) = (value((Kind::D, 0)), value((Kind::D, 1)), value((Kind::D, 3999)));
+    let wanted = i64::from(count) * (i64::from(count) + 1) / 2;
+    assert_eq!((i64::from(sum), far), (wanted.min(i64::from(i32::MAX)), count), "a mixture");
+    Some(Held {
+        sequence: newest.stamp.sequence,
+        is_final: newest.stamp.flags != 0,
+        count,
+        counter: value((Kind::Ct, 0)),
+    })
+}

@@ -1,0 +1,303 @@
+//! Where retentive memory lies, and what lies there: symbolic links, which are followed and never
+//! replaced; a file whose numbers are used up; one that is harmed while nothing changes, or cannot
+//! be replaced by a longer one.
+
+use std::fs;
+use std::os::unix::fs::{FileExt, symlink};
+use std::path::{Path, PathBuf};
+
+use crate::memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message, run};
+use rungd::retain::file::{Access, FileDevice};
+use rungd::retain::format::{Stamp, put_slot};
+use rungd::retain::slots::survey;
+use serde_json::Value;
+
+/// A plant whose file is a link into another folder.
+fn linked() -> (Plant, PathBuf) {
+    let plant = Plant::new(COUNTS, KEEPS);
+    fs::create_dir(plant.0.join("far")).unwrap();
+    symlink("middle", file(&plant)).unwrap();
+    symlink("far/target", plant.0.join("middle")).unwrap();
+    let target = plant.0.join("far/target");
+    (plant, target)
+}
+
+fn is_link(plant: &Plant) -> bool {
+    fs::symlink_metadata(file(plant)).unwrap().is_symlink()
+}
+
+/// What lies in a folder, in order of name.
+fn names(folder: PathBuf) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_link_to_a_file_that_is_not_there_yet_is_followed() {
+    let (plant, target) = linked();
+    let lines = run(&plant, "30");
+    assert_eq!(find(&lines, "is made: ")["event"], "retain-made");
+    assert!(is_link(&plant) && target.is_file());
+    assert_eq!(names(plant.0.join("far")), ["target"]);
+    let lines = run(&plant, "10");
+    assert_eq!(find(&lines, "restored: image")["restored"], 4001);
+    assert_eq!(held(&target).unwrap().count, 40);
+}
+
+#[test]
+fn a_link_stays_where_a_longer_file_is_made() {
+    let (plant, target) = linked();
+    let controller = plant.0.join("controller.toml");
+    let text = fs::read_to_string(&controller).unwrap();
+    let short = text.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
+    fs::write(&controller, short).unwrap();
+    run(&plant, "30");
+    let before = fs::metadata(&target).unwrap().len();
+    fs::write(&controller, text).unwrap();
+    let lines = run(&plant, "10");
+    assert_eq!(find(&lines, "restored: image")["restored"], 4);
+    assert!(is_link(&plant) && fs::metadata(&target).unwrap().len() > before);
+    assert_eq!(held(&target).unwrap().count, 40);
+}
+
+#[test]
+fn what_a_link_points_at_is_kept_aside_beside_it() {
+    let (plant, target) = linked();
+    fs::write(&target, "my only copy of something else\n").unwrap();
+    let lines = run(&plant, "5");
+    let aside = plant.0.join("far/target.aside-1");
+    assert!(message(find(&lines, "is not written over")).contains("far/target.aside-1"));
+    assert_eq!(fs::read(aside).unwrap(), b"my only copy of something else\n");
+    assert!(is_link(&plant) && held(&target).unwrap().count == 5);
+}
+
+#[test]
+fn a_link_into_a_folder_that_is_not_there_is_told_with_its_target() {
+    let (plant, target) = linked();
+    fs::remove_dir(target.parent().unwrap()).unwrap();
+    let lines = run(&plant, "5");
+    let told = find(&lines, "cannot be written");
+    assert!(message(told).contains("far/target.new: No such file"), "{told}");
+    assert!(is_link(&plant));
+}
+
+#[test]
+fn a_link_that_leads_to_itself_is_told_and_stays() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    symlink("memory", file(&plant)).unwrap();
+    let lines = run(&plant, "5");
+    let told = find(&lines, "cannot be written");
+    assert!(message(told).contains("symbolic links"), "{told}");
+    assert!(is_link(&plant));
+}
+
+#[test]
+fn a_link_that_is_led_elsewhere_under_the_running_controller_is_followed() {
+    let (plant, target) = linked();
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    let other = plant.0.join("far/other");
+    let fresh = plant.0.join("fresh");
+    symlink("far/other", &fresh).unwrap();
+    fs::rename(&fresh, file(&plant)).unwrap();
+    running.line("is written again");
+    running.stop();
+    assert!(held(&other).unwrap().is_final && is_link(&plant));
+    assert!(!held(&target).unwrap().is_final);
+}
+
+#[test]
+fn a_file_whose_numbers_are_used_up_is_followed_by_a_new_one() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    run(&plant, "30");
+    let mut device = FileDevice::open(&file(&plant), Access::Read).unwrap();
+    let full = survey(&mut device).unwrap();
+    let newest = full.newest.unwrap();
+    let stamp = Stamp { sequence: u64::MAX, ..newest.stamp };
+    let mut slot = Vec::new();
+    put_slot(&mut slot, full.geometry.id, &stamp, &newest.content);
+    let at = full.geometry.slot_at(newest.slot);
+    let bytes = fs::OpenOptions::new().write(true).open(file(&plant)).unwrap();
+    bytes.write_all_at(&slot, at).unwrap();
+    let lines = run(&plant, "5");
+    assert_eq!(find(&lines, "restored: image")["image"], u64::MAX);
+    let kept = held(&file(&plant)).unwrap();
+    assert_eq!((kept.count, kept.is_final), (35, true));
+    assert!(kept.sequence < 9, "the new file numbers anew: {}", kept.sequence);
+    let id = |path: &Path| {
+        survey(&mut FileDevice::open(path, Access::Read).unwrap()).unwrap().geometry.id
+    };
+    assert_ne!(id(&file(&plant)), full.geometry.id);
+    run(&plant, "5");
+    assert_eq!(held(&file(&plant)).unwrap().count, 40);
+}
+
+#[test]
+fn a_file_that_was_emptied_under_the_running_controller_is_made_anew() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    fs::OpenOptions::new().write(true).truncate(true).open(file(&plant)).unwrap();
+    let told = running.line("cannot be written");
+    assert!(message(&told).contains("it is not what was written there"), "{told}");
+    running.line("is written again");
+    running.stop();
+    assert!(held(&file(&plant)).unwrap().is_final);
+}
+
+const STILL: &str = "[[program]]\nname = \"Main\"\nrung = [\n\
+    { when = [\"$FirstScan\"], do = [\"MOVE 7 to=D0\"] },\n]\n";
+
+fn ask(plant: &Plant, words: &[&str]) -> String {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.args(words).arg("--socket").arg(plant.0.join("op")).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// D0 in the newest image, and whether that lies behind an orderly stop.
+fn kept_d0(plant: &Plant) -> Option<(i32, bool)> {
+    let mut device = FileDevice::open(&file(plant), Access::Read).ok()?;
+    let newest = survey(&mut device).ok()?.newest?;
+    let content = rungd::retain::content::read(&newest.content).unwrap();
+    let found =
+        content.elements.iter().find(|(at, _)| rungd::retain::content::address(*at) == "D0");
+    Some((found.unwrap().1.word, newest.stamp.flags != 0))
+}
+
+/// Something happens to the file of a controller in which nothing changes; `older` is what the file
+/// was before D0 was 8. What is told to be durable is there, what is not asked for comes by itself.
+#[track_caller]
+fn harmed(harm: impl Fn(&std::path::Path, &[u8])) {
+    let plant = Plant::new(STILL, &KEEPS.replace("20ms", "1h"));
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    ask(&plant, &["retain", "save"]);
+    let older = fs::read(file(&plant)).unwrap();
+    ask(&plant, &["write", "D0", "8"]);
+    ask(&plant, &["retain", "save"]);
+    assert_eq!(kept_d0(&plant), Some((8, false)));
+    harm(&file(&plant), &older);
+    ask(&plant, &["retain", "save"]);
+    assert_eq!(kept_d0(&plant), Some((8, false)), "an operator asked");
+    running.line("is written again");
+    harm(&file(&plant), &older);
+    running.line("is written again");
+    assert_eq!(kept_d0(&plant), Some((8, false)), "nobody asked");
+    ask(&plant, &["mode", "stop"]);
+    ask(&plant, &["retain", "save"]);
+    harm(&file(&plant), &older);
+    running.stop();
+    assert_eq!(kept_d0(&plant), Some((8, true)), "at the end");
+}
+
+#[test]
+fn a_file_that_is_taken_away_while_nothing_changes_is_made_anew() {
+    harmed(|file, _| fs::remove_file(file).unwrap());
+}
+
+#[test]
+fn a_file_that_is_emptied_while_nothing_changes_is_made_anew() {
+    harmed(|file, _| fs::write(file, "").unwrap());
+}
+
+#[test]
+fn a_file_that_is_cut_while_nothing_changes_is_made_anew() {
+    harmed(|file, _| {
+        fs::OpenOptions::new().write(true).open(file).unwrap().set_len(8192).unwrap();
+    });
+}
+
+#[test]
+fn a_file_that_an_older_copy_is_written_into_is_written_again() {
+    harmed(|file, older| fs::write(file, older).unwrap());
+}
+
+#[test]
+fn a_file_that_an_older_copy_replaces_is_written_again() {
+    harmed(|file, older| {
+        fs::write(file.with_extension("copy"), older).unwrap();
+        fs::rename(file.with_extension("copy"), file).unwrap();
+    });
+}
+
+/// A controller whose file is too short for its ranges, and in whose way to a longer one stands
+/// something that cannot be removed.
+#[track_caller]
+fn cannot_grow(plant: &Plant, running: &Running) {
+    let told = running.line("cannot be written");
+    assert!(message(&told).contains("memory.new is in the way: "), "{told}");
+    // A third has to wait as well as a second.
+    let mut second = Running::new(&mut plant.command(&[] as &[&str]));
+    second.line("another rungd keeps its memory in this file");
+    assert_eq!(second.end().code(), Some(74));
+}
+
+#[test]
+fn who_cannot_make_a_longer_file_keeps_the_old_one_and_its_lock() {
+    let short = KEEPS.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
+    let plant = Plant::new(COUNTS, &short);
+    run(&plant, "30");
+    fs::write(plant.0.join("controller.toml"), format!("ladder = [\"ladder.toml\"]\n{KEEPS}"))
+        .unwrap();
+    fs::create_dir_all(plant.0.join("memory.new/full")).unwrap();
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    cannot_grow(&plant, &running);
+    fs::remove_dir_all(plant.0.join("memory.new")).unwrap();
+    running.stop();
+    assert!(held(&file(&plant)).unwrap().count > 30);
+}
+
+#[test]
+fn a_reload_that_wants_a_longer_file_keeps_the_old_one_until_it_is_there() {
+    let short = KEEPS.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"");
+    let plant = Plant::new(COUNTS, &short);
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    fs::write(plant.0.join("controller.toml"), format!("ladder = [\"ladder.toml\"]\n{KEEPS}"))
+        .unwrap();
+    fs::create_dir_all(plant.0.join("memory.new/full")).unwrap();
+    ask(&plant, &["reload"]);
+    cannot_grow(&plant, &running);
+    fs::remove_dir_all(plant.0.join("memory.new")).unwrap();
+    running.line("is written again");
+    running.stop();
+    assert!(held(&file(&plant)).unwrap().is_final);
+}
+
+/// Several start at the same moment; one has the file, the others do not start.
+#[track_caller]
+fn one_of_many_has_it(plant: &Plant) {
+    let mut all: Vec<Running> = (0..4)
+        .map(|_| Running::new(plant.command(&[] as &[&str]).args(["--scans", "150"])))
+        .collect();
+    let logs: Vec<Vec<Value>> = all.iter().map(Running::rest).collect();
+    let mut codes: Vec<i32> = all.iter_mut().map(|one| one.end().code().unwrap()).collect();
+    codes.sort_unstable();
+    assert_eq!(codes, [0, 74, 74, 74], "{logs:#?}");
+    assert!(held(&file(plant)).unwrap().is_final);
+}
+
+#[test]
+fn of_several_that_start_at_once_without_a_file_one_runs() {
+    for _ in 0..3 {
+        let controller =
+            KEEPS.replace("[operator]\nsocket = \"op\"\n", "[operator]\nenabled = false\n");
+        let plant = Plant::new(COUNTS, &controller);
+        one_of_many_has_it(&plant);
+        assert_eq!(names(plant.0.clone()), ["controller.toml", "ladder.toml", "memory"]);
+        fs::remove_file(file(&plant)).unwrap();
+        fs::write(file(&plant), "my only copy of something else\n").unwrap();
+        one_of_many_has_it(&plant);
+        let wanted = ["controller.toml", "ladder.toml", "memory", "memory.aside-1"];
+        assert_eq!(names(plant.0.clone()), wanted, "what is good is not kept aside");
+        // What is left of one that was killed while it made the file is in nobody's way.
+        fs::remove_file(file(&plant)).unwrap();
+        fs::write(plant.0.join("memory.new"), "half a file").unwrap();
+        one_of_many_has_it(&plant);
+    }
+}
