@@ -19,20 +19,20 @@
 //! ]
 //! ```
 
-use crate::isa::{Kind, Structure, Word, duration};
-use crate::resolve::program::{Arg, ArgValue, Contact, Tag, Value, Written};
+use crate::isa::{OperandKind, Structure, Word, duration};
+use crate::resolve::program::{Contact, Tag, Value, Written};
 use crate::source::finding::{Code, Finding};
-use crate::source::span::Span;
+use crate::source::span::{Located, Span};
 
 use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in &context.instructions {
-        for arg in &placed.instruction.args {
-            let kind = placed.mnemonic().spec().operand(arg.name).map(|operand| operand.kind);
-            if matches!(kind, Some(Kind::Duration | Kind::Interval)) {
-                findings.extend(operand(context, placed, arg));
+        for (key, value) in placed.action().operands().of::<Value>() {
+            let kind = placed.mnemonic().spec().operand(key).map(|operand| operand.kind);
+            if matches!(kind, Some(OperandKind::Duration | OperandKind::Interval)) {
+                findings.extend(operand(context, placed, key, value));
             }
         }
     }
@@ -59,18 +59,21 @@ fn in_tags(tag: &Tag, place: Span, message: String, number: i32) -> Finding {
         .help(format!("give the tag its unit: {help}"))
 }
 
-fn operand(context: &Context, placed: &Placed, arg: &Arg) -> Option<Finding> {
-    let ArgValue::Value(value) = arg.value else { return None };
+fn operand(
+    context: &Context,
+    placed: &Placed,
+    key: &str,
+    Located { value, span }: Located<Value>,
+) -> Option<Finding> {
     let number = bare(value)?;
-    let key = arg.name;
-    if let Some(tag) = tag(context, arg.span) {
+    if let Some(tag) = tag(context, span) {
         let (name, said) = (&tag.name, placed.name());
         let message = format!("`{key}={name}` of `{said}` is {number} without a unit: ms or s?");
-        return Some(in_tags(tag, arg.span, message, number));
+        return Some(in_tags(tag, span, message, number));
     }
     let message = format!("`{key}={number}` of `{}` has no unit: ms or s?", placed.name());
     let help = choice(number, |ms| format!("{key}={}", duration::print(ms)));
-    Some(Finding::new(Code::BareTimerValue, arg.span, message).label("read as ms").help(help))
+    Some(Finding::new(Code::BareTimerValue, span, message).label("read as ms").help(help))
 }
 
 fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
@@ -98,7 +101,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
 fn bare(value: Value) -> Option<i32> {
     match value {
         Value::Const(number, Written::Integer) if number > 0 => Some(number),
-        _ => None,
+        Value::Const(..) | Value::Word(_) => None,
     }
 }
 

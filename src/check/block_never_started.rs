@@ -18,8 +18,8 @@
 //!
 //! Fails: the same without the RUN.
 
-use crate::isa::{BlockId, Mnemonic};
-use crate::resolve::program::{Block, BlockKind, Program};
+use crate::isa::BlockId;
+use crate::resolve::program::{Action, Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, is_built_in, is_main, kind_name};
@@ -28,9 +28,9 @@ use super::reach::{leading_to, reached};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let starts = context.of(&[Mnemonic::Run, Mnemonic::Restart, Mnemonic::Entask]);
+    let starts = context.instructions.iter().filter(|p| !matches!(p.action(), Action::Halt { .. }));
     let edges: Vec<(Option<BlockId>, BlockId)> = starts
-        .filter_map(|p| p.target_block().map(|(to, _)| (Some(p.place.block.id), to)))
+        .filter_map(|p| Some((Some(p.place.block.id), p.action().target_block()?.value)))
         .collect();
     let blocks = &context.program.blocks;
     let roots = blocks.iter().filter(|b| runs_at_start(b)).map(|b| b.id);
@@ -51,7 +51,13 @@ fn finding(program: &Program, block: &Block, edges: &[(Option<BlockId>, BlockId)
         .collect();
     let (starters, start) = match block.kind {
         BlockKind::Program => ("RUN or RESTART", format!("`RUN {name}`, or `autostart = true`")),
-        _ => ("ENTASK", format!("`ENTASK {name}`, or `ENTASK {name} every=1s`")),
+        BlockKind::Task
+        | BlockKind::FirstScan
+        | BlockKind::TopOfScan
+        | BlockKind::BottomOfScan
+        | BlockKind::LastScan => {
+            ("ENTASK", format!("`ENTASK {name}`, or `ENTASK {name} every=1s`"))
+        }
     };
     let (why, help) = match from.as_slice() {
         [] if edges.contains(&(Some(block.id), block.id)) => {

@@ -21,8 +21,7 @@
 //! ]
 //! ```
 
-use crate::isa::Mnemonic;
-use crate::resolve::program::{Block, BlockKind};
+use crate::resolve::program::{Action, Block, BlockKind};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed, is_built_in, is_main};
@@ -34,11 +33,10 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         findings.push(finding.label(label).help(help));
     };
     for placed in &context.instructions {
-        let target = placed.target_block().map(|(id, _)| context.program.block(id));
-        let wrong = match (placed.mnemonic(), target) {
-            (Mnemonic::Exit, _) => exit(placed.place.block),
-            (mnemonic, Some(block)) => start_or_stop(mnemonic, block),
-            _ => None,
+        let wrong = match (placed.action(), placed.action().target_block()) {
+            (Action::Exit, _) => exit(placed.place.block),
+            (_, Some(block)) => start_or_stop(placed, context.program.block(block.value)),
+            (_, None) => None,
         };
         if let Some(words) = wrong {
             push(placed, words);
@@ -61,46 +59,53 @@ fn exit(block: &Block) -> Option<Words> {
     }
     let help = match block.kind {
         BlockKind::Task => format!("delete it, or end the task at once with `HALT {name}`"),
-        _ => "delete it; a rung that must not execute gets a contact for it".to_owned(),
+        BlockKind::Program
+        | BlockKind::FirstScan
+        | BlockKind::TopOfScan
+        | BlockKind::BottomOfScan
+        | BlockKind::LastScan => {
+            "delete it; a rung that must not execute gets a contact for it".to_owned()
+        }
     };
     let message = format!("`EXIT` in task `{name}`: a task ends when its rungs have executed");
     Some((message, "EXIT ends programs only", help))
 }
 
-fn start_or_stop(mnemonic: Mnemonic, block: &Block) -> Option<Words> {
+fn start_or_stop(placed: &Placed, block: &Block) -> Option<Words> {
     if is_built_in(block.kind) {
         return None;
     }
-    let name = &block.name;
-    let instruction = mnemonic.spec().name;
-    match (mnemonic, block.kind) {
-        (_, BlockKind::Program) if is_main(block) => Some((
+    let (name, instruction) = (&block.name, placed.name());
+    if is_main(block) {
+        return Some((
             format!("`{instruction}` of `Main`, which always runs"),
             "`Main` is not started or stopped",
-            main_help(mnemonic).to_owned(),
-        )),
-        (Mnemonic::Run | Mnemonic::Restart, BlockKind::Task) => Some((
-            format!("`{instruction}` starts programs, and `{name}` is a task"),
-            "a task",
-            format!("to run it once: `ENTASK {name}`; at an interval: `ENTASK {name} every=1s`"),
-        )),
-        (Mnemonic::Entask, BlockKind::Program) => Some((
-            format!("`ENTASK` starts tasks, and `{name}` is a program"),
-            "a program",
-            format!("`RUN {name}`"),
-        )),
-        _ => None,
+            main_help(placed.action()).to_owned(),
+        ));
     }
+    let starts_programs = matches!(placed.action(), Action::Run { .. } | Action::Restart { .. });
+    let starts_tasks = matches!(placed.action(), Action::Entask { .. });
+    if starts_programs && block.kind == BlockKind::Task {
+        let help =
+            format!("to run it once: `ENTASK {name}`; at an interval: `ENTASK {name} every=1s`");
+        let message = format!("`{instruction}` starts programs, and `{name}` is a task");
+        return Some((message, "a task", help));
+    }
+    if starts_tasks && block.kind == BlockKind::Program {
+        let message = format!("`ENTASK` starts tasks, and `{name}` is a program");
+        return Some((message, "a program", format!("`RUN {name}`")));
+    }
+    None
 }
 
-fn main_help(mnemonic: Mnemonic) -> &'static str {
-    match mnemonic {
-        Mnemonic::Halt => "to stop the controller in an orderly way: `STOP`",
-        Mnemonic::Restart => {
-            "put what must start anew into a program of its own, and `RESTART` that one"
-        }
-        _ => "delete it: `Main` runs from the first scan on",
+fn main_help(action: &Action) -> &'static str {
+    if matches!(action, Action::Halt { .. }) {
+        return "to stop the controller in an orderly way: `STOP`";
     }
+    if matches!(action, Action::Restart { .. }) {
+        return "put what must start anew into a program of its own, and `RESTART` that one";
+    }
+    "delete it: `Main` runs from the first scan on"
 }
 
 #[cfg(test)]

@@ -23,8 +23,8 @@ use super::context::{Context, is_built_in};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in &context.instructions {
-        let Some((block, arg)) = placed.target_block() else { continue };
-        let block = context.program.block(block);
+        let Some(target) = placed.action().target_block() else { continue };
+        let block = context.program.block(target.value);
         if !is_built_in(block.kind) {
             continue;
         }
@@ -34,7 +34,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             block.name
         );
         findings.push(
-            Finding::new(Code::BuiltInTask, arg.span, message)
+            Finding::new(Code::BuiltInTask, target.span, message)
                 .label("built in")
                 .help(format!("delete this: {}", executes(block.kind))),
         );
@@ -46,7 +46,8 @@ fn executes(kind: BlockKind) -> &'static str {
         BlockKind::FirstScan => "`FirstScan` executes in the first scan by itself",
         BlockKind::TopOfScan => "`TopOfScan` executes in every scan, before all programs",
         BlockKind::BottomOfScan => "`BottomOfScan` executes in every scan, after all programs",
-        _ => "`LastScan` executes in the last scan by itself",
+        BlockKind::LastScan => "`LastScan` executes in the last scan by itself",
+        BlockKind::Program | BlockKind::Task => "it starts by itself",
     }
 }
 

@@ -6,7 +6,7 @@
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
 use crate::resolve::program::{Comparison, Contact, Edge, Program, Value, Written};
 
-use super::context::{Context, Place, is_main};
+use super::context::{Context, RungPlace, is_main};
 use super::names::name;
 
 /// Longer than this, a condition is not printed in a help.
@@ -38,7 +38,11 @@ impl Power<'_> {
             (gate, many) => {
                 let parts = many.iter().flat_map(|contact| match contact {
                     Contact::All(parts, _) => parts.as_slice(),
-                    one => std::slice::from_ref(*one),
+                    Contact::Bit(..)
+                    | Contact::Not(..)
+                    | Contact::Any(..)
+                    | Contact::Edge(..)
+                    | Contact::Compare(..) => std::slice::from_ref(*contact),
                 });
                 let parts = parts.map(|contact| grouped(program, contact));
                 gate.iter().cloned().chain(parts).collect::<Vec<_>>().join(" & ")
@@ -77,7 +81,7 @@ impl<'a> Context<'a> {
 
     /// What gives a place its power, `$On` left out. `None` in a rung with other legs than `when`,
     /// and where contacts may have been left out of the program.
-    pub fn power(&self, place: &Place<'a>) -> Option<Power<'a>> {
+    pub fn power(&self, place: &RungPlace<'a>) -> Option<Power<'a>> {
         if !self.whole {
             return None;
         }
@@ -91,7 +95,7 @@ impl<'a> Context<'a> {
 
     /// What gives a place its power as another block sees it: its stage is ON, its program runs.
     /// `None` in a task too, whose rungs execute now and then.
-    pub fn power_from_outside(&self, place: &Place<'a>) -> Option<Power<'a>> {
+    pub fn power_from_outside(&self, place: &RungPlace<'a>) -> Option<Power<'a>> {
         let mut power = self.power(place)?;
         power.gate = match place.stage {
             _ if place.in_task() => return None,
@@ -108,7 +112,7 @@ fn grouped(program: &Program, contact: &Contact) -> String {
     let text = print(program, contact);
     match contact {
         Contact::All(..) | Contact::Any(..) => format!("({text})"),
-        _ => text,
+        Contact::Bit(..) | Contact::Not(..) | Contact::Edge(..) | Contact::Compare(..) => text,
     }
 }
 
@@ -120,7 +124,9 @@ fn print(program: &Program, contact: &Contact) -> String {
         Contact::Bit(bit, _) => name(program, Address::Bit(*bit)),
         Contact::Not(inner, _) => match &**inner {
             Contact::Bit(..) | Contact::Edge(..) => format!("!{}", print(program, inner)),
-            _ => format!("!({})", print(program, inner)),
+            Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => {
+                format!("!({})", print(program, inner))
+            }
         },
         Contact::All(parts, _) => join(parts, " & "),
         Contact::Any(parts, _) => join(parts, " | "),

@@ -85,7 +85,7 @@ fn judge_range(
         Comparison::Eq => Some(false),
         Comparison::Ne => Some(true),
         // An order is constant if it holds at both ends alike.
-        _ => {
+        Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => {
             let at_low = holds(low, comparison, constant);
             (at_low == holds(high, comparison, constant)).then_some(at_low)
         }
@@ -112,7 +112,7 @@ fn mirrored(comparison: Comparison) -> Comparison {
         Comparison::Le => Comparison::Ge,
         Comparison::Gt => Comparison::Lt,
         Comparison::Ge => Comparison::Le,
-        same => same,
+        Comparison::Eq | Comparison::Ne => comparison,
     }
 }
 

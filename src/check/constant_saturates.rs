@@ -16,35 +16,33 @@
 //! do = ["MOVE 70000 to=V0"]
 //! ```
 
-use crate::isa::{Address, Mnemonic};
-use crate::resolve::program::{ArgValue, Value};
+use crate::isa::Address;
+use crate::resolve::instruction::Source;
+use crate::resolve::program::{Action, Value};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let stores = context.of(&[Mnemonic::Move, Mnemonic::Add, Mnemonic::Sub]);
-    findings.extend(stores.filter_map(|placed| judge(context, placed)));
+    findings.extend(context.instructions.iter().filter_map(|placed| judge(context, placed)));
 }
 
 fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
-    let to = placed.instruction.arg("to")?;
-    let ArgValue::Word(word) = to.value else { return None };
-    let mut values = placed.instruction.args.iter().filter_map(|arg| match arg.value {
-        ArgValue::Value(value) => Some((value, arg.span)),
-        _ => None,
-    });
-    let (first, span) = values.next()?;
-    let second = values.next();
+    let Action::Store { source, to } = placed.action() else { return None };
+    let word = to.value;
     // Two locations never are one constant's fault.
-    let written = [Some((first, span)), second].into_iter().flatten();
-    let (_, place) = written.rev().find(|(value, _)| matches!(value, Value::Const(..)))?;
-    let (low, high) = range(first);
-    let (low, high) = match (placed.mnemonic(), second) {
-        (Mnemonic::Add, Some((b, _))) => (low + range(b).0, high + range(b).1),
-        (Mnemonic::Sub, Some((b, _))) => (low - range(b).1, high - range(b).0),
-        _ => (low, high),
+    let place = source.values().filter(|of| matches!(of.value, Value::Const(..))).last()?.span;
+    let (low, high) = match source {
+        Source::Value(a) => range(a.value),
+        Source::Sum(a, b) => {
+            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
+            (a_low + b_low, a_high + b_high)
+        }
+        Source::Difference(a, b) => {
+            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
+            (a_low - b_high, a_high - b_low)
+        }
     };
     let (least, most) = word.range();
     let stored = if low > i64::from(most) {

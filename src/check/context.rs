@@ -9,11 +9,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
+use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
-    Arg, ArgValue, Block, BlockKind, Branch, Contact, Instruction, Program, Rung, Stage,
+    Action, Block, BlockKind, Branch, Contact, Instruction, Part, Program, Rung, Stage,
 };
 use crate::resolve::range::Range;
-use crate::source::span::Span;
+use crate::source::span::{Located, Span};
 
 /// The program under the rules, walked.
 pub struct Context<'a> {
@@ -33,7 +34,7 @@ pub struct Context<'a> {
 
 /// Where an instruction stands.
 #[derive(Clone, Copy)]
-pub struct Place<'a> {
+pub struct RungPlace<'a> {
     /// Its block.
     pub block: &'a Block,
     /// Its stage; `None` in a block's own rungs.
@@ -53,7 +54,7 @@ pub type Element = (BlockId, Option<StageId>);
 #[derive(Clone, Copy)]
 pub struct Placed<'a> {
     /// Where.
-    pub place: Place<'a>,
+    pub place: RungPlace<'a>,
     /// What.
     pub instruction: &'a Instruction,
 }
@@ -80,30 +81,20 @@ impl<'a> Context<'a> {
             drivers: BTreeMap::new(),
             owners: BTreeMap::new(),
         };
-        for block in &program.blocks {
-            context.walk_rungs(block, None, &block.rungs);
-            for stage in &block.stages {
-                context.walk_rungs(block, Some(stage), &stage.rungs);
-            }
-        }
+        program.parts().for_each(|part| context.walk(part));
         context.index();
         context
     }
 
-    fn walk_rungs(&mut self, block: &'a Block, stage: Option<&'a Stage>, rungs: &'a [Rung]) {
+    fn walk(&mut self, Part { block, stage, rungs }: Part<'a>) {
         for (at, rung) in rungs.iter().enumerate() {
-            let place = Place { block, stage, rung, rung_number: at + 1, branch: None };
             rung.legs.iter().for_each(|leg| self.walk_contacts(&leg.contacts));
-            self.walk_body(place, &rung.body);
-            for branch in &rung.branches {
-                self.walk_contacts(&branch.contacts);
-                self.walk_body(Place { branch: Some(branch), ..place }, &branch.body);
-            }
+            rung.branches.iter().for_each(|branch| self.walk_contacts(&branch.contacts));
+            self.instructions.extend(rung.instructions().map(|(branch, instruction)| {
+                let place = RungPlace { block, stage, rung, rung_number: at + 1, branch };
+                Placed { place, instruction }
+            }));
         }
-    }
-
-    fn walk_body(&mut self, place: Place<'a>, body: &'a [Instruction]) {
-        self.instructions.extend(body.iter().map(|instruction| Placed { place, instruction }));
     }
 
     fn walk_contacts(&mut self, contacts: &'a [Contact]) {
@@ -119,20 +110,13 @@ impl<'a> Context<'a> {
 
     fn index(&mut self) {
         for &placed in &self.instructions {
-            if let Some((bit, span)) = placed.driven() {
+            if let Some(Located { value: bit, span }) = placed.driven() {
                 self.drivers.entry(bit).or_default().push(Driver { placed, span });
             }
-            if let (true, Some(structure)) =
-                (placed.mnemonic().owns_structure(), placed.structure())
-            {
+            if let Some(structure) = placed.instruction.owned() {
                 self.owners.entry(structure).or_default().push(placed);
             }
         }
-    }
-
-    /// All instructions of these mnemonics, in file order.
-    pub fn of<'s>(&'s self, mnemonics: &'s [Mnemonic]) -> impl Iterator<Item = &'s Placed<'a>> {
-        self.instructions.iter().filter(move |p| mnemonics.contains(&p.mnemonic()))
     }
 
     /// Every driven bit with its drivers, in file order.
@@ -167,61 +151,64 @@ impl<'a> Placed<'a> {
         self.mnemonic().spec().name
     }
 
-    /// The structure it names.
-    pub fn structure(&self) -> Option<Structure> {
-        self.instruction.args.iter().find_map(|arg| match arg.value {
-            ArgValue::Structure(structure) => Some(structure),
-            _ => None,
-        })
+    /// What it does.
+    pub fn action(&self) -> &'a Action {
+        &self.instruction.action
     }
 
-    /// The block it names, with the operand.
-    pub fn target_block(&self) -> Option<(BlockId, &'a Arg)> {
-        self.instruction.args.iter().find_map(|arg| match arg.value {
-            ArgValue::Block(block) => Some((block, arg)),
-            _ => None,
-        })
-    }
-
-    /// The bit of its first operand: of OUT, SET, RST, PD, ND, PONOFF.
-    pub fn bit(&self) -> Option<(Bit, Span)> {
-        bit_of(self.instruction.arg("bit")?)
-    }
-
-    /// The bit that it writes at every execution, if it is a driver.
-    pub fn driven(&self) -> Option<(Bit, Span)> {
-        match self.mnemonic() {
-            Mnemonic::Out | Mnemonic::Pd | Mnemonic::Nd => self.bit(),
-            _ => bit_of(self.instruction.arg("output")?),
+    /// The bit that it writes ON and OFF at every execution, if it is a driver.
+    pub fn driven(&self) -> Option<Located<Bit>> {
+        match self.action() {
+            Action::Coil { coil: Coil::Out | Coil::Pd | Coil::Nd, bit } => Some(*bit),
+            Action::DelayTimer { output, .. } => Some(*output),
+            Action::Coil { coil: Coil::Set | Coil::Rst | Coil::Ponoff, .. }
+            | Action::Counter { .. }
+            | Action::UpDownCounter { .. }
+            | Action::Timer { .. }
+            | Action::Sensaphone { .. }
+            | Action::Reset { .. }
+            | Action::Store { .. }
+            | Action::Run { .. }
+            | Action::Restart { .. }
+            | Action::Halt { .. }
+            | Action::Exit
+            | Action::Entask { .. }
+            | Action::Jump { .. }
+            | Action::StageOn { .. }
+            | Action::StageOff { .. }
+            | Action::Converge { .. }
+            | Action::Stop => None,
         }
     }
 
-    /// The stages that it names under an operand's name.
-    pub fn stages(&self, name: &'a str) -> impl Iterator<Item = StageId> + 'a {
-        self.instruction.args_of(name).filter_map(|arg| match arg.value {
-            ArgValue::Stage(stage) => Some(stage),
-            _ => None,
-        })
-    }
-
-    /// The stages that it turns ON: the targets of JMP, SGDIVRG, SGSET, SGCONVRG.
-    pub fn stages_entered(&self) -> impl Iterator<Item = StageId> + 'a {
-        let name = match self.mnemonic() {
-            Mnemonic::Jmp | Mnemonic::Sgdivrg | Mnemonic::Sgset => "stage",
-            _ => "to",
+    /// The Stages that it turns ON.
+    pub fn stages_entered(&self) -> impl Iterator<Item = StageId> + use<'a> {
+        let stages: &[Located<StageId>] = match self.action() {
+            Action::Jump { stages } => stages,
+            Action::StageOn { stage } | Action::Converge { stages: _, to: stage } => {
+                std::slice::from_ref(stage)
+            }
+            Action::StageOff { .. }
+            | Action::Coil { .. }
+            | Action::Counter { .. }
+            | Action::UpDownCounter { .. }
+            | Action::DelayTimer { .. }
+            | Action::Timer { .. }
+            | Action::Sensaphone { .. }
+            | Action::Reset { .. }
+            | Action::Store { .. }
+            | Action::Run { .. }
+            | Action::Restart { .. }
+            | Action::Halt { .. }
+            | Action::Exit
+            | Action::Entask { .. }
+            | Action::Stop => &[],
         };
-        self.stages(name)
+        stages.iter().map(|stage| stage.value)
     }
 }
 
-fn bit_of(arg: &Arg) -> Option<(Bit, Span)> {
-    match arg.value {
-        ArgValue::Bit(bit) => Some((bit, arg.span)),
-        _ => None,
-    }
-}
-
-impl Place<'_> {
+impl RungPlace<'_> {
     /// The element it lies in.
     pub fn element(&self) -> Element {
         (self.block.id, self.stage.map(|stage| stage.id))
@@ -248,7 +235,7 @@ pub fn is_main(block: &Block) -> bool {
     block.kind == BlockKind::Program && block.name == "Main"
 }
 
-impl fmt::Display for Place<'_> {
+impl fmt::Display for RungPlace<'_> {
     /// ``program `Day`, stage `Green`, rung 2``, for a sentence.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} `{}`", kind_name(self.block.kind), self.block.name)?;

@@ -20,7 +20,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::isa::{BlockId, Mnemonic};
+use crate::isa::BlockId;
+use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -28,13 +29,15 @@ use super::context::{Context, Placed};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut enabled: BTreeMap<BlockId, Vec<&Placed>> = BTreeMap::new();
-    for placed in context.of(&[Mnemonic::Entask]) {
-        if let Some((task, _)) = placed.target_block() {
-            enabled.entry(task).or_default().push(placed);
+    for placed in &context.instructions {
+        if let Action::Entask { block: task, every: _ } = placed.action() {
+            enabled.entry(task.value).or_default().push(placed);
         }
     }
     for (task, placed) in enabled {
-        let Some(recurrent) = placed.iter().position(|p| is_recurrent(p)) else { continue };
+        let Some(recurrent) = placed.iter().position(|p| p.action().is_recurrent()) else {
+            continue;
+        };
         let others = placed.iter().enumerate().filter(|(at, _)| *at != recurrent);
         let name = &context.program.block(task).name;
         let recurrent = placed[recurrent];
@@ -42,13 +45,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whether an ENTASK has an interval.
-pub fn is_recurrent(placed: &Placed) -> bool {
-    placed.instruction.arg("every").is_some()
-}
-
 fn finding(context: &Context, name: &str, recurrent: &Placed, other: &Placed) -> Finding {
-    let (message, label, help) = if is_recurrent(other) {
+    let (message, label, help) = if other.action().is_recurrent() {
         (
             format!("task `{name}` is enabled recurrently twice, here and in {}", recurrent.place),
             "second interval",

@@ -16,14 +16,15 @@
 //! rung = [ { when = ["X0"], do = ["JMP Close"] } ]
 //! ```
 
-use crate::isa::Mnemonic;
+use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let jumps = context.of(&[Mnemonic::Jmp, Mnemonic::Sgdivrg]);
+    let all = context.instructions.iter();
+    let jumps = all.filter(|p| matches!(p.action(), Action::Jump { .. }));
     findings.extend(jumps.filter(|p| p.place.stage.is_none()).map(|p| finding(context, p)));
 }
 

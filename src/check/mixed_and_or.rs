@@ -36,10 +36,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn is_bare_series(contact: &Contact) -> bool {
-    match contact {
-        Contact::All(parts, span) => parts.first().is_some_and(|p| p.span().start == span.start),
-        _ => false,
-    }
+    let Contact::All(parts, span) = contact else { return false };
+    parts.first().is_some_and(|part| part.span().start == span.start)
 }
 
 #[cfg(test)]

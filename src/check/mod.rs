@@ -3,6 +3,7 @@
 //! The loader calls [`check`] when the resolver gave a program, and [`silence`] over all findings
 //! of the load. One rule a file; each header shows what passes and what fails. A rule only reads,
 //! says what is wrong where, and what to write instead; it does not stop at another rule's finding.
+#![deny(clippy::wildcard_enum_match_arm)]
 
 use crate::resolve::program::Program;
 use crate::resolve::range::Range;

@@ -18,20 +18,19 @@
 
 use std::collections::BTreeMap;
 
-use crate::isa::{BlockId, Mnemonic};
-use crate::resolve::program::BlockKind;
+use crate::isa::BlockId;
+use crate::resolve::program::{Action, BlockKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
 use super::context::{Context, Placed};
-use super::entask_conflict::is_recurrent;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut run_once: BTreeMap<BlockId, Span> = BTreeMap::new();
-    for entask in context.of(&[Mnemonic::Entask]).filter(|p| !is_recurrent(p)) {
-        if let Some((task, _)) = entask.target_block() {
-            run_once.entry(task).or_insert(entask.instruction.span);
+    for placed in &context.instructions {
+        if let Action::Entask { block: task, every: None } = placed.action() {
+            run_once.entry(task.value).or_insert(placed.instruction.span);
         }
     }
     for placed in context.instructions.iter().filter(|p| works_over_scans(p)) {
@@ -39,15 +38,18 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         let started = match block.kind {
             BlockKind::FirstScan | BlockKind::LastScan => None,
             BlockKind::Task if run_once.contains_key(&block.id) => run_once.get(&block.id),
-            _ => continue,
+            BlockKind::Program
+            | BlockKind::Task
+            | BlockKind::TopOfScan
+            | BlockKind::BottomOfScan => continue,
         };
         findings.push(finding(placed, started.copied()));
     }
 }
 
 fn works_over_scans(placed: &Placed) -> bool {
-    placed.mnemonic().spec().multi_scan
-        && (placed.mnemonic() != Mnemonic::Entask || is_recurrent(placed))
+    let runs_once = matches!(placed.action(), Action::Entask { every: None, .. });
+    placed.mnemonic().spec().multi_scan && !runs_once
 }
 
 fn finding(placed: &Placed, started: Option<Span>) -> Finding {

@@ -32,7 +32,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::isa::{Address, Bit, Mnemonic, StageId};
-use crate::resolve::program::Block;
+use crate::resolve::instruction::Coil;
+use crate::resolve::program::{Action, Block};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -50,7 +51,7 @@ struct Stages {
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let stages = Stages::of(context);
-    for jump in context.of(&[Mnemonic::Jmp, Mnemonic::Sgdivrg, Mnemonic::Sgconvrg]) {
+    for jump in &context.instructions {
         for pair in jumps_back(context, jump) {
             let lost = stages.lost(pair);
             if !lost.is_empty() {
@@ -65,10 +66,10 @@ impl Stages {
         let mut stages = Stages::default();
         for placed in &context.instructions {
             let Some(stage) = placed.place.stage else { continue };
-            if let Some((bit, _)) = placed.driven() {
-                stages.driven.entry(stage.id).or_default().insert(bit);
-            } else if let (Mnemonic::Set, Some((bit, _))) = (placed.mnemonic(), placed.bit()) {
-                stages.set.entry(stage.id).or_default().insert(bit);
+            if let Some(bit) = placed.driven() {
+                stages.driven.entry(stage.id).or_default().insert(bit.value);
+            } else if let Action::Coil { coil: Coil::Set, bit } = placed.action() {
+                stages.set.entry(stage.id).or_default().insert(bit.value);
             }
         }
         stages
@@ -94,9 +95,12 @@ impl Stages {
 fn jumps_back(context: &Context, jump: &Placed) -> Vec<(StageId, StageId)> {
     let at = |stage: StageId| context.program.stages[stage.0 as usize].1;
     let here = jump.place.stage.map(|stage| stage.id);
-    let left: Vec<StageId> = match jump.mnemonic() {
-        Mnemonic::Sgconvrg => jump.stages("stage").collect(),
-        _ => here.into_iter().collect(),
+    let left: Vec<StageId> = if let Action::Converge { stages, to: _ } = jump.action() {
+        stages.iter().map(|stage| stage.value).collect()
+    } else if let Action::Jump { .. } = jump.action() {
+        here.into_iter().collect()
+    } else {
+        return Vec::new();
     };
     // What comes behind the jump in the file has its turn in this scan, the rest in the next.
     let this_scan = |stage: StageId| here.is_none_or(|here| at(stage) > at(here));

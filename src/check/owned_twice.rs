@@ -54,7 +54,9 @@ fn finding(context: &Context, structure: Structure, first: &Placed, second: &Pla
     let name = context.name(Address::Structure(structure));
     let share = match structure {
         Structure::Sensaphone(_) => format!("one CTU and one CTD may share `{name}`"),
-        _ => format!("`{name}` can be read anywhere, but one instruction alone executes it"),
+        Structure::Counter(_) | Structure::Timer(_) => {
+            format!("`{name}` can be read anywhere, but one instruction alone executes it")
+        }
     };
     let help = match context.free_like(structure).filter(|_| context.whole) {
         Some(free) => format!("{share}\ngive this one a structure that is free: `{free}`"),

@@ -18,7 +18,8 @@
 //! ]
 //! ```
 
-use crate::isa::{Address, Mnemonic, Structure};
+use crate::isa::{Address, Structure};
+use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -26,9 +27,11 @@ use super::names::list;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for reset in context.of(&[Mnemonic::Rstct, Mnemonic::Rstt, Mnemonic::Res]) {
-        if let Some(structure) = reset.structure().filter(|s| !context.is_owned(*s)) {
-            findings.push(finding(context, reset, structure));
+    for placed in &context.instructions {
+        if let Action::Reset { structure } = placed.action()
+            && !context.is_owned(structure.value)
+        {
+            findings.push(finding(context, placed, structure.value));
         }
     }
 }

@@ -59,7 +59,7 @@ fn finding(context: &Context, structure: Structure, owner: &Placed, range: &Rang
     let name = context.name(Address::Structure(structure));
     let help = match structure {
         Structure::Timer(_) => format!("TMRAG keeps its time; `RSTT {name}` resets it"),
-        _ => {
+        Structure::Counter(_) | Structure::Sensaphone(_) => {
             let (word, and_retain) = word(context);
             format!(
                 "UDCG keeps its count, and `RSTCT {name}` resets it; or keep a copy{and_retain}:\n\

@@ -23,8 +23,9 @@
 //! ```
 
 use crate::isa::{Address, Structure};
-use crate::resolve::program::{Arg, ArgValue, Value};
+use crate::resolve::program::{Action, Value};
 use crate::source::finding::{Code, Finding};
+use crate::source::span::Located;
 
 use super::context::{Context, Placed};
 use super::names::list;
@@ -40,7 +41,7 @@ pub fn check_missing(context: &Context, findings: &mut Vec<Finding>) {
 pub fn check_different(context: &Context, findings: &mut Vec<Finding>) {
     for (structure, owners) in counters(context) {
         if let [first, others @ ..] = stated(owners).as_slice() {
-            let other = others.iter().filter(|other| !same(first.1, other.1));
+            let other = others.iter().filter(|other| !first.1.value.is_as(other.1.value));
             findings.extend(other.map(|other| different(context, structure, *first, *other)));
         }
     }
@@ -50,15 +51,15 @@ fn counters<'c>(context: &'c Context<'c>) -> impl Iterator<Item = (Structure, &'
     context.owners().filter(|(structure, _)| matches!(structure, Structure::Sensaphone(_)))
 }
 
-fn stated<'c>(owners: &'c [Placed<'c>]) -> Vec<(&'c Placed<'c>, &'c Arg)> {
-    owners.iter().filter_map(|o| o.instruction.arg("preset").map(|arg| (o, arg))).collect()
-}
+/// The owners that state a preset, with it.
+type Stated<'c> = (&'c Placed<'c>, Located<Value>);
 
-fn same(a: &Arg, b: &Arg) -> bool {
-    match (a.value, b.value) {
-        (ArgValue::Value(Value::Const(a, _)), ArgValue::Value(Value::Const(b, _))) => a == b,
-        (a, b) => a == b,
-    }
+fn stated<'c>(owners: &'c [Placed<'c>]) -> Vec<Stated<'c>> {
+    let preset = |owner: &'c Placed<'c>| {
+        let Action::Sensaphone { preset, .. } = owner.action() else { return None };
+        Some((owner, (*preset)?))
+    };
+    owners.iter().filter_map(preset).collect()
 }
 
 fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Finding {
@@ -77,12 +78,7 @@ fn none_stated(context: &Context, structure: Structure, owners: &[Placed]) -> Fi
     finding
 }
 
-fn different(
-    context: &Context,
-    structure: Structure,
-    first: (&Placed, &Arg),
-    second: (&Placed, &Arg),
-) -> Finding {
+fn different(context: &Context, structure: Structure, first: Stated, second: Stated) -> Finding {
     let said = context.say_structure(structure);
     let name = context.name(Address::Structure(structure));
     let message = format!(

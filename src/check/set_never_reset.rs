@@ -16,18 +16,26 @@
 
 use std::collections::BTreeSet;
 
-use crate::isa::{Address, Bit, BitSpace, Mnemonic};
+use crate::isa::{Address, Bit, BitSpace};
+use crate::resolve::instruction::Coil;
+use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
+use crate::source::span::Located;
 
 use super::context::Context;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut off: BTreeSet<Bit> = context.drivers().map(|(bit, _)| bit).collect();
-    let resets = context.of(&[Mnemonic::Rst, Mnemonic::Ponoff]);
-    off.extend(resets.filter_map(|p| p.bit().map(|(bit, _)| bit)));
-    for set in context.of(&[Mnemonic::Set]) {
-        let Some((bit, span)) = set.bit() else { continue };
+    off.extend(context.instructions.iter().filter_map(|placed| {
+        let Action::Coil { coil: Coil::Rst | Coil::Ponoff, bit } = placed.action() else {
+            return None;
+        };
+        Some(bit.value)
+    }));
+    for placed in &context.instructions {
+        let Action::Coil { coil: Coil::Set, bit } = placed.action() else { continue };
+        let Located { value: bit, span } = *bit;
         // One finding a bit is enough: the first SET.
         if matches!(bit, Bit::Space(BitSpace::Mc, _)) || !off.insert(bit) {
             continue;

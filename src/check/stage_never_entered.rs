@@ -18,7 +18,7 @@
 //!
 //! Fails: the same with `do = ["EXIT"]` in `Open`.
 
-use crate::isa::{Mnemonic, StageId};
+use crate::isa::StageId;
 use crate::resolve::program::{Block, Stage};
 use crate::source::finding::{Code, Finding};
 
@@ -40,10 +40,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 /// Which stage leads to which; from a program's own rungs it is `None`.
 fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
-    const ENTERING: [Mnemonic; 4] =
-        [Mnemonic::Jmp, Mnemonic::Sgset, Mnemonic::Sgdivrg, Mnemonic::Sgconvrg];
-    let entering = context.of(&ENTERING);
-    let pairs = entering.flat_map(|p| {
+    let pairs = context.instructions.iter().flat_map(|p| {
         let from = p.place.stage.map(|stage| stage.id);
         p.stages_entered().map(move |to| (from, to))
     });

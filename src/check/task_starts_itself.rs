@@ -19,24 +19,25 @@
 //! rung = [ { when = ["X0"], do = ["ENTASK Report"] } ]
 //! ```
 
-use crate::isa::Mnemonic;
+use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
-use super::entask_conflict::is_recurrent;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    for entask in context.of(&[Mnemonic::Entask]) {
-        if entask.target_block().is_some_and(|(task, _)| task == entask.place.block.id) {
-            findings.push(finding(entask));
+    for placed in &context.instructions {
+        if let Action::Entask { block: task, every: _ } = placed.action()
+            && task.value == placed.place.block.id
+        {
+            findings.push(finding(placed));
         }
     }
 }
 
 fn finding(entask: &Placed) -> Finding {
     let task = &entask.place.block.name;
-    let effect = if is_recurrent(entask) {
+    let effect = if entask.action().is_recurrent() {
         "it can only be enabled while it runs"
     } else {
         "`ENTASK` of a task that runs has no effect"

@@ -50,12 +50,14 @@ fn finding(context: &Context, tag: &Tag) -> Finding {
 fn is_named(context: &Context, address: Address) -> bool {
     match address {
         Address::Structure(structure) => {
-            context.instructions.iter().any(|p| p.structure() == Some(structure))
+            context.instructions.iter().any(|p| p.action().structure() == Some(structure))
                 || context.program.operands.iter().any(|operand| {
                     structure.member_addresses().any(|member| member == operand.address)
                 })
         }
-        address => context.program.operands.iter().any(|operand| operand.address == address),
+        Address::Bit(_) | Address::Word(_) => {
+            context.program.operands.iter().any(|operand| operand.address == address)
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use super::exit::Exit;
 use crate::check::page;
 use crate::events::{self, Event, Limit};
 use crate::isa::instruction::{self, Mnemonic, Termination};
-use crate::isa::{Kind, LegName, Spec, pages};
+use crate::isa::{LegName, OperandKind, Spec, pages};
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
@@ -107,12 +107,11 @@ fn of_instruction(spec: &Spec) -> String {
     }
     let _ = write!(text, "\n{}", indented(&facts(spec)));
     let _ = writeln!(text, "\nExample:\n\n{}", indented(&example(spec)));
-    if let Some(page) = pages::page(spec.mnemonic) {
-        let sections = ["Behaviour", "Termination", "Members", "Notes"];
-        text.push_str(&sections.map(|title| section(page, title)).concat());
-        let file = spec.name.to_ascii_lowercase();
-        let _ = writeln!(text, "With a timing diagram: docs/instructions/{file}.md");
-    }
+    let page = pages::page(spec.mnemonic);
+    let sections = ["Behaviour", "Termination", "Members", "Notes"];
+    text.push_str(&sections.map(|title| section(page, title)).concat());
+    let file = spec.name.to_ascii_lowercase();
+    let _ = writeln!(text, "With a timing diagram: docs/instructions/{file}.md");
     text
 }
 
@@ -160,27 +159,31 @@ fn termination(spec: &Spec) -> &'static str {
         Termination::Reset if spec.operand("output").is_none() => "its structure is reset",
         Termination::Reset => "its structure is reset, and its output bit goes OFF",
         Termination::Kept => "what it wrote is kept",
-        Termination::Untouched => "none: it keeps its value when its block stops",
+        Termination::Untouched | Termination::Held | Termination::EnableOff => {
+            "none: it keeps its value when its block stops"
+        }
         Termination::RungOff => "as with its rung OFF",
     }
 }
 
-fn describe(kind: Kind) -> String {
+fn describe(kind: OperandKind) -> String {
     match kind {
-        Kind::WritableBit => "a bit that a program can write: Y, C, MC, MI".to_owned(),
-        Kind::WritableWord => "a word that a program can write: V, D, MHR, MIR, .Acc".to_owned(),
-        Kind::Counter => "a counter: CTn".to_owned(),
-        Kind::Timer => "a timer: Tn".to_owned(),
-        Kind::Sensaphone => "a Sensaphone counter: Nn".to_owned(),
-        Kind::Value(i32::MIN, i32::MAX) => "a constant or a word".to_owned(),
-        Kind::Value(least, most) => format!("a constant {least}..{most}, or a word"),
-        Kind::Duration => "a duration, or a word that holds ms".to_owned(),
-        Kind::Interval => "a duration, or a word that holds ms; 0: every scan".to_owned(),
-        Kind::Program => "a program".to_owned(),
-        Kind::Block => "a program or a task".to_owned(),
-        Kind::Task => "a task".to_owned(),
-        Kind::Stage => "a stage of the same program".to_owned(),
-        Kind::Stages => "one or more stages of the same program".to_owned(),
+        OperandKind::WritableBit => "a bit that a program can write: Y, C, MC, MI".to_owned(),
+        OperandKind::WritableWord => {
+            "a word that a program can write: V, D, MHR, MIR, .Acc".to_owned()
+        }
+        OperandKind::Counter => "a counter: CTn".to_owned(),
+        OperandKind::Timer => "a timer: Tn".to_owned(),
+        OperandKind::Sensaphone => "a Sensaphone counter: Nn".to_owned(),
+        OperandKind::Value(i32::MIN, i32::MAX) => "a constant or a word".to_owned(),
+        OperandKind::Value(least, most) => format!("a constant {least}..{most}, or a word"),
+        OperandKind::Duration => "a duration, or a word that holds ms".to_owned(),
+        OperandKind::Interval => "a duration, or a word that holds ms; 0: every scan".to_owned(),
+        OperandKind::Program => "a program".to_owned(),
+        OperandKind::Block => "a program or a task".to_owned(),
+        OperandKind::Task => "a task".to_owned(),
+        OperandKind::Stage => "a stage of the same program".to_owned(),
+        OperandKind::Stages => "one or more stages of the same program".to_owned(),
     }
 }
 
@@ -189,19 +192,19 @@ fn example(spec: &Spec) -> String {
     let mut words = vec![spec.name.to_owned()];
     for operand in spec.operands {
         let value = match operand.kind {
-            Kind::WritableBit => "Y0",
-            Kind::WritableWord => "D0",
-            Kind::Counter => "CT0",
-            Kind::Timer => "T0",
-            Kind::Sensaphone => "N0",
-            Kind::Value(..) if operand.name == "dn-preset" => "0",
-            Kind::Value(..) => "12",
-            Kind::Duration => "2s500ms",
-            Kind::Interval => "1s",
-            Kind::Program | Kind::Block => "Drain",
-            Kind::Task => "Housekeeping",
-            Kind::Stage => "Close",
-            Kind::Stages => "Left Right",
+            OperandKind::WritableBit => "Y0",
+            OperandKind::WritableWord => "D0",
+            OperandKind::Counter => "CT0",
+            OperandKind::Timer => "T0",
+            OperandKind::Sensaphone => "N0",
+            OperandKind::Value(..) if operand.name == "dn-preset" => "0",
+            OperandKind::Value(..) => "12",
+            OperandKind::Duration => "2s500ms",
+            OperandKind::Interval => "1s",
+            OperandKind::Program | OperandKind::Block => "Drain",
+            OperandKind::Task => "Housekeeping",
+            OperandKind::Stage => "Close",
+            OperandKind::Stages => "Left Right",
         };
         words.push(match operand.key {
             Some(key) => format!("{key}={value}"),
@@ -243,6 +246,8 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::{Engine, ScanTimes};
+    use crate::lower::lower;
     use crate::resolve::{LoadOptions, load_ladders};
     use crate::source::span::SourceFile;
 
@@ -252,13 +257,23 @@ mod tests {
                           [[program.stage]]\nname = \"Right\"\n";
 
     #[test]
-    fn every_example_can_be_pasted() {
+    fn every_example_can_be_pasted_and_executes() {
         for spec in instruction::TABLE {
             let example = example(spec);
             let text = format!("[[program]]\nname = \"Main\"\n{example}{STAGES}{AROUND}");
             let file = SourceFile { name: "example.toml".into(), text };
             let (program, findings) = load_ladders(&[file], &LoadOptions::default());
-            assert!(program.is_some(), "{example}{findings:#?}");
+            let program = program.unwrap_or_else(|| panic!("{example}{findings:#?}"));
+            let mut engine = Engine::new(lower(&program).0);
+            engine.start(0);
+            engine.set_input(0, true);
+            for _ in 0..2 {
+                engine.begin_scan(0, &ScanTimes::default());
+                engine.execute();
+            }
+            let stops = engine.execute().last;
+            assert_eq!(stops, spec.name == "STOP", "{} stops the controller", spec.name);
+            engine.terminate();
         }
     }
 

@@ -36,7 +36,7 @@ impl LegName {
 
 /// What an operand may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum OperandKind {
     /// A bit that a program may write: Y, C, MC, MI.
     WritableBit,
     /// A word that a program may write.
@@ -51,7 +51,7 @@ pub enum Kind {
     Value(i32, i32),
     /// A duration or an integer in ms, 0..=2147483647, or any readable numeric location.
     Duration,
-    /// As [`Kind::Duration`], but any `i32` constant: `<= 0` means every scan.
+    /// As [`OperandKind::Duration`], but any `i32` constant: `<= 0` means every scan.
     Interval,
     /// A Program.
     Program,
@@ -73,7 +73,7 @@ pub struct Operand {
     /// The name by which the resolved instruction holds it; of a keyed operand, the key.
     pub name: &'static str,
     /// What it may be.
-    pub kind: Kind,
+    pub kind: OperandKind,
     /// Whether it may be left out.
     pub optional: bool,
 }
@@ -89,6 +89,10 @@ pub enum Termination {
     Kept,
     /// It has no termination logic.
     Untouched,
+    /// As [`Termination::Untouched`], but the time until its next execution does not count.
+    Held,
+    /// As [`Termination::Untouched`], but its enable bit and its edge history go OFF.
+    EnableOff,
     /// It is as with its rung OFF.
     RungOff,
 }
@@ -116,36 +120,40 @@ pub struct Spec {
     pub summary: &'static str,
 }
 
-const fn positional(name: &'static str, kind: Kind) -> Operand {
+const fn positional(name: &'static str, kind: OperandKind) -> Operand {
     Operand { key: None, name, kind, optional: false }
 }
 
-const fn keyed(name: &'static str, kind: Kind) -> Operand {
+const fn keyed(name: &'static str, kind: OperandKind) -> Operand {
     Operand { key: Some(name), name, kind, optional: false }
 }
 
-const fn optional(name: &'static str, kind: Kind) -> Operand {
+const fn optional(name: &'static str, kind: OperandKind) -> Operand {
     Operand { key: Some(name), name, kind, optional: true }
 }
 
-const ANY: Kind = Kind::Value(i32::MIN, i32::MAX);
-const COUNT: Kind = Kind::Value(0, i32::MAX);
-const I16: Kind = Kind::Value(-32_768, 32_767);
+const ANY: OperandKind = OperandKind::Value(i32::MIN, i32::MAX);
+const COUNT: OperandKind = OperandKind::Value(0, i32::MAX);
+const I16: OperandKind = OperandKind::Value(-32_768, 32_767);
 
 const WHEN: &[LegName] = &[LegName::When];
-const BIT: &[Operand] = &[positional("bit", Kind::WritableBit)];
-const UP_DOWN_PRESETS: &[Operand] =
-    &[positional("ct", Kind::Counter), optional("up-preset", ANY), optional("dn-preset", ANY)];
-const TIMER: &[Operand] = &[positional("t", Kind::Timer), keyed("preset", Kind::Duration)];
-const DELAY: &[Operand] = &[
-    positional("t", Kind::Timer),
-    keyed("preset", Kind::Duration),
-    keyed("output", Kind::WritableBit),
+const BIT: &[Operand] = &[positional("bit", OperandKind::WritableBit)];
+const UP_DOWN_PRESETS: &[Operand] = &[
+    positional("ct", OperandKind::Counter),
+    optional("up-preset", ANY),
+    optional("dn-preset", ANY),
 ];
-const COUNTER: &[Operand] = &[positional("ct", Kind::Counter), keyed("preset", COUNT)];
-const SENSAPHONE: &[Operand] = &[positional("n", Kind::Sensaphone), optional("preset", I16)];
+const TIMER: &[Operand] =
+    &[positional("t", OperandKind::Timer), keyed("preset", OperandKind::Duration)];
+const DELAY: &[Operand] = &[
+    positional("t", OperandKind::Timer),
+    keyed("preset", OperandKind::Duration),
+    keyed("output", OperandKind::WritableBit),
+];
+const COUNTER: &[Operand] = &[positional("ct", OperandKind::Counter), keyed("preset", COUNT)];
+const SENSAPHONE: &[Operand] = &[positional("n", OperandKind::Sensaphone), optional("preset", I16)];
 const ARITHMETIC: &[Operand] =
-    &[positional("a", ANY), positional("b", ANY), keyed("to", Kind::WritableWord)];
+    &[positional("a", ANY), positional("b", ANY), keyed("to", OperandKind::WritableWord)];
 
 const S0: &str = "seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)";
 const HELP: &str = "vendor help; docs/semantics.md";
@@ -202,10 +210,10 @@ instructions! {
         Untouched, "seed S2 (DMD0094)",
         "As UDC, without a reset leg and without termination logic: it keeps its count when its \
          block stops. RSTCT is the only way to reset it.";
-    Rstct "RSTCT" "Reset counter", WHEN, &[positional("ct", Kind::Counter)], false, Kept, HELP,
+    Rstct "RSTCT" "Reset counter", WHEN, &[positional("ct", OperandKind::Counter)], false, Kept, HELP,
         "While the rung is ON, resets the counter at once, and holds the reset through the \
          counter's own next execution.";
-    Rstt "RSTT" "Reset timer", WHEN, &[positional("t", Kind::Timer)], false, Kept, HELP,
+    Rstt "RSTT" "Reset timer", WHEN, &[positional("t", OperandKind::Timer)], false, Kept, HELP,
         "While the rung is ON, resets the timer at once, and holds the reset through the timer's \
          own next execution.";
     Ondtmr "ONDTMR" "ON delay timer", WHEN, DELAY, true, Reset, "seed S0 (DMD0175)",
@@ -222,55 +230,55 @@ instructions! {
     Tmradown "TMRADOWN" "Accumulating down timer", &[LegName::En, LegName::Rst], TIMER, true,
         Reset, HELP,
         "Takes the time that EN is ON from the preset; EN OFF holds it. Done at 0. RST reloads.";
-    Tmrag "TMRAG" "Global accumulating up timer", WHEN, TIMER, true, Untouched, HELP,
+    Tmrag "TMRAG" "Global accumulating up timer", WHEN, TIMER, true, Held, HELP,
         "As TMRA, without a reset leg and without termination logic. RSTT resets it.";
-    Ctu "CTU" "Sensaphone count up", WHEN, SENSAPHONE, true, Untouched,
+    Ctu "CTU" "Sensaphone count up", WHEN, SENSAPHONE, true, EnableOff,
         "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
         "ACC + 1 at each false-to-true transition of the rung; from 32767 on to -32768, which \
          sets OV. DN while ACC >= PRE.";
-    Ctd "CTD" "Sensaphone count down", WHEN, SENSAPHONE, true, Untouched,
+    Ctd "CTD" "Sensaphone count down", WHEN, SENSAPHONE, true, EnableOff,
         "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
         "ACC - 1 at each false-to-true transition of the rung; from -32768 on to 32767, which \
          sets UN. DN while ACC >= PRE.";
-    Res "RES" "Sensaphone reset", WHEN, &[positional("n", Kind::Sensaphone)], false, Kept,
+    Res "RES" "Sensaphone reset", WHEN, &[positional("n", OperandKind::Sensaphone)], false, Kept,
         "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
         "While the rung is ON, clears ACC and all status bits of the counter.";
     Move "MOVE" "Move", WHEN,
-        &[positional("a", ANY), keyed("to", Kind::WritableWord)], false, Kept, HELP,
+        &[positional("a", ANY), keyed("to", OperandKind::WritableWord)], false, Kept, HELP,
         "Copies the value to the word in every scan while the rung is ON, saturating at the \
          word's range.";
     Add "ADD" "Add", WHEN, ARITHMETIC, false, Kept, HELP,
         "Writes a + b to the word in every scan while the rung is ON, saturating.";
     Sub "SUB" "Subtract", WHEN, ARITHMETIC, false, Kept, HELP,
         "Writes a - b to the word in every scan while the rung is ON, saturating.";
-    Run "RUN" "Run program", WHEN, &[positional("block", Kind::Program)], false, Kept, BLOCKS,
+    Run "RUN" "Run program", WHEN, &[positional("block", OperandKind::Program)], false, Kept, BLOCKS,
         "Starts the Program while the rung is ON; a Program that runs is left alone.";
-    Restart "RESTART" "Restart program", WHEN, &[positional("block", Kind::Program)], false,
+    Restart "RESTART" "Restart program", WHEN, &[positional("block", OperandKind::Program)], false,
         Kept, BLOCKS,
         "At the rung's rising edge: HALT, then RUN. The Program terminates first and starts anew.";
-    Halt "HALT" "Halt program or task", WHEN, &[positional("block", Kind::Block)], false, Kept,
+    Halt "HALT" "Halt program or task", WHEN, &[positional("block", OperandKind::Block)], false, Kept,
         BLOCKS,
         "Stops the Program or Task while the rung is ON; its termination pass follows at its \
          next turn. In its own block it ends the execution at once.";
     Exit "EXIT" "Exit program", WHEN, &[], false, Kept, BLOCKS,
         "Ends the Program it stands in at once; its termination pass follows in the next scan.";
     Entask "ENTASK" "Enable task", WHEN,
-        &[positional("block", Kind::Task), optional("every", Kind::Interval)], true, RungOff,
+        &[positional("block", OperandKind::Task), optional("every", OperandKind::Interval)], true, RungOff,
         BLOCKS,
         "Without every: runs the Task once at the rung's rising edge. With every: runs it at \
          that interval while the rung is ON.";
-    Jmp "JMP" "Jump to stage", WHEN, &[positional("stage", Kind::Stage)], false, Kept, BLOCKS,
+    Jmp "JMP" "Jump to stage", WHEN, &[positional("stage", OperandKind::Stage)], false, Kept, BLOCKS,
         "Turns the Stage it stands in OFF and the target ON. It is no goto: the remaining rungs \
          of the Stage still execute.";
-    Sgset "SGSET" "Stage set", WHEN, &[positional("stage", Kind::Stage)], false, Kept, BLOCKS,
+    Sgset "SGSET" "Stage set", WHEN, &[positional("stage", OperandKind::Stage)], false, Kept, BLOCKS,
         "Turns a Stage ON without leaving the current one.";
-    Sgrst "SGRST" "Stage reset", WHEN, &[positional("stage", Kind::Stage)], false, Kept, BLOCKS,
+    Sgrst "SGRST" "Stage reset", WHEN, &[positional("stage", OperandKind::Stage)], false, Kept, BLOCKS,
         "Turns a Stage OFF; its termination pass follows at its next turn.";
-    Sgdivrg "SGDIVRG" "Stage diverge", WHEN, &[positional("stage", Kind::Stages)], false, Kept,
+    Sgdivrg "SGDIVRG" "Stage diverge", WHEN, &[positional("stage", OperandKind::Stages)], false, Kept,
         BLOCKS,
         "Jumps to one or several Stages at once.";
     Sgconvrg "SGCONVRG" "Stage converge", WHEN,
-        &[positional("stage", Kind::Stages), keyed("to", Kind::Stage)], false, Kept, BLOCKS,
+        &[positional("stage", OperandKind::Stages), keyed("to", OperandKind::Stage)], false, Kept, BLOCKS,
         "Once all of its Stages are ON, turns them OFF and its target ON.";
     Stop "STOP" "Stop", WHEN, &[], false, Kept, BLOCKS,
         "An orderly stop: this scan completes, and the next one is the last.";
@@ -291,7 +299,7 @@ impl Mnemonic {
     pub fn owns_structure(self) -> bool {
         let structure = matches!(
             self.spec().operands.first().map(|o| o.kind),
-            Some(Kind::Counter | Kind::Timer | Kind::Sensaphone)
+            Some(OperandKind::Counter | OperandKind::Timer | OperandKind::Sensaphone)
         );
         structure && !matches!(self, Mnemonic::Rstct | Mnemonic::Rstt | Mnemonic::Res)
     }
@@ -319,21 +327,21 @@ impl Spec {
     }
 }
 
-impl Kind {
+impl OperandKind {
     fn placeholder(self) -> &'static str {
         match self {
-            Kind::WritableBit => "b",
-            Kind::WritableWord => "w",
-            Kind::Counter => "ct",
-            Kind::Timer => "t",
-            Kind::Sensaphone => "n",
-            Kind::Value(..) => "v",
-            Kind::Duration | Kind::Interval => "d",
-            Kind::Program => "p",
-            Kind::Block => "b",
-            Kind::Task => "t",
-            Kind::Stage => "s",
-            Kind::Stages => "s …",
+            OperandKind::WritableBit => "b",
+            OperandKind::WritableWord => "w",
+            OperandKind::Counter => "ct",
+            OperandKind::Timer => "t",
+            OperandKind::Sensaphone => "n",
+            OperandKind::Value(..) => "v",
+            OperandKind::Duration | OperandKind::Interval => "d",
+            OperandKind::Program => "p",
+            OperandKind::Block => "b",
+            OperandKind::Task => "t",
+            OperandKind::Stage => "s",
+            OperandKind::Stages => "s …",
         }
     }
 }

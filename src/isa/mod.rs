@@ -16,4 +16,4 @@ pub use address::{
     Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, StageId, Structure, Word,
     WordSpace,
 };
-pub use instruction::{Kind, LegName, Mnemonic, Operand, Spec};
+pub use instruction::{LegName, Mnemonic, Operand, OperandKind, Spec};

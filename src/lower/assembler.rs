@@ -8,13 +8,13 @@ use crate::engine::ops::{And2, Leg, Op, Power, Powers, StageList};
 use crate::engine::{
     self, Batch, BitCell, BlockCode, ElementCode, Layout, Tables, Termination, WordCell,
 };
-use crate::isa::{Address, Bit, BitSpace, BlockId, Mnemonic, StageId, Structure, Word};
-use crate::resolve::program::{ArgValue, Instruction, Program, Rung, TagMeaning, Value};
+use crate::isa::{Address, Bit, BitSpace, BlockId, StageId, Structure, Word};
+use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
 
 pub(super) struct Assembler<'p> {
     pub layout: Layout,
     /// The owning instructions of counters and timers; of a Sensaphone counter, CTU or CTD.
-    pub owners: HashMap<Structure, &'p Instruction>,
+    pub owners: HashMap<Structure, &'p Action>,
     /// `min` and `max` of words, over all tags.
     limits: HashMap<Word, (i32, i32)>,
     /// The current element's operations, in file order.
@@ -53,7 +53,7 @@ impl<'p> Assembler<'p> {
             site: Site::default(),
             terminations_from: 0,
         };
-        for instruction in all_instructions(program) {
+        for (_, instruction) in program.instructions() {
             assembler.note_owner(instruction);
         }
         assembler.note_initial_values(program);
@@ -62,17 +62,13 @@ impl<'p> Assembler<'p> {
 
     /// Owners, and the constant presets that Sensaphone counters start with.
     fn note_owner(&mut self, instruction: &'p Instruction) {
-        if !instruction.mnemonic.owns_structure() {
-            return;
-        }
-        let Some(ArgValue::Structure(structure)) = instruction.args.first().map(|a| a.value) else {
-            return;
-        };
-        self.owners.entry(structure).or_insert(instruction);
-        if let (Structure::Sensaphone(n), Some(ArgValue::Value(Value::Const(preset, _)))) =
-            (structure, instruction.arg("preset").map(|a| a.value))
+        let Some(structure) = instruction.owned() else { return };
+        self.owners.entry(structure).or_insert(&instruction.action);
+        if let Action::Sensaphone { n, preset: Some(preset), counts: _ } = &instruction.action
+            && let Value::Const(preset, _) = preset.value
         {
-            self.initial_words.push((self.layout.word(Word::Pre(n)), preset));
+            let pre = self.layout.word(Word::Pre(n.value.number()));
+            self.initial_words.push((pre, preset));
         }
     }
 
@@ -219,21 +215,4 @@ pub(super) fn limits(program: &Program) -> HashMap<Word, (i32, i32)> {
         }
     }
     limits
-}
-
-/// Every instruction of a program, in file order.
-fn all_instructions(program: &Program) -> impl Iterator<Item = &Instruction> {
-    program.blocks.iter().flat_map(|block| {
-        let stage_rungs = block.stages.iter().flat_map(|stage| &stage.rungs);
-        block.rungs.iter().chain(stage_rungs).flat_map(instructions_of)
-    })
-}
-
-fn instructions_of(rung: &Rung) -> impl Iterator<Item = &Instruction> {
-    rung.body.iter().chain(rung.branches.iter().flat_map(|branch| &branch.body))
-}
-
-/// The owner's rule is asked by RSTCT, RSTT and the termination pass.
-pub(super) fn loads_preset(mnemonic: Mnemonic) -> bool {
-    matches!(mnemonic, Mnemonic::Tmrdown | Mnemonic::Tmradown)
 }

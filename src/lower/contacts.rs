@@ -42,7 +42,11 @@ impl Assembler<'_> {
         for contact in contacts {
             match contact {
                 Contact::Any(inner, _) => self.none_of(inner, powers),
-                _ => {
+                Contact::Bit(..)
+                | Contact::Not(..)
+                | Contact::All(..)
+                | Contact::Edge(..)
+                | Contact::Compare(..) => {
                     let power = self.contact(contact);
                     powers.push(power.opposite());
                 }

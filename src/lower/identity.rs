@@ -10,9 +10,7 @@ use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
-use crate::resolve::program::{
-    ArgValue, BlockKind, Edge, Instruction, Program, Rung, TagMeaning, Value,
-};
+use crate::resolve::program::{BlockKind, Edge, Instruction, Program, Rung, TagMeaning, Value};
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
@@ -151,22 +149,17 @@ impl Identity {
 
     /// Notes what an instruction owns and writes.
     pub(super) fn instruction(&mut self, instruction: &Instruction, standing: Standing) {
-        let mnemonic = instruction.mnemonic;
-        let value = |name| match instruction.arg(name)?.value {
-            ArgValue::Value(value) => Some(value),
-            _ => None,
-        };
-        let owned = instruction.args.first().map(|arg| arg.value);
-        if let (Some(ArgValue::Structure(structure)), true) = (owned, mnemonic.owns_structure()) {
-            let names = ["preset", "up-preset", "dn-preset"].into_iter();
-            let presets = names.filter_map(|name| Some((name, value(name)?))).collect();
-            self.owners.push(Owner { structure, mnemonic, standing, presets });
+        if let Some(structure) = instruction.owned() {
+            let operands = instruction.action.operands();
+            let presets = operands.of().map(|(name, preset)| (name, preset.value)).collect();
+            self.owners.push(Owner {
+                structure,
+                mnemonic: instruction.mnemonic,
+                standing,
+                presets,
+            });
         }
-        let bits = instruction.args.iter().filter_map(|arg| match arg.value {
-            ArgValue::Bit(bit) => Some(bit),
-            _ => None,
-        });
-        self.written.extend(bits);
+        self.written.extend(instruction.action.written_bit().map(|bit| bit.value));
     }
 
     /// Notes a history.
@@ -213,7 +206,7 @@ impl Identity {
             Bit::Stage(id) => self.stage(id),
             Bit::Running(id) => format!("{}.Running", self.block(id).name),
             Bit::Done(id) => format!("{}.Done", self.block(id).name),
-            other => other.to_string(),
+            Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => bit.to_string(),
         }
     }
 
@@ -225,11 +218,10 @@ impl Identity {
 
     /// The text of an instruction with a history: its name and what it acts on.
     pub(super) fn edge_instruction(&self, instruction: &Instruction) -> String {
-        let operand = match instruction.args.first().map(|arg| arg.value) {
-            Some(ArgValue::Bit(bit)) => self.bit(bit),
-            Some(ArgValue::Block(block)) => self.block(block).name.clone(),
-            _ => String::new(),
-        };
+        let (bit, block) = (instruction.action.written_bit(), instruction.action.target_block());
+        let bit = bit.map(|bit| self.bit(bit.value));
+        let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
+        let operand = operand.unwrap_or_default();
         format!("{} {operand}", instruction.mnemonic.spec().name)
     }
 
@@ -239,7 +231,7 @@ impl Identity {
             Some(Some(tag)) => format!("{tag} ({address})"),
             _ => match address {
                 Address::Bit(bit) => self.bit(bit),
-                other => other.to_string(),
+                Address::Word(_) | Address::Structure(_) => address.to_string(),
             },
         }
     }

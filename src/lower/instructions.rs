@@ -1,175 +1,201 @@
-//! Instructions → operations, and what a termination pass does to each.
+//! Instructions → operations, and the parts that a termination pass leaves of each.
+//!
+//! Called by `lower_rung`. Every [`Action`] is matched: an instruction that is added does not
+//! compile here until it is lowered. What a pass does to an instruction is not decided here: the
+//! instruction table names it, and `terminate` picks the part that it names.
 
-use super::assembler::{Assembler, loads_preset};
+use super::assembler::Assembler;
 use super::identity::Interval;
 use crate::engine::ops::{
     Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr,
     Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst, Rstct, Rstt,
-    Sensaphone, Set, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets,
+    Sensaphone, Set, StageList, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc,
+    UdcPresets,
 };
 use crate::engine::{Termination, WordCell};
+use crate::isa::instruction::Termination as Pass;
 use crate::isa::status::st;
-use crate::isa::{Bit, BitSpace, BlockId, LegName, Mnemonic, StageId, Structure, Word};
-use crate::resolve::program::{ArgValue, Instruction, Value};
+use crate::isa::{Bit, BitSpace, BlockId, LegName, StageId, Structure, Word};
+use crate::resolve::instruction::{Coil, Delay, Direction, Source, TimerKind};
+use crate::resolve::program::{Action, Instruction, Value};
+use crate::source::span::Located;
 
-/// An instruction being lowered, with the powers of its legs.
-struct Site<'a> {
-    instruction: &'a Instruction,
-    legs: &'a [(LegName, Leg)],
-}
+/// The powers of an instruction's legs.
+#[derive(Clone, Copy)]
+pub(super) struct Legs<'a>(pub &'a [(LegName, Leg)]);
 
-impl Site<'_> {
-    fn leg(&self, name: LegName) -> Leg {
-        let leg = self.legs.iter().find(|(n, _)| *n == name);
+impl Legs<'_> {
+    fn leg(self, name: LegName) -> Leg {
+        let leg = self.0.iter().find(|(n, _)| *n == name);
         leg.expect("the resolver gives every leg").1
     }
 
-    fn when(&self) -> Leg {
+    fn when(self) -> Leg {
         self.leg(LegName::When)
     }
+}
 
-    fn value(&self, name: &str) -> Option<Value> {
-        match self.instruction.arg(name)?.value {
-            ArgValue::Value(value) => Some(value),
-            _ => None,
-        }
-    }
+/// An instruction as an operation, and what there is of it for a termination pass to act on.
+struct Lowered {
+    op: Op,
+    /// The bit that it drives, or writes as an output.
+    bit: Option<u32>,
+    /// The reset of its structure.
+    reset: Option<Termination>,
+    /// What its rung does when it goes OFF, where a pass does that alone.
+    rung_off: Option<Termination>,
+}
 
-    fn bit(&self, name: &str) -> Bit {
-        match self.instruction.arg(name).map(|a| a.value) {
-            Some(ArgValue::Bit(bit)) => bit,
-            other => unreachable!("the resolver gives a bit for {name}, not {other:?}"),
-        }
-    }
-
-    fn word(&self, name: &str) -> Word {
-        match self.instruction.arg(name).map(|a| a.value) {
-            Some(ArgValue::Word(word)) => word,
-            other => unreachable!("the resolver gives a word for {name}, not {other:?}"),
-        }
-    }
-
-    fn structure(&self) -> Structure {
-        match self.instruction.args.first().map(|a| a.value) {
-            Some(ArgValue::Structure(structure)) => structure,
-            other => unreachable!("the resolver gives a structure, not {other:?}"),
-        }
-    }
-
-    fn block(&self) -> BlockId {
-        match self.instruction.arg("block").map(|a| a.value) {
-            Some(ArgValue::Block(block)) => block,
-            other => unreachable!("the resolver gives a block, not {other:?}"),
-        }
-    }
-
-    fn stages<'a>(&'a self, name: &'a str) -> impl Iterator<Item = StageId> + 'a {
-        self.instruction.args_of(name).filter_map(|arg| match arg.value {
-            ArgValue::Stage(stage) => Some(stage),
-            _ => None,
-        })
-    }
-
-    fn stage(&self, name: &str) -> StageId {
-        self.stages(name).next().expect("the resolver gives a stage")
+impl From<Op> for Lowered {
+    fn from(op: Op) -> Lowered {
+        Lowered { op, bit: None, reset: None, rung_off: None }
     }
 }
 
 impl Assembler<'_> {
-    /// Lowers one instruction with the powers of its legs.
-    pub fn instruction(&mut self, instruction: &Instruction, legs: &[(LegName, Leg)]) {
-        let site = Site { instruction, legs };
+    /// Lowers one instruction.
+    pub fn instruction(&mut self, instruction: &Instruction, legs: Legs) {
         self.identity.instruction(instruction, self.site.standing);
-        use Mnemonic as M;
-        match instruction.mnemonic {
-            M::Out | M::Set | M::Rst | M::Pd | M::Nd | M::Ponoff => self.coil(&site),
-            M::Cnt | M::Cntdn | M::Udc | M::Udcg | M::Rstct => self.counter(&site),
-            M::Ondtmr
-            | M::Offdtmr
-            | M::Tmr
-            | M::Tmrdown
-            | M::Tmra
-            | M::Tmradown
-            | M::Tmrag
-            | M::Rstt => self.timer(&site),
-            M::Ctu | M::Ctd | M::Res => self.sensaphone(&site),
-            M::Move | M::Add | M::Sub => self.arithmetic(&site),
-            _ => self.control(&site),
+        if let Some(lowered) = self.lowered(instruction, legs) {
+            self.terminate(instruction.mnemonic.spec().termination, &lowered);
+            self.op(lowered.op);
         }
+    }
+
+    /// What a termination pass does, as the instruction table says.
+    fn terminate(&mut self, pass: Pass, lowered: &Lowered) {
+        let bit = lowered.bit.map(Termination::BitOff);
+        let parts = match pass {
+            Pass::Off => [bit, None],
+            Pass::Reset => [lowered.reset.clone(), bit],
+            Pass::Held | Pass::EnableOff | Pass::RungOff => [lowered.rung_off.clone(), None],
+            Pass::Kept | Pass::Untouched => [None, None],
+        };
+        parts.into_iter().flatten().for_each(|part| self.terminates(part));
+    }
+
+    /// `None`: a reset of a structure that nothing owns, which `check` refuses.
+    fn lowered(&mut self, instruction: &Instruction, legs: Legs) -> Option<Lowered> {
+        let history = |assembler: &mut Self| assembler.edge_history(instruction);
+        let kind = match &instruction.action {
+            Action::Coil { coil, bit } => {
+                let bit = self.layout.bit(bit.value).0;
+                let op = self.coil(*coil, (legs.when(), bit), instruction);
+                return Some(Lowered { bit: Some(bit), ..op.into() });
+            }
+            Action::Counter { counts, ct, preset } => {
+                let rule = self.counter_rule(*counts, *preset);
+                return Some(self.counter(ct.value, rule, legs, legs.leg(LegName::Rst)));
+            }
+            Action::UpDownCounter { has_reset_leg, ct, up_preset, dn_preset } => {
+                let rule = self.up_down_rule(*up_preset, *dn_preset);
+                let rst = if *has_reset_leg { legs.leg(LegName::Rst) } else { self.off() };
+                return Some(self.counter(ct.value, rule, legs, rst));
+            }
+            Action::DelayTimer { delay, t, preset, output } => {
+                let output = self.layout.bit(output.value).0;
+                let timer = self.timer_of(t.value, *preset);
+                let leg = legs.when();
+                let op = match delay {
+                    Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
+                    Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
+                };
+                let reset = Some(Termination::Timer(timer, TimerRule::Zero));
+                return Some(Lowered { bit: Some(output), reset, ..op.into() });
+            }
+            Action::Timer { timer, t, preset } => {
+                let at = self.timer_of(t.value, *preset);
+                return Some(self.timer(*timer, at, legs));
+            }
+            Action::Sensaphone { counts, n, preset } => {
+                let counter = self.sensaphone(n.value, *preset);
+                return Some(sensaphone(*counts, counter, legs.when()));
+            }
+            Action::Reset { structure } => {
+                return self.reset(structure.value, legs.when()).map(Lowered::from);
+            }
+            Action::Store { source, to } => {
+                return Some(self.store(*source, to.value, legs.when()).into());
+            }
+            Action::Run { block } => ControlKind::Run(block.value),
+            Action::Restart { block } => {
+                let history = history(self);
+                ControlKind::Restart(RestartState { program: block.value, history })
+            }
+            Action::Halt { block } => ControlKind::Halt(block.value),
+            Action::Exit => ControlKind::Exit,
+            Action::Entask { block, every: None } => {
+                ControlKind::EnableOnce { task: block.value, history: history(self) }
+            }
+            Action::Entask { block, every: Some(every) } => {
+                return Some(self.enable_every(block.value, every.value, legs.when()));
+            }
+            Action::Jump { stages } => ControlKind::Jump(self.stages(stages)),
+            Action::StageOn { stage } => ControlKind::StageOn(stage.value),
+            Action::StageOff { stage } => ControlKind::StageOff(stage.value),
+            Action::Converge { stages, to } => {
+                ControlKind::Converge { from: self.stages(stages), to: to.value }
+            }
+            Action::Stop => ControlKind::Stop,
+        };
+        Some(self.control(kind, legs.when()).into())
     }
 
     /// The edge history of an instruction.
-    fn edge_history(&mut self, site: &Site) -> u32 {
-        let text = self.identity.edge_instruction(site.instruction);
+    fn edge_history(&mut self, instruction: &Instruction) -> u32 {
+        let text = self.identity.edge_instruction(instruction);
         self.history(text)
     }
 
-    fn coil(&mut self, site: &Site) {
-        let (leg, bit) = (site.when(), self.layout.bit(site.bit("bit")).0);
-        let op = match site.instruction.mnemonic {
-            Mnemonic::Out => match leg.each() {
+    fn coil(&mut self, coil: Coil, (leg, bit): (Leg, u32), instruction: &Instruction) -> Op {
+        match coil {
+            Coil::Out => match leg.each() {
                 [a, b] if a == b => Op::OutOne(OutOne { leg: Powers::new([a]), bit }),
                 _ => Op::Out(Out { leg, bit }),
             },
-            Mnemonic::Set => Op::Set(Set { leg, bit }),
-            Mnemonic::Rst => Op::Rst(Rst { leg, bit }),
-            Mnemonic::Pd => Op::Pd(Pd { leg, bit, history: self.edge_history(site) }),
-            Mnemonic::Nd => Op::Nd(Nd { leg, bit, history: self.edge_history(site) }),
-            _ => Op::Ponoff(Ponoff { leg, bit, history: self.edge_history(site) }),
-        };
-        if matches!(op, Op::Out(_) | Op::OutOne(_) | Op::Pd(_) | Op::Nd(_)) {
-            self.terminates(Termination::BitOff(bit));
-        }
-        self.op(op);
-    }
-
-    fn counter_of(&self, structure: Structure) -> Counter {
-        Counter { at: self.layout.record(structure) }
-    }
-
-    /// What the owner of a counter makes of its `.Acc`.
-    fn counter_rule(&mut self, owner: &Instruction) -> CounterRule {
-        let mut preset = |name: &str| match owner.arg(name)?.value {
-            ArgValue::Value(value) => Some(self.value(value)),
-            _ => None,
-        };
-        match owner.mnemonic {
-            Mnemonic::Cnt => CounterRule::Up(preset("preset").expect("CNT has a preset")),
-            Mnemonic::Cntdn => CounterRule::Down(preset("preset").expect("CNTDN has a preset")),
-            _ => {
-                CounterRule::UpDown(UdcPresets { up: preset("up-preset"), dn: preset("dn-preset") })
+            Coil::Set => Op::Set(Set { leg, bit }),
+            Coil::Rst => Op::Rst(Rst { leg, bit }),
+            Coil::Pd => Op::Pd(Pd { leg, bit, history: self.edge_history(instruction) }),
+            Coil::Nd => Op::Nd(Nd { leg, bit, history: self.edge_history(instruction) }),
+            Coil::Ponoff => {
+                Op::Ponoff(Ponoff { leg, bit, history: self.edge_history(instruction) })
             }
         }
     }
 
-    fn counter(&mut self, site: &Site) {
-        let structure = site.structure();
-        let counter = self.counter_of(structure);
-        if site.instruction.mnemonic == Mnemonic::Rstct {
-            let Some(owner) = self.owners.get(&structure).copied() else { return };
-            let rule = self.counter_rule(owner);
-            return self.op(Op::Rstct(Rstct { leg: site.when(), counter, rule }));
+    fn counter_rule(&mut self, counts: Direction, preset: Located<Value>) -> CounterRule {
+        let preset = self.value(preset.value);
+        match counts {
+            Direction::Up => CounterRule::Up(preset),
+            Direction::Down => CounterRule::Down(preset),
         }
-        let rule = self.counter_rule(site.instruction);
-        if site.instruction.mnemonic != Mnemonic::Udcg {
-            self.terminates(Termination::Counter(counter, rule));
-        }
-        let leg = |name| site.leg(name);
+    }
+
+    fn up_down_rule(
+        &mut self,
+        up: Option<Located<Value>>,
+        dn: Option<Located<Value>>,
+    ) -> CounterRule {
+        let up = up.map(|preset| self.value(preset.value));
+        let dn = dn.map(|preset| self.value(preset.value));
+        CounterRule::UpDown(UdcPresets { up, dn })
+    }
+
+    fn counter(&self, ct: Structure, rule: CounterRule, legs: Legs, rst: Leg) -> Lowered {
+        let counter = Counter { at: self.layout.record(ct) };
         let op = match rule {
             CounterRule::Up(preset) => {
-                Op::Cnt(Cnt { up: leg(LegName::Up), rst: leg(LegName::Rst), counter, preset })
+                Op::Cnt(Cnt { up: legs.leg(LegName::Up), rst, counter, preset })
             }
             CounterRule::Down(preset) => {
-                Op::Cntdn(Cntdn { dn: leg(LegName::Dn), rst: leg(LegName::Rst), counter, preset })
+                Op::Cntdn(Cntdn { dn: legs.leg(LegName::Dn), rst, counter, preset })
             }
             CounterRule::UpDown(presets) => {
-                let global = site.instruction.mnemonic == Mnemonic::Udcg;
-                let rst = if global { self.off() } else { leg(LegName::Rst) };
-                let (up, dn) = (leg(LegName::Up), leg(LegName::Dn));
+                let (up, dn) = (legs.leg(LegName::Up), legs.leg(LegName::Dn));
                 Op::Udc(Udc { up, dn, rst, counter, presets })
             }
         };
-        self.op(op);
+        Lowered { reset: Some(Termination::Counter(counter, rule)), ..op.into() }
     }
 
     /// The leg that is `$Off`.
@@ -177,131 +203,106 @@ impl Assembler<'_> {
         Leg::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0))
     }
 
-    fn timer(&mut self, site: &Site) {
-        let structure = site.structure();
-        let mnemonic = site.instruction.mnemonic;
-        let owner = match mnemonic {
-            Mnemonic::Rstt => match self.owners.get(&structure).copied() {
-                Some(owner) => owner,
-                None => return,
-            },
-            _ => site.instruction,
-        };
-        let preset = match owner.arg("preset").map(|a| a.value) {
-            Some(ArgValue::Value(value)) => self.value(value),
-            other => unreachable!("the resolver gives a timer's preset, not {other:?}"),
-        };
-        let timer = Timer { at: self.layout.record(structure), preset };
-        let rule = if loads_preset(owner.mnemonic) { TimerRule::Preset } else { TimerRule::Zero };
-        match mnemonic {
-            Mnemonic::Rstt => {}
-            Mnemonic::Tmrag => self.terminates(Termination::HoldTimer(timer)),
-            _ => self.terminates(Termination::Timer(timer, rule)),
-        }
-        let op = self.timer_op(site, timer, rule);
-        self.op(op);
+    fn timer_of(&mut self, t: Structure, preset: Located<Value>) -> Timer {
+        Timer { at: self.layout.record(t), preset: self.value(preset.value) }
     }
 
-    fn timer_op(&mut self, site: &Site, timer: Timer, rule: TimerRule) -> Op {
-        let mut output = || {
-            let output = self.layout.bit(site.bit("output")).0;
-            self.terminates(Termination::BitOff(output));
-            output
+    fn timer(&self, kind: TimerKind, timer: Timer, legs: Legs) -> Lowered {
+        let (when, en, rst) = (|| legs.when(), || legs.leg(LegName::En), || legs.leg(LegName::Rst));
+        let op = match kind {
+            TimerKind::Up => Op::Tmr(Tmr { leg: when(), timer }),
+            TimerKind::Down => Op::Tmrdown(Tmrdown { leg: when(), timer }),
+            TimerKind::AccumulatingUp => Op::Tmra(Tmra { en: en(), rst: rst(), timer }),
+            TimerKind::AccumulatingDown => Op::Tmradown(Tmradown { en: en(), rst: rst(), timer }),
+            TimerKind::Global => Op::Tmra(Tmra { en: when(), rst: self.off(), timer }),
         };
-        match site.instruction.mnemonic {
-            Mnemonic::Rstt => Op::Rstt(Rstt { leg: site.when(), timer, rule }),
-            Mnemonic::Ondtmr => Op::Ondtmr(Ondtmr { leg: site.when(), timer, output: output() }),
-            Mnemonic::Offdtmr => Op::Offdtmr(Offdtmr { leg: site.when(), timer, output: output() }),
-            Mnemonic::Tmr => Op::Tmr(Tmr { leg: site.when(), timer }),
-            Mnemonic::Tmrdown => Op::Tmrdown(Tmrdown { leg: site.when(), timer }),
-            Mnemonic::Tmrag => Op::Tmra(Tmra { en: site.when(), rst: self.off(), timer }),
-            Mnemonic::Tmra => {
-                Op::Tmra(Tmra { en: site.leg(LegName::En), rst: site.leg(LegName::Rst), timer })
-            }
-            _ => {
-                let (en, rst) = (site.leg(LegName::En), site.leg(LegName::Rst));
-                Op::Tmradown(Tmradown { en, rst, timer })
-            }
-        }
+        let reset = Some(Termination::Timer(timer, timer_rule(kind)));
+        Lowered { reset, rung_off: Some(Termination::HoldTimer(timer)), ..op.into() }
     }
 
-    fn sensaphone(&mut self, site: &Site) {
-        let structure = site.structure();
-        let preset = match site.value("preset") {
+    /// A Sensaphone counter, with the preset that an instruction of it states.
+    fn sensaphone(&self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
+        let preset = match preset.map(|preset| preset.value) {
             Some(Value::Word(word)) => Some(self.layout.word(word).0),
-            _ => None,
+            Some(Value::Const(..)) | None => None,
         };
-        let counter = Sensaphone {
-            at: self.layout.record(structure),
-            pre: self.layout.word(Word::Pre(structure.number())).0,
-            preset,
-        };
-        let leg = site.when();
-        match site.instruction.mnemonic {
-            Mnemonic::Ctu => {
-                self.terminates(Termination::CountUp(counter));
-                self.op(Op::Ctu(Ctu { leg, counter }));
+        let pre = self.layout.word(Word::Pre(n.number())).0;
+        Sensaphone { at: self.layout.record(n), pre, preset }
+    }
+
+    /// RSTCT and RSTT act by the rule of the structure's owner.
+    fn reset(&mut self, structure: Structure, leg: Leg) -> Option<Op> {
+        if let Structure::Sensaphone(_) = structure {
+            return Some(Op::Res(Res { leg, counter: self.sensaphone(structure, None) }));
+        }
+        let at = self.layout.record(structure);
+        let rstct = |rule| Op::Rstct(Rstct { leg, counter: Counter { at }, rule });
+        let rstt = |preset, rule| Op::Rstt(Rstt { leg, timer: Timer { at, preset }, rule });
+        Some(match self.owners.get(&structure).copied()? {
+            Action::Counter { counts, preset, ct: _ } => rstct(self.counter_rule(*counts, *preset)),
+            Action::UpDownCounter { up_preset, dn_preset, .. } => {
+                rstct(self.up_down_rule(*up_preset, *dn_preset))
             }
-            Mnemonic::Ctd => {
-                self.terminates(Termination::CountDown(counter));
-                self.op(Op::Ctd(Ctd { leg, counter }));
+            Action::DelayTimer { preset, .. } => rstt(self.value(preset.value), TimerRule::Zero),
+            Action::Timer { timer, preset, t: _ } => {
+                rstt(self.value(preset.value), timer_rule(*timer))
             }
-            _ => self.op(Op::Res(Res { leg, counter })),
+            Action::Coil { .. }
+            | Action::Sensaphone { .. }
+            | Action::Reset { .. }
+            | Action::Store { .. }
+            | Action::Run { .. }
+            | Action::Restart { .. }
+            | Action::Halt { .. }
+            | Action::Exit
+            | Action::Entask { .. }
+            | Action::Jump { .. }
+            | Action::StageOn { .. }
+            | Action::StageOff { .. }
+            | Action::Converge { .. }
+            | Action::Stop => return None,
+        })
+    }
+
+    fn store(&mut self, source: Source, to: Word, leg: Leg) -> Op {
+        let (min, max) = self.limits(to);
+        let to = Target { word: self.layout.word(to).0, min, max };
+        let mut cell = |value: Located<Value>| self.value(value.value);
+        match source {
+            Source::Value(a) => Op::Move(Move { leg, a: cell(a), to }),
+            Source::Sum(a, b) => Op::Add(Add { leg, a: cell(a), b: cell(b), to }),
+            Source::Difference(a, b) => Op::Sub(Sub { leg, a: cell(a), b: cell(b), to }),
         }
     }
 
-    fn arithmetic(&mut self, site: &Site) {
-        let leg = site.when();
-        let target = site.word("to");
-        let (min, max) = self.limits(target);
-        let to = Target { word: self.layout.word(target).0, min, max };
-        let mut value = |name| {
-            let value = site.value(name).expect("the resolver gives every operand");
-            self.value(value)
-        };
-        let op = match site.instruction.mnemonic {
-            Mnemonic::Move => Op::Move(Move { leg, a: value("a"), to }),
-            Mnemonic::Add => Op::Add(Add { leg, a: value("a"), b: value("b"), to }),
-            _ => Op::Sub(Sub { leg, a: value("a"), b: value("b"), to }),
-        };
-        self.op(op);
+    fn stages(&mut self, stages: &[Located<StageId>]) -> StageList {
+        self.stage_list(stages.iter().map(|stage| stage.value))
     }
 
-    fn control(&mut self, site: &Site) {
-        let kind = match site.instruction.mnemonic {
-            Mnemonic::Run => ControlKind::Run(site.block()),
-            Mnemonic::Restart => ControlKind::Restart(RestartState {
-                program: site.block(),
-                history: self.edge_history(site),
-            }),
-            Mnemonic::Halt => ControlKind::Halt(site.block()),
-            Mnemonic::Exit => ControlKind::Exit,
-            Mnemonic::Entask => self.entask(site),
-            Mnemonic::Jmp | Mnemonic::Sgdivrg => {
-                ControlKind::Jump(self.stage_list(site.stages("stage")))
-            }
-            Mnemonic::Sgset => ControlKind::StageOn(site.stage("stage")),
-            Mnemonic::Sgrst => ControlKind::StageOff(site.stage("stage")),
-            Mnemonic::Sgconvrg => ControlKind::Converge {
-                from: self.stage_list(site.stages("stage")),
-                to: site.stage("to"),
-            },
-            _ => ControlKind::Stop,
-        };
-        let leg = self.one_power(site.when());
-        self.op(Op::Control(Control { leg, kind }));
+    fn control(&mut self, kind: ControlKind, leg: Leg) -> Op {
+        let leg = self.one_power(leg);
+        Op::Control(Control { leg, kind })
     }
 
-    fn entask(&mut self, site: &Site) -> ControlKind {
-        let task = site.block();
-        match site.value("every") {
-            None => ControlKind::EnableOnce { task, history: self.edge_history(site) },
-            Some(every) => {
-                self.terminates(Termination::DisableTask(task));
-                let word = self.value(every);
-                self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
-                ControlKind::EnableEvery { task, every: word }
-            }
-        }
+    fn enable_every(&mut self, task: BlockId, every: Value, leg: Leg) -> Lowered {
+        let word = self.value(every);
+        self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
+        let op = self.control(ControlKind::EnableEvery { task, every: word }, leg);
+        Lowered { rung_off: Some(Termination::DisableTask(task)), ..op.into() }
     }
+}
+
+fn timer_rule(kind: TimerKind) -> TimerRule {
+    match kind {
+        TimerKind::Up | TimerKind::AccumulatingUp | TimerKind::Global => TimerRule::Zero,
+        TimerKind::Down | TimerKind::AccumulatingDown => TimerRule::Preset,
+    }
+}
+
+fn sensaphone(counts: Direction, counter: Sensaphone, leg: Leg) -> Lowered {
+    let (op, pass) = match counts {
+        Direction::Up => (Op::Ctu(Ctu { leg, counter }), Termination::CountUp(counter)),
+        Direction::Down => (Op::Ctd(Ctd { leg, counter }), Termination::CountDown(counter)),
+    };
+    Lowered { rung_off: Some(pass), ..op.into() }
 }

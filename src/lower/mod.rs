@@ -3,6 +3,7 @@
 //! `contacts` and `instructions` turn rungs into operations in file order, `schedule` lays those
 //! of one kind together, `symbols` keeps what the engine must not know: names, limits, texts;
 //! `identity`, by which name another program has the same state, `rungs`, which rungs are the same.
+#![deny(clippy::wildcard_enum_match_arm)]
 
 mod assembler;
 mod contacts;
@@ -21,6 +22,7 @@ use crate::engine::{self, BlockRole, ElementCode};
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
 use identity::Standing;
+use instructions::Legs;
 
 /// Lowers a program, with its operations put in order by kind.
 pub fn lower(program: &Program) -> (engine::Program, Symbols) {
@@ -84,25 +86,24 @@ fn element(assembler: &mut Assembler, rungs: &[Rung], standing: Standing) -> Ele
 
 /// Contacts give the power; `do` executes with it; each branch adds its contacts after that.
 fn lower_rung(assembler: &mut Assembler, rung: &Rung) {
-    let instructions = rung.body.len() + rung.branches.iter().map(|b| b.body.len()).sum::<usize>();
     let legs: Vec<_> = rung
         .legs
         .iter()
         .map(|leg| {
             let whole = series(assembler, &leg.contacts, None);
-            let whole = if instructions > 1 { assembler.keep(whole) } else { whole };
+            let whole = if rung.instructions().count() > 1 { assembler.keep(whole) } else { whole };
             (leg.name, whole)
         })
         .collect();
     for instruction in &rung.body {
-        assembler.instruction(instruction, &legs);
+        assembler.instruction(instruction, Legs(&legs));
     }
     let Some((when, rung_leg)) = legs.first().copied() else { return };
     for branch in &rung.branches {
         let leg = series(assembler, &branch.contacts, Some(rung_leg));
         let leg = if branch.body.len() > 1 { assembler.keep(leg) } else { leg };
         for instruction in &branch.body {
-            assembler.instruction(instruction, &[(when, leg)]);
+            assembler.instruction(instruction, Legs(&[(when, leg)]));
         }
     }
 }

@@ -4,7 +4,8 @@
 //! comments and the way a constant is written are not in it.
 
 use super::identity::Identity;
-use crate::resolve::program::{ArgValue, Contact, Instruction, Rung, Value};
+use crate::resolve::instruction::OperandValue;
+use crate::resolve::program::{Contact, Instruction, Rung, Value};
 
 /// The text of a rung, without its name.
 pub(super) fn text(identity: &Identity, rung: &Rung) -> String {
@@ -39,18 +40,19 @@ fn contact(identity: &Identity, of: &Contact) -> String {
 
 fn body(identity: &Identity, of: &[Instruction]) -> String {
     let one = |instruction: &Instruction| {
-        let args = instruction.args.iter().map(|arg| {
-            let said = match arg.value {
-                ArgValue::Bit(bit) => identity.bit(bit),
-                ArgValue::Word(word) => word.to_string(),
-                ArgValue::Value(of) => value(of),
-                ArgValue::Structure(structure) => structure.to_string(),
-                ArgValue::Block(block) => identity.block(block).name.clone(),
-                ArgValue::Stage(stage) => identity.stage(stage),
+        let operands = instruction.action.operands();
+        let operands = operands.each().map(|(name, operand)| {
+            let said = match operand {
+                OperandValue::Bit(bit) => identity.bit(bit),
+                OperandValue::Word(word) => word.to_string(),
+                OperandValue::Value(of) => value(of),
+                OperandValue::Structure(structure) => structure.to_string(),
+                OperandValue::Block(block) => identity.block(block).name.clone(),
+                OperandValue::Stage(stage) => identity.stage(stage),
             };
-            format!(" {}={said}", arg.name)
+            format!(" {name}={said}")
         });
-        format!("{}{}", instruction.mnemonic.spec().name, args.collect::<String>())
+        format!("{}{}", instruction.mnemonic.spec().name, operands.collect::<String>())
     };
     of.iter().map(one).collect::<Vec<_>>().join(", ")
 }

@@ -84,11 +84,11 @@ impl Symbols {
             Address::Structure(structure) => {
                 let member = match structure {
                     Structure::Sensaphone(_) => "DN",
-                    _ => "Done",
+                    Structure::Counter(_) | Structure::Timer(_) => "Done",
                 };
                 (structure.member(member).unwrap_or(address), format!("{tag}.{member}"))
             }
-            other => (other, tag.to_owned()),
+            Address::Bit(_) | Address::Word(_) => (address, tag.to_owned()),
         };
         if let Some(cell) = self.layout.cell(address) {
             self.logged.push(LoggedTag { cell, tag: name });

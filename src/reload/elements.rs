@@ -25,10 +25,9 @@ pub(super) fn disabled(names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> HashS
 fn enabled(side: Side<'_>) -> impl Iterator<Item = (Standing, BlockId)> {
     elements(side).flat_map(move |(standing, code)| {
         code.terminations.clone().filter_map(move |at| {
-            match side.program.tables.terminations[at as usize] {
-                Termination::DisableTask(task) => Some((standing, task)),
-                _ => None,
-            }
+            let pass = &side.program.tables.terminations[at as usize];
+            let Termination::DisableTask(task) = pass else { return None };
+            Some((standing, *task))
         })
     })
 }
@@ -78,7 +77,7 @@ fn new_blocks(plan: &mut Plan, names: &Names<'_>, new: Side<'_>) {
         let starts = match new.program.blocks[at].role {
             BlockRole::Program { autostart } => autostart,
             BlockRole::TopOfScan | BlockRole::BottomOfScan => true,
-            _ => false,
+            BlockRole::Task | BlockRole::FirstScan | BlockRole::LastScan => false,
         };
         let and = if starts { ", and starts" } else { "" };
         plan.say(format!("{} is new{and}", say(block)));
@@ -176,7 +175,12 @@ impl There {
                     Termination::DisableTask(task) => {
                         there.enabled.insert((standing.block, task), standing);
                     }
-                    _ => {}
+                    Termination::HistoryOff(_)
+                    | Termination::Counter(..)
+                    | Termination::Timer(..)
+                    | Termination::HoldTimer(_)
+                    | Termination::CountUp(_)
+                    | Termination::CountDown(_) => {}
                 }
             }
         }
@@ -221,7 +225,11 @@ pub(super) fn terminations(
                     .and_then(|task| there.enabled.get(&(block, task)))
                     .map(|now| plan.moves(names, standing, *now))
                     .is_some(),
-                other => kept.goes_on(other, standing),
+                Termination::Counter(..)
+                | Termination::Timer(..)
+                | Termination::HoldTimer(_)
+                | Termination::CountUp(_)
+                | Termination::CountDown(_) => kept.goes_on(termination, standing),
             };
             if stays {
                 continue;
@@ -246,9 +254,9 @@ pub(super) fn unwritten(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
     let driven: HashSet<u32> = tables
         .terminations
         .iter()
-        .filter_map(|termination| match termination {
-            Termination::BitOff(bit) => Some(*bit),
-            _ => None,
+        .filter_map(|termination| {
+            let Termination::BitOff(bit) = termination else { return None };
+            Some(*bit)
         })
         .collect();
     for bit in names.old.written.difference(&names.new.written).copied() {

@@ -15,10 +15,8 @@ pub(super) struct Kept(HashMap<(u32, Option<Mnemonic>), Standing>);
 
 impl Kept {
     fn note(&mut self, record: u32, owner: &Owner) {
-        let half = match owner.mnemonic {
-            Mnemonic::Ctu | Mnemonic::Ctd => Some(owner.mnemonic),
-            _ => None,
-        };
+        let halves = [Mnemonic::Ctu, Mnemonic::Ctd];
+        let half = Some(owner.mnemonic).filter(|mnemonic| halves.contains(mnemonic));
         self.0.insert((record, half), owner.standing);
     }
 
@@ -27,7 +25,12 @@ impl Kept {
         let half = match termination {
             Termination::CountUp(_) => Some(Mnemonic::Ctu),
             Termination::CountDown(_) => Some(Mnemonic::Ctd),
-            _ => None,
+            Termination::BitOff(_)
+            | Termination::HistoryOff(_)
+            | Termination::Counter(..)
+            | Termination::Timer(..)
+            | Termination::HoldTimer(_)
+            | Termination::DisableTask(_) => None,
         };
         let record = termination.record();
         record.is_some_and(|record| self.0.get(&(record, half)) == Some(&standing))

@@ -5,6 +5,7 @@
 //! file, knows a thread, or changes anything.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
+#![deny(clippy::wildcard_enum_match_arm)]
 
 mod elements;
 mod histories;

@@ -64,6 +64,6 @@ pub(super) fn limits(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Sid
 fn held(address: Address) -> Address {
     match address {
         Address::Structure(structure) => Address::Word(Word::Acc(structure)),
-        other => other,
+        Address::Bit(_) | Address::Word(_) => address,
     }
 }

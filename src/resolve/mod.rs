@@ -5,6 +5,7 @@
 
 mod contact;
 mod declare;
+pub mod instruction;
 mod operand;
 pub mod operands;
 mod order;

@@ -1,15 +1,19 @@
 //! Instructions: operands against the instruction table, each of its kind.
+#![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
 use super::declare::BUILT_IN;
-use super::program::{Arg, ArgValue, BlockKind, Instruction, Value};
+use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
+use super::program::BlockKind;
 use super::scope::Thing;
-use crate::isa::{Address, Bit, BitSpace, BlockId, Kind, LegName, Operand, Spec, Structure, Word};
+use crate::isa::{
+    Address, Bit, BitSpace, BlockId, LegName, Operand, OperandKind, Spec, Structure, Word,
+};
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::{self as written};
 use crate::source::nearest::did_you_mean;
-use crate::source::span::Span;
+use crate::source::span::{Located, Span};
 
 impl Resolver<'_> {
     /// One instruction; `None` if anything of it is wrong.
@@ -20,7 +24,7 @@ impl Resolver<'_> {
         block: BlockId,
     ) -> Option<Instruction> {
         let mut whole = true;
-        let mut args: Vec<Arg> = Vec::new();
+        let mut operands = OperandList::default();
         let mut given = Vec::new();
         for operand in &text.operands {
             let Some(row) = self.row(text, operand, spec, &given) else {
@@ -31,7 +35,10 @@ impl Resolver<'_> {
                 given.push(row.name);
             }
             match self.arg(row, &operand.value, spec, block) {
-                Some(value) => args.push(Arg { name: row.name, span: operand.value.span, value }),
+                Some(value) => {
+                    let span = operand.value.span;
+                    operands.0.push((row.name, Located { value, span }));
+                }
                 None => whole = false,
             }
         }
@@ -42,7 +49,12 @@ impl Resolver<'_> {
                 self.find(missing_operand(text, spec, row));
             }
         }
-        whole.then_some(Instruction { mnemonic: spec.mnemonic, span: text.span, args })
+        let mnemonic = spec.mnemonic;
+        whole.then(|| {
+            let action = Action::new(mnemonic, &operands);
+            let action = action.expect("the table asks for the operands that the action has");
+            Instruction { mnemonic, span: text.span, action }
+        })
     }
 
     /// The row of the instruction table that an operand stands for.
@@ -78,26 +90,33 @@ impl Resolver<'_> {
         row
     }
 
-    fn arg(&mut self, row: &Operand, atom: &Atom, spec: &Spec, block: BlockId) -> Option<ArgValue> {
+    fn arg(
+        &mut self,
+        row: &Operand,
+        atom: &Atom,
+        spec: &Spec,
+        block: BlockId,
+    ) -> Option<OperandValue> {
+        let mut structure = |like| self.structure(atom, like, spec).map(OperandValue::Structure);
         match row.kind {
-            Kind::WritableBit => self.writable_bit(atom, spec).map(ArgValue::Bit),
-            Kind::WritableWord => self.writable_word(atom, spec).map(ArgValue::Word),
-            Kind::Counter | Kind::Timer | Kind::Sensaphone => {
-                self.structure(atom, row.kind, spec).map(ArgValue::Structure)
-            }
-            Kind::Value(least, most) => {
+            OperandKind::WritableBit => self.writable_bit(atom, spec).map(OperandValue::Bit),
+            OperandKind::WritableWord => self.writable_word(atom, spec).map(OperandValue::Word),
+            OperandKind::Counter => structure(Structure::Counter(0)),
+            OperandKind::Timer => structure(Structure::Timer(0)),
+            OperandKind::Sensaphone => structure(Structure::Sensaphone(0)),
+            OperandKind::Value(least, most) => {
                 let value = self.value(atom)?;
                 self.within(value, (least, most), atom, row)
             }
-            Kind::Duration => {
+            OperandKind::Duration => {
                 let value = self.value(atom)?;
                 self.within(value, (0, i32::MAX), atom, row)
             }
-            Kind::Interval => self.value(atom).map(ArgValue::Value),
-            Kind::Program | Kind::Block | Kind::Task => {
-                self.block_operand(atom, row.kind).map(ArgValue::Block)
+            OperandKind::Interval => self.value(atom).map(OperandValue::Value),
+            OperandKind::Program | OperandKind::Block | OperandKind::Task => {
+                self.block_operand(atom, row.kind).map(OperandValue::Block)
             }
-            Kind::Stage | Kind::Stages => self.stage_operand(atom, spec, block),
+            OperandKind::Stage | OperandKind::Stages => self.stage_operand(atom, spec, block),
         }
     }
 
@@ -107,21 +126,23 @@ impl Resolver<'_> {
         (least, most): (i32, i32),
         atom: &Atom,
         row: &Operand,
-    ) -> Option<ArgValue> {
+    ) -> Option<OperandValue> {
         if let Value::Const(n, _) = value
             && !(least..=most).contains(&n)
         {
             let message = format!("the {} {n} lies outside {least}..{most}", row.name);
             let nearest = if n < least { least } else { most };
             let help = match (row.kind, row.key) {
-                (Kind::Duration, _) => "a time is never negative: `3s`, or a number of ms".into(),
+                (OperandKind::Duration, _) => {
+                    "a time is never negative: `3s`, or a number of ms".into()
+                }
                 (_, Some(key)) => format!("the nearest is `{key}={nearest}`"),
                 _ => format!("the nearest is `{nearest}`"),
             };
             self.find(Finding::new(Code::OutOfRange, atom.span, message).help(help));
             return None;
         }
-        Some(ArgValue::Value(value))
+        Some(OperandValue::Value(value))
     }
 
     fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
@@ -164,7 +185,10 @@ impl Resolver<'_> {
                     format!("its words are `{name}.ACC` and `{name}.PRE`")
                 }
                 Thing::Address(Address::Structure(_)) => format!("its word is `{name}.Acc`"),
-                _ => format!("`{}` writes to a word: `to=D0`", spec.name),
+                Thing::Address(Address::Bit(_) | Address::Word(_))
+                | Thing::Constant(..)
+                | Thing::Block(_)
+                | Thing::Device(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
             };
             self.wrong_kind(name, atom.span, thing, "a word", &help);
             return None;
@@ -179,47 +203,44 @@ impl Resolver<'_> {
         Some(word)
     }
 
-    fn structure(&mut self, atom: &Atom, kind: Kind, spec: &Spec) -> Option<Structure> {
-        let (wanted, example) = match kind {
-            Kind::Counter => ("a counter", "CT0"),
-            Kind::Timer => ("a timer", "T0"),
-            _ => ("a Sensaphone counter", "N0"),
+    /// A structure of the same kind as `like`.
+    fn structure(&mut self, atom: &Atom, like: Structure, spec: &Spec) -> Option<Structure> {
+        let wanted = match like {
+            Structure::Counter(_) => "a counter",
+            Structure::Timer(_) => "a timer",
+            Structure::Sensaphone(_) => "a Sensaphone counter",
         };
         let (name, thing) = self.thing(atom, wanted)?;
-        let fits = |structure: &Structure| match kind {
-            Kind::Counter => matches!(structure, Structure::Counter(_)),
-            Kind::Timer => matches!(structure, Structure::Timer(_)),
-            _ => matches!(structure, Structure::Sensaphone(_)),
-        };
-        match thing {
-            Thing::Address(address @ Address::Structure(structure)) if fits(&structure) => {
-                self.note(name, atom.span, address);
-                Some(structure)
-            }
-            _ => {
-                let base = name.split(['.', ',']).next().unwrap_or(name);
-                let help = match self.scope.look_up(base).map(|found| found.thing) {
-                    Ok(Thing::Address(Address::Structure(structure)))
-                        if fits(&structure) && base != name =>
-                    {
-                        format!("name the whole structure: `{base}`")
-                    }
-                    Ok(Thing::Address(Address::Structure(structure)))
-                        if spec.legs == [LegName::When] && !spec.mnemonic.owns_structure() =>
-                    {
-                        let reset = match structure {
-                            Structure::Counter(_) => "RSTCT",
-                            Structure::Timer(_) => "RSTT",
-                            Structure::Sensaphone(_) => "RES",
-                        };
-                        format!("write `{reset} {base}`")
-                    }
-                    _ => format!("`{}` works on {wanted}: `{example}`, or a tag of one", spec.name),
-                };
-                self.wrong_kind(name, atom.span, thing, wanted, &help);
-                None
-            }
+        let fits = |structure: &Structure| structure.space_name() == like.space_name();
+        if let Thing::Address(address @ Address::Structure(structure)) = thing
+            && fits(&structure)
+        {
+            self.note(name, atom.span, address);
+            return Some(structure);
         }
+        let base = name.split(['.', ',']).next().unwrap_or(name);
+        let help = match self.scope.look_up(base).map(|found| found.thing) {
+            Ok(Thing::Address(Address::Structure(structure)))
+                if fits(&structure) && base != name =>
+            {
+                format!("name the whole structure: `{base}`")
+            }
+            Ok(Thing::Address(Address::Structure(structure)))
+                if spec.legs == [LegName::When] && !spec.mnemonic.owns_structure() =>
+            {
+                let reset = match structure {
+                    Structure::Counter(_) => "RSTCT",
+                    Structure::Timer(_) => "RSTT",
+                    Structure::Sensaphone(_) => "RES",
+                };
+                format!("write `{reset} {base}`")
+            }
+            Ok(_) | Err(_) => {
+                format!("`{}` works on {wanted}: `{like}`, or a tag of one", spec.name)
+            }
+        };
+        self.wrong_kind(name, atom.span, thing, wanted, &help);
+        None
     }
 
     /// The thing that an operand names; a constant is a finding.
@@ -239,12 +260,8 @@ impl Resolver<'_> {
     }
 
     /// Any block: whether it may be started or stopped in this way is for the rules to judge.
-    fn block_operand(&mut self, atom: &Atom, kind: Kind) -> Option<BlockId> {
-        let wanted = match kind {
-            Kind::Program => "a program",
-            Kind::Task => "a task",
-            _ => "a program or task",
-        };
+    fn block_operand(&mut self, atom: &Atom, kind: OperandKind) -> Option<BlockId> {
+        let wanted = kind_words(kind);
         let name = self.name_of(atom, wanted)?;
         let block = self.scope.block(name).map(|block| block.id);
         if block.is_none() {
@@ -273,11 +290,11 @@ impl Resolver<'_> {
         self.find(finding.near(&name, self.scope.known_blocks()));
     }
 
-    fn stage_operand(&mut self, atom: &Atom, spec: &Spec, block: BlockId) -> Option<ArgValue> {
+    fn stage_operand(&mut self, atom: &Atom, spec: &Spec, block: BlockId) -> Option<OperandValue> {
         let name = self.name_of(atom, "the name of a stage")?.to_owned();
         let (program, names) = self.scope.block_of(block)?;
         if let Some(id) = names.stages.get(&name) {
-            return Some(ArgValue::Stage(*id));
+            return Some(OperandValue::Stage(*id));
         }
         let message = format!("`{program}` has no stage `{name}`");
         let own = name.strip_prefix(program).and_then(|rest| rest.strip_prefix('.'));
@@ -301,7 +318,7 @@ impl Resolver<'_> {
 /// The next positional operand, after those given.
 fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static Operand> {
     let mut rows = spec.operands.iter().filter(|row| row.key.is_none());
-    rows.find(|row| row.kind == Kind::Stages || !given.contains(&row.name))
+    rows.find(|row| row.kind == OperandKind::Stages || !given.contains(&row.name))
 }
 
 /// Whether an operand has no row: an unknown key, or one more than the instruction has.
@@ -312,7 +329,7 @@ fn has_lost(text: &written::Instruction, spec: &Spec) -> bool {
     let unknown_key = keyed.iter().filter_map(|o| o.key.as_ref()).any(|key| !known(&key.value));
     let rows = || spec.operands.iter().filter(|row| row.key.is_none());
     unknown_key
-        || (!rows().any(|row| row.kind == Kind::Stages) && positional.len() > rows().count())
+        || (!rows().any(|row| row.kind == OperandKind::Stages) && positional.len() > rows().count())
 }
 
 fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> Finding {
@@ -338,18 +355,18 @@ fn missing_operand(text: &written::Instruction, spec: &Spec, row: &Operand) -> F
     Finding::new(Code::MissingOperand, end, message).help(format!("its form is `{}`", spec.form()))
 }
 
-fn kind_words(kind: Kind) -> &'static str {
+fn kind_words(kind: OperandKind) -> &'static str {
     match kind {
-        Kind::WritableBit => "a bit",
-        Kind::WritableWord => "a word",
-        Kind::Counter => "a counter",
-        Kind::Timer => "a timer",
-        Kind::Sensaphone => "a Sensaphone counter",
-        Kind::Value(..) => "a value",
-        Kind::Duration | Kind::Interval => "a duration",
-        Kind::Program => "a program",
-        Kind::Block => "a program or task",
-        Kind::Task => "a task",
-        Kind::Stage | Kind::Stages => "a stage",
+        OperandKind::WritableBit => "a bit",
+        OperandKind::WritableWord => "a word",
+        OperandKind::Counter => "a counter",
+        OperandKind::Timer => "a timer",
+        OperandKind::Sensaphone => "a Sensaphone counter",
+        OperandKind::Value(..) => "a value",
+        OperandKind::Duration | OperandKind::Interval => "a duration",
+        OperandKind::Program => "a program",
+        OperandKind::Block => "a program or task",
+        OperandKind::Task => "a task",
+        OperandKind::Stage | OperandKind::Stages => "a stage",
     }
 }

@@ -5,7 +5,8 @@
 //! place of everything that a finding may point at. With an error, what is wrong is left out of it,
 //! and it is handed on to be judged, never to be run.
 
-use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Mnemonic, StageId, Structure, Word};
+pub use super::instruction::{Action, Instruction, Value};
+use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, StageId};
 pub use crate::source::atom::Written;
 pub use crate::source::contact::{Comparison, Edge};
 use crate::source::span::{FileId, Span};
@@ -161,51 +162,6 @@ pub enum Contact {
     Compare(Value, Comparison, Value, Span),
 }
 
-/// A number: a constant or a location.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Value {
-    /// A constant; `written` tells how.
-    Const(i32, Written),
-    /// A word, read afresh at every execution.
-    Word(Word),
-}
-
-/// One instruction with its operands.
-#[derive(Clone, Debug)]
-pub struct Instruction {
-    /// Which.
-    pub mnemonic: Mnemonic,
-    /// The place of its whole text.
-    pub span: Span,
-    /// Its operands, named as in the instruction table; those left out are absent, and the
-    /// Stages of SGDIVRG and SGCONVRG come as several arguments of one name.
-    pub args: Vec<Arg>,
-}
-
-/// One operand of an instruction.
-#[derive(Clone, Debug)]
-pub struct Arg {
-    /// Its name in the instruction table.
-    pub name: &'static str,
-    /// Its place.
-    pub span: Span,
-    /// What it is.
-    pub value: ArgValue,
-}
-
-/// What an operand is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum ArgValue {
-    Bit(Bit),
-    /// The target of MOVE, ADD, SUB.
-    Word(Word),
-    Value(Value),
-    Structure(Structure),
-    Block(BlockId),
-    Stage(StageId),
-}
-
 /// A tag, resolved.
 #[derive(Clone, Debug)]
 pub struct Tag {
@@ -251,7 +207,39 @@ pub struct NamedOperand {
     pub address: Address,
 }
 
+/// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<'p> {
+    /// The block.
+    pub block: &'p Block,
+    /// The Stage; `None`: the block's own rungs.
+    pub stage: Option<&'p Stage>,
+    /// Its rungs.
+    pub rungs: &'p [Rung],
+}
+
 impl Program {
+    /// All parts in file order: of each block its own rungs, then its Stages.
+    pub fn parts(&self) -> impl Iterator<Item = Part<'_>> {
+        self.blocks.iter().flat_map(|block| {
+            let own = Part { block, stage: None, rungs: &block.rungs };
+            let stages = block.stages.iter();
+            std::iter::once(own).chain(stages.map(move |of| Part {
+                block,
+                stage: Some(of),
+                rungs: &of.rungs,
+            }))
+        })
+    }
+
+    /// All instructions in file order, each with its block.
+    pub fn instructions(&self) -> impl Iterator<Item = (&Block, &Instruction)> {
+        self.parts().flat_map(|part| {
+            let instructions = part.rungs.iter().flat_map(Rung::instructions);
+            instructions.map(move |(_, instruction)| (part.block, instruction))
+        })
+    }
+
     /// The block of a number.
     pub fn block(&self, id: BlockId) -> &Block {
         &self.blocks[id.0 as usize]
@@ -264,15 +252,12 @@ impl Program {
     }
 }
 
-impl Instruction {
-    /// The (first) argument of a name.
-    pub fn arg(&self, name: &str) -> Option<&Arg> {
-        self.args.iter().find(|a| a.name == name)
-    }
-
-    /// All arguments of a name.
-    pub fn args_of<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Arg> {
-        self.args.iter().filter(move |a| a.name == name)
+impl Rung {
+    /// Its instructions in file order, each with the branch that it stands in.
+    pub fn instructions(&self) -> impl Iterator<Item = (Option<&Branch>, &Instruction)> {
+        let branches = self.branches.iter();
+        let behind = branches.flat_map(|branch| branch.body.iter().map(move |i| (Some(branch), i)));
+        self.body.iter().map(|instruction| (None, instruction)).chain(behind)
     }
 }
 

@@ -304,11 +304,8 @@ fn leg_meant(key: &str, missing: &[LegName], last: bool) -> Option<LegName> {
 
 /// The help for a reset leg of an instruction that has none.
 fn reset_elsewhere(spec: &Spec, instruction: &Instruction, key: &str) -> Option<String> {
-    let reset = match spec.mnemonic {
-        Mnemonic::Udcg => "RSTCT",
-        Mnemonic::Tmrag => "RSTT",
-        _ => return None,
-    };
+    let resets = [(Mnemonic::Udcg, "RSTCT"), (Mnemonic::Tmrag, "RSTT")];
+    let (_, reset) = resets.into_iter().find(|(global, _)| *global == spec.mnemonic)?;
     let is_reset = leg_meant(key, &[LegName::Rst], false).is_some();
     let structure = instruction.operands.first().map(|operand| operand.value.to_string());
     is_reset.then(|| {

@@ -6,11 +6,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{Element, Kind};
+use super::content::Element;
 use super::plan::element_of;
+use crate::isa::Address;
 use crate::isa::instruction::Termination;
-use crate::isa::{Address, Mnemonic};
-use crate::resolve::program::{ArgValue, Block, Instruction, Program, Rung, Value};
+use crate::resolve::program::{Action, Instruction, Program, Value};
 
 /// Stands between an owner and the preset that it states.
 const WITH_PRESET: &str = " with PRE ";
@@ -25,21 +25,21 @@ pub(super) enum Preset {
 
 /// What the termination passes of a program switch OFF or reset.
 pub(super) fn terminated(program: &Program) -> HashSet<Element> {
-    let terminates = |mnemonic: Mnemonic| {
-        matches!(mnemonic.spec().termination, Termination::Off | Termination::Reset)
+    let all = program.instructions().map(|(_, instruction)| instruction);
+    let terminates = |one: &&Instruction| match one.mnemonic.spec().termination {
+        Termination::Off | Termination::Reset => true,
+        Termination::Kept
+        | Termination::Untouched
+        | Termination::Held
+        | Termination::EnableOff
+        | Termination::RungOff => false,
     };
-    let all = program.blocks.iter().flat_map(rungs).flat_map(instructions);
-    let args = all.filter(|one| terminates(one.mnemonic)).flat_map(|one| &one.args);
-    let elements = args.filter_map(|arg| match arg.value {
-        ArgValue::Bit(bit) => element_of(Address::Bit(bit)),
-        ArgValue::Structure(at) => element_of(Address::Structure(at)),
-        _ => None,
+    let elements = all.filter(terminates).flat_map(|one| {
+        let bit = one.action.written_bit().map(|bit| Address::Bit(bit.value));
+        let structure = one.action.structure().map(Address::Structure);
+        [bit, structure].into_iter().flatten()
     });
-    elements.collect()
-}
-
-fn rungs(block: &Block) -> impl Iterator<Item = &Rung> {
-    block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
+    elements.filter_map(element_of).collect()
 }
 
 /// The owners of structures: `UDCG in Main`; of a Sensaphone counter, each that counts, and the
@@ -47,26 +47,16 @@ fn rungs(block: &Block) -> impl Iterator<Item = &Rung> {
 pub(super) fn owners(program: &Program) -> Vec<(String, Element)> {
     let mut owners: Vec<(String, Element)> = Vec::new();
     let mut presets = HashMap::new();
-    for block in &program.blocks {
-        for instruction in rungs(block).flat_map(instructions) {
-            let Some(ArgValue::Structure(at)) = instruction.args.first().map(|arg| arg.value)
-            else {
-                continue;
-            };
-            let Some(element) = element_of(Address::Structure(at)) else { continue };
-            if !instruction.mnemonic.owns_structure() {
-                continue;
-            }
-            let own = format!("{} in {}", instruction.mnemonic.spec().name, block.name);
-            if element.0 == Kind::N
-                && let Some(ArgValue::Value(preset)) = instruction.arg("preset").map(|a| a.value)
-            {
-                presets.insert(element, preset);
-            }
-            match owners.iter_mut().find(|(_, other)| *other == element) {
-                Some((text, _)) => *text = format!("{text}, {own}"),
-                None => owners.push((own, element)),
-            }
+    for (block, instruction) in program.instructions() {
+        let Some(at) = instruction.owned() else { continue };
+        let Some(element) = element_of(Address::Structure(at)) else { continue };
+        let own = format!("{} in {}", instruction.mnemonic.spec().name, block.name);
+        if let Action::Sensaphone { preset: Some(preset), .. } = &instruction.action {
+            presets.insert(element, preset.value);
+        }
+        match owners.iter_mut().find(|(_, other)| *other == element) {
+            Some((text, _)) => *text = format!("{text}, {own}"),
+            None => owners.push((own, element)),
         }
     }
     for (text, element) in &mut owners {
@@ -85,8 +75,4 @@ pub(super) fn preset(owner: &str) -> Option<Preset> {
         FROM_LOCATION => Some(Preset::Location),
         constant => constant.parse().ok().map(Preset::Constant),
     }
-}
-
-fn instructions(rung: &Rung) -> impl Iterator<Item = &Instruction> {
-    rung.body.iter().chain(rung.branches.iter().flat_map(|branch| &branch.body))
 }

@@ -5,7 +5,7 @@
 use super::atom::Atom;
 use super::finding::{Code, Finding};
 use super::span::{Located, Span};
-use crate::isa::{Kind, Mnemonic};
+use crate::isa::{Mnemonic, OperandKind};
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -123,7 +123,7 @@ fn comma_help(word: &str, mnemonic: &str) -> String {
         [_, _, ..]
             if !word.contains('=')
                 && positional().count() == 1
-                && positional().all(|operand| operand.kind != Kind::Stages) =>
+                && positional().all(|operand| operand.kind != OperandKind::Stages) =>
         {
             let each = names.iter().map(|name| format!("\"{mnemonic} {name}\""));
             format!("one instruction for each: {}", each.collect::<Vec<_>>().join(", "))

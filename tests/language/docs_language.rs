@@ -78,7 +78,7 @@ fn row(spec: &Spec) -> String {
         Termination::Off => "OFF",
         Termination::Reset => "reset",
         Termination::RungOff => "as with its rung OFF",
-        Termination::Untouched => "untouched",
+        Termination::Untouched | Termination::Held | Termination::EnableOff => "untouched",
         Termination::Kept => "",
     };
     let (form, legs) = (spec.form(), legs.join(", "));

@@ -1,0 +1,499 @@
+//! The resolved instruction: its operands by name and type, so that nothing behind the resolver
+//! looks an operand up.
+//!
+//! The resolver checks operands against the instruction table, one by one, and hands them to
+//! [`Action::new`], which matches every mnemonic. The checks and `lower` match every [`Action`].
+//! What can be said of any action without knowing which it is (its operands, the structure it
+//! owns, the bit it drives) is said here once.
+#![deny(clippy::wildcard_enum_match_arm)]
+
+use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure, Word};
+use crate::source::atom::Written;
+use crate::source::span::{Located, Span};
+
+/// A number: a constant or a location.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Value {
+    /// A constant; `written` tells how.
+    Const(i32, Written),
+    /// A word, read afresh at every execution.
+    Word(Word),
+}
+
+/// One instruction with its operands.
+#[derive(Clone, Debug)]
+pub struct Instruction {
+    /// Its row in the instruction table.
+    pub mnemonic: Mnemonic,
+    /// The place of its whole text.
+    pub span: Span,
+    /// What it does, with its operands.
+    pub action: Action,
+}
+
+/// What an instruction does, and to what: one variant a shape of operands.
+#[derive(Clone, Debug)]
+pub enum Action {
+    /// OUT, SET, RST, PD, ND, PONOFF.
+    Coil {
+        /// How the bit follows the rung.
+        coil: Coil,
+        /// The bit.
+        bit: Located<Bit>,
+    },
+    /// CNT, CNTDN.
+    Counter {
+        /// CNT: up.
+        counts: Direction,
+        /// The counter.
+        ct: Located<Structure>,
+        /// The preset.
+        preset: Located<Value>,
+    },
+    /// UDC, UDCG.
+    UpDownCounter {
+        /// UDC has a reset leg, UDCG has none.
+        has_reset_leg: bool,
+        /// The counter.
+        ct: Located<Structure>,
+        /// `.Done` compares with it.
+        up_preset: Option<Located<Value>>,
+        /// `.DnDone` compares with it.
+        dn_preset: Option<Located<Value>>,
+    },
+    /// ONDTMR, OFFDTMR.
+    DelayTimer {
+        /// Which edge of the leg is delayed.
+        delay: Delay,
+        /// The timer.
+        t: Located<Structure>,
+        /// The preset.
+        preset: Located<Value>,
+        /// The delayed bit.
+        output: Located<Bit>,
+    },
+    /// TMR, TMRDOWN, TMRA, TMRADOWN, TMRAG.
+    Timer {
+        /// What the leg OFF and the reset leg do.
+        timer: TimerKind,
+        /// The timer.
+        t: Located<Structure>,
+        /// The preset.
+        preset: Located<Value>,
+    },
+    /// CTU, CTD.
+    Sensaphone {
+        /// CTU: up.
+        counts: Direction,
+        /// The Sensaphone counter.
+        n: Located<Structure>,
+        /// The preset; one of CTU and CTD may leave it to the other.
+        preset: Option<Located<Value>>,
+    },
+    /// RSTCT, RSTT, RES.
+    Reset {
+        /// A counter, a timer, a Sensaphone counter.
+        structure: Located<Structure>,
+    },
+    /// MOVE, ADD, SUB.
+    Store {
+        /// The number to be stored.
+        source: Source,
+        /// The word that takes it.
+        to: Located<Word>,
+    },
+    /// RUN.
+    Run {
+        /// The Program.
+        block: Located<BlockId>,
+    },
+    /// RESTART.
+    Restart {
+        /// The Program.
+        block: Located<BlockId>,
+    },
+    /// HALT.
+    Halt {
+        /// The Program or Task.
+        block: Located<BlockId>,
+    },
+    /// EXIT.
+    Exit,
+    /// ENTASK.
+    Entask {
+        /// The Task.
+        block: Located<BlockId>,
+        /// Its interval; without one it runs once.
+        every: Option<Located<Value>>,
+    },
+    /// JMP (one Stage), SGDIVRG (one or several).
+    Jump {
+        /// The targets.
+        stages: Vec<Located<StageId>>,
+    },
+    /// SGSET.
+    StageOn {
+        /// The Stage.
+        stage: Located<StageId>,
+    },
+    /// SGRST.
+    StageOff {
+        /// The Stage.
+        stage: Located<StageId>,
+    },
+    /// SGCONVRG.
+    Converge {
+        /// The Stages that must be ON.
+        stages: Vec<Located<StageId>>,
+        /// The target.
+        to: Located<StageId>,
+    },
+    /// STOP.
+    Stop,
+}
+
+/// How a bit follows the rung.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Coil {
+    Out,
+    Set,
+    Rst,
+    Pd,
+    Nd,
+    Ponoff,
+}
+
+/// Which way a counter counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Direction {
+    Up,
+    Down,
+}
+
+/// The edge of its leg that a delay timer delays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Delay {
+    On,
+    Off,
+}
+
+/// A timer without an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimerKind {
+    /// TMR: the leg OFF resets it.
+    Up,
+    /// TMRDOWN: the leg OFF reloads it.
+    Down,
+    /// TMRA: the leg OFF holds it, RST zeroes it.
+    AccumulatingUp,
+    /// TMRADOWN: the leg OFF holds it, RST reloads it.
+    AccumulatingDown,
+    /// TMRAG: as TMRA, without a reset leg.
+    Global,
+}
+
+/// The number that MOVE, ADD and SUB store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Source {
+    Value(Located<Value>),
+    Sum(Located<Value>, Located<Value>),
+    Difference(Located<Value>, Located<Value>),
+}
+
+impl Source {
+    /// The numbers that it is made of.
+    pub fn values(self) -> impl Iterator<Item = Located<Value>> {
+        let (a, b) = match self {
+            Source::Value(a) => (a, None),
+            Source::Sum(a, b) | Source::Difference(a, b) => (a, Some(b)),
+        };
+        std::iter::once(a).chain(b)
+    }
+}
+
+impl Value {
+    /// Whether both are the same number, however they are written.
+    pub fn is_as(self, other: Value) -> bool {
+        match (self, other) {
+            (Value::Const(a, _), Value::Const(b, _)) => a == b,
+            (Value::Word(a), Value::Word(b)) => a == b,
+            (Value::Const(..), Value::Word(_)) | (Value::Word(_), Value::Const(..)) => false,
+        }
+    }
+}
+
+/// An operand of any type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum OperandValue {
+    Bit(Bit),
+    Word(Word),
+    Value(Value),
+    Structure(Structure),
+    Block(BlockId),
+    Stage(StageId),
+}
+
+/// A type of operand.
+pub trait OperandType: Copy {
+    /// The operand, if it is of this type.
+    fn of(operand: OperandValue) -> Option<Self>;
+    /// As an operand of any type.
+    fn operand(self) -> OperandValue;
+}
+
+macro_rules! operand_types {
+    ($($variant:ident $type:ty;)*) => {$(
+        impl OperandType for $type {
+            fn of(operand: OperandValue) -> Option<Self> {
+                if let OperandValue::$variant(of) = operand { Some(of) } else { None }
+            }
+
+            fn operand(self) -> OperandValue {
+                OperandValue::$variant(self)
+            }
+        }
+    )*};
+}
+
+operand_types! {
+    Bit Bit;
+    Word Word;
+    Value Value;
+    Structure Structure;
+    Block BlockId;
+    Stage StageId;
+}
+
+/// OperandList under their names in the instruction table.
+#[derive(Clone, Debug, Default)]
+pub struct OperandList(pub(super) Vec<(&'static str, Located<OperandValue>)>);
+
+impl OperandList {
+    fn with<T: OperandType>(mut self, name: &'static str, operand: Located<T>) -> OperandList {
+        self.0.push((name, Located { value: operand.value.operand(), span: operand.span }));
+        self
+    }
+
+    fn with_any<T: OperandType>(
+        self,
+        name: &'static str,
+        operands: impl IntoIterator<Item = Located<T>>,
+    ) -> OperandList {
+        operands.into_iter().fold(self, |all, operand| all.with(name, operand))
+    }
+
+    /// Each of them.
+    pub fn each(&self) -> impl Iterator<Item = (&'static str, OperandValue)> {
+        self.0.iter().map(|(name, operand)| (*name, operand.value))
+    }
+
+    /// Those of a type.
+    pub fn of<T: OperandType>(&self) -> impl Iterator<Item = (&'static str, Located<T>)> {
+        self.0.iter().filter_map(|(name, operand)| {
+            Some((*name, Located { value: T::of(operand.value)?, span: operand.span }))
+        })
+    }
+
+    fn named<T: OperandType>(&self, name: &str) -> impl Iterator<Item = Located<T>> {
+        self.of().filter(move |(of, _)| *of == name).map(|(_, operand)| operand)
+    }
+
+    fn get<T: OperandType>(&self, name: &str) -> Option<Located<T>> {
+        self.named(name).next()
+    }
+}
+
+impl Action {
+    /// The action of a mnemonic with these operands. `None`: an operand is not there that the
+    /// action needs and the table does not ask for.
+    pub(super) fn new(mnemonic: Mnemonic, given: &OperandList) -> Option<Action> {
+        use Mnemonic as M;
+        let block = || given.get("block");
+        Some(match mnemonic {
+            M::Out => Action::coil(Coil::Out, given)?,
+            M::Set => Action::coil(Coil::Set, given)?,
+            M::Rst => Action::coil(Coil::Rst, given)?,
+            M::Pd => Action::coil(Coil::Pd, given)?,
+            M::Nd => Action::coil(Coil::Nd, given)?,
+            M::Ponoff => Action::coil(Coil::Ponoff, given)?,
+            M::Cnt => Action::counter(Direction::Up, given)?,
+            M::Cntdn => Action::counter(Direction::Down, given)?,
+            M::Udc => Action::up_down_counter(true, given)?,
+            M::Udcg => Action::up_down_counter(false, given)?,
+            M::Rstct => Action::Reset { structure: given.get("ct")? },
+            M::Rstt => Action::Reset { structure: given.get("t")? },
+            M::Res => Action::Reset { structure: given.get("n")? },
+            M::Ondtmr => Action::delay_timer(Delay::On, given)?,
+            M::Offdtmr => Action::delay_timer(Delay::Off, given)?,
+            M::Tmr => Action::timer(TimerKind::Up, given)?,
+            M::Tmrdown => Action::timer(TimerKind::Down, given)?,
+            M::Tmra => Action::timer(TimerKind::AccumulatingUp, given)?,
+            M::Tmradown => Action::timer(TimerKind::AccumulatingDown, given)?,
+            M::Tmrag => Action::timer(TimerKind::Global, given)?,
+            M::Ctu => Action::sensaphone(Direction::Up, given)?,
+            M::Ctd => Action::sensaphone(Direction::Down, given)?,
+            M::Move => Action::store(Source::Value(given.get("a")?), given)?,
+            M::Add => Action::store(Source::Sum(given.get("a")?, given.get("b")?), given)?,
+            M::Sub => Action::store(Source::Difference(given.get("a")?, given.get("b")?), given)?,
+            M::Run => Action::Run { block: block()? },
+            M::Restart => Action::Restart { block: block()? },
+            M::Halt => Action::Halt { block: block()? },
+            M::Exit => Action::Exit,
+            M::Entask => Action::Entask { block: block()?, every: given.get("every") },
+            M::Jmp | M::Sgdivrg => Action::Jump { stages: given.named("stage").collect() },
+            M::Sgset => Action::StageOn { stage: given.get("stage")? },
+            M::Sgrst => Action::StageOff { stage: given.get("stage")? },
+            M::Sgconvrg => {
+                Action::Converge { stages: given.named("stage").collect(), to: given.get("to")? }
+            }
+            M::Stop => Action::Stop,
+        })
+    }
+
+    fn coil(coil: Coil, given: &OperandList) -> Option<Action> {
+        Some(Action::Coil { coil, bit: given.get("bit")? })
+    }
+
+    fn counter(counts: Direction, given: &OperandList) -> Option<Action> {
+        let (ct, preset) = (given.get("ct")?, given.get("preset")?);
+        Some(Action::Counter { counts, ct, preset })
+    }
+
+    fn up_down_counter(has_reset_leg: bool, given: &OperandList) -> Option<Action> {
+        let ct = given.get("ct")?;
+        let (up_preset, dn_preset) = (given.get("up-preset"), given.get("dn-preset"));
+        Some(Action::UpDownCounter { has_reset_leg, ct, up_preset, dn_preset })
+    }
+
+    fn delay_timer(delay: Delay, given: &OperandList) -> Option<Action> {
+        let (t, preset) = (given.get("t")?, given.get("preset")?);
+        Some(Action::DelayTimer { delay, t, preset, output: given.get("output")? })
+    }
+
+    fn timer(timer: TimerKind, given: &OperandList) -> Option<Action> {
+        Some(Action::Timer { timer, t: given.get("t")?, preset: given.get("preset")? })
+    }
+
+    fn sensaphone(counts: Direction, given: &OperandList) -> Option<Action> {
+        Some(Action::Sensaphone { counts, n: given.get("n")?, preset: given.get("preset") })
+    }
+
+    fn store(source: Source, given: &OperandList) -> Option<Action> {
+        Some(Action::Store { source, to: given.get("to")? })
+    }
+
+    /// Its operands, in the table's order; those left out are absent, and several Stages come under
+    /// one name.
+    pub fn operands(&self) -> OperandList {
+        let none = OperandList::default();
+        match self {
+            Action::Coil { coil: _, bit } => none.with("bit", *bit),
+            Action::Counter { counts: _, ct, preset } => {
+                none.with("ct", *ct).with("preset", *preset)
+            }
+            Action::UpDownCounter { has_reset_leg: _, ct, up_preset, dn_preset } => none
+                .with("ct", *ct)
+                .with_any("up-preset", *up_preset)
+                .with_any("dn-preset", *dn_preset),
+            Action::DelayTimer { delay: _, t, preset, output } => {
+                none.with("t", *t).with("preset", *preset).with("output", *output)
+            }
+            Action::Timer { timer: _, t, preset } => none.with("t", *t).with("preset", *preset),
+            Action::Sensaphone { counts: _, n, preset } => {
+                none.with("n", *n).with_any("preset", *preset)
+            }
+            Action::Reset { structure } => match structure.value {
+                Structure::Counter(_) => none.with("ct", *structure),
+                Structure::Timer(_) => none.with("t", *structure),
+                Structure::Sensaphone(_) => none.with("n", *structure),
+            },
+            Action::Store { source, to } => ["a", "b"]
+                .into_iter()
+                .zip(source.values())
+                .fold(none, |all, (name, value)| all.with(name, value))
+                .with("to", *to),
+            Action::Run { block } | Action::Restart { block } | Action::Halt { block } => {
+                none.with("block", *block)
+            }
+            Action::Entask { block, every } => none.with("block", *block).with_any("every", *every),
+            Action::Jump { stages } => none.with_any("stage", stages.iter().copied()),
+            Action::StageOn { stage } | Action::StageOff { stage } => none.with("stage", *stage),
+            Action::Converge { stages, to } => {
+                none.with_any("stage", stages.iter().copied()).with("to", *to)
+            }
+            Action::Exit | Action::Stop => none,
+        }
+    }
+
+    /// The structure that it names.
+    pub fn structure(&self) -> Option<Structure> {
+        self.first().map(|structure| structure.value)
+    }
+
+    /// The bit that it writes: a coil's, or the output of a delay timer.
+    pub fn written_bit(&self) -> Option<Located<Bit>> {
+        self.first()
+    }
+
+    /// The block that it starts, stops or enables.
+    pub fn target_block(&self) -> Option<Located<BlockId>> {
+        self.first()
+    }
+
+    fn first<T: OperandType>(&self) -> Option<Located<T>> {
+        self.operands().of().map(|(_, operand)| operand).next()
+    }
+
+    /// Whether the instruction is an ENTASK with an interval.
+    pub fn is_recurrent(&self) -> bool {
+        matches!(self, Action::Entask { every: Some(_), .. })
+    }
+}
+
+impl Instruction {
+    /// The structure that it owns: a structure has one owner in a program.
+    pub fn owned(&self) -> Option<Structure> {
+        self.action.structure().filter(|_| self.mnemonic.owns_structure())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::isa::instruction::{self, OperandKind, Spec};
+
+    /// OperandList as the resolver would find them.
+    fn given(spec: &Spec) -> OperandList {
+        let operand = |kind| match kind {
+            OperandKind::WritableBit => OperandValue::Bit(Bit::Stage(StageId(0))),
+            OperandKind::WritableWord => OperandValue::Word(Word::Pre(0)),
+            OperandKind::Counter => OperandValue::Structure(Structure::Counter(0)),
+            OperandKind::Timer => OperandValue::Structure(Structure::Timer(0)),
+            OperandKind::Sensaphone => OperandValue::Structure(Structure::Sensaphone(0)),
+            OperandKind::Value(..) | OperandKind::Duration | OperandKind::Interval => {
+                OperandValue::Value(Value::Word(Word::Pre(1)))
+            }
+            OperandKind::Program | OperandKind::Block | OperandKind::Task => {
+                OperandValue::Block(BlockId(0))
+            }
+            OperandKind::Stage | OperandKind::Stages => OperandValue::Stage(StageId(0)),
+        };
+        let located = |value| Located { value, span: Span::default() };
+        OperandList(spec.operands.iter().map(|o| (o.name, located(operand(o.kind)))).collect())
+    }
+
+    #[test]
+    fn every_row_of_the_table_makes_an_action_that_has_all_its_operands() {
+        for spec in instruction::TABLE {
+            let given = given(spec);
+            let action = Action::new(spec.mnemonic, &given);
+            let action = action.unwrap_or_else(|| panic!("{}: an operand is missing", spec.name));
+            assert_eq!(action.operands().0, given.0, "{}", spec.name);
+        }
+    }
+}
