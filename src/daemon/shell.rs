@@ -185,6 +185,13 @@ async fn shell(
     let inputs = devices::inputs(&first.running.setup.devices, &first.field.1);
     let drivers = start_drivers(first, &prepared, &retention, &stopped).await?;
     let (mut drivers, reloads) = drivers;
+    let systemd = Systemd::of_environment();
+    let inputs = async {
+        tokio::select! {
+            () = inputs => {}
+            () = systemd.starting() => {}
+        }
+    };
     if let Some(name) = attendance.signals.before(inputs).await {
         say!(SIGNAL, signal = name, "{name}: ending before the first scan; nothing was scanned");
         return Ok(Ending::Orderly);

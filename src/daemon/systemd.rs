@@ -18,6 +18,10 @@ use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 pub(super) enum Notice {
     Stopping,
     Ready,
+    /// It starts, and needs this much more time at most.
+    Starting {
+        extend_us: u64,
+    },
     /// It reads its files anew, since this moment (CLOCK_MONOTONIC).
     Reloading {
         since_us: u64,
@@ -46,6 +50,9 @@ impl Systemd {
         let text = match notice {
             Notice::Stopping => "STOPPING=1\n".to_owned(),
             Notice::Ready => "READY=1\n".to_owned(),
+            Notice::Starting { extend_us } => {
+                format!("EXTEND_TIMEOUT_USEC={extend_us}\nWATCHDOG=1\n")
+            }
             // In one datagram, or systemd does not take it.
             Notice::Reloading { since_us } => format!("RELOADING=1\nMONOTONIC_USEC={since_us}\n"),
             Notice::Watchdog => "WATCHDOG=1\n".to_owned(),
@@ -54,6 +61,21 @@ impl Systemd {
         socket.send_to_addr(text.as_bytes(), address).is_ok()
     }
 }
+
+impl Systemd {
+    /// Tells systemd, for as long as it is polled, that the start goes on: neither its time for a
+    /// start nor its watchdog ends a wait that has an end of its own.
+    pub async fn starting(&self) {
+        loop {
+            let extend_us = START_STEP.as_micros() as u64 * 10;
+            let _ = self.send(&Notice::Starting { extend_us });
+            tokio::time::sleep(START_STEP).await;
+        }
+    }
+}
+
+/// From notice to notice of a start that goes on; each asks for ten times as much.
+const START_STEP: Duration = Duration::from_millis(500);
 
 /// A path, or behind `@` an abstract name.
 fn address(name: &OsStr) -> Option<SocketAddr> {

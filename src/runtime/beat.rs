@@ -26,7 +26,7 @@ pub(super) struct Beat {
     scan_since_ns: AtomicU64,
     /// The deadline of the scan that is awaited, or [`IDLE`], or [`TRIPPED`].
     due_ns: AtomicU64,
-    /// Complete scans and ticks so far.
+    /// Complete scans and ticks so far, and looks for commands between scans that are far apart.
     pulses: AtomicU64,
     stop: AtomicBool,
     life: AtomicU8,
@@ -94,7 +94,7 @@ impl Beat {
         exchange.is_ok()
     }
 
-    /// A scan is complete, or a tick in STOP or FAULT.
+    /// A scan is complete, or a tick in STOP or FAULT, or the next scan is awaited for long.
     pub fn pulse(&self) {
         self.pulses.fetch_add(1, Ordering::Release);
     }

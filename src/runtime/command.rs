@@ -160,6 +160,11 @@ impl Orders {
         self.orders.pop().ok().map(|order| (CommandId(order.id), order.command))
     }
 
+    /// Whether a command waits.
+    pub fn wait(&self) -> bool {
+        !self.orders.is_empty()
+    }
+
     /// Notes an answer.
     pub fn note(&mut self, id: CommandId, answer: Answer) {
         self.taken.push(Answered { id: id.0, answer });

@@ -1,4 +1,5 @@
-//! What the scan thread does with an operator's commands: between two scans, or at a tick.
+//! What the scan thread does with an operator's commands: between two scans, or at a tick. Where
+//! scans are far apart, it looks for commands while it waits.
 //!
 //! Called by `scanner`, which gives the answers once what was done is published. Like all of the
 //! scan thread it allocates, locks and logs nothing.
@@ -7,11 +8,42 @@ use super::command::{Answer, Before, Command, Denial};
 use super::exchange::{FaultReason, Mode, StopReason};
 use super::machine::Machine;
 use super::pacing::Clock;
-use super::scanner::Scanner;
+use super::scanner::{Scanner, TICK_NS_MAX};
 use super::swap::NO_PROGRAM;
 use crate::engine::Cell;
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
+    /// Sleeps until the deadline, or until the last scan is asked for, which then comes at once.
+    /// On a long way there the thread shows that it lives, and obeys, every [`TICK_NS_MAX`].
+    pub(super) fn wait_until(&mut self, deadline_ns: u64) {
+        loop {
+            let now_ns = self.clock.now_ns();
+            if deadline_ns.saturating_sub(now_ns) <= TICK_NS_MAX {
+                return self.clock.sleep_until(deadline_ns);
+            }
+            self.clock.sleep_until(now_ns + TICK_NS_MAX);
+            if !self.pause() {
+                return;
+            }
+        }
+    }
+
+    /// Between two scans that are far apart; false where the next one is not to be waited for.
+    fn pause(&mut self) -> bool {
+        self.beat.pulse();
+        if self.side.orders.wait() {
+            let now_ns = self.clock.now_ns();
+            if self.guarded(|scanner| scanner.obey(now_ns)).is_none() {
+                let _ = self.beat.arrive();
+                self.fail(FaultReason::EnginePanic, now_ns);
+            } else if self.stopping.is_none() && self.publish(now_ns) {
+                // A stop is answered behind its last scan, which is next.
+                self.side.orders.give();
+            }
+        }
+        self.mode == Mode::Run && self.stopping.is_none() && !self.beat.stop_requested()
+    }
+
     /// Takes what waits, in order. What is behind a stop waits for the mode that it leads to.
     pub(super) fn obey(&mut self, now_ns: u64) {
         while let Some((id, command)) = self.side.orders.next() {

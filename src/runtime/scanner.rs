@@ -25,8 +25,9 @@ use crate::faults::{self, Point};
 
 /// The first report of statistics comes after this time, where they are not wanted sooner.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
-/// From tick to tick in STOP and FAULT, at most.
-const TICK_NS_MAX: u64 = 100_000_000;
+/// From tick to tick in STOP and FAULT, at most; and from look to look whether commands wait, where
+/// scans are further apart.
+pub(super) const TICK_NS_MAX: u64 = 100_000_000;
 /// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
 const LAST_TICKS_MAX: u32 = 1000;
 
@@ -58,7 +59,7 @@ pub struct Report {
 /// The scan thread's loop and all it owns.
 pub struct Scanner<M, C> {
     pub(super) machine: M,
-    clock: C,
+    pub(super) clock: C,
     pub(super) side: ScanSide,
     journal: Journal,
     pub(super) beat: Arc<Beat>,
@@ -205,9 +206,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         if scans {
             self.beat.expect(deadline_ns);
         }
-        self.clock.sleep_until(deadline_ns);
+        self.wait_until(deadline_ns);
         let woke_ns = self.clock.now_ns();
-        if scans {
+        if scans && self.mode == Mode::Run {
             self.scan(woke_ns, woke_ns.saturating_sub(deadline_ns));
         } else {
             self.tick(woke_ns);
@@ -384,7 +385,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    fn publish(&mut self, now_ns: u64) -> bool {
+    pub(super) fn publish(&mut self, now_ns: u64) -> bool {
         let Scanner { scans, mode, since_ns, ref forces, .. } = *self;
         let facts = Facts { scans, now_ns, mode, since_ns, forces };
         self.side.publish(facts, self.machine.image())
@@ -456,7 +457,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// Calls what may meet a bug; `None` if it did.
-    fn guarded<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> Option<T> {
+    pub(super) fn guarded<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> Option<T> {
         // Behind a panic the engine is not called again, so no broken state is seen.
         catch_unwind(AssertUnwindSafe(|| call(self))).ok()
     }

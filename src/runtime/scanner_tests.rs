@@ -46,6 +46,8 @@ struct Fake {
     stops_in: Option<usize>,
     scans: usize,
     stop: bool,
+    /// When a force was set last.
+    forced_ns: u64,
     times: Rc<Cell<ScanTimes>>,
 }
 
@@ -94,6 +96,7 @@ impl Machine for Fake {
     }
 
     fn force(&mut self, cell: engine::Cell, value: i32) {
+        self.forced_ns = self.clock.now_ns();
         match cell {
             engine::Cell::Bit(bit) => self.bits[bit.0 as usize] = value as u8,
             engine::Cell::Word(word) => self.words[word.0 as usize] = value,
@@ -175,6 +178,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
         stops_in: None,
         scans: 0,
         stop: false,
+        forced_ns: 0,
         times: Rc::clone(&times),
     };
     let mut settings = Settings {

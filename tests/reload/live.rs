@@ -157,20 +157,41 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
 }
 
 #[test]
-fn a_period_that_systemds_watchdog_would_end_is_refused() {
+fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
     let folder = live::folder(LADDER, "");
+    let notify = UnixDatagram::bind(folder.join("n")).unwrap();
+    notify.set_read_timeout(Some(live::PATIENCE)).unwrap();
     let mut command = live::run(&folder, &[]);
     // `WATCHDOG_PID` is that of the process; it is asked for only where it is given.
-    command.env("WATCHDOG_USEC", "2000000").env_remove("WATCHDOG_PID");
+    command.env("WATCHDOG_USEC", "800000").env_remove("WATCHDOG_PID");
+    command.env("NOTIFY_SOCKET", folder.join("n"));
     let live = Live::of(folder, command);
     live.await_values("Y0", "ON");
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
-    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"1s\"\n"));
-    let said = live.say("reload");
-    assert_eq!(said.code, 78);
-    assert!(said.err.contains("must be longer than two periods"), "{said:?}");
-    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"900ms\"\n"));
-    assert!(live.ok("reload").contains("scan period 10ms → 900ms"));
+    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"20m\"\n"));
+    assert!(live.ok("reload").contains("scan period 10ms → 20m"));
+    // Some are of the short period: more than were on their way then are of the long one.
+    notify.set_nonblocking(true).unwrap();
+    while notify.recv(&mut [0; 512]).is_ok() {}
+    notify.set_nonblocking(false).unwrap();
+    let mut fed = 0;
+    while fed < 3 {
+        let mut text = [0; 512];
+        let count = notify.recv(&mut text).unwrap();
+        fed += u32::from(text[..count].starts_with(b"WATCHDOG=1"));
+    }
+    let scans = || live.say("status --json").json()["scans"].as_u64().unwrap();
+    let before = scans();
+    live.ok("force D9 44");
+    live.await_values("D9 $ForcesActive", "44 ON");
+    assert!(live.ok("unforce D9").contains("not forced"));
+    assert!(live.ok("reload").contains("nothing changed"));
+    let waits = live.say("write D9 45").err;
+    assert!(waits.contains("it waits for the next scan, which comes every 20m"), "{waits}");
+    assert_eq!(scans(), before, "nothing was scanned for all that");
+    assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was RUN\n");
+    assert_eq!(scans(), before + 1, "the last scan");
+    live.await_values("D9", "45");
 }
 
 #[test]

@@ -14,6 +14,7 @@ use super::memory;
 use super::peer::Peer;
 use super::status::View;
 use crate::daemon::log;
+use crate::daemon::narration::span;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
 use crate::events::{self, Event, Level};
@@ -27,6 +28,8 @@ use crate::runtime::command::{Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
 use crate::say::say;
 
+/// A write is answered behind the scan that sees it, where scans are no further apart than this.
+const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
 /// How long a change waits for that at least.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
@@ -142,11 +145,17 @@ impl Desk {
             (None, Cell::Word(cell)) => Write::Word(cell, value),
         };
         let ticket = self.port.submit(vec![write]).map_err(|why| self.not_taken(why))?;
-        let done = timeout(self.wait(), self.port.done(ticket)).await;
-        done.map_err(|_| no_answer())?.map_err(|why| self.not_taken(why))?;
+        let period = Duration::from_nanos(self.port.tempo().period_ns);
+        let is_long = period > PERIOD_AWAITED_MAX;
+        let patience = if is_long { PERIOD_AWAITED_MAX } else { self.wait() };
+        let seen = match timeout(patience, self.port.done(ticket)).await {
+            Ok(done) => done.map(|()| true).map_err(|why| self.not_taken(why))?,
+            Err(_) if is_long => false,
+            Err(_) => return Err(no_answer()),
+        };
         let latest = self.port.latest();
         let mut change = change(&operand, &before, &latest);
-        change.note = self.note(&operand, value, &change);
+        change.note = if seen { self.note(&operand, value, &change) } else { Some(waits(period)) };
         let did = format!("wrote {} to {}", operand.held(value), change.now);
         tell(peer, &events::OPERATOR_WRITE, &operand, &change, &did);
         Ok(change)
@@ -355,6 +364,12 @@ fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &st
         %after,
         "{peer} {did}: it was {before}{forced}, and is {after}"
     );
+}
+
+/// The note of a write that no scan has seen yet.
+fn waits(period: Duration) -> String {
+    let period = span(period.as_nanos() as u64);
+    format!("it waits for the next scan, which comes every {period}")
 }
 
 fn denied(why: Denial) -> Refusal {

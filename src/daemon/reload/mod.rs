@@ -242,7 +242,7 @@ impl Reloads {
         let path = PathBuf::from(&of.setup.controller);
         let sizes = of.setup.symbols.layout.sizes().clone();
         let devices = of.setup.symbols.devices.clone();
-        let fit = Fit { sizes, devices, systemd_watchdog: sd_notify::watchdog_enabled() };
+        let fit = Fit { sizes, devices };
         let read = self.reading.done(move || ready::read(&path, &fit)).await;
         let read = read.map_err(|why| refused(format!("{why} The running program goes on")))?;
         read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))

@@ -4,7 +4,6 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::Running;
 use crate::daemon::config::{self, Setup};
@@ -28,8 +27,6 @@ pub(super) struct Fit {
     pub sizes: MemorySizes,
     /// The field devices' names, in their order.
     pub devices: Vec<String>,
-    /// systemd's own limit, if it has one.
-    pub systemd_watchdog: Option<Duration>,
 }
 
 /// What the files say now; the text of `Err` has all findings.
@@ -37,16 +34,6 @@ pub(super) fn read(path: &Path, fit: &Fit) -> Result<Running, String> {
     let style = Style { color: false, deny_warnings: false };
     let loaded = config::load(path, style).map_err(|failure| format!("{failure:#}"))?;
     let (program, setup) = loaded?;
-    let (period_ns, limit) = (setup.pace.tempo.period_ns, fit.systemd_watchdog);
-    if limit.is_some_and(|limit| limit.as_nanos() <= 2 * u128::from(period_ns)) {
-        return Err(format!(
-            "{}: `[scan] period` is {}, and systemd ends the process where it hears of no scan for \
-             {}: `WatchdogSec=` of the unit must be longer than two periods, and is raised first",
-            setup.controller,
-            span(period_ns),
-            span(limit.map_or(0, |limit| limit.as_nanos() as u64))
-        ));
-    }
     if setup.symbols.devices != fit.devices {
         return Err(format!(
             "{}: its devices are others than the running ones, or in another order: they need a \

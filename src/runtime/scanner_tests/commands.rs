@@ -207,3 +207,52 @@ fn commands_are_done_in_order_and_a_run_behind_a_stop_runs_again() {
     assert_eq!(rig.done(run).mode, Mode::Stop(StopReason::Operator));
     assert_eq!((rig.mode(), rig.port.latest().scans), (Mode::Run, 3));
 }
+
+/// Scans that are ten seconds apart; the first one, at 1 s, is done.
+fn slow() -> Rig {
+    let mut rig = rig(|_, settings| {
+        settings.pace.tempo = Tempo { period_ns: 10_000 * MS, watchdog_ns: 35 * MS };
+    });
+    rig.step();
+    rig
+}
+
+#[test]
+fn where_scans_are_far_apart_a_force_does_not_wait_for_the_next_one() {
+    let mut rig = slow();
+    let force = rig.order(Command::Force { cell: FORCED, value: 7 });
+    let pulses = rig.monitor.beat.pulses();
+    rig.step();
+    assert_eq!(rig.done(force).mode, Mode::Run);
+    assert_eq!(rig.scanner.machine.forced_ns, 1101 * MS, "the scan took 1 ms");
+    let latest = rig.port.latest();
+    assert_eq!((latest.scans, latest.now_ns), (2, 11_000 * MS), "on the grid");
+    assert_eq!(rig.monitor.beat.pulses() - pulses, 100, "it shows that it lives meanwhile");
+}
+
+#[test]
+fn where_scans_are_far_apart_the_last_one_comes_at_once() {
+    let mut rig = slow();
+    let stop = rig.order(Command::Stop);
+    rig.step();
+    assert_eq!(rig.done(stop).mode, Mode::Run);
+    let latest = rig.port.latest();
+    assert_eq!((latest.scans, latest.mode), (2, Mode::Stop(StopReason::Operator)));
+    assert_eq!(latest.now_ns, 1101 * MS);
+
+    let mut rig = slow();
+    rig.monitor.beat.request_stop();
+    assert!(!rig.step());
+    assert_eq!(rig.port.latest().mode, Mode::Stop(StopReason::Signal));
+    assert_eq!(rig.clock.now_ns(), 1102 * MS);
+}
+
+#[test]
+fn where_scans_are_far_apart_a_stop_behind_others_comes_at_once_too() {
+    let mut rig = slow();
+    let force = rig.order(Command::Force { cell: FORCED, value: 7 });
+    let stop = rig.order(Command::Stop);
+    rig.step();
+    assert_eq!((rig.done(force).mode, rig.done(stop).mode), (Mode::Run, Mode::Run));
+    assert_eq!(rig.port.latest().now_ns, 1101 * MS);
+}

@@ -17,6 +17,7 @@ impl Rig {
             panics_in: None,
             stops_in: None,
             scans: 0,
+            forced_ns: 0,
             stop: false,
             times: Rc::clone(&self.times),
         };
