@@ -387,7 +387,7 @@ test_reload() {
     container "echo '# edited' >> $ladder"
     in_it systemctl reload rungd || code=$?
     check "reload: the same process scans on" "code $code, $(property StatusText)" \
-        eval '[ "$code" = 0 ] && [ "$(up_as)" = "$pid" ] && logged "reload-done|another program scans"'
+        eval '[ "$code" = 0 ] && [ "$(up_as)" = "$pid" ] && logged "reload-done|the new program scans"'
     container "cp $ladder /root/ladder
         printf '\n[[program.rung]]\nwhen = [\"\$On\"]\ndo = [\"OUTT Y0\"]\n' >> $ladder"
     code=0

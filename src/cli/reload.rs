@@ -63,7 +63,7 @@ fn text(done: &Reloaded) -> String {
 fn end(done: &Reloaded) -> String {
     let (ladder, mode) = (&done.ladder, &done.mode);
     match done.swap_us {
-        _ if done.same => "nothing changed: the files say what runs already\n".to_owned(),
+        _ if done.same => "nothing changed: the files are those that run already\n".to_owned(),
         Some(us) if mode == "RUN" => {
             format!("{ladder} runs since a swap of {us} us between two scans\n")
         }

@@ -81,7 +81,7 @@ impl Guard {
         let Some(file) = &guard.file else { return guard };
         if let Err(why) = may_be_ours(file) {
             let file = file.display();
-            say!(RESTART_GUARD_FILE, "restarts are not counted: {file} is left: {why}");
+            say!(RESTART_GUARD_FILE, "restarts are not counted: {file} is left as it is: {why}");
             guard.file = None;
             return guard;
         }
@@ -117,7 +117,7 @@ impl Guard {
                 RESTART_GUARD,
                 restarts,
                 "{restarts} restarts after unclean ends, without {healthy} in RUN between them: \
-                 starting in STOP. The log before each of them says why it ended; \
+                 starting in STOP. The log before each start has the cause; \
                  `rungd mode run`, or an orderly restart of rungd, runs it again"
             );
         } else if unclean {

@@ -1,8 +1,8 @@
 //! The log: text for people, JSON for machines, entries with fields for the journal.
 //!
 //! Its form is decided once at start from the arguments, the environment and what standard error
-//! is. A line is formed by `log_form`, counted against its event's limit by `events::limit`, and goes
-//! through `log_queue`, so that logging never waits.
+//! is. A line is formed by `log_form`, counted against its event's limit by `events::limit`, and
+//! goes through `log_queue`, so that logging never waits.
 
 use std::fs::File;
 use std::io::{self, IsTerminal};

@@ -234,7 +234,7 @@ impl Tally {
                 LINES_WITHHELD,
                 withheld,
                 lines,
-                "{withheld} comes too often: so many lines of the last {over} were left out"
+                "{withheld} comes too often: {lines} lines of the last {over} were left out"
             );
         }
         let lines = self.dropped.swap(0, Ordering::Relaxed);

@@ -297,12 +297,12 @@ impl Observer for LogWriter {
                 }
             }
             What::Swapped { generation, swap_ns } => {
-                // Alarms are known by their numbers, which are another program's now.
+                // Alarms are known by their numbers, and these are now the new program's.
                 self.ended(record.at_ns);
                 self.alarms = Alarms::new();
                 self.narration = self.narrations.of(generation);
                 let swap_us = us(swap_ns);
-                say!(PROGRAM_SWAPPED, scan, swap_us, "another program scans");
+                say!(PROGRAM_SWAPPED, scan, swap_us, "the programs are swapped");
             }
             What::Device { device, edge } => self.device(device, edge, scan),
             What::EventsLost(events) => {
@@ -310,7 +310,8 @@ impl Observer for LogWriter {
                     EVENTS_LOST,
                     scan,
                     events,
-                    "more happened to blocks in this scan than can be told"
+                    "{events} events of blocks in this scan are lost: more happened than can be \
+                     handed over"
                 );
             }
             What::Bit { watch, on, after_ns } => self.bit(watch, on, after_ns, record),
@@ -341,7 +342,7 @@ impl Observer for LogWriter {
         say!(
             RECORDS_DROPPED,
             records,
-            "records of the scan thread were dropped: more happened than can be told"
+            "{records} records of the scan thread are lost: more happened than can be handed over"
         );
     }
 
@@ -374,7 +375,7 @@ fn tell_withheld(told: Option<Told>) {
             LINES_WITHHELD,
             withheld,
             lines,
-            "alarms come too often: so many lines of the last {over} were left out"
+            "alarms come too often: {lines} lines of the last {over} were left out"
         );
     }
 }

@@ -167,7 +167,8 @@ impl Narration {
         }
     }
 
-    /// The tags of what is watched, bits and words, told from another watch of the same tag.
+    /// The tags of watched bits and words. A bit's also says `alarm` or `change`, since a tag can
+    /// be watched for both.
     pub fn watched_names(&self) -> (Vec<String>, Vec<String>) {
         let kind = |bit: &BitNews| if bit.alarm.is_some() { "alarm" } else { "change" };
         let bits = self.bits.iter().map(|bit| format!("{} {}", kind(bit), bit.tag));

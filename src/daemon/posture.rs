@@ -19,9 +19,9 @@ pub(super) fn tell(grants: &[Grant], strict: bool) -> Result<(), String> {
             POSTURE_REFUSED,
             what = %what,
             why = %why,
-            "real-time posture: {what} was refused: {why}; it wants {remedy}"
+            "real-time posture: {what} was refused: {why}; it needs {remedy}"
         );
-        refused.push(format!("{what} ({why}; it wants {remedy})"));
+        refused.push(format!("{what} ({why}; it needs {remedy})"));
     }
     if strict && !refused.is_empty() {
         return Err(format!(

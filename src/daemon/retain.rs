@@ -148,7 +148,7 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start: {path}: \
-             {why}. `[retain] cold-start` lets it run"
+             {why}. `[retain] cold-start` lets the controller run"
         );
     } else {
         say!(
@@ -156,7 +156,8 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start, and the mode \
-             is STOP: {path}: {why}. Put right what has to be, then `rungd mode run`"
+             is STOP: {path}: {why}. Find the cause, or write by hand what counts, then \
+             `rungd mode run`"
         );
     }
     format!("nothing restored: {why}")
@@ -191,8 +192,8 @@ fn tell_news(path: &Path, news: &News) {
             RETAIN_FAILED,
             file = %path,
             why = %why,
-            "retentive memory: {path} cannot be written, and a restart would lose what changes: \
-             {why}. It is tried again"
+            "retentive memory: {path} cannot be written, and a restart would lose all later \
+             changes: {why}. rungd tries again"
         ),
     }
 }

@@ -166,7 +166,7 @@ impl Retention {
             RETAIN_LOST,
             file = %self.wanted.path.display(),
             "retentive memory: the last image is not kept: {why}. The next start restores the \
-             one before"
+             image before it"
         );
         outcome
     }
@@ -334,8 +334,8 @@ impl Worker {
             say!(
                 RETAIN_SLOW,
                 flush = %took,
-                "retentive memory: it took {took} until an image was durable; the interval is \
-                 {interval}, and a power cut may cost both"
+                "retentive memory: an image took {took} to become durable; the interval is \
+                 {interval}, and a power cut may cost the changes of both"
             );
         }
         self.tell_wear();
@@ -351,7 +351,7 @@ impl Worker {
                 RETAIN_WEAR,
                 mb_per_day = a_day,
                 budget_mb_per_day = budget,
-                "retentive memory: {a_day} MB a day are written as it goes now, the budget is \
+                "retentive memory: {a_day} MB a day are written at the present rate, the budget is \
                  {budget}: a longer `[retain] interval` or fewer ranges spare the disk"
             );
         }
@@ -365,8 +365,8 @@ impl Worker {
                 RETAIN_FAILED,
                 file = %path,
                 why = %error,
-                "retentive memory: {path} cannot be written, and a restart would lose what \
-                 changes: {error}. It is tried again"
+                "retentive memory: {path} cannot be written, and a restart would lose all later \
+                 changes: {error}. rungd tries again"
             );
         }
     }

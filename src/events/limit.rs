@@ -9,8 +9,8 @@ const SECOND_NS: u64 = 1_000_000_000;
 /// Withheld lines are told of this long after the first of them.
 const TELL_AFTER_NS: u64 = 10 * SECOND_NS;
 
-/// How many lines of a kind are written: `burst` at once, one each `every_ms` in the long run. Lines
-/// beyond that are counted, and the log tells the count (`lines-withheld`).
+/// How many lines of a kind are written: `burst` at once, one each `every_ms` in the long run. The
+/// lines beyond that are counted, and the log tells the count (`lines-withheld`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limit {
     /// Lines at once; 0 is without limit.
@@ -28,6 +28,8 @@ impl Limit {
     pub const CLIENTS: Limit = Limit { burst: 20, every_ms: 1000 };
     /// For one alarm, beside [`Limit::PLANT`] for all of them.
     pub(crate) const ALARM: Limit = Limit { burst: 20, every_ms: 500 };
+    /// For the trouble of one field device.
+    pub(crate) const DEVICE: Limit = Limit { burst: 20, every_ms: 10_000 };
 
     /// Lines a second in the long run.
     pub fn per_second(self) -> u32 {
@@ -47,6 +49,12 @@ impl Budget {
     /// As full as the limit allows.
     pub fn new(limit: Limit) -> Budget {
         Budget { limit, left: limit.burst, filled_ns: 0 }
+    }
+
+    /// The lines that were left at the last look.
+    #[cfg(test)]
+    pub fn left(&self) -> u32 {
+        self.left
     }
 
     /// Whether `lines` lines may be written now.

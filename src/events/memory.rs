@@ -3,49 +3,51 @@
 rows! {
     RETAIN_RESTORED = 901, "retain-restored", Info, NONE:
         "f298a90a2f8b4814a746ba6602018a5a",
-        "Retentive memory was found and restored before the first scan; the line says how much, \
-         of which scan, and whether an orderly stop came before.",
+        "rungd found retentive memory and restored it before the first scan. The line says how \
+         much, of which scan, and whether the controller had stopped in order.",
         "Nothing. Where something was not restored, retain-dropped lines say what and why.";
 
     RETAIN_COLD = 902, "retain-cold", Error, NONE:
         "35b3e9c2ba6c4a418344b0cdc585441f",
-        "Retentive memory is asked for, and nothing was found that could be restored: memory is \
-         as after a cold start. Unless `[retain] cold-start` lets it run, the mode is STOP.",
+        "Retentive memory is asked for, and rungd found nothing to restore: memory is as after a \
+         cold start. The mode is STOP, unless `[retain] cold-start` lets the controller run.",
         "At the very first start: `rungd mode run`. Later: find out where the file is (a disk \
-         that is not mounted, another `file`), or which tags had other names (the retain-dropped \
-         lines before it; the image stays until the next run), put right by hand what counts, then \
-         `rungd mode run`.";
+         that is not mounted, a changed `file`), or which tags had other names (the retain-dropped \
+         lines before it; the file keeps the image until the next run). Write by hand what counts, \
+         then `rungd mode run`.";
 
     RETAIN_DROPPED = 903, "retain-dropped", Warn, NONE:
         "ee6501b3734044af8945b154452a478e",
-        "Something in the file of retentive memory was given to nothing, since the program has \
-         changed; the line says what and why.",
-        "If its value is still wanted: start the former ladder once more, read it, and write it \
-         by hand. The file keeps it until the first images of the new one are written.";
+        "The program changed, and has no place for something in the file of retentive memory. The \
+         line says what and why.",
+        "If you still want the value: start the former ladder once more, read the value, and \
+         write it by hand. The file keeps it until the first images of the new ladder are written.";
 
     RETAIN_SLOT = 904, "retain-slot", Warn, NONE:
         "5f077a522e094fcc814362dd6113d182",
-        "A slot of the file of retentive memory holds no whole image, and was passed over. Behind \
-         a power cut that is as it should be: the image before it counts.",
-        "Nothing behind a power cut. If it comes without one, the disk may be failing.";
+        "A slot in the file of retentive memory holds no whole image. rungd passed it over, and \
+         used the newest whole image.",
+        "Nothing after a power cut, which leaves such a slot. Without a power cut, the disk may \
+         be failing.";
 
     RETAIN_ASIDE = 905, "retain-aside", Warn, NONE:
         "5f8eea8800eb40ec8092152214785ac0",
-        "Where retentive memory is to be kept lay a file that is foreign, damaged, or of a later \
-         rungd. It was given another name, and not written over.",
-        "If it is memory of a later rungd, run that one. Else delete it once nobody needs it.";
+        "The path of retentive memory had a file that is foreign, damaged, or of a later rungd. \
+         rungd renamed that file, and did not write over it.",
+        "If the file is memory of a later rungd, run that version. Else delete it once nobody \
+         needs it.";
 
     RETAIN_MADE = 906, "retain-made", Info, NONE:
         "efa3805980f646e5bc49a6bc27ba2630",
-        "A new file for retentive memory was made, in full.",
+        "rungd made a new file for retentive memory, in its full size.",
         "Nothing.";
 
     RETAIN_FAILED = 907, "retain-failed", Error, NONE:
         "47dfd9b13c864d98bfd923e10af6de7a",
-        "Retentive memory cannot be written: scans go on, and a restart would restore the last \
-         image that is durable. Repeated every minute while it lasts.",
-        "Do what the line says: room on the disk, the rights of the directory, a disk that fails, \
-         `[retain] file`.";
+        "Retentive memory cannot be written. Scans go on; a restart would restore the last image \
+         that is durable. The line comes every minute while the trouble lasts.",
+        "Do what the line says: free room on the disk, mend the rights of the directory, replace \
+         a disk that fails, change `[retain] file`.";
 
     RETAIN_RECOVERED = 908, "retain-recovered", Info, NONE:
         "b9355878ccde4d43b268f300c30b4886",
@@ -54,16 +56,16 @@ rows! {
 
     RETAIN_SLOW = 909, "retain-slow", Warn, NONE:
         "ea6e9a91a7b1498195e7cc2cef3ca29c",
-        "It took longer than the interval until an image was durable: a power cut could have cost \
-         as much.",
-        "See what else writes to that disk, or put the file on another.";
+        "An image took longer than the interval to become durable. A power cut would have cost \
+         the changes of that time.",
+        "Find what else writes to that disk, or move the file to another disk.";
 
     RETAIN_WEAR = 910, "retain-wear", Warn, NONE:
         "4b0780c927e54c27b7123c06f3b9793f",
-        "As it goes now, more bytes a day are written for retentive memory than `[retain] \
+        "At the present rate, retentive memory writes more bytes a day than `[retain] \
          budget-mb-per-day` allows.",
-        "Choose a longer `interval`, retain less, or keep what changes at every scan out of the \
-         ranges. If the disk takes it, raise the budget.";
+        "Choose a longer `interval`, retain less, or keep out of the ranges what changes at every \
+         scan. If the disk stands it, raise the budget.";
 
     RETAIN_FINAL = 911, "retain-final", Info, NONE:
         "da82d693a2974613a214e2ec53f99d74",
@@ -72,11 +74,12 @@ rows! {
 
     RETAIN_LOST = 912, "retain-lost", Error, NONE:
         "46e81725e0dc4fae936f481ab9e1f494",
-        "rungd ends, and its last image is not durable: the next start restores the one before.",
-        "See the line for why; after the next start, put right what counts.";
+        "rungd ends, and the last image is not durable: the next start restores the image before \
+         it.",
+        "The line says why. After the next start, write by hand what counts.";
 
     RETAIN_SAVED = 913, "retain-saved", Info, CLIENTS:
         "1b7f40ec1278449e92f3250f7dac06e6",
-        "An operator had retentive memory kept, and it is durable.",
+        "An operator asked rungd to keep retentive memory, and the image is durable.",
         "Nothing.";
 }

@@ -3,9 +3,10 @@
 rows! {
     ALARM_ON = 301, "alarm-on", Warn, NONE:
         "cee4db88c3f24fe387a305e32f579a42",
-        "A bit that the ladder declares an alarm went ON. The text is its author's.",
-        "Do what the plant's instructions say for this alarm. alarm-off with the same tag tells \
-         its end.";
+        "A bit that the ladder declares as an alarm went ON. The text is the alarm's text in the \
+         ladder.",
+        "Do what the plant's instructions say for this alarm. An alarm-off line with the same tag \
+         tells the end of the alarm.";
 
     ALARM_OFF = 302, "alarm-off", Info, NONE:
         "50a22ea57cb7432995254fcf6c4e3728",
@@ -24,12 +25,12 @@ rows! {
 
     TAG_VALUE = 305, "tag-value", Info, PLANT:
         "9ccf74aed5614ff8a74b51d001ee7055",
-        "A word with `log = \"change\"` has another value: from and to.",
+        "A word with `log = \"change\"` changed its value: from and to.",
         "Nothing.";
 
     BLOCK_STARTED = 401, "block-started", Info, PLANT:
         "274eb387ce934a6dbb53a814a9bfda4e",
-        "A Program or Task was started. What built-in Tasks do is at level debug.",
+        "A Program or Task was started. Built-in Tasks are logged at level debug.",
         "Nothing.";
 
     BLOCK_STOPPED = 402, "block-stopped", Info, PLANT:
@@ -39,67 +40,68 @@ rows! {
 
     BLOCK_COMPLETED = 403, "block-completed", Info, PLANT:
         "ef06f65e3e8e491b90197ff77ddea4bd",
-        "A Program or Task came to its end by itself.",
+        "A Program or Task completed by itself.",
         "Nothing.";
 
     STAGE_ON = 404, "stage-on", Info, PLANT:
         "ca58370959f34ab185c1534a5dea3bb5",
-        "A Stage is ON: its rungs are executed.",
+        "A Stage went ON: its rungs are executed.",
         "Nothing.";
 
     STAGE_OFF = 405, "stage-off", Info, PLANT:
         "e20be995a1fd4141871a71d68c7c2149",
-        "A Stage is OFF, and will have its termination pass.",
+        "A Stage went OFF. Its termination pass follows.",
         "Nothing.";
 
     TERMINATION_PASS = 406, "termination-pass", Info, PLANT:
         "5b319003fe274492be11718593e5cebe",
-        "A Program, Task or Stage that ended had its termination pass: its coils went OFF, its \
-         timers and counters were reset as docs/semantics.md says.",
+        "A Program, Task or Stage that ended had its termination pass: its coils went OFF, and \
+         its timers and counters were reset as docs/semantics.md says.",
         "Nothing.";
 
     OVERRUN = 501, "overrun", Warn, NONE:
         "78491505164848b0b17a011d48673fdd",
-        "A scan was not over at the next grid point, and grid points passed without a scan. The \
-         line says whether the scan was long or the machine woke it late.",
-        "If late: look at the real-time posture and at what else runs. If long, and the mean in \
-         the heartbeat is near the period: raise `[scan] period`.";
+        "A scan did not end before the next grid point, and grid points passed without a scan. \
+         The line says whether the scan was long or the machine woke the scan thread late.",
+        "If late: look at the real-time posture, and at what else the machine runs. If long, and \
+         scan_us_mean of the heartbeat is near the period: raise `[scan] period`.";
 
     HEARTBEAT = 502, "heartbeat", Info, NONE:
         "37b8bedd8fe9453d8eec0bf720c149f3",
-        "A sign of life with the statistics since the last one: mode, scans, how long they took, \
-         how late they were, forces, lines that the log lost since the start. Every `[log] \
+        "A sign of life, with the statistics since the line before: mode, scans, execution times, \
+         lateness, forces, and how many lines the log lost since the start. It comes every `[log] \
          statistics`.",
-        "Nothing. Watch scan_us_max against the watchdog, and overruns.";
+        "Nothing. Watch overruns, and scan_us_max against the watchdog.";
 
     STATISTICS = 503, "statistics", Info, NONE:
         "85d0693e140c4a5093ba89d7d93eb148",
-        "The scan statistics since RUN was last entered, when the process ends.",
+        "The scan statistics since RUN was last entered. The line comes at the end of the \
+         process.",
         "Nothing.";
 
     LINES_WITHHELD = 601, "lines-withheld", Warn, NONE:
         "0d214eebad0c479cb3d56e91ac093e77",
-        "Lines of one event came more often than its limit, and so many were left out. The field \
-         withheld names the event.",
-        "Find what chatters: a bouncing sensor, a client in a loop. At level debug nothing but \
-         alarms is withheld.";
+        "Lines of one event came more often than its limit allows. The log left some out: \
+         withheld names the event, lines says how many.",
+        "Find what chatters: a bouncing sensor, a client in a loop. At level debug the log leaves \
+         out lines of alarms only.";
 
     LOG_DROPPED = 602, "log-dropped", Warn, NONE:
         "29bc791452d949638c791b845bad29d1",
-        "The log could not keep up or could not be written: so many lines are lost. No scan \
-         waited for it.",
-        "See whether the journal or the disk was stuck or full. What happened meanwhile is not in \
-         the log.";
+        "The log could not be written, or was read too slowly. The log lost lines; lines says how \
+         many. No scan waited for the log.",
+        "Find out whether the journal or the disk was stuck or full. The lost lines are nowhere \
+         else.";
 
     RECORDS_DROPPED = 603, "records-dropped", Warn, NONE:
         "2e90653c20b045339ee6a73920011a0f",
-        "More happened in the ladder than the scan thread could hand over: so many events are \
-         lost. No scan waited.",
-        "Nothing for the plant. Let fewer tags have `log = \"change\"`.";
+        "More happened in the ladder than the scan thread could hand over. The log lost records; \
+         records says how many. No scan waited.",
+        "Nothing for the plant. Give `log = \"change\"` to fewer tags.";
 
     EVENTS_LOST = 604, "events-lost", Warn, CLIENTS:
         "72d6a9c4ba7646179e43905e967b8b74",
-        "In one scan more happened to Programs, Tasks and Stages than can be told: so many are \
-         not in the log.",
+        "In one scan more happened to Programs, Tasks and Stages than the scan thread can hand \
+         over. The log lost events; events says how many.",
         "Nothing for the plant: all of it was executed.";
 }

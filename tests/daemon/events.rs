@@ -70,6 +70,42 @@ fn every_event_has_a_line() {
     }
 }
 
+/// Every file that has something of each event is named by the recipe, and every file that the
+/// recipe names is there.
+#[test]
+fn the_recipe_names_every_place() {
+    let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("a page");
+    let recipe = page.split("## Adding an event\n").nth(1).expect("the recipe");
+    let recipe = recipe.split("\n## ").next().unwrap_or_default();
+    let named: Vec<&str> = recipe.split('`').filter(|word| word.contains('/')).collect();
+    for place in &named {
+        assert!(root().join(place).exists(), "the recipe names {place}, which is not there");
+    }
+    let mut files = Vec::new();
+    for folder in ["src", "docs", "config", "packaging", "tests"] {
+        all_files(&root().join(folder), &mut files);
+    }
+    for path in files {
+        let Ok(text) = fs::read_to_string(&path) else { continue };
+        if events::all().any(|event| text.contains(event.id)) {
+            let place = path.strip_prefix(root()).expect("it was found there").to_string_lossy();
+            let is_named = named.iter().any(|named| place.starts_with(named));
+            assert!(is_named, "{place} has IDs of events, and the recipe does not name it");
+        }
+    }
+}
+
+fn all_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder is readable") {
+        let path = entry.expect("an entry is readable").path();
+        if path.is_dir() {
+            all_files(&path, files);
+        } else {
+            files.push(path);
+        }
+    }
+}
+
 #[test]
 fn a_code_never_changes() {
     let path = root().join("tests/events.txt");

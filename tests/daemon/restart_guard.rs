@@ -120,8 +120,8 @@ fn whatever_lies_in_the_files_place_it_starts_and_says_so() {
     type Spoiling = fn(&Path);
     let spoil: [(&str, Spoiling); 4] = [
         ("is lost: it is not what rungd wrote", |file| fs::write(file, "ten").unwrap()),
-        ("is left: it is no file", |file| fs::create_dir(file).unwrap()),
-        ("is left: it is no file", |file| {
+        ("is left as it is: it is no file", |file| fs::create_dir(file).unwrap()),
+        ("is left as it is: it is no file", |file| {
             assert!(Command::new("mkfifo").arg(file).status().unwrap().success());
         }),
         ("are not counted", |file| fs::remove_dir_all(file.parent().unwrap()).unwrap()),

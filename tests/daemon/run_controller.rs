@@ -77,12 +77,12 @@ fn a_hangup_reads_the_files_anew() {
     let mut running = plant.start(&[]);
     running.line("lamp is ON");
     running.signal("HUP");
-    let same = running.line("SIGHUP asked for a reload: the files say what runs already");
+    let same = running.line("SIGHUP asked for a reload: the files are those that run already");
     assert_eq!(same["event"], "reload-same");
     std::fs::write(plant.0.join("ladder.toml"), bottling::ladder(&format!("{ALIVE}# edited\n")))
         .unwrap();
     running.signal("HUP");
-    let done = running.line("SIGHUP reloaded: another program scans, without a stop");
+    let done = running.line("SIGHUP reloaded: the new program scans, without a stop");
     assert_eq!(done["event"], "reload-done");
     std::fs::write(plant.0.join("ladder.toml"), "no ladder").unwrap();
     running.signal("HUP");

@@ -60,11 +60,11 @@ fn the_same_files_change_nothing_and_a_fault_goes_back_behind_a_stray_hangup() {
     let live = Live::start_to_stall(&says(1), WATCHDOG, &["--stopped"]);
     load(&live, &says(2));
     for words in ["reload", "reload --dry-run"] {
-        assert_eq!(live.ok(words), "nothing changed: the files say what runs already\n");
+        assert_eq!(live.ok(words), "nothing changed: the files are those that run already\n");
     }
     assert_eq!(live.line("nothing changed")["event"], "reload-same");
     live.signal("HUP");
-    live.line("SIGHUP asked for a reload: the files say what runs already");
+    live.line("SIGHUP asked for a reload: the files are those that run already");
     live.stall();
     live.say("mode run");
     // The first program, however often the second was asked for.

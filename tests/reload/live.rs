@@ -50,7 +50,7 @@ fn the_pages_example_says_what_it_says() {
     live.await_values("Y1", "OFF");
     assert_eq!(live.say("read Drain.Running").code, 2);
     live.line("Program Drain is gone and was terminated");
-    let line = live.line("reloaded: another program scans, without a stop");
+    let line = live.line("reloaded: the new program scans, without a stop");
     assert_eq!((&line["event"], &line["level"]), (&"reload-done".into(), &"INFO".into()));
 }
 
@@ -147,7 +147,7 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
     let due = begin.elapsed().as_millis() as u64 / 20;
     assert!((due / 2..=due + 2).contains(&made), "{made} of {due}");
     // The alarm that stood goes on standing, and is no news.
-    let before = live.line("reloaded: another program");
+    let before = live.line("reloaded: the new program");
     assert_eq!(before["level"], "INFO");
     live.ok("mode stop");
     write(&live, "controller.toml", &format!("{controller}[memory]\nD = 100\n"));

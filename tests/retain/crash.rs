@@ -389,6 +389,6 @@ fn a_read_only_disk_gives_what_it_has_and_costs_no_scan() {
     no_scan_missed(&lines, PERIOD, Duration::from_millis(300));
     assert_eq!(code, Some(74), "the last image is lost");
     let lost = lines.iter().find(|line| line["event"] == "retain-lost").unwrap();
-    assert!(message(lost).contains("The next start restores the one before"), "{lost}");
+    assert!(message(lost).contains("The next start restores the image before it"), "{lost}");
     assert_eq!(held(&plant.0.join("disk/memory")).unwrap().count, 40);
 }

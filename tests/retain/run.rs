@@ -309,7 +309,7 @@ fn who_writes_more_than_the_budget_of_a_day_is_told_at_once() {
     let budget = "cold-start = \"run\"\nbudget-mb-per-day = 1\n";
     let plant = Plant::new(COUNTS, &KEEPS.replace("cold-start = \"run\"\n", budget));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
-    let wear = running.line("MB a day are written as it goes now");
+    let wear = running.line("MB a day are written at the present rate");
     assert_eq!((&wear["event"], &wear["level"]), (&"retain-wear".into(), &"WARN".into()));
     assert_eq!(wear["budget_mb_per_day"], 1);
     let a_day = wear["mb_per_day"].as_u64().unwrap();

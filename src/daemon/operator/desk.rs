@@ -265,7 +265,7 @@ impl Desk {
                 OPERATOR_MODE at Debug,
                 who = %peer,
                 pid = peer.pid,
-                "operator's mode command: it is in {is} already"
+                "operator's mode command: the mode is {is} already"
             );
         } else {
             say!(

@@ -97,7 +97,7 @@ impl Server {
                 () = &mut stop => break,
                 Some(ended) = clients.join_next() => {
                     if let Err(bug) = ended {
-                        say!(OPERATOR_BUG, %bug, "a client was lost to a bug in rungd");
+                        say!(OPERATOR_BUG, %bug, "a bug in rungd ended an operator's connection");
                     }
                 }
                 accepted = accept => {
@@ -125,7 +125,7 @@ impl Server {
         let then = match &again {
             Ok(_) => "it is made again".to_owned(),
             Err(Failure::Configuration(why)) => format!("not made again: {why}"),
-            Err(Failure::Environment(why)) => format!("not made again: {why:#}; it is tried on"),
+            Err(Failure::Environment(why)) => format!("not made again: {why:#}; rungd tries again"),
         };
         if !told {
             let socket = self.socket.path().display();

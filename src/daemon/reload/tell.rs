@@ -8,7 +8,7 @@ use crate::reload::WARNING;
 use crate::runtime::exchange::FaultReason;
 use crate::say::say;
 
-/// Another program is in.
+/// A reload is done.
 pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Trial>) {
     report(done);
     let ladder = &setup.ladder;
@@ -24,11 +24,11 @@ pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Tria
         swap_us = done.swap_us,
         probation = %span(probation),
         mode = %done.mode,
-        "{who} reloaded: another program {}, without a stop", takes_over(done)
+        "{who} reloaded: the new program {}, without a stop", takes_over(done)
     );
 }
 
-/// The files say what is in already.
+/// A reload found the files unchanged.
 pub(super) fn same(who: &str, same: &Reloaded) {
     report(same);
     say!(
@@ -36,11 +36,11 @@ pub(super) fn same(who: &str, same: &Reloaded) {
         who,
         ladder = %same.ladder,
         sha256 = %same.sha256,
-        "{who} asked for a reload: the files say what runs already, nothing changed"
+        "{who} asked for a reload: the files are those that run already, nothing changed"
     );
 }
 
-/// The program before is in.
+/// A rollback is done.
 pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>) {
     report(done);
     let why = fault.map_or_else(|| "asked for".to_owned(), |fault| format!("FAULT: {fault}"));
@@ -56,7 +56,7 @@ pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>
         swap_us = done.swap_us,
         mode = %done.mode,
         "{who} went back to the program before the reload ({why}){next}; the files still hold \
-         the other one"
+         the one that was taken back"
     );
 }
 
@@ -75,7 +75,7 @@ fn report(done: &Reloaded) {
         }
     }
     for what in &done.restart {
-        say!(RELOAD_RESTART, "{what}: what the file says now needs a restart");
+        say!(RELOAD_RESTART, "{what}: the change in the file needs a restart");
     }
 }
 
@@ -83,7 +83,7 @@ fn report(done: &Reloaded) {
 pub(super) fn refusal(who: &str, refusal: &Refusal) {
     if refusal.kind != RefusalKind::BadFiles {
         let why = &refusal.message;
-        say!(RELOAD_REFUSED, who, "{who} asked for another program: {why}");
+        say!(RELOAD_REFUSED, who, "{who} asked for a change of program: {why}");
         return;
     }
     let why = summary(&refusal.message);

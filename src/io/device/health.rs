@@ -7,6 +7,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::events::Limit;
+use crate::events::limit::Budget;
 use crate::runtime::field::Exchanged;
 use crate::say::say;
 
@@ -17,16 +19,11 @@ pub struct Health {
     lines: Arc<Mutex<Lines>>,
 }
 
-/// So many lines of trouble a device may write at once.
-const LINES_MAX: u32 = 20;
-/// And one so often in the long run.
-const LINE_EVERY: Duration = Duration::from_secs(10);
-
 /// What the log knows of it, and how much more it may be told.
 #[derive(Debug)]
 struct Lines {
-    left: u32,
-    filled: Instant,
+    started: Instant,
+    budget: Budget,
     withheld: u64,
     outage: Option<Outage>,
 }
@@ -72,8 +69,8 @@ impl Health {
     /// Of a device that has not exchanged yet.
     pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
         let reading = Reading { name: name.to_owned(), driver, peer, ..Reading::default() };
-        let (left, filled) = (LINES_MAX, Instant::now());
-        let lines = Lines { left, filled, withheld: 0, outage: None };
+        let (started, budget) = (Instant::now(), Budget::new(Limit::DEVICE));
+        let lines = Lines { started, budget, withheld: 0, outage: None };
         Health { inner: Arc::new(Mutex::new(reading)), lines: Arc::new(Mutex::new(lines)) }
     }
 
@@ -91,11 +88,11 @@ impl Health {
     /// Whether a line of trouble may be written, and what it adds of those that were not.
     pub fn may_tell(&self) -> Option<String> {
         let mut lines = self.lines();
-        if !lines.has_any() {
+        let now_ns = lines.now_ns();
+        if !lines.budget.draw(now_ns, 1) {
             lines.withheld += 1;
             return None;
         }
-        lines.left -= 1;
         Some(match std::mem::take(&mut lines.withheld) {
             0 => String::new(),
             withheld => format!(" ({withheld} lines about it were left out)"),
@@ -140,7 +137,8 @@ impl Health {
         // An outage for whose begin no line was left has its line as soon as there is one.
         let is_to_tell = {
             let mut lines = self.lines();
-            let has_any = lines.has_any();
+            let now_ns = lines.now_ns();
+            let has_any = lines.budget.has(now_ns, 1);
             let outage = lines.outage.get_or_insert_with(Outage::new);
             outage.note(reason);
             !outage.is_told && (outage.failures == 1 || has_any)
@@ -195,15 +193,9 @@ impl Health {
 }
 
 impl Lines {
-    /// Whether a line is left; those earned since are added.
-    fn has_any(&mut self) -> bool {
-        let earned = self.filled.elapsed().as_secs() / LINE_EVERY.as_secs();
-        if earned > 0 {
-            let earned = u32::try_from(earned).unwrap_or(LINES_MAX);
-            self.left = self.left.saturating_add(earned).min(LINES_MAX);
-            self.filled = Instant::now();
-        }
-        self.left > 0
+    /// Since the device was made: the budget's time.
+    fn now_ns(&self) -> u64 {
+        self.started.elapsed().as_nanos() as u64
     }
 }
 
@@ -245,6 +237,8 @@ impl Outage {
 mod tests {
     use super::*;
 
+    const LINES_MAX: u32 = Limit::DEVICE.burst;
+
     /// Device outages of one failure each, as many as are given.
     fn outages(health: &Health, count: u32) {
         for _ in 0..count {
@@ -272,14 +266,14 @@ mod tests {
         for reason in ["no answer", "refused", "refused", "no route", "busy", "late", "late"] {
             health.trouble(reason);
         }
-        assert_eq!(health.lines().left, LINES_MAX - 1, "one line");
+        assert_eq!(health.lines().budget.left(), LINES_MAX - 1, "one line");
         assert_eq!(health.reading().trouble.as_deref(), Some("late"), "status has the latest");
         let counts = health.lines().outage.as_ref().unwrap().counts();
         let words = "7 failures: no answer (1); refused (2); no route (1); busy (1); others (2)";
         assert_eq!(counts, words);
         health.good(Duration::ZERO);
         health.trouble("refused");
-        assert_eq!(health.lines().left, LINES_MAX - 2, "the next outage has its own");
+        assert_eq!(health.lines().budget.left(), LINES_MAX - 2, "the next outage has its own");
         assert_eq!(health.lines().outage.as_ref().unwrap().counts(), "1 failure");
     }
 
@@ -291,8 +285,9 @@ mod tests {
         health.trouble("refused");
         health.trouble("refused");
         assert!(!is_told() && health.lines().withheld == 1, "counted once");
-        health.lines().left = 1;
+        let limit = Limit { burst: 1, ..Limit::DEVICE };
+        health.lines().budget = Budget::new(limit);
         health.trouble("refused");
-        assert!(is_told() && health.lines().left == 0);
+        assert!(is_told() && health.lines().budget.left() == 0);
     }
 }

@@ -148,7 +148,7 @@ impl Server {
             say!(
                 MODBUS_EXPOSED,
                 %address,
-                "Modbus has no passwords: whoever reaches this address can write"
+                "Modbus has no passwords: every client that reaches this address can write"
             );
         }
     }
@@ -192,7 +192,7 @@ impl Shared {
         let (client, why) = match ended {
             Ok(ended) => ended,
             Err(error) => {
-                say!(MODBUS_BUG, %error, "Modbus client lost to a bug in rungd");
+                say!(MODBUS_BUG, %error, "a bug in rungd ended a Modbus client's connection");
                 return;
             }
         };
