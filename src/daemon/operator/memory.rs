@@ -35,7 +35,7 @@ pub(super) async fn save(retention: Option<&Retention>, peer: &Peer) -> Result<S
         pid = peer.pid,
         image,
         scan,
-        "{peer} had retentive memory kept: image {image} of scan {scan} is durable"
+        "{peer} saved retentive memory: image {image} of scan {scan} is durable"
     );
     Ok(saved)
 }
