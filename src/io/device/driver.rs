@@ -61,8 +61,8 @@ pub struct Trouble {
 
 /// A peer that is reached beside the scan.
 pub trait Driver: Send + 'static {
-    /// Reaches the peer, after the start and after every trouble that disconnects; at the end of the
-    /// process it may be abandoned. The next exchange writes all outputs.
+    /// Reaches the peer, after the start and after every trouble that disconnects; at the end of
+    /// the process it may be abandoned. The next exchange writes all outputs.
     fn connect(&mut self) -> impl Future<Output = Result<(), Trouble>> + Send;
 
     /// Exchanges once. At the end of the process it may be abandoned at any point where it waits;
