@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::io::device::Opener;
-use rungd::io::gpio::settings::{At, Chip as ChipName, Gpio as GpioLines, Line, Setting};
+use rungd::io::gpio::settings::{At, Chip as ChipName, Gpio as GpioLines, GpioLine, Setting};
 use rungd::io::gpio::{Chip, Chips, Gpio, LineFacts, Lines, Request};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
@@ -24,8 +24,8 @@ use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::command::Command;
 use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
-use rungd::runtime::field::{Source, Target, Wiring};
 use rungd::runtime::pacing::Clock;
+use rungd::runtime::wiring::{Source, Target, Wiring};
 use rungd::runtime::{
     Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
     Statistics, Watched, Whole, assemble, assemble_reloadable, assemble_whole,
@@ -380,7 +380,7 @@ impl Lines for FakeChip {
 /// Local lines that are read and written in every scan, fail, and come back; over a stop too.
 #[test]
 fn local_lines() {
-    let line = |offset| Line { at: At::Offset(offset), setting: Setting::default() };
+    let line = |offset| GpioLine { at: At::Offset(offset), setting: Setting::default() };
     let lines = GpioLines {
         chip: ChipName::Path("/dev/none".into()),
         budget_us: 200,

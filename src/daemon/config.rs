@@ -24,7 +24,7 @@ use crate::operator::names::Names;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
 use crate::runtime::exchange::Tempo;
-use crate::runtime::field::{Source, Target, Wiring};
+use crate::runtime::wiring::{Source, Target, Wiring};
 use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
 use crate::source::render::{Style, refuses, render};
 use crate::source::span::SourceFile;

@@ -15,10 +15,11 @@ use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
 use crate::io::gpio::{Gpio, Kernel};
 use crate::io::modbus_client::settings::{self as modbus, Link};
-use crate::io::modbus_client::{Client, Lines, Tcp};
+use crate::io::modbus_client::{Client, SerialLines, Tcp};
 use crate::io::plant::Plant;
 use crate::runtime::exchange::Port;
-use crate::runtime::field::{Ends, Wiring};
+use crate::runtime::field::Ends;
+use crate::runtime::wiring::Wiring;
 use crate::say::say;
 
 /// How all devices are, by number.
@@ -75,7 +76,7 @@ impl Starter<'_> {
     /// Starts a task for each device.
     pub fn start(&self, ends: Vec<Ends>, tasks: &mut JoinSet<()>) {
         let devices = self.setup.devices.iter().zip(&self.setup.field);
-        let mut lines = Lines::default();
+        let mut lines = SerialLines::default();
         for ((device, wiring), ends) in devices.zip(ends) {
             let (name, points) = (&device.name, device.inputs.len() + device.outputs.len());
             say!(DEVICE, device = %name, points, "device {name}: {points} points");
@@ -87,7 +88,7 @@ impl Starter<'_> {
         &self,
         (device, wiring): (&Device, &Wiring),
         ends: Ends,
-        lines: &mut Lines,
+        lines: &mut SerialLines,
         tasks: &mut JoinSet<()>,
     ) {
         let ms = |ms: u32| Duration::from_millis(ms.into());
@@ -121,7 +122,7 @@ impl Starter<'_> {
     ) {
         let parts = Parts {
             driver,
-            line: ends.line,
+            input_end: ends.inputs,
             port: self.port.clone(),
             inputs: wiring.inputs.len(),
             outputs: wiring.outputs.clone(),

@@ -174,7 +174,7 @@ impl LogWriter {
             },
         };
         *is_told = true;
-        let reading = health.reading();
+        let reading = health.condition();
         let (device, peer) = (&reading.name, &reading.peer);
         let why = reading.trouble.map_or(String::new(), |reason| format!(": {reason}")) + &withheld;
         match edge {

@@ -12,9 +12,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Snapshot;
-use super::field::{Source, Wiring, last_words};
 use super::image::Safe;
 use super::sys::monotonic_ns;
+use super::wiring::{Source, Wiring, last_words};
 use crate::engine::Cell;
 
 /// So many reads running, or writes, and the device is let go of if all of them were late.
@@ -96,7 +96,7 @@ pub(super) struct LocalSide {
 }
 
 /// The world's side.
-pub struct LocalLine {
+pub struct LocalEnd {
     handed: Producer<Arc<dyn Local>>,
     returned: Consumer<Arc<dyn Local>>,
     word: Arc<Word>,
@@ -110,7 +110,7 @@ pub struct Rescue {
     outputs: Arc<[Source]>,
 }
 
-pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalLine) {
+pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalEnd) {
     let (handed_in, handed) = RingBuffer::new(HANDED_MAX);
     let (returned_in, returned) = RingBuffer::new(2 * HANDED_MAX);
     let word = Arc::new(Word::default());
@@ -129,10 +129,10 @@ pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalLine) {
         word: Arc::clone(&word),
     };
     let rescue = Rescue { device: Arc::default(), outputs: wiring.outputs.clone().into() };
-    (side, LocalLine { handed: handed_in, returned, word, rescue })
+    (side, LocalEnd { handed: handed_in, returned, word, rescue })
 }
 
-impl LocalLine {
+impl LocalEnd {
     /// Hands an opened device in; false where those before it were not taken.
     pub fn hand_in(&mut self, device: Arc<dyn Local>) -> bool {
         while self.returned.pop().is_ok() {}

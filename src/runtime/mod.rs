@@ -15,11 +15,12 @@ pub mod field;
 mod forces;
 mod histogram;
 mod image;
+pub mod inputs;
 mod latest;
 mod link;
 #[cfg(test)]
 mod link_tests;
-mod local;
+pub mod local;
 mod machine;
 mod mode;
 mod monitor;
@@ -33,6 +34,7 @@ mod scanner_tests;
 mod statistics;
 mod swap;
 mod sys;
+pub mod wiring;
 
 use std::io;
 use std::sync::Arc;
@@ -55,8 +57,9 @@ pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};
 use exchange::Port;
-use field::{Ends, Wiring};
+use field::Ends;
 use pacing::{Clock, MonotonicClock};
+use wiring::Wiring;
 
 /// All that the two threads are told at start.
 #[derive(Clone, Debug)]
@@ -195,7 +198,8 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
     let (journal, reader) = record::journal();
     let beat = Arc::new(Beat::default());
     let now_ns = clock.now_ns();
-    let (field, lines) = field::field(&settings.field, memory, now_ns);
+    let (field, lines) =
+        field::field(&settings.field, memory.safe.clone(), memory.first_output, now_ns);
     let rescues = lines.iter().filter_map(|ends| Some(ends.local.as_ref()?.rescue())).collect();
     let monitor = Monitor {
         world,

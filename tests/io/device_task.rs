@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::rig::{Rig, rig};
 use rungd::io::device::{Device, Done, Driver, Exchange, Health, Occasion, Parts, Trouble};
-use rungd::runtime::field::Source;
+use rungd::runtime::wiring::Source;
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, LocalSet};
 use tokio::time::{Instant, sleep};
@@ -132,10 +132,10 @@ impl Bench {
         let health = Health::new("line1", "scripted", "the test".to_owned());
         let driver = Scripted { script: Arc::clone(&script), begun: Instant::now(), requests: 0 };
         let (stop, stopped) = oneshot::channel::<()>();
-        let line = rig.take_line();
+        let input_end = rig.take_line();
         let parts = Parts {
             driver,
-            line,
+            input_end,
             port: rig.port.clone(),
             inputs: 4,
             outputs: rig.sources.clone(),
@@ -185,7 +185,7 @@ fn it_exchanges_every_poll_and_the_scan_sees_it() {
         bench.rig.advance_to_now();
         bench.rig.scans(1);
         assert_eq!(bench.rig.values(&["X0", "D0", "line1.Ok", "line1.Stale"]), [1, 42, 1, 0]);
-        let reading = bench.health.reading();
+        let reading = bench.health.condition();
         assert_eq!((reading.exchanges, reading.failures, reading.trouble), (3, 0, None));
     });
 }
@@ -246,13 +246,13 @@ fn trouble_that_the_connection_outlives_does_not_connect_again() {
         let mut bench = Bench::start(Script { exchanges, ..Script::default() });
         sleep(Duration::from_millis(30)).await;
         assert_eq!(bench.calls(), [Call::Connect, poll(0, 0, 1), poll(0, 0, 1)]);
-        assert_eq!(bench.health.reading().trouble.as_deref(), Some("exception 2"));
+        assert_eq!(bench.health.condition().trouble.as_deref(), Some("exception 2"));
         bench.rig.advance_to_now();
         bench.rig.scans(1);
         assert_eq!(bench.rig.values(&["X0", "line1.Ok", "line1.Stale"]), [1, 0, 0]);
         sleep(Duration::from_millis(20)).await;
         assert!(!bench.calls().contains(&Call::Connect));
-        assert_eq!(bench.health.reading().trouble, None);
+        assert_eq!(bench.health.condition().trouble, None);
     });
 }
 
@@ -269,7 +269,7 @@ fn what_a_failed_exchange_has_read_is_handed_on_unless_the_connection_is_lost() 
             bench.rig.advance_to_now();
             bench.rig.scans(1);
             assert_eq!(bench.rig.values(&["X0", "D0", "line1.Ok"]), [1, seen, 0], "{trouble}");
-            let told = bench.health.reading().trouble.unwrap();
+            let told = bench.health.condition().trouble.unwrap();
             let words = match trouble.is_disconnected {
                 true => "cut",
                 false => "exception 2; 2 of 4 inputs are read",
@@ -318,14 +318,14 @@ fn a_panic_of_a_driver_costs_its_connection_and_nothing_else() {
         let script = Script { exchanges: vec![Ok(()), bug()], ..Script::default() };
         let mut bench = Bench::start(script);
         sleep(Duration::from_millis(30)).await;
-        let trouble = bench.health.reading().trouble.unwrap();
+        let trouble = bench.health.condition().trouble.unwrap();
         assert!(trouble.contains("a bug in its driver"), "{trouble}");
         sleep(Duration::from_millis(370)).await;
         let calls = bench.calls();
         let begin = [Call::Connect, poll(0, 0, 1), poll(0, 0, 1), Call::Disconnect];
         assert_eq!(calls[..4], begin);
         assert_eq!(calls[4..6], [Call::Connect, poll(0, 0, 1)]);
-        assert_eq!(bench.health.reading().trouble, None);
+        assert_eq!(bench.health.condition().trouble, None);
         bench.end().await;
     });
 }
@@ -342,7 +342,7 @@ fn attempts_to_connect_are_further_and_further_apart_and_never_end() {
         assert!(gaps.len() >= 199, "{} attempts", gaps.len() + 1);
         assert!((50..=150).contains(&gaps[0]), "{gaps:?}");
         assert!(gaps[10..].iter().all(|gap| (2500..=7500).contains(gap)), "{gaps:?}");
-        assert_eq!(bench.health.reading().failures, 200);
+        assert_eq!(bench.health.condition().failures, 200);
     });
 }
 
@@ -501,9 +501,9 @@ fn a_change_goes_out_between_two_requests_of_a_long_exchange() {
         assert_eq!(bench.timed()[2], (Duration::from_millis(150), poll(1, 0, 2)));
         // It goes on where it was: six seconds from the first exchange on, not from the second.
         sleep(Duration::from_millis(5830)).await;
-        assert_eq!((bench.health.reading().exchanges, bench.calls().len()), (0, 0));
+        assert_eq!((bench.health.condition().exchanges, bench.calls().len()), (0, 0));
         sleep(Duration::from_millis(20)).await;
-        let reading = bench.health.reading();
+        let reading = bench.health.condition();
         assert_eq!((reading.exchanges, reading.took), (1, Duration::from_secs(6)));
     });
 }
@@ -517,7 +517,7 @@ fn outputs_that_change_with_every_scan_starve_no_inputs() {
             sleep(Duration::from_millis(10)).await;
             bench.rig.scans(1);
         }
-        assert_eq!(bench.health.reading().exchanges, 1);
+        assert_eq!(bench.health.condition().exchanges, 1);
     });
 }
 

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use crate::rig::{MS, PERIOD_NS, Rig, rig};
 use rungd::runtime::DeviceEdge;
 use rungd::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
-use rungd::runtime::field::{last_words, outgoing};
+use rungd::runtime::wiring::{last_words, outgoing};
 
 #[test]
 fn an_image_is_seen_by_the_next_scan_and_whole() {

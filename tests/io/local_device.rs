@@ -13,8 +13,9 @@ use rungd::lower::lower;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::runtime::command::Command;
 use rungd::runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
-use rungd::runtime::field::{Local, LocalFailure, LocalLine, Source, Target, Wiring};
+use rungd::runtime::local::{Local, LocalEnd, LocalFailure};
 use rungd::runtime::pacing::Clock;
+use rungd::runtime::wiring::{Source, Target, Wiring};
 use rungd::runtime::{
     Carried, Contents, Memory, Monitor, Observer, Pace, Package, Posture, Record, Reloader, Safe,
     Scanner, Settings, Statistics, Watched, Whole, assemble_whole,
@@ -129,7 +130,7 @@ struct Rig {
     monitor: Monitor<Deaf>,
     port: Port,
     reloader: Reloader<Engine>,
-    line: LocalLine,
+    line: LocalEnd,
     clock: TestClock,
     code: rungd::engine::Program,
     contents: Contents,
@@ -521,7 +522,10 @@ fn a_keeper_opens_again_with_safe_values_and_ends_with_them() {
     let health = Health::new("local", "gpio", "a shop".into());
     let mut keeper = Keeper::new(Arc::clone(&shop) as _, line, health.clone(), port.clone());
     keeper.open();
-    assert_eq!(health.reading().trouble.as_deref(), Some("Device or resource busy (os error 16)"));
+    assert_eq!(
+        health.condition().trouble.as_deref(),
+        Some("Device or resource busy (os error 16)")
+    );
     let mut scan = || {
         assert!(scanner.step());
         monitor.turn(clock.now_ns());
@@ -534,7 +538,7 @@ fn a_keeper_opens_again_with_safe_values_and_ends_with_them() {
         let task = tokio::task::spawn(keeper.run(stopped));
         let deadline = Instant::now() + PATIENCE;
         while fake.writes.lock().unwrap().is_empty() {
-            assert!(Instant::now() < deadline, "{:?}", health.reading());
+            assert!(Instant::now() < deadline, "{:?}", health.condition());
             scan();
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
@@ -542,13 +546,13 @@ fn a_keeper_opens_again_with_safe_values_and_ends_with_them() {
         assert_eq!(fake.written(), [ON]);
         fake.errno.store(19, Ordering::Release);
         scan();
-        while health.reading().trouble.is_none() {
-            assert!(Instant::now() < deadline, "{:?}", health.reading());
+        while health.condition().trouble.is_none() {
+            assert!(Instant::now() < deadline, "{:?}", health.condition());
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
         fake.errno.store(0, Ordering::Release);
         while fake.writes.lock().unwrap().is_empty() {
-            assert!(Instant::now() < deadline, "{:?}", health.reading());
+            assert!(Instant::now() < deadline, "{:?}", health.condition());
             scan();
             tokio::time::sleep(Duration::from_millis(5)).await;
         }

@@ -6,7 +6,7 @@ use std::thread::spawn;
 use crate::liars::{Lie, Script, TIMEOUT, client, poll, pty, serve_rtu};
 use rungd::io::device::{Done, Driver, Trouble};
 use rungd::io::modbus_client::settings::{Client as Settings, Link, Parity, Serial};
-use rungd::io::modbus_client::{Client, Lines, Rtu};
+use rungd::io::modbus_client::{Client, Rtu, SerialLines};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 
@@ -23,7 +23,7 @@ async fn line(
     let serial = Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo };
     let mut wanted = client(Link::Serial(serial.clone()));
     settings(&mut wanted);
-    let mut client = Client::new(&wanted, Lines::default().link(&serial, TIMEOUT));
+    let mut client = Client::new(&wanted, SerialLines::default().link(&serial, TIMEOUT));
     client.connect().await.unwrap();
     client
 }

@@ -13,7 +13,7 @@ use crate::liars::{
 use proptest::test_runner::TestRunner;
 use rungd::io::device::{Driver, Trouble};
 use rungd::io::modbus_client::settings::{Link, Parity, Serial};
-use rungd::io::modbus_client::{Client, Lines, Tcp};
+use rungd::io::modbus_client::{Client, SerialLines, Tcp};
 use tokio::time::timeout;
 
 type Answer = fn(&[u8], &[u8]) -> Lie;
@@ -321,7 +321,7 @@ async fn every_lie_over_a_serial_line_is_trouble_that_passes() {
     spawn(move || serve_rtu(master, &told));
     let serial = serial(port);
     let settings = client(Link::Serial(serial.clone()));
-    let mut client = Client::new(&settings, Lines::default().link(&serial, TIMEOUT));
+    let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
     client.connect().await.unwrap();
     assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
     for (words, answer) in RTU_LIES {
@@ -354,7 +354,7 @@ async fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
     let mut settings = client(Link::Serial(serial.clone()));
     settings.inputs[1].at = 10;
     settings.outputs.clear();
-    let mut client = Client::new(&settings, Lines::default().link(&serial, TIMEOUT));
+    let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
     client.connect().await.unwrap();
     assert_eq!(exchange(&mut client).await, Ok([1000, 1010]));
     // The answer to the first question comes while the same is asked again, and the answer to that
@@ -383,7 +383,7 @@ async fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
     std::os::unix::fs::symlink(&port, &link).unwrap();
     let serial = serial(link.to_str().unwrap().to_owned());
     let settings = client(Link::Serial(serial.clone()));
-    let mut client = Client::new(&settings, Lines::default().link(&serial, TIMEOUT));
+    let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
     client.connect().await.unwrap();
     assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
     lie(&script, |_, _| Lie::Leave(Vec::new()));

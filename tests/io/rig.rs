@@ -10,8 +10,9 @@ use rungd::lower::lower;
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
-use rungd::runtime::field::{Line, Source, Target, Wiring};
+use rungd::runtime::inputs::InputEnd;
 use rungd::runtime::pacing::Clock;
+use rungd::runtime::wiring::{Source, Target, Wiring};
 use rungd::runtime::{
     DeviceEdge, Memory, Monitor, Observer, Pace, Posture, Record, Safe, Scanner, Settings,
     Statistics, Watched, What, Whole, assemble_whole, monotonic_ns,
@@ -78,7 +79,7 @@ pub struct Rig {
     pub monitor: Monitor<Heard>,
     pub port: Port,
     pub heard: Heard,
-    line: Option<Line>,
+    line: Option<InputEnd>,
     pub clock: SimulatedClock,
     /// What goes to the device: Y2, D1 (safe: -1), V0 (safe: as it is).
     pub sources: Vec<Source>,
@@ -144,18 +145,18 @@ pub fn rig(zero_on_loss: bool) -> Rig {
     let Whole { mut scanner, monitor, port, mut lines, .. } = whole;
     port.set_input(3, true);
     scanner.start();
-    let (line, sources) = (Some(lines.remove(0).line), wiring.outputs);
+    let (line, sources) = (Some(lines.remove(0).inputs), wiring.outputs);
     Rig { program, symbols, scanner, monitor, port, heard, line, clock, sources }
 }
 
 impl Rig {
     /// The line, for a driver's task.
-    pub fn take_line(&mut self) -> Line {
+    pub fn take_line(&mut self) -> InputEnd {
         self.line.take().expect("it is taken once")
     }
 
     /// The line, in the test's own hands.
-    pub fn line(&mut self) -> &mut Line {
+    pub fn line(&mut self) -> &mut InputEnd {
         self.line.as_mut().expect("no task has it")
     }
 

@@ -169,7 +169,7 @@ impl About {
     fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {
         let is_on = |bit| latest.bit(self.layout.bit(bit));
         let device = |(at, health): (usize, &Health)| {
-            let (id, reading) = (DeviceId(at as u32), health.reading());
+            let (id, reading) = (DeviceId(at as u32), health.condition());
             FieldDevice {
                 name: reading.name,
                 driver: reading.driver.to_owned(),

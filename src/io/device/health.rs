@@ -1,4 +1,4 @@
-//! How a device is, for the log and who looks: shared by its task or keeper and its readers.
+//! How a device is, for the log and `status`: shared by its task or keeper and its readers.
 //!
 //! The log has two lines of an outage: its begin with the first reason, its end with how often what
 //! failed. In between, `status` shows the latest reason. A device that comes and goes all the time
@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 
 use crate::events::Limit;
 use crate::events::limit::Budget;
-use crate::runtime::field::Exchanged;
+use crate::runtime::local::Exchanged;
 use crate::say::say;
 
 /// How a device is. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Health {
-    inner: Arc<Mutex<Reading>>,
+    inner: Arc<Mutex<Condition>>,
     lines: Arc<Mutex<Lines>>,
 }
 
@@ -28,7 +28,7 @@ struct Lines {
     outage: Option<Outage>,
 }
 
-/// So many reasons of an outage are counted each by itself.
+/// The most reasons of an outage that are counted apart.
 const REASONS_MAX: usize = 4;
 
 /// From the first exchange that failed to the next good one.
@@ -42,14 +42,14 @@ struct Outage {
     reasons: Vec<(u64, String)>,
 }
 
-/// What can be read of it.
+/// How a device is, as `status` and the log show it.
 #[derive(Clone, Debug, Default)]
-pub struct Reading {
+pub struct Condition {
     /// Its name.
     pub name: String,
     /// Its driver's name.
     pub driver: &'static str,
-    /// Whom it reaches.
+    /// The peer that it reaches: an address, a port, a chip.
     pub peer: String,
     /// Exchanges that succeeded since the start.
     pub exchanges: u64,
@@ -68,21 +68,21 @@ pub struct Reading {
 impl Health {
     /// Of a device that has not exchanged yet.
     pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
-        let reading = Reading { name: name.to_owned(), driver, peer, ..Reading::default() };
+        let condition = Condition { name: name.to_owned(), driver, peer, ..Condition::default() };
         let (started, budget) = (Instant::now(), Budget::new(Limit::DEVICE));
         let lines = Lines { started, budget, withheld: 0, outage: None };
-        Health { inner: Arc::new(Mutex::new(reading)), lines: Arc::new(Mutex::new(lines)) }
+        Health { inner: Arc::new(Mutex::new(condition)), lines: Arc::new(Mutex::new(lines)) }
     }
 
     /// As it is now.
-    pub fn reading(&self) -> Reading {
+    pub fn condition(&self) -> Condition {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Whether an exchange has succeeded since the start, or the first scan's will.
     pub fn has_exchanged(&self) -> bool {
-        let reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-        reading.exchanges > 0 || reading.is_open
+        let condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        condition.exchanges > 0 || condition.is_open
     }
 
     /// Whether a line of trouble may be written, and what it adds of those that were not.
@@ -102,23 +102,23 @@ impl Health {
     /// An exchange succeeded.
     pub(super) fn good(&self, took: Duration) {
         {
-            let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            reading.exchanges += 1;
-            reading.took = took;
-            reading.took_max = reading.took_max.max(took);
-            reading.trouble = None;
+            let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+            condition.exchanges += 1;
+            condition.took = took;
+            condition.took_max = condition.took_max.max(took);
+            condition.trouble = None;
         }
         self.tell_well("exchanges again");
     }
 
-    /// It is open, and the scan has exchanged so much by now.
+    /// It is open; `exchanged`: what the scan has exchanged by now.
     pub(super) fn open(&self, exchanged: Exchanged) {
         {
-            let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            (reading.is_open, reading.exchanges) = (true, exchanged.count);
-            reading.took = Duration::from_nanos(exchanged.last_ns);
-            reading.took_max = Duration::from_nanos(exchanged.slowest_ns);
-            reading.trouble = None;
+            let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+            (condition.is_open, condition.exchanges) = (true, exchanged.count);
+            condition.took = Duration::from_nanos(exchanged.last_ns);
+            condition.took_max = Duration::from_nanos(exchanged.slowest_ns);
+            condition.trouble = None;
         }
         self.tell_well("is open again");
     }
@@ -126,8 +126,8 @@ impl Health {
     /// Its task is gone, for this reason: nothing is exchanged any more.
     pub fn end(&self, reason: &str) {
         self.bad(reason);
-        let reading = self.reading();
-        let (device, peer) = (&reading.name, &reading.peer);
+        let condition = self.condition();
+        let (device, peer) = (&condition.name, &condition.peer);
         say!(DEVICE_ENDED, %device, %peer, "{device}: {reason}");
     }
 
@@ -147,8 +147,8 @@ impl Health {
         if let Some(outage) = &mut self.lines().outage {
             outage.is_told = true;
         }
-        let reading = self.reading();
-        let (device, peer) = (&reading.name, &reading.peer);
+        let condition = self.condition();
+        let (device, peer) = (&condition.name, &condition.peer);
         say!(DEVICE_TROUBLE, %device, %peer, "{device}: {reason} ({peer}){withheld}");
     }
 
@@ -156,8 +156,8 @@ impl Health {
     fn tell_well(&self, again: &str) {
         let outage = self.lines().outage.take();
         let Some(outage) = outage.filter(|outage| outage.is_told) else { return };
-        let (reading, failures) = (self.reading(), outage.failures);
-        let (device, peer, lasted) = (&reading.name, &reading.peer, outage.since.elapsed());
+        let (condition, failures) = (self.condition(), outage.failures);
+        let (device, peer, lasted) = (&condition.name, &condition.peer, outage.since.elapsed());
         let (lasted_ms, seconds) = (lasted.as_millis() as u64, lasted.as_secs_f64());
         say!(
             DEVICE_WELL,
@@ -166,11 +166,11 @@ impl Health {
         );
     }
 
-    /// The end: its safe values could not be written, though they were tried for so long.
+    /// The end: its safe values could not be written, though they were tried for this time.
     pub(super) fn tell_unsafe(&self, tried: Duration) {
-        let reading = self.reading();
-        let (device, peer, seconds) = (&reading.name, &reading.peer, tried.as_secs());
-        let reason = reading.trouble.as_deref().unwrap_or("an exchange did not end");
+        let condition = self.condition();
+        let (device, peer, seconds) = (&condition.name, &condition.peer, tried.as_secs());
+        let reason = condition.trouble.as_deref().unwrap_or("an exchange did not end");
         say!(
             DEVICE_UNSAFE,
             %device, %peer,
@@ -185,10 +185,10 @@ impl Health {
 
     /// Counts a failure.
     fn bad(&self, reason: &str) {
-        let mut reading = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-        reading.failures += 1;
-        reading.is_open = false;
-        reading.trouble = Some(reason.to_owned());
+        let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        condition.failures += 1;
+        condition.is_open = false;
+        condition.trouble = Some(reason.to_owned());
     }
 }
 
@@ -256,8 +256,8 @@ mod tests {
         let health = panel();
         outages(&health, 50);
         assert_eq!(health.lines().withheld, 30);
-        assert_eq!(health.reading().failures, 50);
-        assert!(health.lines().outage.is_none() && health.reading().trouble.is_none());
+        assert_eq!(health.condition().failures, 50);
+        assert!(health.lines().outage.is_none() && health.condition().trouble.is_none());
     }
 
     #[test]
@@ -267,7 +267,7 @@ mod tests {
             health.trouble(reason);
         }
         assert_eq!(health.lines().budget.left(), LINES_MAX - 1, "one line");
-        assert_eq!(health.reading().trouble.as_deref(), Some("late"), "status has the latest");
+        assert_eq!(health.condition().trouble.as_deref(), Some("late"), "status has the latest");
         let counts = health.lines().outage.as_ref().unwrap().counts();
         let words = "7 failures: no answer (1); refused (2); no route (1); busy (1); others (2)";
         assert_eq!(counts, words);

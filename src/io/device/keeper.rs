@@ -11,7 +11,7 @@ use tokio::time::{sleep, timeout};
 use super::health::Health;
 use super::retry::Retry;
 use crate::runtime::exchange::{Mode, Port, StopReason};
-use crate::runtime::field::{Local, LocalLine};
+use crate::runtime::local::{Local, LocalEnd};
 
 /// How long the end may take: less than the process waits for it.
 const END_MAX: Duration = Duration::from_secs(2);
@@ -30,7 +30,7 @@ pub trait Opener: Send + Sync + 'static {
 /// Keeps one local device open.
 pub struct Keeper {
     opener: Arc<dyn Opener>,
-    line: LocalLine,
+    end: LocalEnd,
     health: Health,
     port: Port,
     retry: Retry,
@@ -38,13 +38,13 @@ pub struct Keeper {
 
 impl Keeper {
     /// A keeper that has not opened its device yet.
-    pub fn new(opener: Arc<dyn Opener>, line: LocalLine, health: Health, port: Port) -> Keeper {
-        Keeper { opener, line, health, port, retry: Retry::new() }
+    pub fn new(opener: Arc<dyn Opener>, end: LocalEnd, health: Health, port: Port) -> Keeper {
+        Keeper { opener, end, health, port, retry: Retry::new() }
     }
 
     /// Opens the device for the first time: before the first scan, which so sees its inputs.
     pub fn open(&mut self) {
-        let first = self.line.safe_values(&self.port.latest());
+        let first = self.end.safe_values(&self.port.latest());
         match self.opener.open(&first) {
             Ok(device) => self.hand_in(device),
             Err(error) => self.health.trouble(&error.to_string()),
@@ -55,21 +55,21 @@ impl Keeper {
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
         loop {
-            let open = self.health.reading().trouble.is_none();
+            let open = self.health.condition().trouble.is_none();
             let wait = if open { LOOK_EVERY } else { self.retry.next() };
             tokio::select! {
                 () = &mut stop => break,
                 () = sleep(wait) => {}
             }
-            if let Some(failure) = self.line.failure() {
+            if let Some(failure) = self.end.failure() {
                 self.health.trouble(&failure.to_string());
             } else if !open {
                 self.open_again().await;
             } else {
-                self.health.open(self.line.exchanged());
+                self.health.open(self.end.exchanged());
             }
         }
-        if self.line.has_outputs() && timeout(END_MAX, self.last()).await.is_err() {
+        if self.end.has_outputs() && timeout(END_MAX, self.last()).await.is_err() {
             self.health.tell_unsafe(END_MAX);
         }
     }
@@ -86,8 +86,8 @@ impl Keeper {
     /// Writes the safe values to the open device, or opens it with them. Beside the other tasks: a
     /// chip that hangs keeps none of them from its own end.
     async fn try_last(&mut self) -> io::Result<()> {
-        let (image, rescue) = (self.port.latest(), self.line.rescue());
-        let (opener, first) = (Arc::clone(&self.opener), self.line.safe_values(&image));
+        let (image, rescue) = (self.port.latest(), self.end.rescue());
+        let (opener, first) = (Arc::clone(&self.opener), self.end.safe_values(&image));
         let has_begun = image.mode != Mode::Stop(StopReason::NotStarted);
         let try_once = move || match rescue.make_safe(&image) {
             Some(written) => written.map_err(io::Error::from_raw_os_error),
@@ -98,8 +98,7 @@ impl Keeper {
     }
 
     async fn open_again(&mut self) {
-        let (opener, first) =
-            (Arc::clone(&self.opener), self.line.safe_values(&self.port.latest()));
+        let (opener, first) = (Arc::clone(&self.opener), self.end.safe_values(&self.port.latest()));
         match tokio::task::spawn_blocking(move || opener.open(&first)).await {
             Ok(Ok(device)) => self.hand_in(device),
             Ok(Err(error)) => self.health.trouble(&error.to_string()),
@@ -108,10 +107,10 @@ impl Keeper {
     }
 
     fn hand_in(&mut self, device: Arc<dyn Local>) {
-        if !self.line.hand_in(device) {
+        if !self.end.hand_in(device) {
             return self.health.trouble("the scan thread takes no device");
         }
         self.retry.reset();
-        self.health.open(self.line.exchanged());
+        self.health.open(self.end.exchanged());
     }
 }

@@ -12,7 +12,7 @@ mod retry;
 mod task;
 
 pub use driver::{Done, Driver, Exchange, Occasion, Trouble};
-pub use health::{Health, Reading};
+pub use health::{Condition, Health};
 pub use keeper::{Keeper, Opener};
 pub(super) use retry::Retry;
 pub use task::{Device, Parts};

@@ -20,8 +20,9 @@ use super::retry::Retry;
 use crate::faults::{self, Point};
 use crate::io::caught::caught;
 use crate::runtime::exchange::{Mode, Port, Snapshot, StopReason};
-use crate::runtime::field::{Line, Source, last_words, outgoing};
+use crate::runtime::inputs::InputEnd;
 use crate::runtime::monotonic_ns;
+use crate::runtime::wiring::{Source, last_words, outgoing};
 
 /// How long the end may take: less than the process waits for it.
 const END_MAX: Duration = Duration::from_secs(2);
@@ -34,7 +35,7 @@ const LAST_CONNECT_MAX: Duration = Duration::from_millis(500);
 /// A device: a driver, its line to the scan, and what goes out.
 pub struct Device<D> {
     driver: D,
-    line: Line,
+    input_end: InputEnd,
     port: Port,
     outputs: Vec<Source>,
     health: Health,
@@ -55,7 +56,7 @@ pub struct Parts<D> {
     /// How its peer is reached.
     pub driver: D,
     /// Its line to the scan.
-    pub line: Line,
+    pub input_end: InputEnd,
     /// Where images come from.
     pub port: Port,
     /// How many points come in.
@@ -103,11 +104,11 @@ impl<F: Future<Output = ()>> Stop<'_, F> {
 impl<D: Driver> Device<D> {
     /// A device that has not connected yet.
     pub fn new(parts: Parts<D>) -> Device<D> {
-        let Parts { driver, line, port, inputs, outputs, health, poll } = parts;
+        let Parts { driver, input_end, port, inputs, outputs, health, poll } = parts;
         let count = outputs.len();
         Device {
             driver,
-            line,
+            input_end,
             port,
             outputs,
             health,
@@ -292,8 +293,8 @@ impl<D: Driver> Device<D> {
         if is_good && matches!(occasion, Occasion::Poll | Occasion::First) {
             let now_ns = monotonic_ns();
             self.retry.reset();
-            self.line.deliver(&self.inputs, now_ns);
-            self.line.well(now_ns);
+            self.input_end.deliver(&self.inputs, now_ns);
+            self.input_end.well(now_ns);
             self.health.good(begun.elapsed());
         }
     }
@@ -302,7 +303,7 @@ impl<D: Driver> Device<D> {
     /// stays is handed on: it is as good as ever. What was read over one that is lost is not: a
     /// device that is lost again and again would have inputs that come and go.
     fn fail(&mut self, trouble: &Trouble) {
-        self.line.trouble();
+        self.input_end.trouble();
         if trouble.is_disconnected {
             self.health.trouble(&trouble.reason);
             if std::mem::take(&mut self.connected) {
@@ -311,7 +312,7 @@ impl<D: Driver> Device<D> {
             return;
         }
         self.retry.reset();
-        self.line.deliver(&self.inputs, monotonic_ns());
+        self.input_end.deliver(&self.inputs, monotonic_ns());
         let all = self.inputs.len();
         match self.inputs.iter().flatten().count() {
             0 => self.health.trouble(&trouble.reason),

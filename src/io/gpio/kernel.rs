@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use gpiocdev_uapi::v2::{self, LineFlags, LineValues};
 use gpiocdev_uapi::{Error, Name};
 
-use super::settings::{Bias, Drive};
-use super::{CONSUMER, Chip, Chips, LineFacts, Lines, Request, Wanted};
+use super::chip::{CONSUMER, Chip, Chips, LineFacts, Lines, Request};
+use super::settings::{Bias, Chip as ChipName, Drive};
 
 /// The chips of this machine.
 pub struct Kernel;
@@ -23,10 +23,10 @@ struct Taken {
 }
 
 impl Chips for Kernel {
-    fn open(&self, chip: &Wanted) -> io::Result<Box<dyn Chip>> {
+    fn open(&self, chip: &ChipName) -> io::Result<Box<dyn Chip>> {
         let path = match chip {
-            Wanted::Path(path) => PathBuf::from(path),
-            Wanted::Label(label) => labelled(label)?,
+            ChipName::Path(path) => PathBuf::from(path),
+            ChipName::Label(label) => labelled(label)?,
         };
         Ok(Box::new(Opened(open(&path)?)))
     }

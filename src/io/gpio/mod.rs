@@ -5,6 +5,7 @@
 //! the kernel for each such group, and nothing is allocated for it. The kernel stands behind
 //! [`Chips`]: tests put a chip of their own there; `kernel` is the only file that knows the uAPI.
 
+mod chip;
 mod kernel;
 pub mod settings;
 #[cfg(test)]
@@ -15,78 +16,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::device::Opener;
-use crate::runtime::field::Local;
+use crate::runtime::local::Local;
 
+pub use chip::{CONSUMER, Chip, Chips, LineFacts, Lines, REQUEST_LINES_MAX, Request};
 pub use kernel::Kernel;
-use settings::{At, Chip as Wanted, Gpio as Settings, Line, Setting};
-
-/// The most lines of a request: a value is a bit of 64.
-pub const REQUEST_LINES_MAX: usize = 64;
-
-/// What a line's holder is told.
-pub const CONSUMER: &str = "rungd";
-
-/// Where chips are found.
-pub trait Chips: Send + Sync + 'static {
-    /// Opens a chip.
-    ///
-    /// # Errors
-    /// There is none, or it may not be opened.
-    fn open(&self, chip: &Wanted) -> io::Result<Box<dyn Chip>>;
-}
-
-/// A chip.
-pub trait Chip {
-    /// How many lines it has.
-    ///
-    /// # Errors
-    /// The system's.
-    fn lines(&self) -> io::Result<u32>;
-    /// What it knows of a line.
-    ///
-    /// # Errors
-    /// The system's.
-    fn line(&self, offset: u32) -> io::Result<LineFacts>;
-    /// Takes lines.
-    ///
-    /// # Errors
-    /// The system's; EBUSY if somebody has one of them.
-    fn request(&self, request: &Request<'_>) -> io::Result<Box<dyn Lines>>;
-}
-
-/// What a chip knows of a line.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct LineFacts {
-    /// Its name; empty if it has none.
-    pub name: String,
-    /// Who holds it, if anybody; empty if that is not told.
-    pub holder: Option<String>,
-}
-
-/// Lines that are asked for together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Request<'a> {
-    /// Their numbers, 64 at most.
-    pub offsets: &'a [u32],
-    /// How.
-    pub setting: Setting,
-    /// Of outputs, their first values, a bit each.
-    pub values: Option<u64>,
-}
-
-/// Lines that were taken. They are let go of when this is dropped.
-pub trait Lines: Send + Sync {
-    /// All values, a bit each. Must not allocate.
-    ///
-    /// # Errors
-    /// The system's error number.
-    fn get(&self) -> Result<u64, i32>;
-    /// Drives all lines. Must not allocate.
-    ///
-    /// # Errors
-    /// The system's error number.
-    fn set(&self, values: u64) -> Result<(), i32>;
-}
+use settings::{At, Gpio as Settings, GpioLine, Setting};
 
 /// Opens the lines of a device.
 pub struct Gpio<C> {
@@ -139,7 +73,7 @@ struct Found {
 }
 
 impl Found {
-    fn new<'a>(chip: &dyn Chip, lines: impl Iterator<Item = &'a Line>) -> io::Result<Found> {
+    fn new<'a>(chip: &dyn Chip, lines: impl Iterator<Item = &'a GpioLine>) -> io::Result<Found> {
         let mut offsets = Vec::new();
         for line in lines {
             let offset = match &line.at {
@@ -172,7 +106,7 @@ fn by_name(chip: &dyn Chip, name: &str) -> io::Result<u32> {
 /// Asks for lines: those that are asked for alike together.
 fn groups(
     chip: &dyn Chip,
-    (lines, offsets): (&[Line], &[u32]),
+    (lines, offsets): (&[GpioLine], &[u32]),
     values: Option<&[i32]>,
 ) -> io::Result<Vec<Group>> {
     let mut alike: Vec<(Setting, Vec<usize>)> = Vec::new();

@@ -9,9 +9,9 @@ pub struct Gpio {
     /// How long an exchange may take.
     pub budget_us: u32,
     /// Lines that are read.
-    pub inputs: Vec<Line>,
+    pub inputs: Vec<GpioLine>,
     /// Lines that are driven.
-    pub outputs: Vec<Line>,
+    pub outputs: Vec<GpioLine>,
 }
 
 /// A chip.
@@ -25,7 +25,7 @@ pub enum Chip {
 
 /// A line, with how it is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct GpioLine {
     /// Which.
     pub at: At,
     /// How.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use super::*;
-use crate::io::gpio::settings::{Bias, Drive};
+use crate::io::gpio::settings::{Bias, Chip as ChipName, Drive};
 
 /// A chip in memory; its clones are the same one.
 #[derive(Clone, Default)]
@@ -42,7 +42,7 @@ impl Fake {
 }
 
 impl Chips for Fake {
-    fn open(&self, _: &Wanted) -> io::Result<Box<dyn Chip>> {
+    fn open(&self, _: &ChipName) -> io::Result<Box<dyn Chip>> {
         if self.state().gone {
             return Err(io::Error::from_raw_os_error(libc::ENOENT));
         }
@@ -114,16 +114,16 @@ impl Drop for Taken {
     }
 }
 
-fn plain(offset: u32) -> Line {
-    Line { at: At::Offset(offset), setting: Setting::default() }
+fn plain(offset: u32) -> GpioLine {
+    GpioLine { at: At::Offset(offset), setting: Setting::default() }
 }
 
-fn with(offset: u32, setting: Setting) -> Line {
-    Line { at: At::Offset(offset), setting }
+fn with(offset: u32, setting: Setting) -> GpioLine {
+    GpioLine { at: At::Offset(offset), setting }
 }
 
-fn device(chip: &Fake, inputs: Vec<Line>, outputs: Vec<Line>) -> Gpio<Fake> {
-    let wanted = Wanted::Path("/dev/gpiochip0".into());
+fn device(chip: &Fake, inputs: Vec<GpioLine>, outputs: Vec<GpioLine>) -> Gpio<Fake> {
+    let wanted = ChipName::Path("/dev/gpiochip0".into());
     Gpio::new(&Settings { chip: wanted, budget_us: 200, inputs, outputs }, chip.clone())
 }
 
@@ -202,7 +202,7 @@ fn a_line_that_somebody_holds_is_refused_with_the_holder() {
 fn lines_go_by_name_too() {
     let chip = Fake::of(4);
     chip.state().names = vec!["SDA", "SCL", "GPIO17", ""];
-    let named = |name: &str| Line { at: At::Name(name.into()), setting: Setting::default() };
+    let named = |name: &str| GpioLine { at: At::Name(name.into()), setting: Setting::default() };
     let _opened = device(&chip, vec![named("GPIO17")], vec![]).open(&[]).unwrap();
     assert_eq!(chip.state().asked[0].0, [2]);
     let unknown = device(&chip, vec![named("GPIO18")], vec![]);

@@ -5,49 +5,21 @@
 //! becomes of it is `frame`'s and `answer`'s, and the scan is met through the port alone: a read
 //! answers from one snapshot, a write waits until a complete scan has seen it.
 
-use std::fmt;
-use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 
 use super::answer::{self, Answer};
+use super::closed::Closed;
 use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
 use super::map::Asker;
 use super::refusal::Refusal;
-use super::server::Shared;
+use super::shared::Shared;
 use crate::runtime::exchange::Write;
-
-/// Why a connection ended.
-#[derive(Debug)]
-pub(super) enum Closed {
-    /// The client closed it, between two frames.
-    ByClient,
-    /// The client closed it within a frame.
-    WithinFrame,
-    /// The client was silent for too long.
-    Idle(Duration),
-    /// A frame was not complete in time.
-    Unfinished(Duration),
-    /// The client did not take a reply in time.
-    NotTaken(Duration),
-    /// What came is no Modbus TCP.
-    Broken(Broken),
-    /// The connection failed.
-    Failed(io::Error),
-}
-
-impl Closed {
-    /// Whether this is how clients usually go.
-    pub fn is_usual(&self) -> bool {
-        matches!(self, Closed::ByClient | Closed::Idle(_) | Closed::Failed(_))
-    }
-}
 
 /// One client's connection.
 pub(super) struct Connection {
@@ -179,21 +151,4 @@ enum Next {
     More,
     Frame { header: Header, pdu: Vec<u8> },
     Broken(Broken),
-}
-
-impl fmt::Display for Closed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let seconds = |f: &mut fmt::Formatter<'_>, words, limit: &Duration| {
-            write!(f, "{words} {} s", limit.as_secs_f64())
-        };
-        match self {
-            Closed::ByClient => f.write_str("the client closed it"),
-            Closed::WithinFrame => f.write_str("the client closed it within a frame"),
-            Closed::Idle(limit) => seconds(f, "no request for", limit),
-            Closed::Unfinished(limit) => seconds(f, "a frame unfinished after", limit),
-            Closed::NotTaken(limit) => seconds(f, "a reply not taken for", limit),
-            Closed::Broken(broken) => broken.fmt(f),
-            Closed::Failed(error) => error.fmt(f),
-        }
-    }
 }

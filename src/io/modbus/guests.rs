@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use tokio::task::{AbortHandle, JoinError, JoinSet, yield_now};
 
-use super::connection::Closed;
+use super::closed::Closed;
 
 /// How a client's task ended.
 pub(super) type Ended = (SocketAddr, Closed);

@@ -9,6 +9,7 @@
 
 pub mod answer;
 pub mod clients;
+mod closed;
 mod connection;
 mod elements;
 pub mod frame;
@@ -19,6 +20,7 @@ pub mod pdu;
 pub mod refusal;
 mod server;
 pub mod settings;
+mod shared;
 #[cfg(test)]
 mod tests;
 

@@ -20,9 +20,8 @@ use tokio::time::sleep;
 use super::connection::Connection;
 use super::guests::{Ended, Guests};
 use super::map::Map;
-use super::pdu::Request;
-use super::refusal::Refusal;
 use super::settings::Modbus;
+use super::shared::Shared;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 use crate::say::say;
@@ -39,16 +38,6 @@ pub struct Server {
     listener: TcpListener,
     shared: Arc<Shared>,
     clients: Arc<AtomicUsize>,
-}
-
-/// What the connections share.
-pub(super) struct Shared {
-    pub settings: Modbus,
-    /// By program: an image is read, and a write made, by its own.
-    pub maps: Generations<Map>,
-    pub port: Port,
-    /// How long a write waits for the scan that sees it.
-    pub write_wait: Duration,
 }
 
 impl Server {
@@ -94,7 +83,7 @@ impl Server {
         loop {
             tokio::select! {
                 () = &mut stop => break,
-                ended = guests.next_gone() => self.shared.log_end(ended),
+                ended = guests.next_gone() => log_end(ended),
                 accepted = self.listener.accept() => match accepted {
                     Ok((stream, client)) => self.admit(stream, client, &mut guests),
                     Err(error) => self.rest(&error, &mut guests).await,
@@ -107,7 +96,7 @@ impl Server {
 
     fn admit(&self, stream: TcpStream, client: SocketAddr, guests: &mut Guests) {
         while let Some(ended) = guests.gone() {
-            self.shared.log_end(ended);
+            log_end(ended);
         }
         let connections = self.shared.settings.connections;
         if guests.count() >= connections as usize {
@@ -159,57 +148,17 @@ fn log_given_way(client: SocketAddr) {
     say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
 }
 
-impl Shared {
-    /// Logs a request that was well-formed and not done.
-    pub fn log_refusal(
-        &self,
-        client: SocketAddr,
-        place: &str,
-        request: &Request<'_>,
-        why: Refusal,
-    ) {
-        let exception = why.exception() as u8;
-        if let Request::Read { .. } = request {
-            say!(
-                MODBUS_READ_REFUSED,
-                %client,
-                %place,
-                exception,
-                "Modbus read refused: {why}"
-            );
-        } else {
-            say!(
-                MODBUS_WRITE_REFUSED,
-                %client,
-                %place,
-                exception,
-                "Modbus write refused: {why}"
-            );
+fn log_end(ended: Result<Ended, JoinError>) {
+    let (client, why) = match ended {
+        Ok(ended) => ended,
+        Err(error) => {
+            say!(MODBUS_BUG, %error, "a bug in rungd ended a Modbus client's connection");
+            return;
         }
-    }
-
-    fn log_end(&self, ended: Result<Ended, JoinError>) {
-        let (client, why) = match ended {
-            Ok(ended) => ended,
-            Err(error) => {
-                say!(MODBUS_BUG, %error, "a bug in rungd ended a Modbus client's connection");
-                return;
-            }
-        };
-        if why.is_usual() {
-            say!(MODBUS_GONE, %client, "Modbus client gone: {why}");
-        } else {
-            say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
-        }
-    }
-
-    /// How long a frame may take from its first byte to its last, and a reply to be taken.
-    pub fn frame_timeout(&self) -> Duration {
-        Duration::from_millis(self.settings.frame_timeout_ms.into())
-    }
-
-    /// How long a client may be silent between two requests.
-    pub fn idle_timeout(&self) -> Duration {
-        Duration::from_millis(self.settings.idle_timeout_ms.into())
+    };
+    if why.is_usual() {
+        say!(MODBUS_GONE, %client, "Modbus client gone: {why}");
+    } else {
+        say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
     }
 }

@@ -23,5 +23,5 @@ pub mod values;
 
 pub use client::Client;
 pub use link::{Failure, Link};
-pub use serial::{Lines, Rtu};
+pub use serial::{Rtu, SerialLines};
 pub use tcp::Tcp;

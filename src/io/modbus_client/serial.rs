@@ -1,6 +1,6 @@
 //! The way by a serial line: Modbus RTU, one question at a time, silence before each.
 //!
-//! Several devices may be on one line: they share it ([`Lines`]), question by question. What the
+//! Several devices may be on one line: they share it ([`SerialLines`]), question by question. What the
 //! line brings between questions is thrown away before the next, so a late or wrong answer costs
 //! only itself, and the port stays open. A port that fails (an adapter unplugged) is closed at
 //! once and opened again by whoever connects next. An adapter that sends requests back is told from
@@ -36,18 +36,18 @@ const SILENCE_MIN: Duration = Duration::from_micros(1750);
 
 /// All lines, so that devices of one line share it.
 #[derive(Default)]
-pub struct Lines {
-    by_port: HashMap<String, Arc<Mutex<Line>>>,
+pub struct SerialLines {
+    by_port: HashMap<String, Arc<Mutex<SerialLine>>>,
 }
 
 /// A device's way over its line.
 pub struct Rtu {
-    line: Arc<Mutex<Line>>,
+    line: Arc<Mutex<SerialLine>>,
     timeout: Duration,
 }
 
 /// A line, and whether it is open.
-struct Line {
+struct SerialLine {
     settings: Serial,
     port: Option<AsyncFd<OwnedFd>>,
     /// When the last byte had come or gone.
@@ -70,10 +70,10 @@ enum Echo {
     Unseen,
 }
 
-impl Lines {
+impl SerialLines {
     /// A way over this line, for a device whose answers are whole within `timeout`.
     pub fn link(&mut self, settings: &Serial, timeout: Duration) -> Rtu {
-        let new = || Arc::new(Mutex::new(Line::new(settings.clone())));
+        let new = || Arc::new(Mutex::new(SerialLine::new(settings.clone())));
         let line = self.by_port.entry(settings.port.clone()).or_insert_with(new);
         Rtu { line: Arc::clone(line), timeout }
     }
@@ -142,11 +142,11 @@ impl Link for Rtu {
     }
 }
 
-impl Line {
-    fn new(settings: Serial) -> Line {
+impl SerialLine {
+    fn new(settings: Serial) -> SerialLine {
         let (frame, received) = (Vec::new(), Vec::with_capacity(RECEIVED_MAX));
         let echo = if settings.echo { Echo::Wanted } else { Echo::Unseen };
-        Line { settings, port: None, quiet_since: Instant::now(), frame, received, echo }
+        SerialLine { settings, port: None, quiet_since: Instant::now(), frame, received, echo }
     }
 
     /// How long so many bytes are on the wire.

@@ -14,7 +14,7 @@ pub mod keys;
 
 use super::keys as written;
 use super::{Direction, Row};
-use crate::io::gpio::settings::{At, Bias, Chip, Drive, Gpio, Line, Setting};
+use crate::io::gpio::settings::{At, Bias, Chip, Drive, Gpio, GpioLine, Setting};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -67,7 +67,7 @@ pub(super) fn resolve(
                 Direction::In => &mut gpio.inputs,
                 Direction::Out => &mut gpio.outputs,
             };
-            of.push(Line { at, setting });
+            of.push(GpioLine { at, setting });
         }
     }
     (findings.len() == before).then_some(gpio)
