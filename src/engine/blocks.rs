@@ -8,7 +8,7 @@ use super::control::{Control, ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, Events};
 use super::image::BitCell;
 use super::memory::Memory;
-use super::ops::Kind;
+use super::ops::OpKind;
 use super::program::{BlockRole, ElementCode, Program};
 use super::reach::Reach;
 use crate::isa::{Bit, BlockId, StageId};
@@ -212,7 +212,7 @@ impl Machine {
         for at in code.batches.clone() {
             let batch = self.program.tables.batches[at as usize];
             let (first, count) = (batch.first as usize, batch.count as usize);
-            if batch.kind != Kind::Control {
+            if batch.kind != OpKind::Control {
                 let view = self.memory.view::<R>();
                 self.program.tables.ops.run::<R>(batch.kind, first..first + count, view);
                 continue;

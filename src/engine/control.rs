@@ -3,7 +3,7 @@
 //! Nothing may pass a control operation when operations are put in order: it can end the block's
 //! execution, or turn bits ON and OFF that others read.
 
-use super::ops::Power;
+use super::power::Power;
 use crate::isa::{BlockId, StageId};
 
 /// A control instruction with its rung's power.

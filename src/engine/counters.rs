@@ -4,37 +4,13 @@
 //! loads and in how `.Done` and `.DnDone` follow from `.Acc`: that is [`CounterRule`], which RSTCT
 //! and the termination pass use too. A loop over one kind knows its rule beforehand.
 
-use super::memory::counter_state::{DN, LOADED, PENDING, UP};
-use super::memory::{OnlyIf, State, View};
-use super::ops::{Leg, Operation, Touches};
+use super::memory::{OnlyIf, View};
+use super::ops::{Cnt, Cntdn, Operation, Rstct, Udc};
+use super::places::{Counter, CounterRule};
 use super::reach::Reach;
-
-/// A counter structure's places.
-#[derive(Clone, Copy, Debug)]
-pub struct Counter {
-    /// Its record of flags and state, and the cell of `.Acc`.
-    pub at: u32,
-}
-
-/// The presets of UDC and UDCG: words, and whether each was given.
-#[derive(Clone, Copy, Debug)]
-pub struct UdcPresets {
-    /// The word of `up-preset`.
-    pub up: Option<u32>,
-    /// The word of `dn-preset`.
-    pub dn: Option<u32>,
-}
-
-/// What a counter's owner makes of `.Acc`.
-#[derive(Clone, Copy, Debug)]
-pub enum CounterRule {
-    /// CNT: the word of the preset.
-    Up(u32),
-    /// CNTDN: the word of the preset.
-    Down(u32),
-    /// UDC, UDCG.
-    UpDown(UdcPresets),
-}
+use super::record::State;
+use super::record::counter_state::{DN, LOADED, PENDING, UP};
+use super::role::{WordRead, WordWritten};
 
 /// A rule with its presets as they were read, once, at the start of an execution: a preset may be
 /// the counter's own `.Acc`.
@@ -75,31 +51,23 @@ impl CounterRule {
             CounterRule::Up(preset) => ReadRule::Up(view.word(*preset)),
             CounterRule::Down(preset) => ReadRule::Down(view.word(*preset)),
             CounterRule::UpDown(presets) => {
-                let read = |preset: Option<u32>| preset.map(|p| view.word(p));
+                let read = |preset: Option<WordRead>| preset.map(|p| view.word(p));
                 ReadRule::UpDown(read(presets.up), read(presets.dn))
             }
-        }
-    }
-
-    fn presets(&self) -> [Option<u32>; 2] {
-        match self {
-            CounterRule::Up(preset) | CounterRule::Down(preset) => [Some(*preset), None],
-            CounterRule::UpDown(presets) => [presets.up, presets.dn],
-        }
-    }
-
-    fn touches(&self, t: &mut Touches) {
-        for preset in self.presets().into_iter().flatten() {
-            t.reads(&[preset]);
         }
     }
 }
 
 impl Counter {
+    #[inline(always)]
+    fn acc(self) -> WordWritten {
+        WordWritten(self.at)
+    }
+
     /// Writes `.Acc` and the flags that follow from it.
     #[inline(always)]
     fn put<R: Reach>(&self, view: &mut View<R>, rule: ReadRule, acc: i32, reset: u8) {
-        let acc = view.put_word(self.at, acc);
+        let acc = view.put_word(self.acc(), acc);
         let (done, dn_done) = rule.done(acc);
         let flags = [u8::from(done), reset, u8::from(acc == 0), u8::from(dn_done)];
         view.put_flags(self.at, flags);
@@ -116,20 +84,6 @@ impl Counter {
         view.put_state(self.at, State::of([(LOADED, 1)]));
         self.reset(view, rule);
     }
-
-    fn touches(&self, t: &mut Touches) {
-        t.reads(&[self.at]).writes_words(&[self.at]).writes_flags(self.at);
-    }
-}
-
-/// CNT.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Cnt {
-    pub up: Leg,
-    pub rst: Leg,
-    pub counter: Counter,
-    pub preset: u32,
 }
 
 impl Operation for Cnt {
@@ -141,26 +95,12 @@ impl Operation for Cnt {
         let reset = rst | state.bit(PENDING);
         let counts = leg & (state.bit(UP) ^ 1);
         view.put_state(self.counter.at, State::of([(UP, leg)]));
-        let before = view.word(self.counter.at);
+        let before = view.word(self.counter.acc());
         let counted = before.wrapping_add(i32::from(counts));
         // At the limit it stays: what wrapped is less than before.
         let acc = counted.wrapping_sub(i32::from(counted < before)).unless(reset);
         self.counter.put(view, ReadRule::Up(preset), acc, reset);
     }
-
-    fn touches(&self, t: &mut Touches) {
-        self.counter.touches(t.legs(&[self.up, self.rst]).reads(&[self.preset]));
-    }
-}
-
-/// CNTDN.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Cntdn {
-    pub dn: Leg,
-    pub rst: Leg,
-    pub counter: Counter,
-    pub preset: u32,
 }
 
 impl Operation for Cntdn {
@@ -173,26 +113,11 @@ impl Operation for Cntdn {
         let counts = leg & (state.bit(DN) ^ 1);
         let loads = reset | (state.bit(LOADED) ^ 1);
         view.put_state(self.counter.at, State::of([(DN, leg), (LOADED, 1)]));
-        let acc = view.word(self.counter.at);
+        let acc = view.word(self.counter.acc());
         let from = preset.only_if(loads) | acc.unless(loads);
         let acc = from.saturating_sub(i32::from(counts & (reset ^ 1)));
         self.counter.put(view, ReadRule::Down(preset), acc, reset);
     }
-
-    fn touches(&self, t: &mut Touches) {
-        self.counter.touches(t.legs(&[self.dn, self.rst]).reads(&[self.preset]));
-    }
-}
-
-/// UDC; and UDCG, whose RST leg is `$Off` here and which no pass touches.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Udc {
-    pub up: Leg,
-    pub dn: Leg,
-    pub rst: Leg,
-    pub counter: Counter,
-    pub presets: UdcPresets,
 }
 
 impl Operation for Udc {
@@ -205,24 +130,10 @@ impl Operation for Udc {
         let (adds, takes) = (up & (state.bit(UP) ^ 1), dn & (state.bit(DN) ^ 1));
         view.put_state(self.counter.at, State::of([(UP, up), (DN, dn)]));
         let step = i32::from(adds) - i32::from(takes);
-        let acc = view.word(self.counter.at).saturating_add(step);
+        let acc = view.word(self.counter.acc()).saturating_add(step);
         let acc = acc.unless(reset);
         self.counter.put(view, rule, acc, reset);
     }
-
-    fn touches(&self, t: &mut Touches) {
-        CounterRule::UpDown(self.presets).touches(t);
-        self.counter.touches(t.legs(&[self.up, self.dn, self.rst]));
-    }
-}
-
-/// RSTCT of a counter, which acts by its owner's rule.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Rstct {
-    pub leg: Leg,
-    pub counter: Counter,
-    pub rule: CounterRule,
 }
 
 impl Operation for Rstct {
@@ -233,10 +144,5 @@ impl Operation for Rstct {
             view.put_state(self.counter.at, state.with(PENDING));
             self.counter.reset(view, &self.rule);
         }
-    }
-
-    fn touches(&self, t: &mut Touches) {
-        self.rule.touches(t);
-        self.counter.touches(t.legs(&[self.leg]));
     }
 }

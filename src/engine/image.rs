@@ -3,7 +3,7 @@
 //! A forced cell keeps its value because every write to it is discarded (`View` in `memory` does
 //! that). Observers read the image between scans.
 
-use super::ops::Power;
+use super::power::Power;
 use super::reach::NEAR;
 
 /// A bit's place in the image.

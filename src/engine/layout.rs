@@ -4,7 +4,7 @@
 //! follow the program's own (histories, powers); behind the public words, its constants.
 
 use super::image::{BitCell, WordCell};
-use super::memory::RECORD;
+use super::record::RECORD;
 use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{

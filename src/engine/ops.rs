@@ -1,150 +1,50 @@
-//! The operations: one small struct a kind, a table a kind, and what each reads and writes.
+//! The operations: one row a kind, from which its struct, its table and its touches follow.
 //!
 //! Contacts become [`And2`]..[`And4`] (an OR is an AND of opposites, read as its opposite), edges
 //! and compares, each writing a private *power* cell; an instruction reads each of its legs as two
-//! powers ANDed. How an operation runs stands beside its siblings, in `logic`,
-//! `counters`, `timers`, `sensaphone` and `control`.
+//! powers ANDed. A row gives each field a type that tells its role: what the operation reads and
+//! writes is what its fields say, and nothing else can be said. How an operation runs stands in
+//! `logic`, `counters`, `timers` and `sensaphone`; control is executed by `blocks`.
 
 use std::ops::Range;
 
-use super::memory::{RECORD, View};
+pub use super::control::{Control, ControlKind, RestartState, StageList};
+use super::memory::View;
+pub use super::places::{Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets};
+pub use super::power::{Leg, Power, Powers};
 use super::reach::Reach;
-
-/// A bit to be read as it is or as its opposite: twice the cell, plus 1 for the opposite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Power(pub u32);
-
-impl Power {
-    /// The bit as it is.
-    pub fn of(cell: u32) -> Power {
-        Power(cell << 1)
-    }
-
-    /// Its opposite.
-    pub fn opposite(self) -> Power {
-        Power(self.0 ^ 1)
-    }
-
-    /// The cell it reads.
-    pub fn cell(self) -> u32 {
-        self.0 >> 1
-    }
-
-    /// Whether it reads the opposite.
-    pub fn is_opposite(self) -> bool {
-        self.0 & 1 == 1
-    }
-}
-
-/// What an instruction reads of a leg: two powers, both ON where the leg is; of a leg that comes
-/// down to one power, that one twice. So the last AND of a leg is no operation of its own.
-pub type Leg = Powers<2>;
-
-impl Leg {
-    /// The leg that is just this power.
-    pub fn of(power: Power) -> Leg {
-        Powers::new([power, power])
-    }
-}
-
-/// Powers to be ANDed, as a loop reads them: cells, and apart from them which are opposites.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Powers<const N: usize> {
-    pub(super) cells: [u32; N],
-    /// 1 where the opposite is meant.
-    pub(super) opposites: [u8; N],
-}
-
-impl<const N: usize> Powers<N> {
-    /// These powers.
-    pub fn new(powers: [Power; N]) -> Powers<N> {
-        Powers {
-            cells: powers.map(Power::cell),
-            opposites: powers.map(|p| u8::from(p.is_opposite())),
-        }
-    }
-
-    /// Each of them.
-    pub fn each(self) -> [Power; N] {
-        std::array::from_fn(|at| Power(self.cells[at] << 1 | u32::from(self.opposites[at])))
-    }
-}
-
-/// What an operation reads and writes, by cell: what the scheduler must keep in order.
-#[derive(Clone, Debug, Default)]
-pub struct Touches {
-    /// Bits read.
-    pub bits_read: Vec<u32>,
-    /// Bits written, always or sometimes.
-    pub bits_written: Vec<u32>,
-    /// Words read.
-    pub words_read: Vec<u32>,
-    /// Words written, always or sometimes.
-    pub words_written: Vec<u32>,
-}
-
-impl Touches {
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.bits_read.clear();
-        self.bits_written.clear();
-        self.words_read.clear();
-        self.words_written.clear();
-    }
-
-    pub(super) fn cells(&mut self, cells: &[u32]) -> &mut Touches {
-        self.bits_read.extend(cells);
-        self
-    }
-
-    pub(super) fn legs(&mut self, legs: &[Leg]) -> &mut Touches {
-        for leg in legs {
-            self.cells(&leg.cells);
-        }
-        self
-    }
-
-    pub(super) fn reads(&mut self, words: &[u32]) -> &mut Touches {
-        self.words_read.extend(words);
-        self
-    }
-
-    pub(super) fn writes_bits(&mut self, bits: &[u32]) -> &mut Touches {
-        self.bits_written.extend(bits);
-        self
-    }
-
-    pub(super) fn writes_words(&mut self, words: &[u32]) -> &mut Touches {
-        self.words_written.extend(words);
-        self
-    }
-
-    /// The four flags of a counter or timer.
-    pub(super) fn writes_flags(&mut self, record: u32) -> &mut Touches {
-        let first = record * RECORD as u32;
-        self.bits_written.extend(first..first + 4);
-        self
-    }
-}
+use super::role::Role;
+pub use super::role::{BitOwn, BitRead, BitWritten, Touches, WordRead, WordWritten};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {
     /// Executes it.
     fn run<R: Reach>(&self, view: &mut View<R>);
-    /// Adds what it reads and writes.
-    fn touches(&self, t: &mut Touches);
 }
 
-macro_rules! kinds {
-    ($($kind:ident $table:ident, $doc:literal;)*) => {
-        /// The kinds of operations, but control.
+macro_rules! operations {
+    ($($(#[$doc:meta])* $kind:ident $table:ident { $($field:ident: $role:ty),* })*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug)]
+            #[allow(missing_docs)]
+            pub struct $kind { $(pub $field: $role),* }
+
+            impl Role for $kind {
+                fn touches(&self, t: &mut Touches) {
+                    $(self.$field.touches(t);)*
+                }
+            }
+        )*
+
+        /// The kinds of operations.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Kind { $(#[doc = $doc] $kind,)* /// Blocks and Stages; never in a batch of two.
+        pub enum OpKind { $($(#[$doc])* $kind,)* /// Blocks and Stages; never in a batch of two.
             Control }
 
         /// Any operation.
         #[derive(Clone, Debug)]
-        pub enum Op { $(#[doc = $doc] $kind($kind),)* /// Blocks and Stages.
+        pub enum Op { $($(#[$doc])* $kind($kind),)* /// Blocks and Stages.
             Control(Control) }
 
         /// All operations of a program, a table a kind, in the order of execution.
@@ -154,8 +54,8 @@ macro_rules! kinds {
 
         impl Op {
             /// Its kind.
-            pub fn kind(&self) -> Kind {
-                match self { $(Op::$kind(_) => Kind::$kind,)* Op::Control(_) => Kind::Control }
+            pub fn kind(&self) -> OpKind {
+                match self { $(Op::$kind(_) => OpKind::$kind,)* Op::Control(_) => OpKind::Control }
             }
 
             /// Adds what it reads and writes. Control touches what no list says: nothing may
@@ -178,10 +78,10 @@ macro_rules! kinds {
             }
 
             /// Executes a batch of one kind; not for control.
-            pub(super) fn run<R: Reach>(&self, kind: Kind, at: Range<usize>, view: View<R>) {
+            pub(super) fn run<R: Reach>(&self, kind: OpKind, at: Range<usize>, view: View<R>) {
                 match kind {
-                    $(Kind::$kind => run_all::<R, $kind>(&self.$table[at], view),)*
-                    Kind::Control => unreachable!("control is executed by the blocks"),
+                    $(OpKind::$kind => run_all::<R, $kind>(&self.$table[at], view),)*
+                    OpKind::Control => unreachable!("control is executed by the blocks"),
                 }
             }
         }
@@ -196,45 +96,92 @@ fn run_all<R: Reach, O: Operation>(ops: &[O], mut view: View<R>) {
     }
 }
 
-kinds! {
-    And2 and2, "ANDs two powers.";
-    And3 and3, "ANDs three powers.";
-    And4 and4, "ANDs four powers.";
-    Rise rise, "An OFF-to-ON edge of a bit.";
-    Fall fall, "An ON-to-OFF edge of a bit.";
-    Equal equal, "Whether two words are equal.";
-    Less less, "Whether one word is less than another.";
-    Out out, "OUT.";
-    OutOne out_one, "OUT of one power.";
-    Set set, "SET.";
-    Rst rst, "RST.";
-    Pd pd, "PD.";
-    Nd nd, "ND.";
-    Ponoff ponoff, "PONOFF.";
-    Cnt cnt, "CNT.";
-    Cntdn cntdn, "CNTDN.";
-    Udc udc, "UDC and UDCG.";
-    Rstct rstct, "RSTCT.";
-    Ondtmr ondtmr, "ONDTMR.";
-    Offdtmr offdtmr, "OFFDTMR.";
-    Tmr tmr, "TMR.";
-    Tmrdown tmrdown, "TMRDOWN.";
-    Tmra tmra, "TMRA and TMRAG.";
-    Tmradown tmradown, "TMRADOWN.";
-    Rstt rstt, "RSTT.";
-    Ctu ctu, "CTU.";
-    Ctd ctd, "CTD.";
-    Res res, "RES.";
-    Move mov, "MOVE.";
-    Add add, "ADD.";
-    Sub sub, "SUB.";
+operations! {
+    /// `cell = a & b`.
+    And2 and2 { cell: BitOwn, of: Powers<2> }
+    /// `cell = a & b & c`.
+    And3 and3 { cell: BitOwn, of: Powers<3> }
+    /// `cell = a & b & c & d`.
+    And4 and4 { cell: BitOwn, of: Powers<4> }
+    /// `cell` = the bit was OFF at the last evaluation and is ON.
+    Rise rise { cell: BitOwn, bit: BitRead, history: BitOwn }
+    /// `cell` = the bit was ON at the last evaluation and is OFF.
+    Fall fall { cell: BitOwn, bit: BitRead, history: BitOwn }
+    /// `cell = a == b`. `!=` reads its opposite.
+    Equal equal { cell: BitOwn, a: WordRead, b: WordRead }
+    /// `cell = a < b`. `>` swaps, `>=` and `<=` read the opposites.
+    Less less { cell: BitOwn, a: WordRead, b: WordRead }
+    /// OUT: writes the power, ON and OFF.
+    Out out { leg: Leg, bit: BitWritten }
+    /// OUT of a leg that comes down to one power.
+    OutOne out_one { leg: Powers<1>, bit: BitWritten }
+    /// SET: ON while the rung is ON.
+    Set set { leg: Leg, bit: BitWritten }
+    /// RST: OFF while the rung is ON.
+    Rst rst { leg: Leg, bit: BitWritten }
+    /// PD: ON at the execution that sees the rung come ON, written OFF at every other.
+    Pd pd { leg: Leg, bit: BitWritten, history: BitOwn }
+    /// ND: ON at the execution that sees the rung go OFF, written OFF at every other.
+    Nd nd { leg: Leg, bit: BitWritten, history: BitOwn }
+    /// PONOFF: toggles at the rung's rising edge.
+    Ponoff ponoff { leg: Leg, bit: BitWritten, history: BitOwn }
+    /// CNT.
+    Cnt cnt { up: Leg, rst: Leg, counter: Counter, preset: WordRead }
+    /// CNTDN.
+    Cntdn cntdn { dn: Leg, rst: Leg, counter: Counter, preset: WordRead }
+    /// UDC; and UDCG, whose RST leg is `$Off` here.
+    Udc udc { up: Leg, dn: Leg, rst: Leg, counter: Counter, presets: UdcPresets }
+    /// RSTCT of a counter, which acts by its owner's rule.
+    Rstct rstct { leg: Leg, counter: Counter, rule: CounterRule }
+    /// ONDTMR.
+    Ondtmr ondtmr { leg: Leg, timer: Timer, output: BitWritten }
+    /// OFFDTMR.
+    Offdtmr offdtmr { leg: Leg, timer: Timer, output: BitWritten }
+    /// TMR.
+    Tmr tmr { leg: Leg, timer: Timer }
+    /// TMRDOWN.
+    Tmrdown tmrdown { leg: Leg, timer: Timer }
+    /// TMRA; and TMRAG, whose RST leg is `$Off` here.
+    Tmra tmra { en: Leg, rst: Leg, timer: Timer }
+    /// TMRADOWN.
+    Tmradown tmradown { en: Leg, rst: Leg, timer: Timer }
+    /// RSTT of a timer, which acts by its owner's rule.
+    Rstt rstt { leg: Leg, timer: Timer, rule: TimerRule }
+    /// CTU.
+    Ctu ctu { leg: Leg, counter: Sensaphone }
+    /// CTD.
+    Ctd ctd { leg: Leg, counter: Sensaphone }
+    /// RES.
+    Res res { leg: Leg, counter: Sensaphone }
+    /// MOVE: copies a word while the rung is ON.
+    Move mov { leg: Leg, a: WordRead, to: Target }
+    /// ADD: writes a + b while the rung is ON.
+    Add add { leg: Leg, a: WordRead, b: WordRead, to: Target }
+    /// SUB: writes a - b while the rung is ON.
+    Sub sub { leg: Leg, a: WordRead, b: WordRead, to: Target }
 }
 
-pub use super::control::{Control, ControlKind, RestartState, StageList};
-pub use super::counters::{Cnt, Cntdn, Counter, CounterRule, Rstct, Udc, UdcPresets};
-pub use super::logic::{
-    Add, And2, And3, And4, Equal, Fall, Less, Move, Nd, Out, OutOne, Pd, Ponoff, Rise, Rst, Set,
-    Sub, Target,
-};
-pub use super::sensaphone::{Ctd, Ctu, Res, Sensaphone};
-pub use super::timers::{Offdtmr, Ondtmr, Rstt, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown};
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_operation_is_no_longer_than_it_was() {
+        assert_eq!(size_of::<Op>(), 56);
+        assert_eq!(size_of::<And2>(), 16);
+        assert_eq!(size_of::<Out>(), 16);
+        assert_eq!(size_of::<Cnt>(), 32);
+    }
+
+    #[test]
+    fn what_an_operation_touches_is_what_its_fields_say() {
+        let leg = Leg::new([Power::of(1), Power::of(2)]);
+        let timer = Timer { at: 10, preset: WordRead(20) };
+        let op = Op::Ondtmr(Ondtmr { leg, timer, output: BitWritten(3) });
+        let mut touches = Touches::default();
+        op.touches(&mut touches);
+        assert_eq!(touches.bits_read, [1, 2]);
+        assert_eq!(touches.bits_written, [80, 81, 82, 83, 3]);
+        assert_eq!((touches.words_read, touches.words_written), (vec![20], vec![10]));
+    }
+}

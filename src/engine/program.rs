@@ -5,19 +5,17 @@
 
 use std::ops::Range;
 
-use super::counters::{Counter, CounterRule};
 use super::image::{BitCell, WordCell};
 use super::layout::Layout;
-use super::ops::{Kind, OpTables};
-use super::sensaphone::Sensaphone;
-use super::timers::{Timer, TimerRule};
+use super::ops::{OpKind, OpTables};
+use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
 use crate::isa::{BlockId, StageId};
 
 /// Operations of one kind that execute one after the other: `first..first + count` of its table.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Batch {
-    pub kind: Kind,
+    pub kind: OpKind,
     pub first: u32,
     pub count: u32,
 }

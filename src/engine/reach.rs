@@ -4,7 +4,7 @@
 //! can be out of range: the compiler sees it, and leaves out the bounds checks. Nothing else
 //! differs; the numbers of longer programs are checked, and so are all while anything is forced.
 
-use super::memory::RECORD;
+use super::record::RECORD;
 
 /// So many cells, bits and words, are within near reach; a near image has at least so many.
 pub(super) const NEAR: usize = 1 << 16;

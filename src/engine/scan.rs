@@ -11,6 +11,7 @@ use super::layout::Cell;
 use super::memory::Memory;
 use super::program::{BlockRole, Program};
 use super::reach::{Far, Forced, Near, Reach};
+use super::role::{BitWritten, WordWritten};
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 
@@ -136,12 +137,12 @@ impl Engine {
 
     /// Step 3: one queued write of a public bit. Discarded while it is forced.
     pub fn write_bit(&mut self, cell: BitCell, on: bool) {
-        self.machine.memory.view::<Forced>().put_bit(cell.0, u8::from(on));
+        self.machine.memory.view::<Forced>().put_bit(BitWritten(cell.0), u8::from(on));
     }
 
     /// Step 3: one queued write of a public word; the value is within the word's range.
     pub fn write_word(&mut self, cell: WordCell, value: i32) {
-        self.machine.memory.view::<Forced>().put_word(cell.0, value);
+        self.machine.memory.view::<Forced>().put_word(WordWritten(cell.0), value);
     }
 
     /// Steps 4 to 7: the built-in Tasks, Programs and Tasks, each at its turn.

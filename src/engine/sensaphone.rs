@@ -3,33 +3,30 @@
 //! Behaviour: `docs/semantics.md`, section 5 (seed S3). One CTU and one CTD may share a counter.
 //! ACC wraps as 16 bits do; OV and UN tell which way.
 
-use super::memory::sensaphone_state::{DOWN, UP};
-use super::memory::{RECORD, View};
-use super::ops::{Leg, Operation, Touches};
+use super::memory::View;
+use super::ops::{Ctd, Ctu, Operation, Res};
+use super::places::Sensaphone;
 use super::reach::Reach;
-
-/// A Sensaphone counter's places.
-#[derive(Clone, Copy, Debug)]
-pub struct Sensaphone {
-    /// Its record of flags (CU, CD, DN, OV, UN) and edge histories, and the cell of ACC.
-    pub at: u32,
-    /// The cell of PRE.
-    pub pre: u32,
-    /// The word that an instruction with a preset from a location copies to PRE.
-    pub preset: Option<u32>,
-}
+use super::record::sensaphone_state::{DOWN, UP};
+use super::record::{RECORD, SENSAPHONE_FLAGS};
+use super::role::{BitWritten, WordWritten};
 
 const CU: u32 = 0;
 const CD: u32 = 1;
 const DN: u32 = 2;
 const OV: u32 = 3;
 const UN: u32 = 4;
-const FLAGS: u32 = 5;
 
 impl Sensaphone {
     /// The cell of a flag.
-    fn flag(&self, flag: u32) -> u32 {
-        self.at * RECORD as u32 + flag
+    #[inline(always)]
+    fn flag(&self, flag: u32) -> BitWritten {
+        BitWritten(self.at * RECORD as u32 + flag)
+    }
+
+    #[inline(always)]
+    fn acc(&self) -> WordWritten {
+        WordWritten(self.at)
     }
 
     /// The pass over CTU: the rung is false there.
@@ -51,15 +48,15 @@ impl Sensaphone {
             let preset = view.word(preset).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
             view.put_word(self.pre, preset);
         }
-        let before = view.word(self.at);
+        let before = view.word(self.acc());
         if counts != 0 {
             let (after, wraps) = (before as i16).overflowing_add(by);
-            view.put_word(self.at, i32::from(after));
+            view.put_word(self.acc(), i32::from(after));
             if wraps {
                 self.wrap(view, by);
             }
         }
-        let done = view.word(self.at) >= view.word(self.pre);
+        let done = view.word(self.acc()) >= view.word(self.pre);
         view.put_bit(self.flag(DN), u8::from(done));
     }
 
@@ -72,32 +69,6 @@ impl Sensaphone {
             view.put_bit(self.flag(own), 1);
         }
     }
-
-    fn touches(&self, t: &mut Touches) {
-        if let Some(preset) = self.preset {
-            t.reads(&[preset]);
-        }
-        t.reads(&[self.at, self.pre]).writes_words(&[self.at, self.pre]);
-        for flag in 0..FLAGS {
-            t.writes_bits(&[self.flag(flag)]);
-        }
-    }
-}
-
-/// CTU.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Ctu {
-    pub leg: Leg,
-    pub counter: Sensaphone,
-}
-
-/// CTD.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Ctd {
-    pub leg: Leg,
-    pub counter: Sensaphone,
 }
 
 macro_rules! steps {
@@ -112,10 +83,6 @@ macro_rules! steps {
                 view.put_bit(self.counter.flag($enabled), leg);
                 self.counter.step(view, counts, $by);
             }
-
-            fn touches(&self, t: &mut Touches) {
-                self.counter.touches(t.legs(&[self.leg]));
-            }
         }
     )*};
 }
@@ -125,27 +92,15 @@ steps! {
     Ctd DOWN CD -1;
 }
 
-/// RES.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Res {
-    pub leg: Leg,
-    pub counter: Sensaphone,
-}
-
 impl Operation for Res {
     #[inline(always)]
     fn run<R: Reach>(&self, view: &mut View<R>) {
         if view.leg(&self.leg) == 0 {
             return;
         }
-        view.put_word(self.counter.at, 0);
-        for flag in 0..FLAGS {
+        view.put_word(self.counter.acc(), 0);
+        for flag in 0..SENSAPHONE_FLAGS {
             view.put_bit(self.counter.flag(flag), 0);
         }
-    }
-
-    fn touches(&self, t: &mut Touches) {
-        self.counter.touches(t.legs(&[self.leg]));
     }
 }

@@ -7,6 +7,7 @@ use super::blocks::Machine;
 use super::events::Element;
 use super::program::{ElementCode, Termination};
 use super::reach::Reach;
+use super::role::{BitOwn, BitWritten};
 use crate::isa::{BlockId, StageId};
 
 impl Machine {
@@ -43,8 +44,8 @@ impl Machine {
             }
             let mut view = self.memory.view::<R>();
             match &self.program.tables.terminations[at as usize] {
-                Termination::BitOff(bit) => view.put_bit(*bit, 0),
-                Termination::HistoryOff(cell) => view.put_own(*cell, 0),
+                Termination::BitOff(bit) => view.put_bit(BitWritten(*bit), 0),
+                Termination::HistoryOff(cell) => view.put_own(BitOwn(*cell), 0),
                 Termination::Counter(counter, rule) => counter.terminate(&mut view, rule),
                 Termination::Timer(timer, rule) => timer.terminate(&mut view, *rule),
                 Termination::HoldTimer(timer) => timer.hold(&mut view),

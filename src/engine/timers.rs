@@ -5,28 +5,13 @@
 //! drifts; they are its element's executions, so the element counts them for all of its timers. A
 //! preset `<= 0` is treated as 0.
 
-use super::memory::timer_state::{LEG, LOADED, PENDING, RUNNING};
-use super::memory::{OnlyIf, State, View};
-use super::ops::{Leg, Operation, Touches};
+use super::memory::{OnlyIf, View};
+use super::ops::{Offdtmr, Ondtmr, Operation, Rstt, Tmr, Tmra, Tmradown, Tmrdown};
+use super::places::{Timer, TimerRule};
 use super::reach::Reach;
-
-/// A timer structure's places.
-#[derive(Clone, Copy, Debug)]
-pub struct Timer {
-    /// Its record of flags (Done, Reset, Zero, Timing) and state, and the cell of `.Acc`.
-    pub at: u32,
-    /// The word of the preset.
-    pub preset: u32,
-}
-
-/// What a reset puts in `.Acc`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TimerRule {
-    /// 0: TMR, TMRA, TMRAG, ONDTMR, OFFDTMR.
-    Zero,
-    /// The preset: TMRDOWN, TMRADOWN.
-    Preset,
-}
+use super::record::State;
+use super::record::timer_state::{LEG, LOADED, PENDING, RUNNING};
+use super::role::WordWritten;
 
 impl Timer {
     #[inline(always)]
@@ -36,13 +21,13 @@ impl Timer {
 
     #[inline(always)]
     fn acc<R: Reach>(&self, view: &View<R>) -> i32 {
-        view.word(self.at)
+        view.word(WordWritten(self.at))
     }
 
     /// Writes `.Acc`; gives what it then holds.
     #[inline(always)]
     fn put_acc<R: Reach>(&self, view: &mut View<R>, acc: i32) -> i32 {
-        view.put_word(self.at, acc)
+        view.put_word(WordWritten(self.at), acc)
     }
 
     #[inline(always)]
@@ -69,10 +54,6 @@ impl Timer {
     pub(super) fn hold<R: Reach>(&self, view: &mut View<R>) {
         let state = view.state(self.at);
         view.put_state(self.at, state.without(RUNNING));
-    }
-
-    fn touches(&self, t: &mut Touches) {
-        t.reads(&[self.at, self.preset]).writes_words(&[self.at]).writes_flags(self.at);
     }
 }
 
@@ -115,17 +96,8 @@ fn down(acc: i32, elapsed_ms: i32) -> i32 {
 }
 
 macro_rules! one_leg {
-    ($($(#[$doc:meta])* $op:ident { $($output:ident)? } |$timer:ident, $view:ident, $leg:ident|
+    ($($op:ident { $($output:ident)? } |$timer:ident, $view:ident, $leg:ident|
        $run:expr;)*) => {$(
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug)]
-        #[allow(missing_docs)]
-        pub struct $op {
-            pub leg: Leg,
-            pub timer: Timer,
-            $(pub $output: u32,)?
-        }
-
         impl Operation for $op {
             #[inline(always)]
             fn run<R: Reach>(&self, $view: &mut View<R>) {
@@ -134,23 +106,14 @@ macro_rules! one_leg {
                 $($view.put_bit(self.$output, done);)?
                 let _ = done;
             }
-
-            fn touches(&self, t: &mut Touches) {
-                $(t.writes_bits(&[self.$output]);)?
-                self.timer.touches(t.legs(&[self.leg]));
-            }
         }
     )*};
 }
 
 one_leg! {
-    /// ONDTMR.
     Ondtmr { output } |timer, view, leg| run_up(timer, view, leg);
-    /// TMR.
     Tmr { } |timer, view, leg| run_up(timer, view, leg);
-    /// OFFDTMR.
     Offdtmr { output } |timer, view, leg| run_off_delay(timer, view, leg);
-    /// TMRDOWN.
     Tmrdown { } |timer, view, leg| run_down(timer, view, leg);
 }
 
@@ -193,15 +156,6 @@ fn run_down<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     done
 }
 
-/// TMRA; and TMRAG, whose RST leg is `$Off` here and which a pass only holds.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Tmra {
-    pub en: Leg,
-    pub rst: Leg,
-    pub timer: Timer,
-}
-
 impl Operation for Tmra {
     #[inline(always)]
     fn run<R: Reach>(&self, view: &mut View<R>) {
@@ -218,19 +172,6 @@ impl Operation for Tmra {
         let done = u8::from(acc >= preset) & (reset ^ 1);
         timer.put_flags(view, acc, Flags { done, reset, timing: times });
     }
-
-    fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.legs(&[self.en, self.rst]));
-    }
-}
-
-/// TMRADOWN.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Tmradown {
-    pub en: Leg,
-    pub rst: Leg,
-    pub timer: Timer,
 }
 
 impl Operation for Tmradown {
@@ -252,19 +193,6 @@ impl Operation for Tmradown {
         let timing = times & u8::from(acc != 0);
         timer.put_flags(view, acc, Flags { done, reset, timing });
     }
-
-    fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.legs(&[self.en, self.rst]));
-    }
-}
-
-/// RSTT of a timer, which acts by its owner's rule.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct Rstt {
-    pub leg: Leg,
-    pub timer: Timer,
-    pub rule: TimerRule,
 }
 
 impl Operation for Rstt {
@@ -275,9 +203,5 @@ impl Operation for Rstt {
             view.put_state(self.timer.at, state.with(PENDING));
             self.timer.reset(view, self.rule);
         }
-    }
-
-    fn touches(&self, t: &mut Touches) {
-        self.timer.touches(t.legs(&[self.leg]));
     }
 }

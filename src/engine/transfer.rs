@@ -9,9 +9,9 @@
 use super::events::Element;
 use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
-use super::memory::RECORD;
 use super::program::{ElementCode, Termination};
 use super::reach::Forced;
+use super::record::RECORD;
 use super::scan::Engine;
 use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};

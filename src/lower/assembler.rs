@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::identity::{Identity, Site};
 use super::schedule;
-use crate::engine::ops::{And2, Leg, Op, Power, Powers, StageList};
+use crate::engine::ops::{And2, BitOwn, Leg, Op, Power, Powers, StageList, WordRead};
 use crate::engine::{
     self, Batch, BitCell, BlockCode, ElementCode, Layout, Tables, Termination, WordCell,
 };
@@ -93,15 +93,15 @@ impl<'p> Assembler<'p> {
     }
 
     /// The private bit of an edge history, which the termination pass turns OFF.
-    pub fn history(&mut self, text: String) -> u32 {
+    pub fn history(&mut self, text: String) -> BitOwn {
         let cell = self.private_bit();
         self.identity.history(BitCell(cell), &self.site, text);
         self.terminates(Termination::HistoryOff(cell));
-        cell
+        BitOwn(cell)
     }
 
     /// The word that holds a constant.
-    pub fn constant(&mut self, value: i32) -> u32 {
+    fn constant(&mut self, value: i32) -> u32 {
         if let Some(cell) = self.constants.get(&value) {
             return *cell;
         }
@@ -113,10 +113,10 @@ impl<'p> Assembler<'p> {
     }
 
     /// The word of a value.
-    pub fn value(&mut self, value: Value) -> u32 {
+    pub fn value(&mut self, value: Value) -> WordRead {
         match value {
-            Value::Const(value, _) => self.constant(value),
-            Value::Word(word) => self.layout.word(word).0,
+            Value::Const(value, _) => WordRead(self.constant(value)),
+            Value::Word(word) => WordRead(self.layout.word(word).0),
         }
     }
 
@@ -157,7 +157,7 @@ impl<'p> Assembler<'p> {
             return power;
         }
         let copy = self.private_bit();
-        self.op(Op::And2(And2 { cell: copy, of: Powers::new([power, power]) }));
+        self.op(Op::And2(And2 { cell: BitOwn(copy), of: Powers::new([power, power]) }));
         Power::of(copy)
     }
 

@@ -1,7 +1,9 @@
 //! Contacts → powers: ANDs of powers, an OR as the opposite of an AND of opposites.
 
 use super::assembler::Assembler;
-use crate::engine::ops::{And2, And3, And4, Equal, Fall, Leg, Less, Op, Power, Powers, Rise};
+use crate::engine::ops::{
+    And2, And3, And4, BitOwn, BitRead, Equal, Fall, Leg, Less, Op, Power, Powers, Rise,
+};
 use crate::isa::Bit;
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
 
@@ -88,15 +90,15 @@ impl Assembler<'_> {
         if a == b { a } else { self.and(&[a, b]) }
     }
 
-    fn gate(&mut self, op: impl FnOnce(u32) -> Op) -> Power {
+    fn gate(&mut self, op: impl FnOnce(BitOwn) -> Op) -> Power {
         let cell = self.private_bit();
-        self.op(op(cell));
+        self.op(op(BitOwn(cell)));
         Power::of(cell)
     }
 
     fn edge(&mut self, edge: Edge, bit: Bit) -> Power {
         let text = self.identity.edge(edge, bit);
-        let bit = self.layout.bit(bit).0;
+        let bit = BitRead(self.layout.bit(bit).0);
         let history = self.history(text);
         self.gate(|cell| match edge {
             Edge::Rise => Op::Rise(Rise { cell, bit, history }),

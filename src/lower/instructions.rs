@@ -7,10 +7,10 @@
 use super::assembler::Assembler;
 use super::identity::Interval;
 use crate::engine::ops::{
-    Add, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr,
-    Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst, Rstct, Rstt,
-    Sensaphone, Set, StageList, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc,
-    UdcPresets,
+    Add, BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg,
+    Move, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst,
+    Rstct, Rstt, Sensaphone, Set, StageList, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown,
+    Tmrdown, Udc, UdcPresets, WordRead, WordWritten,
 };
 use crate::engine::{Termination, WordCell};
 use crate::isa::instruction::Termination as Pass;
@@ -39,7 +39,7 @@ impl Legs<'_> {
 struct Lowered {
     op: Op,
     /// The bit that it drives, or writes as an output.
-    bit: Option<u32>,
+    bit: Option<BitWritten>,
     /// The reset of its structure.
     reset: Option<Termination>,
     /// What its rung does when it goes OFF, where a pass does that alone.
@@ -64,7 +64,7 @@ impl Assembler<'_> {
 
     /// What a termination pass does, as the instruction table says.
     fn terminate(&mut self, pass: Pass, lowered: &Lowered) {
-        let bit = lowered.bit.map(Termination::BitOff);
+        let bit = lowered.bit.map(|BitWritten(cell)| Termination::BitOff(cell));
         let parts = match pass {
             Pass::Off => [bit, None],
             Pass::Reset => [lowered.reset.clone(), bit],
@@ -79,7 +79,7 @@ impl Assembler<'_> {
         let history = |assembler: &mut Self| assembler.edge_history(instruction);
         let kind = match &instruction.action {
             Action::Coil { coil, bit } => {
-                let bit = self.layout.bit(bit.value).0;
+                let bit = BitWritten(self.layout.bit(bit.value).0);
                 let op = self.coil(*coil, (legs.when(), bit), instruction);
                 return Some(Lowered { bit: Some(bit), ..op.into() });
             }
@@ -93,7 +93,7 @@ impl Assembler<'_> {
                 return Some(self.counter(ct.value, rule, legs, rst));
             }
             Action::DelayTimer { delay, t, preset, output } => {
-                let output = self.layout.bit(output.value).0;
+                let output = BitWritten(self.layout.bit(output.value).0);
                 let timer = self.timer_of(t.value, *preset);
                 let leg = legs.when();
                 let op = match delay {
@@ -120,12 +120,12 @@ impl Assembler<'_> {
             Action::Run { block } => ControlKind::Run(block.value),
             Action::Restart { block } => {
                 let history = history(self);
-                ControlKind::Restart(RestartState { program: block.value, history })
+                ControlKind::Restart(RestartState { program: block.value, history: history.0 })
             }
             Action::Halt { block } => ControlKind::Halt(block.value),
             Action::Exit => ControlKind::Exit,
             Action::Entask { block, every: None } => {
-                ControlKind::EnableOnce { task: block.value, history: history(self) }
+                ControlKind::EnableOnce { task: block.value, history: history(self).0 }
             }
             Action::Entask { block, every: Some(every) } => {
                 return Some(self.enable_every(block.value, every.value, legs.when()));
@@ -142,12 +142,12 @@ impl Assembler<'_> {
     }
 
     /// The edge history of an instruction.
-    fn edge_history(&mut self, instruction: &Instruction) -> u32 {
+    fn edge_history(&mut self, instruction: &Instruction) -> BitOwn {
         let text = self.identity.edge_instruction(instruction);
         self.history(text)
     }
 
-    fn coil(&mut self, coil: Coil, (leg, bit): (Leg, u32), instruction: &Instruction) -> Op {
+    fn coil(&mut self, coil: Coil, (leg, bit): (Leg, BitWritten), instruction: &Instruction) -> Op {
         match coil {
             Coil::Out => match leg.each() {
                 [a, b] if a == b => Op::OutOne(OutOne { leg: Powers::new([a]), bit }),
@@ -223,10 +223,10 @@ impl Assembler<'_> {
     /// A Sensaphone counter, with the preset that an instruction of it states.
     fn sensaphone(&self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
         let preset = match preset.map(|preset| preset.value) {
-            Some(Value::Word(word)) => Some(self.layout.word(word).0),
+            Some(Value::Word(word)) => Some(WordRead(self.layout.word(word).0)),
             Some(Value::Const(..)) | None => None,
         };
-        let pre = self.layout.word(Word::Pre(n.number())).0;
+        let pre = WordWritten(self.layout.word(Word::Pre(n.number())).0);
         Sensaphone { at: self.layout.record(n), pre, preset }
     }
 
@@ -266,7 +266,7 @@ impl Assembler<'_> {
 
     fn store(&mut self, source: Source, to: Word, leg: Leg) -> Op {
         let (min, max) = self.limits(to);
-        let to = Target { word: self.layout.word(to).0, min, max };
+        let to = Target { word: WordWritten(self.layout.word(to).0), min, max };
         let mut cell = |value: Located<Value>| self.value(value.value);
         match source {
             Source::Value(a) => Op::Move(Move { leg, a: cell(a), to }),
@@ -285,7 +285,7 @@ impl Assembler<'_> {
     }
 
     fn enable_every(&mut self, task: BlockId, every: Value, leg: Leg) -> Lowered {
-        let word = self.value(every);
+        let WordRead(word) = self.value(every);
         self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
         let op = self.control(ControlKind::EnableEvery { task, every: word }, leg);
         Lowered { rung_off: Some(Termination::DisableTask(task)), ..op.into() }

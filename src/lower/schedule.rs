@@ -11,7 +11,7 @@
 
 use std::collections::HashMap;
 
-use crate::engine::ops::{Kind, Op, Touches};
+use crate::engine::ops::{Op, OpKind, Touches};
 
 /// How many operations are put in order together.
 pub const WINDOW: usize = 4096;
@@ -21,7 +21,7 @@ pub fn schedule(ops: Vec<Op>, window: usize) -> Vec<Vec<Op>> {
     let mut batches = Vec::new();
     let mut segment = Segment::default();
     for op in ops {
-        if op.kind() == Kind::Control {
+        if op.kind() == OpKind::Control {
             batches.append(&mut std::mem::take(&mut segment).batches);
             batches.push(vec![op]);
             continue;
@@ -46,7 +46,7 @@ struct Uses {
 struct Segment {
     batches: Vec<Vec<Op>>,
     /// The positions of the batches of each kind, ascending.
-    of_kind: HashMap<Kind, Vec<usize>>,
+    of_kind: HashMap<OpKind, Vec<usize>>,
     bits: HashMap<u32, Uses>,
     words: HashMap<u32, Uses>,
     touches: Touches,
@@ -87,7 +87,7 @@ impl Segment {
         bits.max(words).saturating_sub(1)
     }
 
-    fn batch_at_or_behind(&mut self, kind: Kind, earliest: usize) -> usize {
+    fn batch_at_or_behind(&mut self, kind: OpKind, earliest: usize) -> usize {
         let positions = self.of_kind.entry(kind).or_default();
         let first = positions.partition_point(|at| *at < earliest);
         if let Some(at) = positions.get(first) {
