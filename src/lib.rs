@@ -10,7 +10,7 @@ mod calendar;
 pub mod check;
 pub mod cli;
 pub mod controller;
-pub mod daemon;
+mod daemon;
 pub mod engine;
 pub mod events;
 pub mod faults;

@@ -3,26 +3,26 @@
 //! [`run()`] is the whole of the program but for the process's exit. Findings and failures go to
 //! standard error, results to standard output.
 
-pub mod check;
-pub mod completions;
-pub mod events;
-pub mod exit;
+mod check;
+mod completions;
+mod events;
+mod exit;
 pub mod explain;
-pub mod force;
-pub mod init;
-pub mod log_level;
-pub mod man;
-pub mod mode;
-pub mod operator;
-pub mod read;
-pub mod reload;
-pub mod retain;
-pub mod run;
+mod force;
+mod init;
+mod log_level;
+mod man;
+mod mode;
+mod operator;
+mod read;
+mod reload;
+mod retain;
+mod run;
 pub mod schema;
-pub mod sim;
-pub mod status;
-pub mod watch;
-pub mod write;
+mod sim;
+mod status;
+mod watch;
+mod write;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -24,8 +24,6 @@ mod shell;
 mod signals;
 mod systemd;
 
-pub use config::Setup;
-pub use guard::Guard;
 pub use narration::span;
 pub use shell::{Ending, Failure, Options, run};
 pub use signals::Host;

@@ -86,12 +86,6 @@ impl Event {
     pub fn code(&self) -> String {
         format!("RUNGD-{:04}", self.number)
     }
-
-    /// What its hundred is about.
-    pub fn group(&self) -> &'static str {
-        let group = GROUPS.iter().find(|(hundred, _)| *hundred == self.number / 100);
-        group.map_or("", |(_, title)| title)
-    }
 }
 
 impl Level {

@@ -76,11 +76,6 @@ impl Plan {
         Plan { layout: symbols.layout.clone(), limits, runs, tags, owners, preamble }
     }
 
-    /// Whether another keeps the same elements under the same tags.
-    pub fn is_as(&self, other: &Plan) -> bool {
-        self.preamble == other.preamble
-    }
-
     /// What is retained, in order: `C0..C7 D100`.
     pub fn ranges(&self) -> String {
         let said = self.runs.iter().map(|run| match (run.kind, run.first + run.count - 1) {

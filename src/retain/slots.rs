@@ -122,11 +122,6 @@ impl<D: Device> Slots<D> {
         self.geometry.fits(content_bytes) && self.sequence < u64::MAX
     }
 
-    /// The last number that was given to an image.
-    pub fn sequence(&self) -> u64 {
-        self.sequence
-    }
-
     /// The device, for who watches it.
     pub fn device(&self) -> &D {
         &self.device

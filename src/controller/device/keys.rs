@@ -76,11 +76,6 @@ impl DriverKind {
         ("gpio", DriverKind::Gpio),
         ("simulated", DriverKind::Simulated),
     ];
-
-    /// As written.
-    pub fn name(self) -> &'static str {
-        DriverKind::NAMES[self as usize].0
-    }
 }
 
 /// Reads one `[[device]]`.
