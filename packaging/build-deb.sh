@@ -35,6 +35,7 @@ for kind in ladder controller; do
     "$rungd" schema "$kind" >"$made/schema/$kind.schema.json"
 done
 packaging/third-party.sh >"$made/third-party-licences.txt"
+packaging/sbom.sh >"$made/rungd.cdx.json"
 
 [ -n "$version" ] || version="$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)-1"
 # The changes are CHANGELOG.md's; Debian wants a file of its form that names the version.

@@ -15,15 +15,25 @@ tab="$(printf '\t')"
 cargo tree --locked --edges normal --prefix none --format "{p}${tab}{l}" |
     sed 's/ (\*)//; s/ (proc-macro)//' | grep -v '^rungd ' | sort -u >"$texts/list"
 sed "s/ v\([^${tab}]*\)${tab}/ \1: /" "$texts/list"
-while read -r name version _; do
+while IFS="$tab" read -r package licence; do
+    name="${package%% *}" version="${package#* }"
     folder="$(find "$sources" -mindepth 2 -maxdepth 2 -name "$name-${version#v}" | head -n 1)"
     [ -n "$folder" ] || { echo "third-party.sh: no source of $name ${version#v} in $sources" >&2; exit 1; }
-    find "$folder" -maxdepth 1 -type f | sort | grep -iE '/(licen[cs]e|copying|notice|copyright)[^/]*$' |
-        while read -r file; do
-            sum="$(tr -s '[:space:]' ' ' <"$file" | cksum | tr ' ' -)"
-            [ -e "$texts/$sum.text" ] || cp "$file" "$texts/$sum.text"
-            echo "$name ${version#v} (${file##*/})" >>"$texts/$sum.owners"
-        done
+    find "$folder" -maxdepth 1 -type f | sort |
+        grep -iE '/(licen[cs]e|copying|notice|copyright)[^/]*$' >"$texts/files" || true
+    if [ ! -s "$texts/files" ]; then
+        # It ships no text, but names Apache-2.0: ours is that text.
+        case "$licence" in
+        *Apache-2.0*) cp LICENSE-APACHE "$texts/it ships none: taken under Apache-2.0" ;;
+        *) echo "third-party.sh: $name ships no licence text, and is under $licence" >&2; exit 1 ;;
+        esac
+        echo "$texts/it ships none: taken under Apache-2.0" >"$texts/files"
+    fi
+    while read -r file; do
+        sum="$(tr -s '[:space:]' ' ' <"$file" | cksum | tr ' ' -)"
+        [ -e "$texts/$sum.text" ] || cp "$file" "$texts/$sum.text"
+        echo "$name ${version#v} (${file##*/})" >>"$texts/$sum.owners"
+    done <"$texts/files"
 done <"$texts/list"
 for owners in "$texts"/*.owners; do
     printf '\n%s\n' "------------------------------------------------------------------------------"

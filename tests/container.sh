@@ -21,7 +21,8 @@ buildah() { command buildah --root "$cache/storage" --runroot "$cache/run" "$@";
 
 step "tools"
 missing=()
-for tool in mmdebstrap buildah; do command -v "$tool" >/dev/null || missing+=("$tool"); done
+# `type -P`, as `command -v` would find the function above.
+for tool in mmdebstrap buildah; do type -P "$tool" >/dev/null || missing+=("$tool"); done
 if [ ${#missing[@]} -gt 0 ]; then
     (apt-get update -qq && apt-get install -y -qq "${missing[@]}") >/dev/null
 fi

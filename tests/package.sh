@@ -36,6 +36,7 @@ lint="$(lintian "$first" 2>/dev/null || true)"
 must "lintian finds nothing" test -z "$lint"
 [ -z "$lint" ] || sed 's/^/   | /' <<<"$lint"
 must "every manual page of a subcommand" test "$(dpkg -c "$first" | grep -c man1/rungd)" -ge 8
+must "a bill of materials" grep -q "usr/share/doc/rungd/rungd.cdx.json" <(dpkg -c "$first")
 must "conffiles are the configuration" test "$(dpkg -I "$first" conffiles | sort | tr '\n' ' ')" = \
     "/etc/needrestart/conf.d/rungd.conf /etc/rungd/controller.toml /etc/rungd/programs/main.toml "
 

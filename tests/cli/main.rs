@@ -6,6 +6,7 @@ mod docs_commands;
 mod examples;
 mod init;
 mod man_and_completions;
+mod packaging;
 mod plants;
 mod sim;
 

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::support::process::{BLINKS, Plant, Running, find, no_scan_missed, not_installed, skip};
+use crate::support::process::{
+    BLINKS, Need, Plant, Running, find, no_scan_missed, not_installed, skip,
+};
 use serde_json::Value;
 
 const PERIOD: Duration = Duration::from_millis(2);
@@ -114,7 +116,9 @@ fn the_monotonic_clock_may_count_from_anywhere() {
     let uptime: i64 = uptime.split('.').next().unwrap().parse().unwrap();
     // Ten years on; as after 2^32 s; and almost at zero.
     for by_s in [10 * 365 * 86_400, (1 << 32) - uptime, 1 - uptime] {
-        let Some(lines) = shifted(by_s) else { return skip("no time namespace to be had") };
+        let Some(lines) = shifted(by_s) else {
+            return skip(Need::TimeNamespace, "no time namespace to be had");
+        };
         assert_eq!(find(&lines, "scan statistics of the whole run")["scans"], 600);
         no_scan_missed(&lines, PERIOD, Duration::from_millis(1190));
     }

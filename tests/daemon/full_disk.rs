@@ -7,7 +7,7 @@ use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use crate::support::process::{
-    BLINKS, PATIENCE, Plant, Running, find, message, mounted, no_scan_missed, skip,
+    BLINKS, Need, PATIENCE, Plant, Running, find, message, mounted, no_scan_missed, skip,
 };
 use serde_json::Value;
 
@@ -26,7 +26,9 @@ fn a_full_disk_costs_lines_and_once_there_is_room_the_log_goes_on() {
     std::fs::create_dir(&disk).unwrap();
     let disk = disk.display();
     let shell = format!("mount -t tmpfs -o size=4k tmpfs {disk} && exec \"$@\" 2>>{disk}/log");
-    let Some(prefix) = mounted(&shell) else { return skip("no mount namespace to be had") };
+    let Some(prefix) = mounted(&shell) else {
+        return skip(Need::MountNamespace, "no mount namespace to be had");
+    };
     let mut running = Running::new(plant.command(&prefix).stderr(Stdio::null()));
     // Where it lies for the process alone.
     let seen = PathBuf::from(format!("/proc/{}/root{disk}/log", running.pid()));

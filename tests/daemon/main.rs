@@ -24,6 +24,8 @@ mod watchdog_fault;
 mod support {
     pub mod journal;
     pub mod live;
+    pub mod metronome;
+    pub mod needs;
     pub mod page;
     pub mod process;
     pub mod shown;

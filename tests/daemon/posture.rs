@@ -4,6 +4,7 @@
 //! `prlimit`; where root is needed for that and the test does not run as root, what an ordinary
 //! user may ask for decides.
 
+use crate::support::needs::{Need, skip};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -111,8 +112,7 @@ fn strict_refuses_the_start_and_names_what_and_how() {
 #[test]
 fn a_strict_posture_that_is_granted_runs() {
     if !is_root() {
-        eprintln!("skipped: handing a capability to another user wants root");
-        return;
+        return skip(Need::Root, "handing a capability to another user wants root");
     }
     // LimitRTPRIO= grants the same to a service; a test may seldom raise a limit.
     let prefix = "setpriv --reuid=65534 --regid=65534 --clear-groups --inh-caps=+sys_nice \
@@ -130,8 +130,7 @@ fn a_strict_posture_that_is_granted_runs() {
 #[test]
 fn the_policy_is_the_scan_threads_alone() {
     if !is_root() {
-        eprintln!("skipped: SCHED_FIFO wants root or a limit");
-        return;
+        return skip(Need::Root, "SCHED_FIFO wants root or a limit");
     }
     let folder = plant("policy = \"fifo\"\npriority = 7\ncpus = [0]\nlock-memory = true\n");
     let mut command = Command::new(folder.join("rungd"));

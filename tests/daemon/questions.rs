@@ -3,7 +3,7 @@
 //!
 //! The page's own command lines run, with `journalctl -D FOLDER` for `journalctl`. Without
 //! journalctl and systemd-journal-remote the test says so and passes, unless
-//! `RUNGD_REQUIRE_CLIENTS=1`.
+//! `RUNGD_REQUIRE` names `programs`.
 
 use crate::support::page;
 use crate::support::shown;

@@ -28,7 +28,9 @@ mod simulated_plant_page;
 mod support {
     pub mod bench;
     pub mod live;
+    pub mod metronome;
     pub mod modbus;
+    pub mod needs;
     pub mod page;
     pub mod process;
 }

@@ -2,8 +2,9 @@
 //!
 //! What `docs/modbus.md` shows is executed: `rungd run` runs its controller file, its commands are
 //! typed, and what it says they print must be what they print. Where a client is not installed its
-//! test says so and does nothing, unless `RUNGD_REQUIRE_CLIENTS=1`.
+//! test says so and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
+use crate::support::needs::not_installed;
 use crate::support::page;
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -95,9 +96,7 @@ fn installed(client: &str, probe: &[&str]) -> bool {
     if found.is_ok_and(|output| output.status.success()) {
         return true;
     }
-    let required = std::env::var("RUNGD_REQUIRE_CLIENTS").is_ok_and(|value| value == "1");
-    assert!(!required, "{client} is not installed, and RUNGD_REQUIRE_CLIENTS=1 wants it");
-    eprintln!("SKIPPED: {client} is not installed");
+    not_installed(client);
     false
 }
 

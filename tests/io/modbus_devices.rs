@@ -3,7 +3,7 @@
 //!
 //! The real binary runs a ladder whose inputs and outputs are the peer's. What the field would do
 //! the test tells the peer, and what rungd writes the peer tells the test. Where a peer is not
-//! installed a test says so and does nothing, unless `RUNGD_REQUIRE_CLIENTS=1`.
+//! installed a test says so and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
 use crate::support::page;
 use crate::support::process;

@@ -11,3 +11,10 @@ mod load;
 mod schemas;
 mod ui;
 mod validator;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code)]
+#[path = "../support"]
+mod support {
+    pub mod needs;
+}

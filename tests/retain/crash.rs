@@ -18,7 +18,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::memory::{COUNTS, Held, KEEPS, PATIENCE, Plant, Running, file, find, held, mounted};
-use crate::memory::{message, no_scan_missed, skip};
+use crate::memory::{Need, message, no_scan_missed, scans_are_accounted_for, skip};
 use rungd::operator::client;
 use rungd::operator::protocol::{Request, Status};
 
@@ -166,7 +166,9 @@ fn on_disk() -> (Plant, PathBuf) {
 
 fn cuts(count: u64) {
     let (plant, path) = on_disk();
-    let Some(disk) = Disk::new(&plant) else { return skip("no ext4 on a loop device to be had") };
+    let Some(disk) = Disk::new(&plant) else {
+        return skip(Need::Ext4, "no ext4 on a loop device to be had");
+    };
     let (mut lives, begin) = (Lives::new(), Instant::now());
     for _ in 0..count {
         lives.one(&plant, &path, |running| {
@@ -200,7 +202,7 @@ impl OnDisk {
     /// Stops it: what its scans were like.
     fn scans(mut self, what: &str, time: Duration) -> Scans {
         let lines = self.running.stop();
-        no_scan_missed(&lines, PERIOD, time);
+        scans_are_accounted_for(&lines, PERIOD, time);
         assert!(held(&self.path).unwrap().is_final);
         let whole = find(&lines, "scan statistics of the whole run");
         println!("{what}: {whole}");
@@ -257,7 +259,7 @@ fn stall(time: Duration) {
     for round in 1..=ROUNDS {
         let stalls = |on: &OnDisk, begins: bool| on.disk.freeze(begins);
         let Some([stalled, control]) = with_control(time, stalls) else {
-            return skip("no ext4 on a loop device to be had");
+            return skip(Need::Ext4, "no ext4 on a loop device to be had");
         };
         if stalled.are_as_good_as(&control) {
             return;
@@ -278,7 +280,7 @@ fn the_control_shows_a_controller_that_is_held_up() {
     };
     for _ in 0..ROUNDS {
         let Some([held_up, control]) = with_control(Duration::from_millis(400), held_up) else {
-            return skip("no ext4 on a loop device to be had");
+            return skip(Need::Ext4, "no ext4 on a loop device to be had");
         };
         if !held_up.are_as_good_as(&control) {
             return;
@@ -336,7 +338,7 @@ fn on_tmpfs(size: &str, before: &str) -> Option<(Plant, Running, PathBuf)> {
 #[test]
 fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
     let Some((_plant, mut running, seen)) = on_tmpfs("40k", "") else {
-        return skip("no mount namespace to be had");
+        return skip(Need::MountNamespace, "no mount namespace to be had");
     };
     assert_eq!(running.line("cannot be written")["event"], "retain-failed");
     running.line("RUN");
@@ -351,7 +353,7 @@ fn a_disk_without_room_costs_no_scan_and_is_used_once_there_is_some() {
         shell(&words.iter().map(|word| word.as_ref()).collect::<Vec<&OsStr>>())
     };
     if !remount(&[]) && !remount(&["-U", "--preserve-credentials"]) {
-        return skip("no way into the mount namespace");
+        return skip(Need::MountNamespace, "no way into the mount namespace");
     }
     assert_eq!(running.line("is written again")["event"], "retain-recovered");
     // Made in full by then: what fills the disk later takes nothing from it.
@@ -379,7 +381,9 @@ fn a_read_only_disk_gives_what_it_has_and_costs_no_scan() {
     let shown = plant.0.join("disk").display().to_string();
     let shell =
         format!("mount --bind {shown} {shown} && mount -o remount,bind,ro {shown} && exec \"$@\"");
-    let Some(prefix) = mounted(&shell) else { return skip("no mount namespace to be had") };
+    let Some(prefix) = mounted(&shell) else {
+        return skip(Need::MountNamespace, "no mount namespace to be had");
+    };
     let mut running = Running::new(&mut plant.command(&prefix));
     assert_eq!(running.line("cannot be written")["event"], "retain-failed");
     assert_eq!(running.line("restored: image")["restored"], 4001);

@@ -1,6 +1,7 @@
 //! `docs/retain-format.md`: the reader that stands there reads what rungd writes.
 
 use crate::disk;
+use crate::support::needs::not_installed;
 use std::path::Path;
 use std::process::Command;
 
@@ -52,7 +53,7 @@ fn the_reader_of_the_page_reads_what_is_written() {
     std::fs::write(folder.join("reader.py"), script).unwrap();
     let mut python = Command::new("python3");
     let Ok(output) = python.args(["reader.py", "memory"]).current_dir(&folder).output() else {
-        return println!("no python3 to be had");
+        return not_installed("python3");
     };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(

@@ -13,5 +13,7 @@ mod run;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod metronome;
+    pub mod needs;
     pub mod process;
 }

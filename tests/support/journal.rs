@@ -4,6 +4,7 @@
 //! that journald adds; `systemd-journal-remote` makes a file of it that `journalctl` reads.
 #![allow(dead_code)]
 
+use crate::support::needs::not_installed;
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::net::UnixDatagram;
@@ -21,10 +22,8 @@ pub fn installed(program: &str, package: &str) -> bool {
             .args(["-c", &format!("command -v {program}")])
             .output()
             .is_ok_and(|output| output.status.success());
-    let required = std::env::var("RUNGD_REQUIRE_CLIENTS").is_ok_and(|value| value == "1");
-    assert!(there || !required, "{program} is not installed (apt: {package}), and is required");
     if !there {
-        println!("passed over: {program} is not installed (apt: {package})");
+        not_installed(&format!("{program} (apt: {package})"));
     }
     there
 }

@@ -12,7 +12,7 @@ mod run;
 mod watcher;
 mod ways;
 
-use crate::support::process;
+use crate::support::needs::{Need, not_installed, skip};
 use run::{IN_RUN, SAFE, Story, play, play_away};
 use ways::{Fate, WAYS, Way};
 
@@ -26,11 +26,11 @@ const ROUNDS_OF_THE_PAGE: u32 = 100;
 /// Whether this way can be gone here.
 fn may(way: Way) -> bool {
     if !watcher::is_there() {
-        process::not_installed("python3");
+        not_installed("python3");
         return false;
     }
     if way.wants_faults() && !cfg!(debug_assertions) {
-        process::skip("a build without debug assertions has no faults on purpose");
+        skip(Need::Faults, "a build without debug assertions has no faults on purpose");
         return false;
     }
     true

@@ -1,0 +1,62 @@
+#!/bin/sh
+# Prints the software bill of materials: what is built into rungd, with versions, licences, checksums
+# and what wants what, in CycloneDX's JSON (1.5). For the package, and whoever looks for advisories.
+#
+# Made of Cargo.lock and `cargo tree`, for the machine that it runs on; the same sources give the
+# same bytes.
+set -eu
+cd "$(dirname "$0")/.."
+
+tab="$(printf '\t')"
+made="$(mktemp -d)"
+trap 'rm -rf "$made"' EXIT
+cargo tree --locked --edges normal --prefix depth --no-dedupe --format "${tab}{p}${tab}{l}" >"$made/tree"
+
+awk -F '\t' '
+function purl(package, words) {
+    split(package, words, " v?")
+    return "pkg:cargo/" words[1] "@" words[2]
+}
+function quoted(text) { return "\"" text "\"" }
+# Cargo.lock: the checksums.
+FILENAME ~ /Cargo.lock$/ {
+    split($0, words, "\"")
+    if (/^name = /) name = words[2]
+    if (/^version = /) version = words[2]
+    if (/^checksum = /) checksum["pkg:cargo/" name "@" version] = words[2]
+    next
+}
+# The tree: a package behind its depth; what stands one less deep above it wants it.
+{
+    depth = $1 + 0
+    own = purl($2)
+    above[depth] = own
+    if (depth == 0) { root = own; split($2, words, " v?"); version = words[2]; licence = $3 }
+    else {
+        if (!(own in licences)) order[++count] = own
+        licences[own] = $3
+        by = above[depth - 1]
+        if (!((by, own) in seen)) { seen[by, own] = 1; wants[by] = wants[by] (wants[by] ? ", " : "") quoted(own) }
+    }
+}
+function component(type, ref, licence, words, text) {
+    split(substr(ref, length("pkg:cargo/") + 1), words, "@")
+    text = "{\"type\": \"" type "\", \"bom-ref\": " quoted(ref) ", \"name\": " quoted(words[1]) \
+        ", \"version\": " quoted(words[2]) ", \"purl\": " quoted(ref) \
+        ", \"licenses\": [{\"expression\": " quoted(licence) "}]"
+    if (ref in checksum)
+        text = text ", \"hashes\": [{\"alg\": \"SHA-256\", \"content\": " quoted(checksum[ref]) "}]"
+    return text "}"
+}
+END {
+    print "{\n  \"bomFormat\": \"CycloneDX\",\n  \"specVersion\": \"1.5\",\n  \"version\": 1,"
+    print "  \"metadata\": {\"component\": " component("application", root, licence) "},"
+    print "  \"components\": ["
+    for (at = 1; at <= count; at++)
+        print "    " component("library", order[at], licences[order[at]]) (at < count ? "," : "")
+    print "  ],\n  \"dependencies\": ["
+    print "    {\"ref\": " quoted(root) ", \"dependsOn\": [" wants[root] "]},"
+    for (at = 1; at <= count; at++)
+        print "    {\"ref\": " quoted(order[at]) ", \"dependsOn\": [" wants[order[at]] "]}" (at < count ? "," : "")
+    print "  ]\n}"
+}' Cargo.lock "$made/tree"

@@ -1,0 +1,68 @@
+//! What the package says of the libraries in it: their licences' texts, and the bill of materials.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn printed_by(script: &str) -> String {
+    let output = Command::new(root().join("packaging").join(script)).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Name and version of every library of the bill.
+fn libraries(bill: &Value) -> BTreeSet<String> {
+    let components = bill["components"].as_array().unwrap();
+    let name =
+        |c: &Value| format!("{} {}", c["name"].as_str().unwrap(), c["version"].as_str().unwrap());
+    components.iter().map(name).collect()
+}
+
+#[test]
+fn the_bill_of_materials_names_what_the_licences_name_with_checksums_and_what_wants_it() {
+    let bill: Value = serde_json::from_str(&printed_by("sbom.sh")).unwrap();
+    assert_eq!((&bill["bomFormat"], &bill["specVersion"]), (&"CycloneDX".into(), &"1.5".into()));
+    let own = &bill["metadata"]["component"];
+    assert_eq!(
+        (&own["name"], &own["version"]),
+        (&"rungd".into(), &env!("CARGO_PKG_VERSION").into())
+    );
+    for component in bill["components"].as_array().unwrap() {
+        let hash = component["hashes"][0]["content"].as_str().unwrap_or_default();
+        let licence = component["licenses"][0]["expression"].as_str().unwrap_or_default();
+        assert!(hash.len() == 64 && !licence.is_empty(), "{component}");
+    }
+    let mut wanted = BTreeSet::new();
+    for dependency in bill["dependencies"].as_array().unwrap() {
+        let on = dependency["dependsOn"].as_array().unwrap().iter();
+        wanted.extend(on.map(|on| on.as_str().unwrap().to_owned()));
+    }
+    let components = bill["components"].as_array().unwrap();
+    let all = components.iter().map(|c| c["bom-ref"].as_str().unwrap().to_owned()).collect();
+    assert_eq!(wanted, all, "everything is wanted by something");
+
+    let licences = printed_by("third-party.sh");
+    let list = licences.split("\n\n").nth(1).unwrap();
+    let listed = list.lines().map(|line| line.split_once(": ").unwrap().0.to_owned());
+    assert_eq!(libraries(&bill), listed.collect());
+    for library in libraries(&bill) {
+        assert!(licences.contains(&format!("{library} (")), "no licence's text for {library}");
+    }
+}
+
+#[test]
+fn the_package_lists_no_file_twice() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let assets = manifest.split("\nassets = [\n").nth(1).unwrap().split("\n]").next().unwrap();
+    let mut times: BTreeMap<&str, u32> = BTreeMap::new();
+    assets.lines().for_each(|line| *times.entry(line).or_default() += 1);
+    times.retain(|_, times| *times > 1);
+    assert!(times.is_empty(), "{times:#?}");
+}
