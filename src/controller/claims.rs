@@ -13,8 +13,8 @@
 //! every = "800ms"
 //! ```
 
-use super::Controller;
-use crate::io::simulated::settings::Rule;
+use super::settings::Controller;
+use crate::io::plant::settings::Rule;
 use crate::source::finding::{Code, Finding};
 
 /// A finding for every rule whose input a Modbus client moves too.

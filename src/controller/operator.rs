@@ -44,7 +44,13 @@ impl Default for Operator {
 /// The longest path: the system lets a socket have 107 bytes, and it is made under a longer name.
 pub const SOCKET_BYTES_MAX: usize = 103;
 
-pub(super) fn read(mut table: Table<'_>) -> WrittenOperator {
+/// Reads `[operator]` where it is.
+pub(super) fn read_in(root: &mut Table<'_>) -> Option<WrittenOperator> {
+    let explained = key("operator", "The socket by which operators ask and command.");
+    root.table(explained, "`[operator]`").map(read)
+}
+
+fn read(mut table: Table<'_>) -> WrittenOperator {
     let operator = WrittenOperator {
         span: table.span(),
         enabled: table

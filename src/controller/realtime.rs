@@ -39,8 +39,14 @@ const CPU_MAX: i64 = 1023;
 /// A second: no CPU sleeps deeper than this.
 const LATENCY_US_MAX: i64 = 1_000_000;
 
-/// Reads `[realtime]`.
-pub(super) fn read(mut table: Table<'_>) -> Realtime {
+/// Reads `[realtime]` where it is.
+pub(super) fn read_in(root: &mut Table<'_>) -> Realtime {
+    let table =
+        root.table(key("realtime", "What is asked of the operating system."), "`[realtime]`");
+    table.map_or_else(Realtime::default, read)
+}
+
+fn read(mut table: Table<'_>) -> Realtime {
     let flag = |table: &mut Table<'_>, key: Key| table.boolean(key).is_some_and(|flag| flag.value);
     let realtime = Realtime {
         policy: read_policy(&mut table),

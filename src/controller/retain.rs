@@ -23,7 +23,7 @@ pub struct WrittenRetain {
 
 impl WrittenRetain {
     /// What holds where there is no such table.
-    pub(super) fn absent(file: FileId) -> WrittenRetain {
+    fn absent(file: FileId) -> WrittenRetain {
         let nowhere = Span { file, start: 0, end: 0 };
         WrittenRetain {
             ranges: Vec::new(),
@@ -48,7 +48,13 @@ pub struct Retention {
     pub budget_mb: u32,
 }
 
-pub(super) fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
+/// Reads `[retain]` where it is.
+pub(super) fn read_in(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
+    let table = root.table(key("retain", "What a restart keeps."), "`[retain]`");
+    table.map_or_else(|| WrittenRetain::absent(file), |table| read(table, file))
+}
+
+fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
     let absent = WrittenRetain::absent(file);
     let ranges = table.strings(key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`."));
     if !table.has("ranges") {

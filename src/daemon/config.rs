@@ -10,12 +10,12 @@ use std::time::Duration;
 use anyhow::Result;
 
 use crate::controller::Controller;
-use crate::controller::device::{Device, Driver, Input, OnLoss, Output, SafeValue};
+use crate::controller::device::{Device, DriverSettings, Input, OnLoss, Output, SafeValue};
 use crate::controller::operator::Operator;
 use crate::controller::realtime::{self, Realtime};
 use crate::engine;
 use crate::io::modbus::settings::Modbus;
-use crate::io::simulated::settings::Rule;
+use crate::io::plant::settings::Rule;
 use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::load::{self, Loaded};
@@ -173,8 +173,8 @@ fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
         loss_after_ns: u64::from(device.loss_after_ms) * MS_NS,
         zero_on_loss: device.on_loss == OnLoss::Zero,
         local_budget_ns: match &device.driver {
-            Driver::Gpio(gpio) => Some(u64::from(gpio.budget_us) * US_NS),
-            Driver::Modbus(_) | Driver::Simulated(_) => None,
+            DriverSettings::Gpio(gpio) => Some(u64::from(gpio.budget_us) * US_NS),
+            DriverSettings::Modbus(_) | DriverSettings::Simulated(_) => None,
         },
     }
 }

@@ -9,7 +9,7 @@ use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use super::config::Setup;
-use crate::controller::device::{Device, Driver as Settings};
+use crate::controller::device::{Device, DriverSettings as Settings};
 use crate::io::caught::caught;
 use crate::io::device;
 use crate::io::device::{Driver, Health, Keeper, Opener, Parts};

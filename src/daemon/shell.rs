@@ -29,7 +29,7 @@ use crate::faults::{self, Point};
 use crate::io::caught::caught;
 use crate::io::device::Health;
 use crate::io::modbus::settings::Modbus;
-use crate::io::{modbus, simulated};
+use crate::io::{modbus, plant};
 use crate::isa::{Bit, BitSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::field::Ends;
@@ -343,9 +343,9 @@ async fn start_drivers(
             rules = setup.rules.len(),
             "a simulated device moves inputs: this is no real plant"
         );
-        let rules = Generations::new(simulated::Rules::new(&setup.rules, layout));
+        let rules = Generations::new(plant::Rules::new(&setup.rules, layout));
         device = Some(rules.clone());
-        drivers.spawn(simulated::Drive::new(rules, port.clone()).run(told(stopped)));
+        drivers.spawn(plant::Drive::new(rules, port.clone()).run(told(stopped)));
     }
     let desk = Generations::new(operator::View::new(setup, &about));
     let views = Views { desk: desk.clone(), about, narration, modbus, device };

@@ -11,4 +11,3 @@ pub mod gpio;
 pub mod modbus;
 pub mod modbus_client;
 pub mod plant;
-pub mod simulated;

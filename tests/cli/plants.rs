@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rungd::engine::{Cell, Engine, ScanTimes};
-use rungd::io::simulated::Device;
+use rungd::io::plant::Device;
 use rungd::load;
 use rungd::lower::{Symbols, lower};
 use rungd::resolve::scope::Scope;

@@ -4,8 +4,8 @@
 use crate::support::page;
 use rungd::controller::{Controller, read, resolve_controller};
 use rungd::engine::Engine;
-use rungd::io::simulated::Device;
-use rungd::io::simulated::settings::{Motion, Rule};
+use rungd::io::plant::Device;
+use rungd::io::plant::settings::{Motion, Rule};
 use rungd::isa::Address;
 use rungd::lower::{Symbols, lower};
 use rungd::resolve::program::Program;

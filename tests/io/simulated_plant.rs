@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use proptest::prelude::*;
-use rungd::controller::device::Driver;
+use rungd::controller::device::DriverSettings;
 use rungd::controller::read;
 use rungd::controller::resolve_controller;
 use rungd::io::plant::{Lost, Model};
@@ -66,7 +66,7 @@ fn model(text: &str) -> Model {
     assert!(findings.is_empty(), "{findings:#?}");
     let (controller, findings) = resolve_controller(&written.expect("TOML"), &program);
     match controller.devices.first().map(|device| &device.driver) {
-        Some(Driver::Simulated(plant)) => Model::new(plant),
+        Some(DriverSettings::Simulated(plant)) => Model::new(plant),
         other => panic!("{other:?}: {findings:#?}"),
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rungd::controller::Controller;
 use rungd::controller::realtime::{Policy, Realtime};
-use rungd::io::simulated::settings::Motion;
+use rungd::io::plant::settings::Motion;
 use rungd::isa::{Bit, BitSpace};
 use rungd::load::controller_file;
 use rungd::source::render::{Style, render};

@@ -1,7 +1,7 @@
 //! A controller with a simulated plant, in virtual time.
 #![allow(dead_code)]
 
-use rungd::controller::device::{Device, Driver};
+use rungd::controller::device::{Device, DriverSettings};
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::io::plant::Model;
 use rungd::isa::{Address, Bit, BitSpace, Health};
@@ -32,7 +32,7 @@ impl Plant {
         let mut engine = Engine::new(code);
         engine.start(0);
         let device = controller.devices[0].clone();
-        let Driver::Simulated(settings) = &device.driver else { panic!("{device:?}") };
+        let DriverSettings::Simulated(settings) = &device.driver else { panic!("{device:?}") };
         let model = Model::new(settings);
         let scope = Scope::of(&program);
         Plant { scope, symbols, engine, device, model, now_ms: 0, good_ms: 0 }

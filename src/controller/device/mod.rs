@@ -5,141 +5,33 @@
 //! text like `coil 0..7` means, only a driver's own file knows: it is handed rows whose addresses
 //! are resolved, and gives points in the same order.
 
+pub mod driver;
+mod drivers;
 pub mod gpio;
 pub mod keys;
 pub mod modbus;
+pub mod settings;
 pub mod simulated;
 mod wiring;
 
-use keys::{self as written, DriverKind, Entry};
+use driver::{Direction, DriverKeys, MapRow, Row, WrittenDevice, at_least_one};
 
-use crate::io::gpio::settings::Gpio;
-use crate::io::modbus_client::settings::Client;
-use crate::io::plant::settings::Plant;
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Word, WordSpace};
 use crate::resolve::operands::resolve_operands;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::{Constant, Text};
-use crate::source::span::{Located, Span};
 
+pub use settings::{Device, DriverSettings, Input, OnLoss, Output, SafeValue};
 pub use wiring::moved_twice;
 pub(super) use wiring::unmapped_outputs;
 
 /// The most points that a device may have.
 pub const POINTS_MAX: usize = 65_536;
 
-/// A field device.
-#[derive(Clone, Debug)]
-pub struct Device {
-    /// Its number, which names its bits.
-    pub id: DeviceId,
-    /// Its name.
-    pub name: String,
-    /// The place of its name.
-    pub span: Span,
-    /// From exchange to exchange, ms; at least 1.
-    pub poll_ms: u32,
-    /// What becomes of its inputs when it is lost.
-    pub on_loss: OnLoss,
-    /// How old its last good exchange may become before it is lost, ms; at least 1.
-    pub loss_after_ms: u32,
-    /// What it moves, point by point.
-    pub inputs: Vec<Input>,
-    /// What it takes, point by point.
-    pub outputs: Vec<Output>,
-    /// Which driver, and its points in the same order.
-    pub driver: Driver,
-}
-
-/// What becomes of the inputs of a lost device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OnLoss {
-    /// They stay as they were read last.
-    #[default]
-    Hold,
-    /// They are OFF and 0.
-    Zero,
-}
-
-/// A bit or word that a device moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Input {
-    /// Which; X, C, MC, MI, V, D, MHR or MIR.
-    pub address: Address,
-    /// The place of its row.
-    pub span: Span,
-}
-
-/// A bit or word that goes to a device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Output {
-    /// Which; never a structure.
-    pub address: Address,
-    /// What goes out instead, outside RUN.
-    pub safe: SafeValue,
-    /// The place of its row.
-    pub span: Span,
-}
-
-/// What an output is outside RUN.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SafeValue {
-    /// A Y: what `[outputs]` says of it.
-    AsOutput,
-    /// This.
-    Value(i32),
-    /// What it was last.
-    Hold,
-}
-
-/// A driver's settings, with its points; no places, since these move with every edit of the file.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Driver {
-    /// Remote I/O over Modbus, by TCP or a serial line.
-    Modbus(Client),
-    /// Local lines.
-    Gpio(Gpio),
-    /// A plant in software.
-    Simulated(Plant),
-}
-
-/// Which way a row's values go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Direction {
-    /// From the device to memory.
-    In,
-    /// From memory to the device.
-    Out,
-}
-
-/// A row of a map, its addresses resolved.
-pub(super) struct Row<'a> {
-    pub entry: &'a Entry,
-    pub direction: Direction,
-    /// The driver's own text: which points.
-    pub points: &'a Text,
-    /// One a point, in their order.
-    pub addresses: Vec<Address>,
-    /// The addresses as written.
-    pub text: &'a Text,
-}
-
-impl Row<'_> {
-    /// A finding at the row's points.
-    pub fn find(&self, message: String) -> Finding {
-        Finding::new(Code::Controller, self.points.span, message)
-    }
-
-    /// Whether its addresses are words.
-    pub fn is_words(&self) -> bool {
-        matches!(self.addresses.first(), Some(Address::Word(_)))
-    }
-}
-
 /// Resolves all `[[device]]`. With an error among the findings, devices may be missing.
 pub(super) fn resolve(
-    devices: &[written::Device],
+    devices: &[WrittenDevice],
     scope: &Scope,
     findings: &mut Vec<Finding>,
 ) -> Vec<Device> {
@@ -155,15 +47,19 @@ pub(super) fn resolve(
 }
 
 fn one(
-    device: &written::Device,
+    device: &WrittenDevice,
     (id, name): (DeviceId, &Text),
     scope: &Scope,
     findings: &mut Vec<Finding>,
 ) -> Option<Device> {
-    let kind = device.driver?;
+    let driver = device.driver.as_deref()?;
     let before = findings.len();
-    let rows: Vec<Row<'_>> =
-        device.map.iter().filter_map(|entry| row(device, entry, scope, findings)).collect();
+    let rows: Vec<Row<'_>> = device
+        .map
+        .iter()
+        .enumerate()
+        .filter_map(|(at, written)| row((device, at, written), scope, findings))
+        .collect();
     if device.map.is_empty() {
         let message = format!("`{}` exchanges nothing: it has no map", name.text);
         let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
@@ -177,13 +73,7 @@ fn one(
     let on_loss = on_loss(device.on_loss.as_ref(), findings);
     let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
     let loss_after_ms = loss_after(device, poll_ms, findings);
-    let driver = match kind {
-        DriverKind::ModbusTcp | DriverKind::ModbusRtu => {
-            modbus::resolve(device, &rows, findings).map(Driver::Modbus)
-        }
-        DriverKind::Gpio => gpio::resolve(device, &rows, findings).map(Driver::Gpio),
-        DriverKind::Simulated => simulated::resolve(device, &rows, findings).map(Driver::Simulated),
-    };
+    let settings = driver.resolve(device, &rows, findings);
     let outputs = outputs(&rows, findings);
     let inputs = inputs(&rows, findings);
     if findings.len() > before
@@ -192,38 +82,18 @@ fn one(
         return None;
     }
     let name = name.text.clone();
-    let (span, driver) = (device.name.as_ref()?.span, driver?);
+    let (span, driver) = (device.name.as_ref()?.span, settings?);
     Some(Device { id, name, span, poll_ms, on_loss, loss_after_ms, inputs, outputs, driver })
 }
 
-/// Whether a text is in the notation of this driver's points.
-fn is_point(device: &written::Device, text: &str) -> bool {
-    match device.driver {
-        Some(DriverKind::ModbusTcp | DriverKind::ModbusRtu) => modbus::is_point(text),
-        Some(DriverKind::Gpio) => gpio::is_point(text),
-        Some(DriverKind::Simulated) => simulated::is_point(device, text),
-        None => false,
-    }
-}
-
-/// How a point of a driver is written, for a help.
-fn example(kind: Option<DriverKind>) -> &'static str {
-    match kind {
-        Some(DriverKind::ModbusTcp | DriverKind::ModbusRtu) | None => modbus::EXAMPLE,
-        Some(DriverKind::Gpio) => gpio::EXAMPLE,
-        Some(DriverKind::Simulated) => simulated::EXAMPLE,
-    }
-}
-
 fn row<'a>(
-    device: &'a written::Device,
-    entry: &'a Entry,
+    (device, at, written): (&'a WrittenDevice, usize, &'a MapRow),
     scope: &Scope,
     findings: &mut Vec<Finding>,
 ) -> Option<Row<'a>> {
-    let (from, to) = (entry.from.as_ref()?, entry.to.as_ref()?);
-    let (direction, points, text) = match (is_point(device, &from.text), is_point(device, &to.text))
-    {
+    let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
+    let driver = device.driver.as_deref()?;
+    let (direction, points, text) = match (driver.is_point(&from.text), driver.is_point(&to.text)) {
         (true, false) => (Direction::In, from, to),
         (false, true) => (Direction::Out, to, from),
         (both, _) => {
@@ -235,9 +105,9 @@ fn row<'a>(
             let help = format!(
                 "an input: `{{ from = \"{0}\", to = \"X0\" }}`; an output: \
                  `{{ from = \"Y0\", to = \"{0}\" }}`",
-                example(device.driver)
+                driver.example()
             );
-            findings.push(Finding::new(Code::Controller, entry.span, message).help(help));
+            findings.push(Finding::new(Code::Controller, written.span, message).help(help));
             return None;
         }
     };
@@ -252,7 +122,7 @@ fn row<'a>(
         findings.push(finding);
         return None;
     }
-    Some(Row { entry, direction, points, addresses, text })
+    Some(Row { at, written, direction, points, addresses, text })
 }
 
 /// What cannot be moved by a device.
@@ -275,7 +145,7 @@ fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option
 fn inputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Input> {
     let rows = || rows.iter().filter(|row| row.direction == Direction::In);
     for row in rows() {
-        if let Some(safe) = &row.entry.safe {
+        if let Some(safe) = &row.written.safe {
             let message = "an input has no safe value";
             let help = "what becomes of it when the device is lost, `on-loss` of the device says";
             findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
@@ -302,7 +172,7 @@ fn outputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
 
 /// `hold` where it means nothing.
 fn misplaced_hold(row: &Row<'_>) -> Option<Finding> {
-    let hold = row.entry.hold.as_ref().filter(|hold| hold.value)?;
+    let hold = row.written.hold.as_ref().filter(|hold| hold.value)?;
     let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let (message, help) = match row.direction {
         Direction::In => (
@@ -313,7 +183,7 @@ fn misplaced_hold(row: &Row<'_>) -> Option<Finding> {
             format!("`[outputs]` says what `{}` is when safe", row.text.text),
             "write it in `[outputs]`: `hold = [\"Y1\"]`",
         ),
-        Direction::Out if row.entry.safe.is_some() => {
+        Direction::Out if row.written.safe.is_some() => {
             ("`hold` and `safe` in one row".to_owned(), "one of the two: what it was, or a value")
         }
         Direction::Out => return None,
@@ -327,8 +197,8 @@ fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> S
         Address::Word(word) => word.range(),
         _ => (0, 1),
     };
-    let Some(safe) = &row.entry.safe else {
-        return match (is_output, row.entry.hold.as_ref().is_some_and(|hold| hold.value)) {
+    let Some(safe) = &row.written.safe else {
+        return match (is_output, row.written.hold.as_ref().is_some_and(|hold| hold.value)) {
             (true, _) => SafeValue::AsOutput,
             (false, true) => SafeValue::Hold,
             (false, false) => SafeValue::Value(0),
@@ -368,12 +238,12 @@ fn on_loss(text: Option<&Text>, findings: &mut Vec<Finding>) -> OnLoss {
 }
 
 /// How old the last good exchange may be: always more than a poll, which it takes to know better.
-fn loss_after(device: &written::Device, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
+fn loss_after(device: &WrittenDevice, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
     let default_ms = poll_ms.saturating_mul(3).max(1000);
     let loss_after = device.loss_after_ms.as_ref();
     let loss_after_ms = at_least_one("loss-after", loss_after, default_ms, findings);
     if let Some(written) = loss_after
-        && device.driver != Some(DriverKind::Gpio)
+        && device.driver.as_deref().is_some_and(DriverKeys::is_polled)
         && (1..=i64::from(poll_ms)).contains(&i64::from(written.value))
     {
         let message = format!("lost after {loss_after_ms} ms, and polled every {poll_ms} ms");
@@ -385,20 +255,4 @@ fn loss_after(device: &written::Device, poll_ms: u32, findings: &mut Vec<Finding
         );
     }
     loss_after_ms
-}
-
-/// A duration of at least 1 ms.
-pub(super) fn at_least_one(
-    key: &str,
-    ms: Option<&Located<i32>>,
-    default: u32,
-    findings: &mut Vec<Finding>,
-) -> u32 {
-    let Some(ms) = ms else { return default };
-    if ms.value < 1 {
-        let message = format!("`{key}` is at least 1ms");
-        let finding = Finding::new(Code::OutOfRange, ms.span, message);
-        findings.push(finding.help(format!("write `{key} = \"20ms\"`")));
-    }
-    ms.value.max(1).unsigned_abs()
 }

@@ -16,8 +16,8 @@
 
 use std::collections::HashMap;
 
-use super::Device;
-use crate::controller::Controller;
+use super::settings::Device;
+use crate::controller::settings::Controller;
 use crate::isa::{Address, Bit, BitSpace};
 use crate::resolve::program::Program;
 use crate::resolve::range::{Range, Space};

@@ -83,7 +83,13 @@ pub struct Mapping {
 /// Unit identifiers are a byte.
 const UNITS: (i64, i64) = (0, 255);
 
-pub(in crate::controller) fn read(mut table: Table<'_>) -> ModbusServer {
+/// Reads `[modbus-server]` where it is.
+pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<ModbusServer> {
+    let explained = key("modbus-server", "A Modbus TCP server; none where this is absent.");
+    root.table(explained, "`[modbus-server]`").map(read)
+}
+
+fn read(mut table: Table<'_>) -> ModbusServer {
     let time = |table: &mut Table<'_>, key: Key, default| {
         table.duration(key).map_or(default, |duration| duration.value)
     };

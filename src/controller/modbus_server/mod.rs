@@ -10,7 +10,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use keys::{self as written, Mapping};
 
-use super::{Resolver, Wanted};
+use super::resolver::{Resolver, Wanted};
 use crate::io::modbus::clients::Network;
 use crate::io::modbus::settings::{Entry, LISTS_MAX, Modbus, Table, WriteList};
 use crate::isa::{Address, Bit, BitSpace, MemorySizes, Word, WordSpace};

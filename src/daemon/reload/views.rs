@@ -4,7 +4,7 @@ use crate::daemon::config::Setup;
 use crate::daemon::narration::Narration;
 use crate::daemon::operator::{AboutParts, View};
 use crate::io::modbus::settings::Modbus;
-use crate::io::{modbus, simulated};
+use crate::io::{modbus, plant};
 use crate::resolve::program::Program;
 use crate::retain::Plan;
 use crate::runtime::Generations;
@@ -16,7 +16,7 @@ pub(in super::super) struct Views {
     pub narration: Generations<Narration>,
     /// With the settings that it was started with.
     pub modbus: Option<(Generations<modbus::Map>, Modbus)>,
-    pub device: Option<Generations<simulated::Rules>>,
+    pub device: Option<Generations<plant::Rules>>,
 }
 
 impl Views {
@@ -39,7 +39,7 @@ impl Views {
             retention.plans.insert(generation, plan);
         }
         if let Some(rules) = &self.device {
-            rules.insert(generation, simulated::Rules::new(&setup.rules, layout));
+            rules.insert(generation, plant::Rules::new(&setup.rules, layout));
         }
     }
 

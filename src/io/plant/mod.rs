@@ -2,16 +2,22 @@
 //!
 //! [`Model`] is pure: it takes the time and what goes out to the plant, and tells what comes in.
 //! Tests step it by hand; here it is a driver, and an exchange is a step up to the present. What
-//! parts and faults do is `docs/simulated-plant.md`.
+//! parts and faults do is `docs/simulated-plant.md`. The rules of `[[simulated-device]]` are single
+//! parts without a plant around them ([`Device`], and [`Drive`] beside a running controller).
 
+mod drive;
 mod fault;
+mod follower;
 mod model;
 mod part;
+mod rules;
 pub mod settings;
 
 use std::time::Instant;
 
+pub use drive::{Drive, Rules};
 pub use model::{Lost, Model};
+pub use rules::Device;
 
 use super::device::{Done, Driver, Exchange, Trouble};
 use settings::Plant as Settings;

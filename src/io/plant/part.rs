@@ -6,8 +6,8 @@
 
 use std::collections::VecDeque;
 
+use super::follower::Follower;
 use super::settings::{Delays, PartSettings, Scale, opening};
-use crate::io::simulated::Follower;
 
 /// Nanometres in a millimetre, and as many millionths in a tank's unit.
 const MILLION: u64 = 1_000_000;

@@ -1,25 +1,26 @@
 //! The keys of local lines (`gpio`) in a `[[device]]` and its map.
 
-use super::super::keys::{DriverKind, belongs};
 use crate::io::gpio::settings::{Bias, Drive};
 use crate::source::key::{key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::Located;
 
-const DRIVERS: [DriverKind; 1] = [DriverKind::Gpio];
-
 /// What a `[[device]]` says of its chip.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
+    /// Whether the device names this driver: then a key can be missing.
+    pub is_named: bool,
     /// `chip`: its character device, or its label.
     pub chip: Option<Text>,
     /// `budget-us`: how long an exchange may take.
     pub budget_us: Option<Located<i64>>,
+    /// Of each row of the map.
+    pub rows: Vec<RowKeys>,
 }
 
 /// What a row of the map says of its lines.
 #[derive(Clone, Debug, Default)]
-pub struct EntryKeys {
+pub struct RowKeys {
     /// `active-low`: ON is a low level.
     pub active_low: bool,
     /// `debounce`, ms.
@@ -31,38 +32,29 @@ pub struct EntryKeys {
 }
 
 impl Keys {
-    pub(in crate::controller::device) fn read(
-        table: &mut Table<'_>,
-        driver: Option<DriverKind>,
-    ) -> Keys {
-        if !belongs(driver, &DRIVERS) {
-            return Keys::default();
-        }
-        if driver.is_some() {
+    /// Unread.
+    pub fn of(name: Option<&str>) -> Keys {
+        Keys { is_named: name.is_some(), ..Keys::default() }
+    }
+
+    pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
+        if self.is_named {
             table.require("chip", "\"/dev/gpiochip0\"");
         }
-        Keys {
-            chip: table.string(key(
-                "chip",
-                "`gpio`: its character device, or `label:` and what the chip calls itself.",
-            )),
-            budget_us: table.integer(
-                key("budget-us", "`gpio`: so long may an exchange take; 200 if not given."),
-                (1, 1_000_000),
-            ),
-        }
+        self.chip = table.string(key(
+            "chip",
+            "`gpio`: its character device, or `label:` and what the chip calls itself.",
+        ));
+        self.budget_us = table.integer(
+            key("budget-us", "`gpio`: so long may an exchange take; 200 if not given."),
+            (1, 1_000_000),
+        );
     }
 }
 
-impl EntryKeys {
-    pub(in crate::controller::device) fn read(
-        row: &mut Table<'_>,
-        driver: Option<DriverKind>,
-    ) -> EntryKeys {
-        if !belongs(driver, &DRIVERS) {
-            return EntryKeys::default();
-        }
-        EntryKeys {
+impl RowKeys {
+    pub(super) fn read(row: &mut Table<'_>) -> RowKeys {
+        RowKeys {
             active_low: row
                 .boolean(key("active-low", "`gpio`: ON is a low level."))
                 .is_some_and(|low| low.value),

@@ -12,15 +12,14 @@
 
 pub mod keys;
 
-use super::keys as written;
-use super::{Direction, Row};
+use keys::{Keys, RowKeys};
+
+use super::driver::{Direction, DriverKeys, Row, WrittenDevice};
+use super::settings::DriverSettings;
 use crate::io::gpio::settings::{At, Bias, Chip, Drive, Gpio, GpioLine, Setting};
 use crate::source::finding::{Code, Finding};
-use crate::source::reader::Text;
+use crate::source::reader::{Table, Text};
 use crate::source::span::Span;
-
-/// A point as written, for a help.
-pub(super) const EXAMPLE: &str = "line 17";
 
 /// How long an exchange may take where nothing is said.
 const BUDGET_US: u32 = 200;
@@ -29,13 +28,40 @@ const DEBOUNCE_MS_MAX: i32 = 10_000;
 /// The most lines that a chip has.
 const LINES_MAX: u32 = 65_536;
 
-/// Whether a text reads as lines.
-pub(super) fn is_point(text: &str) -> bool {
-    text.split_once(' ').is_some_and(|(word, _)| matches!(word, "line" | "lines"))
+impl DriverKeys for Keys {
+    fn read_row(&mut self, row: &mut Table<'_>) {
+        self.rows.push(RowKeys::read(row));
+    }
+
+    fn read(&mut self, table: &mut Table<'_>) {
+        self.read_device(table);
+    }
+
+    fn is_point(&self, text: &str) -> bool {
+        text.split_once(' ').is_some_and(|(word, _)| matches!(word, "line" | "lines"))
+    }
+
+    fn example(&self) -> &'static str {
+        "line 17"
+    }
+
+    fn resolve(
+        &self,
+        device: &WrittenDevice,
+        rows: &[Row<'_>],
+        findings: &mut Vec<Finding>,
+    ) -> Option<DriverSettings> {
+        lines_of(self, device, rows, findings).map(DriverSettings::Gpio)
+    }
+
+    fn is_polled(&self) -> bool {
+        false
+    }
 }
 
-pub(super) fn resolve(
-    device: &written::Device,
+fn lines_of(
+    keys: &Keys,
+    device: &WrittenDevice,
     rows: &[Row<'_>],
     findings: &mut Vec<Finding>,
 ) -> Option<Gpio> {
@@ -46,8 +72,8 @@ pub(super) fn resolve(
         findings.push(finding.help("take `poll` out; `[scan] period` says how often"));
     }
     let mut gpio = Gpio {
-        chip: chip(device.gpio.chip.as_ref()?, findings),
-        budget_us: device.gpio.budget_us.as_ref().map_or(BUDGET_US, |us| us.value as u32),
+        chip: chip(keys.chip.as_ref()?, findings),
+        budget_us: keys.budget_us.as_ref().map_or(BUDGET_US, |us| us.value as u32),
         inputs: Vec::new(),
         outputs: Vec::new(),
     };
@@ -60,7 +86,7 @@ pub(super) fn resolve(
                 continue;
             }
         };
-        let setting = setting(row, findings);
+        let setting = setting(row, &keys.rows[row.at], findings);
         for at in lines {
             enter(&at, row.points.span, &mut seen, findings);
             let of = match row.direction {
@@ -145,8 +171,7 @@ fn enter(at: &At, span: Span, seen: &mut Vec<(At, Span)>, findings: &mut Vec<Fin
     }
 }
 
-fn setting(row: &Row<'_>, findings: &mut Vec<Finding>) -> Setting {
-    let keys = &row.entry.gpio;
+fn setting(row: &Row<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> Setting {
     let is_output = row.direction == Direction::Out;
     if let Some(debounce) = &keys.debounce_ms {
         if is_output {

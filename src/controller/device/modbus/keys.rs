@@ -1,13 +1,16 @@
 //! The keys of the Modbus clients (`modbus-tcp`, `modbus-rtu`) in a `[[device]]` and its map.
 
-use super::super::keys::{DriverKind, belongs};
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{Parity, Writes};
 use crate::source::key::{LEAST_1MS, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
-const DRIVERS: [DriverKind; 2] = [DriverKind::ModbusTcp, DriverKind::ModbusRtu];
+/// What `driver` calls the clients: by TCP, and by a serial line.
+pub const NAMES: [&str; 2] = [TCP, RTU];
+const TCP: &str = "modbus-tcp";
+const RTU: &str = "modbus-rtu";
+
 const UNITS: (i64, i64) = (0, 255);
 const REGISTERS: (i64, i64) = (0, 65_535);
 /// More bridged registers than this would make requests longer than they may be.
@@ -20,6 +23,8 @@ const OFFSETS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 /// What a `[[device]]` says of its line.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
+    /// By what the peer is reached, where the device names it.
+    pub medium: Option<Medium>,
     /// `address`: IP address and port.
     pub address: Option<Text>,
     /// `connect-timeout`, ms.
@@ -46,6 +51,17 @@ pub struct Keys {
     pub gap: Option<Located<i64>>,
     /// `watchdog`.
     pub watchdog: Option<Watchdog>,
+    /// Of each row of the map.
+    pub rows: Vec<RowKeys>,
+}
+
+/// By what a peer is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Medium {
+    /// `modbus-tcp`.
+    Tcp,
+    /// `modbus-rtu`.
+    Serial,
 }
 
 /// `watchdog`: a register that is fed.
@@ -63,7 +79,7 @@ pub struct Watchdog {
 
 /// What a row of the map says of its points.
 #[derive(Clone, Debug, Default)]
-pub struct EntryKeys {
+pub struct RowKeys {
     /// `unit`; else the device's.
     pub unit: Option<Located<i64>>,
     /// `type` of a register's number.
@@ -79,17 +95,19 @@ pub struct EntryKeys {
 }
 
 impl Keys {
-    pub(in crate::controller::device) fn read(
-        table: &mut Table<'_>,
-        driver: Option<DriverKind>,
-    ) -> Keys {
-        let mut keys = Keys::default();
-        if belongs(driver, &[DriverKind::ModbusTcp]) {
-            keys.address = table.string(key(
+    /// Unread; without a name, those of both media.
+    pub fn of(name: Option<&str>) -> Keys {
+        let medium = name.map(|name| if name == RTU { Medium::Serial } else { Medium::Tcp });
+        Keys { medium, ..Keys::default() }
+    }
+
+    pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
+        if self.medium != Some(Medium::Serial) {
+            self.address = table.string(key(
                 "address",
                 "`modbus-tcp`: its IP address and port; port 502 if not given.",
             ));
-            keys.connect_timeout_ms = table.duration(
+            self.connect_timeout_ms = table.duration(
                 key(
                     "connect-timeout",
                     "`modbus-tcp`: a connection is made by then; 1s if not given.",
@@ -97,56 +115,53 @@ impl Keys {
                 .limited(LEAST_1MS),
             );
         }
-        if belongs(driver, &[DriverKind::ModbusRtu]) {
-            keys.port =
+        if self.medium != Some(Medium::Tcp) {
+            self.port =
                 table.string(key("port", "`modbus-rtu`: the character device of its serial line."));
-            keys.baud = table
+            self.baud = table
                 .integer(key("baud", "`modbus-rtu`: bits a second; 19200 if not given."), BAUDS);
-            keys.parity = table.string(
+            self.parity = table.string(
                 key("parity", "`modbus-rtu`: its parity bit; `even` if not given.")
                     .one_of(|| words(&Parity::NAMES)),
             );
-            keys.stop_bits = table.integer(
+            self.stop_bits = table.integer(
                 key("stop-bits", "`modbus-rtu`: 1 if not given, without parity 2."),
                 (1, 2),
             );
-            keys.echo = table.boolean(key(
+            self.echo = table.boolean(key(
                 "echo",
                 "`modbus-rtu`: its adapter sends requests back; false if not given.",
             ));
         }
-        if belongs(driver, &DRIVERS) {
-            keys.unit = table.integer(
-                key("unit", "Modbus: the unit of rows that name none; 1 if not given."),
-                UNITS,
-            );
-            keys.timeout_ms = table.duration(
-                key("timeout", "Modbus: an answer is whole by then; 200ms if not given.")
-                    .limited(LEAST_1MS),
-            );
-            keys.write_every_ms = table.duration(key(
-                "write-every",
-                "Modbus: all outputs are written so often; 1s if not given; 0ms: never.",
-            ));
-            keys.writes = table.string(
-                key("writes", "Modbus: functions 5 and 6, 15 and 16, or which fits.")
-                    .one_of(|| words(&Writes::NAMES)),
-            );
-            keys.gap = table.integer(
-                key(
-                    "gap",
-                    "Modbus: registers between two points that are read with them; 0 if not given.",
-                ),
-                GAPS,
-            );
-            keys.watchdog = table
-                .table(
-                    key("watchdog", "Modbus: a holding register to which a counter is written."),
-                    "a watchdog",
-                )
-                .map(Watchdog::read);
-        }
-        keys
+        self.unit = table.integer(
+            key("unit", "Modbus: the unit of rows that name none; 1 if not given."),
+            UNITS,
+        );
+        self.timeout_ms = table.duration(
+            key("timeout", "Modbus: an answer is whole by then; 200ms if not given.")
+                .limited(LEAST_1MS),
+        );
+        self.write_every_ms = table.duration(key(
+            "write-every",
+            "Modbus: all outputs are written so often; 1s if not given; 0ms: never.",
+        ));
+        self.writes = table.string(
+            key("writes", "Modbus: functions 5 and 6, 15 and 16, or which fits.")
+                .one_of(|| words(&Writes::NAMES)),
+        );
+        self.gap = table.integer(
+            key(
+                "gap",
+                "Modbus: registers between two points that are read with them; 0 if not given.",
+            ),
+            GAPS,
+        );
+        self.watchdog = table
+            .table(
+                key("watchdog", "Modbus: a holding register to which a counter is written."),
+                "a watchdog",
+            )
+            .map(Watchdog::read);
     }
 }
 
@@ -166,15 +181,9 @@ impl Watchdog {
     }
 }
 
-impl EntryKeys {
-    pub(in crate::controller::device) fn read(
-        row: &mut Table<'_>,
-        driver: Option<DriverKind>,
-    ) -> EntryKeys {
-        if !belongs(driver, &DRIVERS) {
-            return EntryKeys::default();
-        }
-        EntryKeys {
+impl RowKeys {
+    pub(super) fn read(row: &mut Table<'_>) -> RowKeys {
+        RowKeys {
             unit: row.integer(key("unit", "Modbus: whose points; else the device's."), UNITS),
             kind: row.string(
                 key(

@@ -9,44 +9,71 @@ mod points;
 
 use std::net::{IpAddr, SocketAddr};
 
-use super::keys::{self as written, DriverKind};
-use super::{Direction, Row, at_least_one};
+use super::driver::{Direction, DriverKeys, Row, WrittenDevice, at_least_one};
+use super::settings::DriverSettings;
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{
     Client, Link, Number, Parity, Point, PointForm, Serial, Watchdog, Writes,
 };
 use crate::source::finding::{Code, Finding};
-use crate::source::reader::Text;
+use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
-use keys::{EntryKeys, Keys, Watchdog as WrittenWatchdog};
+use keys::{Keys, Medium, RowKeys, Watchdog as WrittenWatchdog};
 pub(super) use peers::at_odds;
-pub(super) use points::is_point;
 use points::{Mistake, Stretch};
-
-/// A point as written, for a help.
-pub(super) const EXAMPLE: &str = "coil 0";
 
 /// The port of Modbus.
 const PORT: u16 = 502;
 
-pub(super) fn resolve(
-    device: &written::Device,
+impl DriverKeys for Keys {
+    fn read_row(&mut self, row: &mut Table<'_>) {
+        self.rows.push(RowKeys::read(row));
+    }
+
+    fn read(&mut self, table: &mut Table<'_>) {
+        self.read_device(table);
+    }
+
+    fn is_point(&self, text: &str) -> bool {
+        points::is_point(text)
+    }
+
+    fn example(&self) -> &'static str {
+        "coil 0"
+    }
+
+    fn resolve(
+        &self,
+        device: &WrittenDevice,
+        rows: &[Row<'_>],
+        findings: &mut Vec<Finding>,
+    ) -> Option<DriverSettings> {
+        client(self, device, rows, findings).map(DriverSettings::Modbus)
+    }
+
+    fn other_output(&self) -> Option<Span> {
+        self.watchdog.as_ref().map(|watchdog| watchdog.span)
+    }
+}
+
+fn client(
+    keys: &Keys,
+    device: &WrittenDevice,
     rows: &[Row<'_>],
     findings: &mut Vec<Finding>,
 ) -> Option<Client> {
-    let keys = &device.modbus;
-    let link = match device.driver? {
-        DriverKind::ModbusTcp => tcp(device, findings),
-        _ => serial(device, findings),
+    let link = match keys.medium? {
+        Medium::Tcp => tcp(keys, device, findings),
+        Medium::Serial => serial(keys, device, findings),
     };
-    let mut reader = Reader { device, findings };
+    let mut reader = Reader { keys, device, findings };
     let unit = reader.unit(keys.unit.as_ref(), 1);
     let writes = reader.word(keys.writes.as_ref(), "writes", &Writes::NAMES).unwrap_or_default();
     let watchdog = keys.watchdog.as_ref().and_then(|watchdog| reader.watchdog(watchdog, unit));
     let mut points = [Vec::new(), Vec::new()];
     for row in rows {
-        let row_unit = reader.unit(row.entry.modbus.unit.as_ref(), unit);
+        let row_unit = reader.unit(keys.rows[row.at].unit.as_ref(), unit);
         let Some(found) = reader.row(row, row_unit) else { continue };
         let is_wide = found.first().is_some_and(|point| point.width() == 2);
         if row.direction == Direction::Out && is_wide && writes == Writes::Single {
@@ -63,14 +90,13 @@ pub(super) fn resolve(
     Some(Client { link, timeout_ms, write_every_ms, writes, gap, watchdog, inputs, outputs })
 }
 
-fn missing(device: &written::Device, key: &str, example: &str) -> Finding {
+fn missing(device: &WrittenDevice, key: &str, example: &str) -> Finding {
     let message = format!("a device has no `{key}`");
     let help = format!("give it one: `{key} = \"{example}\"`");
     Finding::new(Code::MissingKey, device.span, message).help(help)
 }
 
-fn tcp(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link> {
-    let keys: &Keys = &device.modbus;
+fn tcp(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> Option<Link> {
     let timeout = keys.connect_timeout_ms.as_ref();
     let connect_timeout_ms = at_least_one("connect-timeout", timeout, 1000, findings);
     let Some(text) = &keys.address else {
@@ -88,10 +114,9 @@ fn tcp(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link> {
     Some(Link::Tcp { address, connect_timeout_ms })
 }
 
-fn serial(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link> {
-    let keys: &Keys = &device.modbus;
+fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> Option<Link> {
     let baud = keys.baud.as_ref().map_or(19_200, |baud| baud.value as u32);
-    let mut reader = Reader { device, findings };
+    let mut reader = Reader { keys, device, findings };
     let parity =
         reader.word(keys.parity.as_ref(), "parity", &Parity::NAMES).unwrap_or(Parity::Even);
     // As the specification has it: eleven bits a character.
@@ -113,7 +138,8 @@ fn serial(device: &written::Device, findings: &mut Vec<Finding>) -> Option<Link>
 
 /// What is read of one device.
 struct Reader<'a> {
-    device: &'a written::Device,
+    keys: &'a Keys,
+    device: &'a WrittenDevice,
     findings: &'a mut Vec<Finding>,
 }
 
@@ -140,7 +166,7 @@ impl Reader<'_> {
 
     fn unit(&mut self, unit: Option<&Located<i64>>, default: u8) -> u8 {
         let Some(unit) = unit else { return default };
-        let is_serial = self.device.driver == Some(DriverKind::ModbusRtu);
+        let is_serial = self.keys.medium == Some(Medium::Serial);
         if is_serial && !(1..=247).contains(&unit.value) {
             let message = format!("no unit of a serial line is {}", unit.value);
             self.find(unit.span, (message, Some("units are 1 to 247".to_owned())));
@@ -176,7 +202,7 @@ impl Reader<'_> {
             self.find(row.points.span, mistake);
             return None;
         }
-        let number = self.number(&row.entry.modbus, is_bits)?;
+        let number = self.number(&self.keys.rows[row.at], is_bits)?;
         let width = if is_bits { 1 } else { u32::from(number.kind.registers()) };
         let (wanted, count) = (row.addresses.len() as u32 * width, stretch.count);
         if wanted != count {
@@ -196,7 +222,7 @@ impl Reader<'_> {
     }
 
     /// What the keys of a row make of its registers.
-    fn number(&mut self, keys: &EntryKeys, is_bits: bool) -> Option<Number> {
+    fn number(&mut self, keys: &RowKeys, is_bits: bool) -> Option<Number> {
         let before = self.findings.len();
         let places = [&keys.kind, &keys.word_order].map(|text| text.as_ref().map(|t| t.span));
         let numbers = [&keys.multiply, &keys.divide, &keys.offset];

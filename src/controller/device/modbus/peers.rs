@@ -15,7 +15,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use crate::controller::device::{Device, Driver, keys as written};
+use super::super::driver::WrittenDevice;
+use super::super::settings::{Device, DriverSettings};
 use crate::io::modbus_client::settings::{Client, Link, Point, PointForm, Serial, Table};
 use crate::isa::DeviceId;
 use crate::source::finding::{Code, Finding};
@@ -31,7 +32,7 @@ type Writer = (DeviceId, u16, Span);
 /// want in two ways.
 pub(in crate::controller::device) fn at_odds(
     devices: &[Device],
-    written: &[written::Device],
+    written: &[WrittenDevice],
 ) -> Vec<Finding> {
     let mut writers: HashMap<PeerElement, Vec<Writer>> = HashMap::new();
     let mut findings = two_ways(devices);
@@ -57,7 +58,7 @@ pub(in crate::controller::device) fn at_odds(
 
 fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &Client)> {
     devices.iter().filter_map(|device| match &device.driver {
-        Driver::Modbus(client) => Some((device, client)),
+        DriverSettings::Modbus(client) => Some((device, client)),
         _ => None,
     })
 }
@@ -65,7 +66,7 @@ fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &Client)> {
 fn outputs(
     device: &Device,
     client: &Client,
-    written: &[written::Device],
+    written: &[WrittenDevice],
 ) -> Vec<(PeerElement, Writer)> {
     let peer = match &client.link {
         Link::Tcp { address, .. } => address.to_string(),
@@ -79,11 +80,12 @@ fn outputs(
         }
     }
     if let Some(watchdog) = client.watchdog {
-        let is_same = |other: &&written::Device| {
+        let is_same = |other: &&WrittenDevice| {
             other.name.as_ref().is_some_and(|name| name.span == device.span)
         };
-        let keys = written.iter().find(is_same).and_then(|same| same.modbus.watchdog.as_ref());
-        let span = keys.map_or(device.span, |keys| keys.span);
+        let place =
+            written.iter().find(is_same).and_then(|same| same.driver.as_ref()?.other_output());
+        let span = place.unwrap_or(device.span);
         let place = (peer, watchdog.unit, Table::HoldingRegisters, watchdog.register);
         outputs.push((place, (device.id, u16::MAX, span)));
     }

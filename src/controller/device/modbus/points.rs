@@ -23,7 +23,7 @@ pub(super) type Mistake = (String, Option<String>);
 
 /// Whether a text is in this notation, rightly or not: no address of memory has a space before a
 /// digit, or is a number alone.
-pub(in crate::controller::device) fn is_point(text: &str) -> bool {
+pub(super) fn is_point(text: &str) -> bool {
     if is_vendor_number(text) {
         return true;
     }

@@ -3,7 +3,7 @@
 //! A part's keys are those of its kind: a table tells which key is of what form and whose. What
 //! they mean together, and what their texts name, is the resolver's business.
 
-use super::super::keys::{DriverKind, belongs, named};
+use super::super::driver::named;
 use crate::source::key::{Key, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
@@ -248,29 +248,16 @@ impl Part {
 }
 
 impl Keys {
-    pub(in crate::controller::device) fn read(
-        table: &mut Table<'_>,
-        driver: Option<DriverKind>,
-    ) -> Keys {
-        if !belongs(driver, &[DriverKind::Simulated]) {
-            return Keys::default();
-        }
-        Keys {
-            parts: table
-                .tables(key("part", "`simulated`: the parts of its plant."), "a part")
-                .into_iter()
-                .map(read_part)
-                .collect(),
-            faults: table
-                .tables(key("fault", "`simulated`: what goes wrong, on demand."), "a fault")
-                .into_iter()
-                .map(read_fault)
-                .collect(),
-            seed: table.integer(
-                key("seed", "`simulated`: another number, another noise; 1 if not given."),
-                (0, i64::MAX),
-            ),
-        }
+    pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
+        let parts = table.tables(key("part", "`simulated`: the parts of its plant."), "a part");
+        self.parts = parts.into_iter().map(read_part).collect();
+        let faults =
+            table.tables(key("fault", "`simulated`: what goes wrong, on demand."), "a fault");
+        self.faults = faults.into_iter().map(read_fault).collect();
+        self.seed = table.integer(
+            key("seed", "`simulated`: another number, another noise; 1 if not given."),
+            (0, i64::MAX),
+        );
     }
 }
 

@@ -19,29 +19,56 @@ mod parts;
 mod points;
 mod wires;
 
-use super::{Row, keys as written};
+use keys::Keys;
+
+use super::driver::{DriverKeys, Row, WrittenDevice};
+use super::settings::DriverSettings;
 use crate::io::plant::settings::{Fault, Part, PartSettings, Plant};
 use crate::source::finding::{Code, Finding};
-
-/// A point as written, for a help.
-pub(super) const EXAMPLE: &str = "belt.eye";
+use crate::source::reader::Table;
 
 /// A plant takes a step at least so often.
 const POLL_MS_MAX: i32 = 1000;
 
+impl DriverKeys for Keys {
+    fn read_row(&mut self, _row: &mut Table<'_>) {}
+
+    fn read(&mut self, table: &mut Table<'_>) {
+        self.read_device(table);
+    }
+
+    fn is_point(&self, text: &str) -> bool {
+        is_point(text)
+    }
+
+    fn example(&self) -> &'static str {
+        "belt.eye"
+    }
+
+    fn resolve(
+        &self,
+        device: &WrittenDevice,
+        rows: &[Row<'_>],
+        findings: &mut Vec<Finding>,
+    ) -> Option<DriverSettings> {
+        plant(self, device, rows, findings).map(DriverSettings::Simulated)
+    }
+}
+
 /// Whether a text reads as a point of a plant: two names with a dot between, the second one small.
-pub(super) fn is_point(_device: &written::Device, text: &str) -> bool {
+fn is_point(text: &str) -> bool {
     text.split_once('.').is_some_and(|(part, point)| {
         points::is_name(part) && points::is_name(point) && point.starts_with(char::is_lowercase)
     })
 }
 
-pub(super) fn resolve(
-    device: &written::Device,
+fn plant(
+    keys: &Keys,
+    device: &WrittenDevice,
     rows: &[Row<'_>],
     findings: &mut Vec<Finding>,
 ) -> Option<Plant> {
-    let (keys, before) = (&device.simulated, findings.len());
+    let before = findings.len();
     if keys.parts.is_empty() {
         let finding = Finding::new(Code::Controller, device.span, "a plant without parts");
         let help = "add one: `part = [{ name = \"pump\", kind = \"motor\" }]`";

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::super::{Direction, Row};
+use super::super::driver::{Direction, Row};
 use super::keys::{self as written, FaultKind, Keys};
 use super::points::{FAULT, Holds, Point, Points, Role};
 use crate::io::plant::settings::{Command, Effect, Fault, Feed, PointId, opening};

@@ -1,11 +1,11 @@
 //! A bit that follows another one after a time: contactors, switches, doors.
 //!
-//! Used by the rules of the simulated device and by the parts of a plant. A change that does not
+//! Used by the parts of a plant. A change that does not
 //! last as long as its delay is not followed. No clock: the time is an argument.
 
 /// What it is, and what it is about to become.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::io) struct Follower {
+pub(super) struct Follower {
     on: bool,
     /// Since when the bit differs from `on`.
     differs_ms: Option<u64>,

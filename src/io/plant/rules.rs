@@ -1,26 +1,28 @@
-//! Rules and their state: one step of the device.
+//! The rules of `[[simulated-device]]`: parts of a plant, each between an input and a bit.
 //!
-//! A rule moves one input: it pulses, or follows a bit with delays; only while another bit is ON;
-//! upside down if so wished. That no two rules move one input, and that their times make sense,
-//! was seen to when the controller file was resolved. No clock: pulses are reckoned from the time
-//! given, so a step that comes late shifts nothing that follows.
+//! A pulse is a part of kind `pulse`, what follows a bit one of kind `delay`. A rule has no points:
+//! the bits that drive it are read straight from an image, and what its part tells is an input. A
+//! step ticks each part once, at the time given, so a step that comes late shifts nothing that
+//! follows. A part rests while another bit is OFF, and can be inverted. No clock.
+//!
+//! That no two rules move one input, and that their times make sense, was seen to when the
+//! controller file was resolved.
 
-use super::follower::Follower;
-use crate::io::simulated::settings::{Motion, Rule};
+use super::part::Part;
+use super::settings::{Delays, Motion, PartSettings, Rule};
 use crate::isa::Bit;
 
 /// All rules with their state.
 #[derive(Clone, Debug)]
 pub struct Device {
-    parts: Vec<Part>,
+    moved: Vec<Moved>,
 }
 
+/// An input, and the part that moves it.
 #[derive(Clone, Debug)]
-struct Part {
+struct Moved {
     rule: Rule,
-    /// Since when the rule moves; nothing while it rests.
-    started_ms: Option<u64>,
-    follower: Follower,
+    part: Part,
     /// The input as given last; nothing before the first step.
     given: Option<bool>,
 }
@@ -28,26 +30,22 @@ struct Part {
 impl Device {
     /// A device at rest.
     pub fn new(rules: &[Rule]) -> Device {
-        let part = |rule: &Rule| Part {
-            rule: rule.clone(),
-            started_ms: None,
-            follower: Follower::default(),
-            given: None,
-        };
-        Device { parts: rules.iter().map(part).collect() }
+        let moved =
+            |rule: &Rule| Moved { rule: rule.clone(), part: at_rest(rule.motion), given: None };
+        Device { moved: rules.iter().map(moved).collect() }
     }
 
     /// A device with these rules: one that is as it was goes on where it is.
     pub fn going_on(&self, rules: &[Rule]) -> Device {
         let mut device = Device::new(rules);
-        for part in &mut device.parts {
-            let known = |before: &&Part| {
-                let (a, b) = (&before.rule, &part.rule);
+        for moved in &mut device.moved {
+            let known = |before: &&Moved| {
+                let (a, b) = (&before.rule, &moved.rule);
                 (a.input, a.motion, a.while_on, a.invert)
                     == (b.input, b.motion, b.while_on, b.invert)
             };
-            if let Some(before) = self.parts.iter().find(known) {
-                *part = before.clone();
+            if let Some(before) = self.moved.iter().find(known) {
+                *moved = before.clone();
             }
         }
         device
@@ -56,33 +54,40 @@ impl Device {
     /// The inputs that change at this time, which never goes back; at the first step every
     /// input of a rule.
     pub fn step(&mut self, now_ms: u64, read: impl Fn(Bit) -> bool) -> Vec<(u32, bool)> {
-        let changes = self.parts.iter_mut().filter_map(|part| {
-            let on = part.step(now_ms, &read);
-            let changed = part.given.replace(on) != Some(on);
-            changed.then_some((part.rule.input, on))
+        let changes = self.moved.iter_mut().filter_map(|moved| {
+            let on = moved.step(now_ms, &read);
+            let changed = moved.given.replace(on) != Some(on);
+            changed.then_some((moved.rule.input, on))
         });
         changes.collect()
     }
 }
 
-impl Part {
-    fn step(&mut self, now_ms: u64, read: &impl Fn(Bit) -> bool) -> bool {
-        if !self.rule.while_on.is_none_or(read) {
-            self.started_ms = None;
-            self.follower = Follower::default();
-            return self.rule.invert;
+fn at_rest(motion: Motion) -> Part {
+    Part::new(&match motion {
+        Motion::Pulse { width_ms, every_ms, offset_ms } => {
+            PartSettings::Pulse { width_ms, every_ms, offset_ms }
         }
-        let started_ms = *self.started_ms.get_or_insert(now_ms);
-        let on = match self.rule.motion {
-            Motion::Pulse { width_ms, every_ms, offset_ms } => {
-                let since_first = (now_ms - started_ms).checked_sub(offset_ms.into());
-                since_first.is_some_and(|ms| ms % u64::from(every_ms.max(1)) < width_ms.into())
-            }
-            Motion::Follow { bit, after_ms, release_ms } => {
-                self.follower.step(now_ms, read(bit), after_ms, release_ms)
-            }
+        Motion::Follow { after_ms, release_ms, .. } => {
+            PartSettings::Delay { delays: Delays { after_ms, release_ms }, invert: false }
+        }
+    })
+}
+
+impl Moved {
+    fn step(&mut self, now_ms: u64, read: &impl Fn(Bit) -> bool) -> bool {
+        let Rule { motion, while_on, invert, .. } = self.rule;
+        if !while_on.is_none_or(read) {
+            self.part = at_rest(motion);
+            return invert;
+        }
+        let driven = match motion {
+            Motion::Pulse { .. } => true,
+            Motion::Follow { bit, .. } => read(bit),
         };
-        on != self.rule.invert
+        let mut points = [driven.into(), 0];
+        self.part.tick(now_ms, &mut points);
+        (points[1] != 0) != invert
     }
 }
 

@@ -1,4 +1,4 @@
-//! The simulated device beside a running controller.
+//! The rules of `[[simulated-device]]` beside a running controller, stepped every millisecond.
 
 use std::future::Future;
 use std::pin::pin;
@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use super::device::Device;
+use super::rules::Device;
+use super::settings::Rule;
 use crate::engine::Layout;
-use crate::io::simulated::settings::Rule;
 use crate::isa::{Bit, BitSpace};
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;

@@ -1,0 +1,153 @@
+//! What a driver is to the controller file: keys of its own in `[[device]]` and its map, points in
+//! a notation of its own, and the settings that both make.
+//!
+//! Each driver's folder implements [`DriverKeys`]; `drivers` has a row for each. The rest of a
+//! device, the same for all drivers, is `keys` and [`super`].
+
+use std::fmt::Debug;
+
+use super::settings::DriverSettings;
+use crate::isa::Address;
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::did_you_mean;
+use crate::source::reader::{Constant, Table, Text};
+use crate::source::span::{Located, Span};
+
+/// One `[[device]]`.
+#[derive(Debug)]
+pub struct WrittenDevice {
+    /// The place of its header.
+    pub span: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// `driver`, where it is one, with its keys.
+    pub driver: Option<Box<dyn DriverKeys>>,
+    /// `poll`, ms: from exchange to exchange.
+    pub poll_ms: Option<Located<i32>>,
+    /// `on-loss`: what becomes of its inputs.
+    pub on_loss: Option<Text>,
+    /// `loss-after`, ms: how old its last good exchange may become.
+    pub loss_after_ms: Option<Located<i32>>,
+    /// `map`, in file order.
+    pub map: Vec<MapRow>,
+}
+
+/// One row of a map: a stretch of points and the memory that goes with it.
+#[derive(Clone, Debug)]
+pub struct MapRow {
+    /// The place of its table.
+    pub span: Span,
+    /// `from`: where the values come from.
+    pub from: Option<Text>,
+    /// `to`: where they go.
+    pub to: Option<Text>,
+    /// `safe`: what an output that is no Y is outside RUN.
+    pub safe: Option<Located<Constant>>,
+    /// `hold`: an output that is no Y stays outside RUN as it was.
+    pub hold: Option<Located<bool>>,
+}
+
+/// A driver's keys in one `[[device]]`, and what they mean.
+pub trait DriverKeys: Debug {
+    /// Reads the keys of the next row of the map.
+    fn read_row(&mut self, row: &mut Table<'_>);
+
+    /// Reads the keys of the device.
+    fn read(&mut self, table: &mut Table<'_>);
+
+    /// Whether a text is in the notation of the driver's points: this decides a row's direction.
+    fn is_point(&self, text: &str) -> bool;
+
+    /// A point as written, for a help.
+    fn example(&self) -> &'static str;
+
+    /// The settings, with the points of all rows in their order; what makes no sense is a finding.
+    fn resolve(
+        &self,
+        device: &WrittenDevice,
+        rows: &[Row<'_>],
+        findings: &mut Vec<Finding>,
+    ) -> Option<DriverSettings>;
+
+    /// Whether it exchanges every `poll`, beside the scan.
+    fn is_polled(&self) -> bool {
+        true
+    }
+
+    /// The place of an output that is no row of the map.
+    fn other_output(&self) -> Option<Span> {
+        None
+    }
+}
+
+/// Which way a row's values go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// From the device to memory.
+    In,
+    /// From memory to the device.
+    Out,
+}
+
+/// A row of a map, its addresses resolved.
+pub struct Row<'a> {
+    /// Its number in the map, by which its driver finds its keys.
+    pub at: usize,
+    /// As written.
+    pub written: &'a MapRow,
+    /// Which way its values go.
+    pub direction: Direction,
+    /// The driver's own text: which points.
+    pub points: &'a Text,
+    /// One a point, in their order.
+    pub addresses: Vec<Address>,
+    /// The addresses as written.
+    pub text: &'a Text,
+}
+
+impl Row<'_> {
+    /// A finding at the row's points.
+    pub fn find(&self, message: String) -> Finding {
+        Finding::new(Code::Controller, self.points.span, message)
+    }
+
+    /// Whether its addresses are words.
+    pub fn is_words(&self) -> bool {
+        matches!(self.addresses.first(), Some(Address::Word(_)))
+    }
+}
+
+/// What a text names, of those that there are; `what` they are, for a finding.
+pub fn named<T: Copy>(
+    table: &Table<'_>,
+    text: &Text,
+    what: &str,
+    known: &[(&'static str, T)],
+) -> Option<T> {
+    let found = known.iter().find(|(name, _)| *name == text.text);
+    if let Some((_, thing)) = found {
+        return Some(*thing);
+    }
+    let message = format!("no {what} is called `{}`", text.text);
+    let names = || known.iter().map(|(name, _)| *name);
+    let list = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let help = did_you_mean(&text.text, names()).unwrap_or_else(|| format!("there are {list}"));
+    table.find(Finding::new(Code::Controller, text.span, message).help(help));
+    None
+}
+
+/// A duration of at least 1 ms.
+pub fn at_least_one(
+    key: &str,
+    ms: Option<&Located<i32>>,
+    default: u32,
+    findings: &mut Vec<Finding>,
+) -> u32 {
+    let Some(ms) = ms else { return default };
+    if ms.value < 1 {
+        let message = format!("`{key}` is at least 1ms");
+        let finding = Finding::new(Code::OutOfRange, ms.span, message);
+        findings.push(finding.help(format!("write `{key} = \"20ms\"`")));
+    }
+    ms.value.max(1).unsigned_abs()
+}

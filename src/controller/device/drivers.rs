@@ -1,0 +1,32 @@
+//! The drivers: a row each.
+//!
+//! A driver is a folder beside this file, and a row here; `daemon/devices.rs` starts it.
+
+use super::driver::DriverKeys;
+use super::{gpio, modbus, simulated};
+
+/// A driver.
+pub struct DriverRow {
+    /// What `driver` calls it, and its variants.
+    pub names: &'static [&'static str],
+    /// Its keys, unread, by one of its names; without a name, those of all its variants.
+    pub keys: fn(Option<&str>) -> Box<dyn DriverKeys>,
+}
+
+/// All drivers.
+pub const DRIVERS: [DriverRow; 3] = [
+    DriverRow { names: &modbus::keys::NAMES, keys: |name| Box::new(modbus::keys::Keys::of(name)) },
+    DriverRow { names: &["gpio"], keys: |name| Box::new(gpio::keys::Keys::of(name)) },
+    DriverRow { names: &["simulated"], keys: |_| Box::new(simulated::keys::Keys::default()) },
+];
+
+/// The names of all drivers.
+pub fn names() -> Vec<&'static str> {
+    DRIVERS.iter().flat_map(|driver| driver.names).copied().collect()
+}
+
+/// The unread keys of a named driver; of all drivers where the name is none.
+pub fn keys_of(name: Option<&str>) -> Vec<Box<dyn DriverKeys>> {
+    let is_named = |driver: &&DriverRow| name.is_none_or(|name| driver.names.contains(&name));
+    DRIVERS.iter().filter(is_named).map(|driver| (driver.keys)(name)).collect()
+}

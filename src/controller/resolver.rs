@@ -1,0 +1,63 @@
+//! What the tables of a controller file are resolved with: the names of the ladders, and findings.
+
+use crate::isa::{Address, Bit};
+use crate::resolve::range::{Range, Space, resolve_range};
+use crate::resolve::scope::Scope;
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::Located;
+
+/// What ranges may be of.
+pub struct Wanted<'a> {
+    pub spaces: &'a [Space],
+    pub words: &'static str,
+    pub code: Code,
+}
+
+/// What resolving needs, and what it finds.
+pub struct Resolver {
+    pub scope: Scope,
+    pub findings: Vec<Finding>,
+}
+
+impl Resolver {
+    pub fn ranges(&mut self, texts: &[Text], wanted: &Wanted<'_>) -> Vec<Range> {
+        texts.iter().filter_map(|text| self.range(text, wanted)).collect()
+    }
+
+    pub fn range(&mut self, text: &Text, wanted: &Wanted<'_>) -> Option<Range> {
+        let range = match resolve_range(&self.scope, text) {
+            Ok(range) => range,
+            Err(finding) => {
+                self.findings.push(finding);
+                return None;
+            }
+        };
+        if !wanted.spaces.contains(&range.space) {
+            let message = format!("`{range}`: only {} can stand here", wanted.words);
+            self.findings.push(Finding::new(wanted.code, text.span, message));
+            return None;
+        }
+        Some(range)
+    }
+
+    pub fn at_least_one(&mut self, key: &str, ms: &Located<i32>) -> u32 {
+        if ms.value < 1 {
+            let message = format!("`{key}` is at least 1ms");
+            let finding = Finding::new(Code::OutOfRange, ms.span, message);
+            self.findings.push(finding.help(format!("write `{key} = \"10ms\"`")));
+        }
+        ms.value.max(1).unsigned_abs()
+    }
+
+    pub fn bit(&mut self, name: Option<&Text>) -> Option<Bit> {
+        let name = name?;
+        let message = match self.scope.address(&name.text) {
+            Ok(Address::Bit(bit)) => return Some(bit),
+            Ok(_) => format!("`{}` is not a bit", name.text),
+            Err(message) => message,
+        };
+        self.findings.push(Finding::new(Code::Controller, name.span, message));
+        None
+    }
+}
