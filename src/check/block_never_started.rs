@@ -18,13 +18,15 @@
 //!
 //! Fails: the same without the RUN.
 
+use std::collections::BTreeSet;
+
 use crate::isa::BlockId;
 use crate::resolve::program::{Action, Block, BlockKind, Program};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, is_built_in, is_main, kind_name};
 use super::names::list;
-use super::reach::{leading_to, reached};
+use super::reach::{reached, sources};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -35,20 +37,19 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let blocks = &context.program.blocks;
     let roots = blocks.iter().filter(|b| runs_at_start(b)).map(|b| b.id);
     let reached = reached(roots, &edges);
+    let sources = sources(&edges);
     let never = blocks.iter().filter(|block| !reached.contains(&block.id));
-    findings.extend(never.map(|block| finding(context.program, block, &edges)));
+    findings.extend(never.map(|block| finding(context.program, block, sources.get(&block.id))));
 }
 
 fn runs_at_start(block: &Block) -> bool {
     block.autostart || is_main(block) || is_built_in(block.kind)
 }
 
-fn finding(program: &Program, block: &Block, edges: &[(Option<BlockId>, BlockId)]) -> Finding {
+fn finding(program: &Program, block: &Block, sources: Option<&BTreeSet<BlockId>>) -> Finding {
     let name = &block.name;
-    let from: Vec<String> = leading_to(block.id, edges)
-        .into_iter()
-        .map(|from| format!("`{}`", program.block(from).name))
-        .collect();
+    let others = sources.into_iter().flatten().filter(|from| **from != block.id);
+    let from: Vec<String> = others.map(|from| format!("`{}`", program.block(*from).name)).collect();
     let (starters, start) = match block.kind {
         BlockKind::Program => ("RUN or RESTART", format!("`RUN {name}`, or `autostart = true`")),
         BlockKind::Task
@@ -60,7 +61,7 @@ fn finding(program: &Program, block: &Block, edges: &[(Option<BlockId>, BlockId)
         }
     };
     let (why, help) = match from.as_slice() {
-        [] if edges.contains(&(Some(block.id), block.id)) => {
+        [] if sources.is_some_and(|from| from.contains(&block.id)) => {
             (format!("the only {starters} of it stands in itself"), start)
         }
         [] => (format!("there is no {starters} of it"), start),

@@ -4,10 +4,9 @@
 //! wherever `&` and `|` meet.
 
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
-use crate::resolve::program::{Comparison, Contact, Edge, Program, Value, Written};
+use crate::resolve::program::{Comparison, Contact, Edge, Value, Written};
 
 use super::context::{Context, RungPlace, is_main};
-use super::names::name;
 
 /// Longer than this, a condition is not printed in a help.
 const CONDITION_MAX: usize = 72;
@@ -28,13 +27,13 @@ pub struct Power<'a> {
 
 impl Power<'_> {
     /// As one element of `when`; beside others it takes the parentheses that it needs.
-    fn print(&self, program: &Program, alone: bool) -> String {
+    fn print(&self, context: &Context, alone: bool) -> String {
         let all = match (&self.gate, self.contacts.as_slice()) {
             (None, []) => return ON.to_owned(),
             (Some(gate), []) => return gate.clone(),
-            (None, [one @ Contact::Any(..)]) => return print(program, one),
-            (None, [one @ Contact::All(..)]) => print(program, one),
-            (None, [one]) => return print(program, one),
+            (None, [one @ Contact::Any(..)]) => return print(context, one),
+            (None, [one @ Contact::All(..)]) => print(context, one),
+            (None, [one]) => return print(context, one),
             (gate, many) => {
                 let parts = many.iter().flat_map(|contact| match contact {
                     Contact::All(parts, _) => parts.as_slice(),
@@ -44,7 +43,7 @@ impl Power<'_> {
                     | Contact::Edge(..)
                     | Contact::Compare(..) => std::slice::from_ref(*contact),
                 });
-                let parts = parts.map(|contact| grouped(program, contact));
+                let parts = parts.map(|contact| grouped(context, contact));
                 gate.iter().cloned().chain(parts).collect::<Vec<_>>().join(" & ")
             }
         };
@@ -55,7 +54,7 @@ impl Power<'_> {
 impl<'a> Context<'a> {
     /// A contact as it would be written.
     pub fn contact(&self, contact: &Contact) -> String {
-        print(self.program, contact)
+        print(self, contact)
     }
 
     /// One condition that is ON when any of these has power: what `when = ["…"]` would hold.
@@ -70,7 +69,7 @@ impl<'a> Context<'a> {
         }
         let mut terms: Vec<String> = Vec::new();
         for power in powers {
-            let term = power?.print(self.program, count == 1);
+            let term = power?.print(self, count == 1);
             if !terms.contains(&term) {
                 terms.push(term);
             }
@@ -99,55 +98,55 @@ impl<'a> Context<'a> {
         let mut power = self.power(place)?;
         power.gate = match place.stage {
             _ if place.in_task() => return None,
-            Some(stage) => Some(name(self.program, Address::Bit(Bit::Stage(stage.id)))),
+            Some(stage) => Some(self.name(Address::Bit(Bit::Stage(stage.id)))),
             None if is_main(place.block) => None,
-            None => Some(name(self.program, Address::Bit(Bit::Running(place.block.id)))),
+            None => Some(self.name(Address::Bit(Bit::Running(place.block.id)))),
         };
         Some(power)
     }
 }
 
 /// A contact that can stand beside `&` and `|`.
-fn grouped(program: &Program, contact: &Contact) -> String {
-    let text = print(program, contact);
+fn grouped(context: &Context, contact: &Contact) -> String {
+    let text = print(context, contact);
     match contact {
         Contact::All(..) | Contact::Any(..) => format!("({text})"),
         Contact::Bit(..) | Contact::Not(..) | Contact::Edge(..) | Contact::Compare(..) => text,
     }
 }
 
-fn print(program: &Program, contact: &Contact) -> String {
+fn print(context: &Context, contact: &Contact) -> String {
     let join = |parts: &[Contact], operator: &str| {
-        parts.iter().map(|part| grouped(program, part)).collect::<Vec<_>>().join(operator)
+        parts.iter().map(|part| grouped(context, part)).collect::<Vec<_>>().join(operator)
     };
     match contact {
-        Contact::Bit(bit, _) => name(program, Address::Bit(*bit)),
+        Contact::Bit(bit, _) => context.name(Address::Bit(*bit)),
         Contact::Not(inner, _) => match &**inner {
-            Contact::Bit(..) | Contact::Edge(..) => format!("!{}", print(program, inner)),
+            Contact::Bit(..) | Contact::Edge(..) => format!("!{}", print(context, inner)),
             Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => {
-                format!("!({})", print(program, inner))
+                format!("!({})", print(context, inner))
             }
         },
         Contact::All(parts, _) => join(parts, " & "),
         Contact::Any(parts, _) => join(parts, " | "),
         Contact::Edge(edge, bit, _) => {
             let word = if *edge == Edge::Rise { "rise" } else { "fall" };
-            format!("{word}({})", name(program, Address::Bit(*bit)))
+            format!("{word}({})", context.name(Address::Bit(*bit)))
         }
         Contact::Compare(left, comparison, right, _) => format!(
             "{} {} {}",
-            value(program, *left),
+            value(context, *left),
             comparison_sign(*comparison),
-            value(program, *right)
+            value(context, *right)
         ),
     }
 }
 
-fn value(program: &Program, value: Value) -> String {
+fn value(context: &Context, value: Value) -> String {
     match value {
         Value::Const(ms, Written::Duration) => duration::print(ms),
         Value::Const(number, Written::Integer) => number.to_string(),
-        Value::Word(word) => name(program, Address::Word(word)),
+        Value::Word(word) => context.name(Address::Word(word)),
     }
 }
 

@@ -5,13 +5,14 @@
 //! to the rules, and names are in `names`. The one idea: an *element* (a block's own rungs, or one
 //! stage) is what a termination pass terminates, so it is the unit in which drivers meet.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
-use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
-    Action, Block, BlockKind, Branch, Contact, Instruction, Part, Program, Rung, Stage,
+    Action, Block, BlockKind, Branch, Contact, Instruction, Part, Program, Rung, Stage, Tag,
+    TagMeaning,
 };
 use crate::resolve::range::Range;
 use crate::source::span::{Located, Span};
@@ -30,6 +31,8 @@ pub struct Context<'a> {
     pub contacts: Vec<&'a Contact>,
     drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
+    /// The first tag of every address that has one.
+    tags: HashMap<Address, &'a Tag>,
 }
 
 /// Where an instruction stands.
@@ -80,7 +83,13 @@ impl<'a> Context<'a> {
             contacts: Vec::new(),
             drivers: BTreeMap::new(),
             owners: BTreeMap::new(),
+            tags: HashMap::new(),
         };
+        for tag in &program.tags {
+            if let TagMeaning::Address(address) = tag.meaning {
+                context.tags.entry(address).or_insert(tag);
+            }
+        }
         program.parts().for_each(|part| context.walk(part));
         context.index();
         context
@@ -132,6 +141,11 @@ impl<'a> Context<'a> {
     /// Every owned structure with its owners, in file order.
     pub fn owners(&self) -> impl Iterator<Item = (Structure, &[Placed<'a>])> {
         self.owners.iter().map(|(structure, owners)| (*structure, owners.as_slice()))
+    }
+
+    /// The first tag of an address.
+    pub fn tag_at(&self, address: Address) -> Option<&'a Tag> {
+        self.tags.get(&address).copied()
     }
 
     /// Whether an instruction owns the structure.

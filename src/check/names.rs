@@ -5,19 +5,25 @@
 
 use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace, status};
-use crate::resolve::program::{Program, Tag, TagMeaning};
 
 use super::context::Context;
 
 impl Context<'_> {
     /// As it would be written in this ladder: the tag if there is one, else the address.
     pub fn name(&self, address: Address) -> String {
-        name(self.program, address)
+        if let Some(tag) = self.tag_at(address) {
+            return tag.name.clone();
+        }
+        match address {
+            Address::Bit(bit) => self.bit_name(bit),
+            Address::Word(word) => self.word_name(word),
+            Address::Structure(structure) => structure.to_string(),
+        }
     }
 
     /// For a sentence: `` `bin_full` (Y0) ``, or `` `Y0` `` without a tag.
     pub fn say(&self, address: Address) -> String {
-        match tag_at(self.program, address) {
+        match self.tag_at(address) {
             Some(tag) => format!("`{}` ({address})", tag.name),
             None => format!("`{}`", self.name(address)),
         }
@@ -41,12 +47,48 @@ impl Context<'_> {
             Structure::Timer(_) => (sizes.t, Structure::Timer),
             Structure::Sensaphone(_) => (SENSAPHONE_COUNT, |n| Structure::Sensaphone(n)),
         };
-        let free = |s: &Structure| {
-            !self.is_owned(*s) && tag_at(self.program, Address::Structure(*s)).is_none()
-        };
+        let free =
+            |s: &Structure| !self.is_owned(*s) && self.tag_at(Address::Structure(*s)).is_none();
         (0..count).map(make).find(free)
     }
+
+    fn bit_name(&self, bit: Bit) -> String {
+        let program = self.program;
+        match bit {
+            Bit::Stage(id) => {
+                let (block, _) = program.stages[id.0 as usize];
+                format!("{}.{}", program.block(block).name, program.stage(id).name)
+            }
+            Bit::Running(id) => format!("{}.Running", program.block(id).name),
+            Bit::Done(id) => format!("{}.Done", program.block(id).name),
+            Bit::Device(id, health) => {
+                format!("{}.{}", program.devices[id.0 as usize].name, health.name())
+            }
+            Bit::Flag(structure, flag) => {
+                format!("{}.{}", self.name(Address::Structure(structure)), flag.name())
+            }
+            Bit::Space(BitSpace::St, n) => status::BIT_NICKNAMES[n as usize].to_owned(),
+            Bit::Space(..) => bit.to_string(),
+        }
+    }
+
+    fn word_name(&self, word: Word) -> String {
+        let of = |structure| self.name(Address::Structure(structure));
+        match word {
+            Word::Acc(structure @ Structure::Sensaphone(_)) => format!("{}.ACC", of(structure)),
+            Word::Acc(structure) => format!("{}.Acc", of(structure)),
+            Word::Pre(n) => format!("{}.PRE", of(Structure::Sensaphone(n))),
+            Word::Space(WordSpace::Dst, n) => match status::WORD_NICKNAMES.get(n as usize) {
+                Some(nickname) => (*nickname).to_owned(),
+                None => word.to_string(),
+            },
+            Word::Space(..) => word.to_string(),
+        }
+    }
 }
+
+/// The most names in one sentence.
+const LISTED_MAX: usize = 8;
 
 /// What kind of structure, in a sentence.
 pub fn structure_kind(structure: Structure) -> &'static str {
@@ -57,60 +99,14 @@ pub fn structure_kind(structure: Structure) -> &'static str {
     }
 }
 
-/// `` `A`, `B` and `C` ``.
+/// `` `A`, `B` and `C` ``; of many, the first.
 pub fn list(names: &[String]) -> String {
     match names {
+        many if many.len() > LISTED_MAX => {
+            format!("{} and {} more", many[..LISTED_MAX].join(", "), many.len() - LISTED_MAX)
+        }
         [] => String::new(),
         [one] => one.clone(),
         [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
-}
-
-fn tag_at(program: &Program, address: Address) -> Option<&Tag> {
-    program.tags.iter().find(|tag| tag.meaning == TagMeaning::Address(address))
-}
-
-/// As it would be written in this ladder: the tag if there is one, else the address.
-pub fn name(program: &Program, address: Address) -> String {
-    if let Some(tag) = tag_at(program, address) {
-        return tag.name.clone();
-    }
-    match address {
-        Address::Bit(bit) => bit_name(program, bit),
-        Address::Word(word) => word_name(program, word),
-        Address::Structure(structure) => structure.to_string(),
-    }
-}
-
-fn bit_name(program: &Program, bit: Bit) -> String {
-    match bit {
-        Bit::Stage(id) => {
-            let (block, _) = program.stages[id.0 as usize];
-            format!("{}.{}", program.block(block).name, program.stage(id).name)
-        }
-        Bit::Running(id) => format!("{}.Running", program.block(id).name),
-        Bit::Done(id) => format!("{}.Done", program.block(id).name),
-        Bit::Device(id, health) => {
-            format!("{}.{}", program.devices[id.0 as usize].name, health.name())
-        }
-        Bit::Flag(structure, flag) => {
-            format!("{}.{}", name(program, Address::Structure(structure)), flag.name())
-        }
-        Bit::Space(BitSpace::St, n) => status::BIT_NICKNAMES[n as usize].to_owned(),
-        Bit::Space(..) => bit.to_string(),
-    }
-}
-
-fn word_name(program: &Program, word: Word) -> String {
-    let of = |structure| name(program, Address::Structure(structure));
-    match word {
-        Word::Acc(structure @ Structure::Sensaphone(_)) => format!("{}.ACC", of(structure)),
-        Word::Acc(structure) => format!("{}.Acc", of(structure)),
-        Word::Pre(n) => format!("{}.PRE", of(Structure::Sensaphone(n))),
-        Word::Space(WordSpace::Dst, n) => match status::WORD_NICKNAMES.get(n as usize) {
-            Some(nickname) => (*nickname).to_owned(),
-            None => word.to_string(),
-        },
-        Word::Space(..) => word.to_string(),
     }
 }

@@ -24,7 +24,10 @@
 //! rung = [ { when = ["X1"], do = ["OUT Y0"] } ]
 //! ```
 
-use crate::isa::{Address, Bit, Mnemonic};
+use std::cell::OnceCell;
+use std::collections::HashMap;
+
+use crate::isa::{Address, Bit, BlockId, Mnemonic};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Driver};
@@ -32,23 +35,53 @@ use super::context::{Context, Driver};
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for (bit, drivers) in context.drivers() {
-        for (at, second) in drivers.iter().enumerate() {
-            if let Some(first) = drivers[..at].iter().find(|first| compete(first, second)) {
-                findings.push(finding(context, bit, (first, second), drivers));
+        let help = OnceCell::new();
+        let mut firsts = Firsts::default();
+        for second in drivers {
+            if let Some(first) = firsts.competitor(second) {
+                let help = help.get_or_init(|| self::help(context, bit, drivers));
+                findings.push(finding(context, bit, (first, second)).help(help));
             }
+            firsts.add(second);
         }
     }
 }
 
-/// In different elements that are not stages of one program.
-fn compete(first: &Driver, second: &Driver) -> bool {
-    let ((block_1, stage_1), (block_2, stage_2)) =
-        (first.placed.place.element(), second.placed.place.element());
-    let stages_of_one = block_1 == block_2 && stage_1.is_some() && stage_2.is_some();
-    (block_1, stage_1) != (block_2, stage_2) && !stages_of_one
+/// The first drivers of a bit, so that a bit with thousands of them is judged in one walk.
+#[derive(Default)]
+struct Firsts<'c> {
+    /// Per block the first driver in its own rungs, and the first in a stage of it.
+    of_block: HashMap<BlockId, [Option<(usize, &'c Driver<'c>)>; 2]>,
+    /// The first driver, and the first in another block than that one's.
+    of_two_blocks: Vec<(usize, &'c Driver<'c>)>,
+    count: usize,
 }
 
-fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[Driver]) -> Finding {
+impl<'c> Firsts<'c> {
+    fn add(&mut self, driver: &'c Driver<'c>) {
+        let (block, stage) = driver.placed.place.element();
+        let first = &mut self.of_block.entry(block).or_default()[usize::from(stage.is_some())];
+        first.get_or_insert((self.count, driver));
+        let is_other = |(_, other): &(usize, &Driver)| other.placed.place.block.id != block;
+        if self.of_two_blocks.len() < 2 && self.of_two_blocks.iter().all(is_other) {
+            self.of_two_blocks.push((self.count, driver));
+        }
+        self.count += 1;
+    }
+
+    /// The first driver in another element, unless both are stages of one program.
+    fn competitor(&self, driver: &Driver) -> Option<&'c Driver<'c>> {
+        let (block, stage) = driver.placed.place.element();
+        let in_block =
+            self.of_block.get(&block).and_then(|firsts| firsts[usize::from(stage.is_none())]);
+        let is_other = |(_, other): &&(usize, &Driver)| other.placed.place.block.id != block;
+        let elsewhere = self.of_two_blocks.iter().find(is_other).copied();
+        let both = in_block.into_iter().chain(elsewhere);
+        both.min_by_key(|(at, _)| *at).map(|(_, first)| first)
+    }
+}
+
+fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver)) -> Finding {
     let (first, second) = pair;
     let message = format!(
         "{} is driven in two places, {}, and {}: the one that executes last in a scan decides",
@@ -59,7 +92,6 @@ fn finding(context: &Context, bit: Bit, pair: (&Driver, &Driver), all: &[Driver]
     Finding::new(Code::OutElsewhere, second.span, message)
         .label("driven here too")
         .related(first.span, "driven here")
-        .help(help(context, bit, all))
 }
 
 fn help(context: &Context, bit: Bit, all: &[Driver]) -> String {

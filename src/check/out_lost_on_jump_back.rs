@@ -29,21 +29,30 @@
 //! ]
 //! ```
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use crate::isa::{Address, Bit, Mnemonic, StageId};
+use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId};
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{Action, Block};
 use crate::source::finding::{Code, Finding};
+use crate::source::span::Span;
 
 use super::context::{Context, Placed};
 use super::names::list;
+
+/// The most bits that a finding tells of: no help is pasted that has more.
+const LOST_MAX: usize = 16;
+/// The most stages that a condition names.
+const STAGES_MAX: usize = 16;
+
+/// A stage that a jump leaves, and the one that it enters.
+type Pair = (StageId, StageId);
 
 /// What every stage does to bits.
 #[derive(Default)]
 struct Stages {
     /// The bits that each drives.
-    driven: BTreeMap<StageId, BTreeSet<Bit>>,
+    driven: BTreeMap<StageId, BTreeMap<Bit, Vec<Span>>>,
     /// The bits that each SETs.
     set: BTreeMap<StageId, BTreeSet<Bit>>,
 }
@@ -51,11 +60,17 @@ struct Stages {
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let stages = Stages::of(context);
+    let mut helps: HashMap<(BlockId, Vec<Bit>), String> = HashMap::new();
+    let mut losses: HashMap<Pair, Vec<Bit>> = HashMap::new();
     for jump in &context.instructions {
         for pair in jumps_back(context, jump) {
-            let lost = stages.lost(pair);
+            let lost = losses.entry(pair).or_insert_with(|| stages.lost(pair));
             if !lost.is_empty() {
-                findings.push(finding(context, &stages, jump, (pair, &lost)));
+                let block = jump.place.block;
+                let help = helps
+                    .entry((block.id, lost.clone()))
+                    .or_insert_with(|| help(context, &stages, block, lost));
+                findings.push(finding(context, &stages, jump, (pair, lost)).help(help.as_str()));
             }
         }
     }
@@ -67,7 +82,8 @@ impl Stages {
         for placed in &context.instructions {
             let Some(stage) = placed.place.stage else { continue };
             if let Some(bit) = placed.driven() {
-                stages.driven.entry(stage.id).or_default().insert(bit.value);
+                let driven = stages.driven.entry(stage.id).or_default();
+                driven.entry(bit.value).or_default().push(bit.span);
             } else if let Action::Coil { coil: Coil::Set, bit } = placed.action() {
                 stages.set.entry(stage.id).or_default().insert(bit.value);
             }
@@ -76,7 +92,7 @@ impl Stages {
     }
 
     fn drives(&self, stage: StageId, bit: Bit) -> bool {
-        self.driven.get(&stage).is_some_and(|bits| bits.contains(&bit))
+        self.driven.get(&stage).is_some_and(|bits| bits.contains_key(&bit))
     }
 
     fn sets(&self, stage: StageId, bit: Bit) -> bool {
@@ -84,15 +100,17 @@ impl Stages {
     }
 
     /// What the left stage drives, and the target drives or SETs.
-    fn lost(&self, (left, target): (StageId, StageId)) -> Vec<Bit> {
-        let bits = self.driven.get(&left).into_iter().flatten().copied();
-        bits.filter(|bit| self.drives(target, *bit) || self.sets(target, *bit)).collect()
+    fn lost(&self, (left, target): Pair) -> Vec<Bit> {
+        let bits = self.driven.get(&left).into_iter().flat_map(BTreeMap::keys).copied();
+        bits.filter(|bit| self.drives(target, *bit) || self.sets(target, *bit))
+            .take(LOST_MAX)
+            .collect()
     }
 }
 
 /// The pairs (left, target) of which the left one terminates behind the target's execution, in
 /// the same scan.
-fn jumps_back(context: &Context, jump: &Placed) -> Vec<(StageId, StageId)> {
+fn jumps_back(context: &Context, jump: &Placed) -> Vec<Pair> {
     let at = |stage: StageId| context.program.stages[stage.0 as usize].1;
     let here = jump.place.stage.map(|stage| stage.id);
     let left: Vec<StageId> = if let Action::Converge { stages, to: _ } = jump.action() {
@@ -113,7 +131,7 @@ fn finding(
     context: &Context,
     stages: &Stages,
     jump: &Placed,
-    ((left, target), lost): ((StageId, StageId), &[Bit]),
+    ((left, target), lost): (Pair, &[Bit]),
 ) -> Finding {
     let names: Vec<String> = lost.iter().map(|bit| context.say_bit(*bit)).collect();
     let (left_name, target_name) =
@@ -125,12 +143,14 @@ fn finding(
         if lost.len() == 1 { "it" } else { "them" },
     );
     let mut finding = Finding::new(Code::OutLostOnJumpBack, jump.instruction.span, message)
-        .label(format!("`{target_name}` comes before `{left_name}`"))
-        .help(help(context, stages, jump.place.block, lost));
-    for driver in lost.iter().flat_map(|bit| context.drivers_of(*bit)) {
-        let stage = driver.placed.place.stage.map(|stage| stage.id);
-        if stage.is_some_and(|stage| stage == left || stage == target) {
-            finding = finding.related(driver.span, "driven here");
+        .label(format!("`{target_name}` comes before `{left_name}`"));
+    let driven = |stage: StageId, bit: &Bit| stages.driven.get(&stage)?.get(bit);
+    for bit in lost {
+        let mut places: Vec<Span> =
+            [left, target].iter().filter_map(|s| driven(*s, bit)).flatten().copied().collect();
+        places.sort_unstable();
+        for place in places {
+            finding = finding.related(place, "driven here");
         }
     }
     finding
@@ -169,7 +189,7 @@ fn condition(context: &Context, stages: &Stages, block: &Block, bit: Bit) -> Str
     context.any_of(powers).unwrap_or_else(|| {
         let ids = block.stages.iter().map(|stage| stage.id);
         let ids = ids.filter(|id| stages.drives(*id, bit) || stages.sets(*id, bit));
-        let names = ids.map(|id| context.name(Address::Bit(Bit::Stage(id))));
+        let names = ids.take(STAGES_MAX).map(|id| context.name(Address::Bit(Bit::Stage(id))));
         names.collect::<Vec<_>>().join(" | ")
     })
 }

@@ -18,6 +18,8 @@
 //! ]
 //! ```
 
+use std::cell::OnceCell;
+
 use crate::isa::{Address, Structure};
 use crate::source::finding::{Code, Finding};
 
@@ -27,10 +29,15 @@ use super::names::structure_kind;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for (structure, owners) in context.owners() {
-        for (at, second) in owners.iter().enumerate().skip(1) {
-            if let Some(first) = owners[..at].iter().find(|first| collide(structure, first, second))
-            {
-                findings.push(finding(context, structure, first, second));
+        let free = OnceCell::new();
+        let mut firsts: Vec<&Placed> = Vec::new();
+        for owner in owners {
+            match firsts.iter().find(|first| collide(structure, first, owner)) {
+                Some(first) => {
+                    let free = *free.get_or_init(|| context.free_like(structure));
+                    findings.extend(finding(context, free, first, owner));
+                }
+                None => firsts.push(owner),
             }
         }
     }
@@ -41,7 +48,13 @@ fn collide(structure: Structure, first: &Placed, second: &Placed) -> bool {
     !matches!(structure, Structure::Sensaphone(_)) || first.mnemonic() == second.mnemonic()
 }
 
-fn finding(context: &Context, structure: Structure, first: &Placed, second: &Placed) -> Finding {
+fn finding(
+    context: &Context,
+    free: Option<Structure>,
+    first: &Placed,
+    second: &Placed,
+) -> Option<Finding> {
+    let structure = second.action().structure()?;
     let message = format!(
         "{} {} is owned twice: by `{}` in {}, and by `{}` in {}",
         structure_kind(structure),
@@ -58,14 +71,14 @@ fn finding(context: &Context, structure: Structure, first: &Placed, second: &Pla
             format!("`{name}` can be read anywhere, but one instruction alone executes it")
         }
     };
-    let help = match context.free_like(structure).filter(|_| context.whole) {
+    let help = match free.filter(|_| context.whole) {
         Some(free) => format!("{share}\ngive this one a structure that is free: `{free}`"),
         None => share,
     };
-    Finding::new(Code::OwnedTwice, second.instruction.span, message)
+    let finding = Finding::new(Code::OwnedTwice, second.instruction.span, message)
         .label("second owner")
-        .related(first.instruction.span, "first owner")
-        .help(help)
+        .related(first.instruction.span, "first owner");
+    Some(finding.help(help))
 }
 
 #[cfg(test)]

@@ -22,8 +22,11 @@ pub fn reached<T: Ord + Copy>(
     reached
 }
 
-/// From where else than itself edges lead to it, each once.
-pub fn leading_to<T: Ord + Copy>(target: T, edges: &[(Option<T>, T)]) -> BTreeSet<T> {
-    let leading = edges.iter().filter(|(_, to)| *to == target);
-    leading.filter_map(|(from, _)| *from).filter(|from| *from != target).collect()
+/// From where edges lead to each, itself included.
+pub fn sources<T: Ord + Copy>(edges: &[(Option<T>, T)]) -> BTreeMap<T, BTreeSet<T>> {
+    let mut sources: BTreeMap<T, BTreeSet<T>> = BTreeMap::new();
+    for (from, to) in edges {
+        sources.entry(*to).or_default().extend(from);
+    }
+    sources
 }

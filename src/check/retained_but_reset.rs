@@ -17,6 +17,7 @@
 //! do = ["CNT CT0 preset=12"]
 //! ```
 
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use crate::isa::instruction::Termination;
@@ -29,13 +30,15 @@ use super::names::structure_kind;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let word = OnceCell::new();
     for (structure, owners) in context.owners() {
         let Some(range) = context.retained.iter().find(|range| covers(range, structure)) else {
             continue;
         };
         let resets = |p: &&Placed| p.mnemonic().spec().termination == Termination::Reset;
         if let Some(owner) = owners.iter().find(resets) {
-            findings.push(finding(context, structure, owner, range));
+            let word = *word.get_or_init(|| self::word(context));
+            findings.push(finding(context, (structure, owner), range, word));
         }
     }
 }
@@ -49,7 +52,12 @@ fn covers(range: &Range, structure: Structure) -> bool {
     range.space == space && (range.first..=range.last).contains(&structure.number())
 }
 
-fn finding(context: &Context, structure: Structure, owner: &Placed, range: &Range) -> Finding {
+fn finding(
+    context: &Context,
+    (structure, owner): (Structure, &Placed),
+    range: &Range,
+    (word, and_retain): (Word, &str),
+) -> Finding {
     let said = context.say_structure(structure);
     let message = format!(
         "{} {said} is retained, but `{}` resets it at every stop, before it is kept",
@@ -60,7 +68,6 @@ fn finding(context: &Context, structure: Structure, owner: &Placed, range: &Rang
     let help = match structure {
         Structure::Timer(_) => format!("TMRAG keeps its time; `RSTT {name}` resets it"),
         Structure::Counter(_) | Structure::Sensaphone(_) => {
-            let (word, and_retain) = word(context);
             format!(
                 "UDCG keeps its count, and `RSTCT {name}` resets it; or keep a copy{and_retain}:\n\
                  `MOVE {name}.Acc to={word}` in every scan, and in task FirstScan `MOVE {word} \

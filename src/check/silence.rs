@@ -4,6 +4,8 @@
 //! file. A warning of several places is silenced at the one that it is reported at. Errors are
 //! never silenced.
 
+use std::collections::HashSet;
+
 use crate::resolve::program::Program;
 use crate::source::finding::{Finding, Severity};
 use crate::source::span::{FileId, Span};
@@ -11,28 +13,40 @@ use crate::source::span::{FileId, Span};
 /// The findings without those that are allowed; the readers' warnings may be among them.
 pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
     let allows = rung_allows(program);
+    let in_files: HashSet<(FileId, &str)> =
+        program.allow.iter().map(|(file, name)| (*file, name.as_str())).collect();
     let silenced = |finding: &Finding| {
-        let name = finding.code.name();
-        let in_file =
-            |(file, allowed): &(FileId, String)| allowed == name && *file == finding.span.file;
-        program.allow.iter().any(in_file)
-            || allows
-                .iter()
-                .any(|(allowed, extent)| *allowed == name && begins_in(*extent, finding.span))
+        let (name, span) = (finding.code.name(), finding.span);
+        in_files.contains(&(span.file, name)) || allows.hold(name, span)
     };
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
 }
 
-/// What rungs allow, and where.
-fn rung_allows(program: &Program) -> Vec<(&str, Span)> {
+/// What rungs allow, in order of place: rungs do not overlap.
+struct Allows<'a>(Vec<(Span, &'a [String])>);
+
+fn rung_allows(program: &Program) -> Allows<'_> {
     let rungs = program.blocks.iter().flat_map(|block| {
         block.rungs.iter().chain(block.stages.iter().flat_map(|stage| &stage.rungs))
     });
-    rungs.flat_map(|rung| rung.allow.iter().map(|name| (name.as_str(), rung.extent))).collect()
+    let allowing = rungs.filter(|rung| !rung.allow.is_empty());
+    let mut allows: Vec<_> = allowing.map(|rung| (rung.extent, rung.allow.as_slice())).collect();
+    allows.sort_by_key(|(extent, _)| (extent.file, extent.start));
+    Allows(allows)
 }
 
-fn begins_in(extent: Span, span: Span) -> bool {
-    extent.file == span.file && (extent.start..extent.end).contains(&span.start)
+impl Allows<'_> {
+    /// Whether the rung that a place begins in allows the finding.
+    fn hold(&self, name: &str, span: Span) -> bool {
+        let place = (span.file, span.start);
+        let behind = self.0.partition_point(|(extent, _)| (extent.file, extent.start) <= place);
+        let rung = behind.checked_sub(1).map(|at| self.0[at]);
+        rung.is_some_and(|(extent, allowed)| {
+            extent.file == span.file
+                && span.start < extent.end
+                && allowed.iter().any(|allowed| allowed == name)
+        })
+    }
 }
 
 #[cfg(test)]

@@ -18,13 +18,15 @@
 //!
 //! Fails: the same with `do = ["EXIT"]` in `Open`.
 
+use std::collections::BTreeSet;
+
 use crate::isa::StageId;
 use crate::resolve::program::{Block, Stage};
 use crate::source::finding::{Code, Finding};
 
 use super::context::Context;
 use super::names::list;
-use super::reach::{leading_to, reached};
+use super::reach::{reached, sources};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -32,9 +34,11 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let blocks = &context.program.blocks;
     let initial = blocks.iter().filter_map(|block| block.stages.first()).map(|stage| stage.id);
     let reached = reached(initial, &edges);
+    let sources = sources(&edges);
+    let from = |stage: &Stage| sources.get(&stage.id);
     for block in blocks {
         let never = block.stages.iter().enumerate().filter(|(_, s)| !reached.contains(&s.id));
-        findings.extend(never.map(|(at, stage)| finding(context, block, (at, stage), &edges)));
+        findings.extend(never.map(|(at, stage)| finding(context, block, (at, stage), from(stage))));
     }
 }
 
@@ -51,12 +55,11 @@ fn finding(
     context: &Context,
     block: &Block,
     (at, stage): (usize, &Stage),
-    edges: &[(Option<StageId>, StageId)],
+    sources: Option<&BTreeSet<StageId>>,
 ) -> Finding {
-    let from: Vec<String> = leading_to(stage.id, edges)
-        .into_iter()
-        .map(|from| format!("`{}`", context.program.stage(from).name))
-        .collect();
+    let others = sources.into_iter().flatten().filter(|from| **from != stage.id);
+    let from: Vec<String> =
+        others.map(|from| format!("`{}`", context.program.stage(*from).name)).collect();
     let why = match from.as_slice() {
         [] => "no JMP, SGSET, SGDIVRG or SGCONVRG leads to it".to_owned(),
         _ => format!("only {} leads to it, which is never entered either", list(&from)),

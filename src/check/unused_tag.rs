@@ -17,7 +17,9 @@
 //! infeed_2 = { at = "X1" }
 //! ```
 
-use crate::isa::Address;
+use std::collections::HashSet;
+
+use crate::isa::{Address, Bit, Structure, Word};
 use crate::resolve::program::{Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
 
@@ -26,14 +28,15 @@ use super::context::Context;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let idle = |tag: &&Tag| !tag.used && !tag.spare && tag.alarm.is_none() && !tag.log_changes;
-    findings.extend(context.program.tags.iter().filter(idle).map(|tag| finding(context, tag)));
+    let named = named(context);
+    findings.extend(context.program.tags.iter().filter(idle).map(|tag| finding(&named, tag)));
 }
 
-fn finding(context: &Context, tag: &Tag) -> Finding {
+fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
     let name = &tag.name;
     let finding = |message| Finding::new(Code::UnusedTag, tag.span, message).label("unused");
     match tag.meaning {
-        TagMeaning::Address(address) if is_named(context, address) => finding(format!(
+        TagMeaning::Address(address) if named.contains(&address) => finding(format!(
             "nothing names tag `{name}`, though the ladder uses {address} by its address"
         ))
         .help(format!("write `{name}` where the ladder says `{address}`")),
@@ -47,17 +50,28 @@ fn finding(context: &Context, tag: &Tag) -> Finding {
     }
 }
 
-fn is_named(context: &Context, address: Address) -> bool {
+/// The addresses that the ladder names; of a structure that is named or has a member named, all.
+fn named(context: &Context) -> HashSet<Address> {
+    let mut named: HashSet<Address> = context
+        .instructions
+        .iter()
+        .filter_map(|p| p.action().structure().map(Address::Structure))
+        .collect();
+    for operand in &context.program.operands {
+        named.insert(operand.address);
+        named.extend(structure_of(operand.address).map(Address::Structure));
+    }
+    named
+}
+
+/// The structure that a bit or word is a member of.
+fn structure_of(address: Address) -> Option<Structure> {
     match address {
-        Address::Structure(structure) => {
-            context.instructions.iter().any(|p| p.action().structure() == Some(structure))
-                || context.program.operands.iter().any(|operand| {
-                    structure.member_addresses().any(|member| member == operand.address)
-                })
+        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+            Some(structure)
         }
-        Address::Bit(_) | Address::Word(_) => {
-            context.program.operands.iter().any(|operand| operand.address == address)
-        }
+        Address::Word(Word::Pre(n)) => Some(Structure::Sensaphone(n)),
+        _ => None,
     }
 }
 
