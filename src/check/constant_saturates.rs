@@ -1,6 +1,7 @@
 //! `constant-saturates`: MOVE, ADD or SUB of a constant that its target can never hold.
 //!
-//! It is legal: what is too large becomes the largest number, and what is too small the smallest.
+//! It is legal: what is too large becomes the largest number, and what is too small the smallest;
+//! a tag's `min` and `max` narrow what its address holds.
 //! Whoever writes it mostly thinks of another range. Only what is sure is found: sums whose other
 //! side can still bring them into the range pass.
 //!
@@ -44,7 +45,8 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
             (a_low - b_high, a_high - b_low)
         }
     };
-    let (least, most) = word.range();
+    let limits = context.limits(word);
+    let (least, most) = (limits.min, limits.max);
     let stored = if low > i64::from(most) {
         most
     } else if high < i64::from(least) {
@@ -55,11 +57,15 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let said = context.say(Address::Word(word));
     let name = context.name(Address::Word(word));
     let message = format!("{said} holds {least} to {most}: `{}` stores {stored}", placed.name());
-    Some(
-        Finding::new(Code::ConstantSaturates, place, message)
-            .label("never stored whole")
-            .help(format!("a D word holds more; if it is meant, write `MOVE {stored} to={name}`")),
-    )
+    let finding = Finding::new(Code::ConstantSaturates, place, message).label("never stored whole");
+    let meant = format!("if it is meant, write `MOVE {stored} to={name}`");
+    let of_tag = limits.of_tag.filter(|_| word.range() != (least, most));
+    Some(match of_tag {
+        Some(tag) => finding
+            .related(tag.span, "`min` and `max` are given here")
+            .help(format!("give tag `{}` other limits; {meant}", tag.name)),
+        None => finding.help(format!("a D word holds more; {meant}")),
+    })
 }
 
 /// Between what a value lies.
@@ -75,7 +81,37 @@ fn range(value: Value) -> (i64, i64) {
 mod tests {
     use expect_test::expect;
 
-    use crate::check::testing::check_main;
+    use crate::check::testing::{check, check_main};
+
+    #[test]
+    fn the_limits_of_any_tag_of_the_address_count() {
+        check(
+            r#"
+            [tags]
+            size = { at = "D0", min = 1, max = 10 }
+            also = { at = "D1" }
+            more = { at = "D1", max = 5 }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["X0"], do = ["MOVE 10 to=size", "MOVE 50 to=size", "SUB 1 1 to=D0"] },
+              { when = ["X0"], do = ["ADD size 1 to=size", "MOVE 6 to=also", "MOVE 5 to=more"] },
+            ]
+            "#,
+            expect![[r#"
+                9:49 constant-saturates
+                  `size` (D0) holds 1 to 10: `MOVE` stores 10
+                    give tag `size` other limits; if it is meant, write `MOVE 10 to=size`
+                9:69 constant-saturates
+                  `size` (D0) holds 1 to 10: `SUB` stores 1
+                    give tag `size` other limits; if it is meant, write `MOVE 1 to=size`
+                10:52 constant-saturates
+                  `also` (D1) holds -2147483648 to 5: `MOVE` stores 5
+                    give tag `more` other limits; if it is meant, write `MOVE 5 to=also`
+            "#]],
+        );
+    }
 
     #[test]
     fn what_can_never_be_stored() {

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
-use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure, Word};
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
     Action, Block, BlockKind, Branch, Contact, Instruction, Part, Program, Rung, Stage, Tag,
@@ -33,6 +33,19 @@ pub struct Context<'a> {
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
     /// The first tag of every address that has one.
     tags: HashMap<Address, &'a Tag>,
+    /// What tags narrow a word to.
+    limits: HashMap<Word, Limits<'a>>,
+}
+
+/// What a write may put into a word.
+#[derive(Clone, Copy)]
+pub struct Limits<'a> {
+    /// The least number.
+    pub min: i32,
+    /// The greatest number.
+    pub max: i32,
+    /// The tag that says so; else the word holds no more.
+    pub of_tag: Option<&'a Tag>,
 }
 
 /// Where an instruction stands.
@@ -84,10 +97,12 @@ impl<'a> Context<'a> {
             drivers: BTreeMap::new(),
             owners: BTreeMap::new(),
             tags: HashMap::new(),
+            limits: HashMap::new(),
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
                 context.tags.entry(address).or_insert(tag);
+                context.narrow(address, tag);
             }
         }
         program.parts().for_each(|part| context.walk(part));
@@ -143,6 +158,23 @@ impl<'a> Context<'a> {
         self.owners.iter().map(|(structure, owners)| (*structure, owners.as_slice()))
     }
 
+    fn narrow(&mut self, address: Address, tag: &'a Tag) {
+        let Address::Word(word) = address else { return };
+        let (min, max) = (tag.min.map(|(n, _)| n), tag.max.map(|(n, _)| n));
+        if min.is_none() && max.is_none() {
+            return;
+        }
+        let limits = self.limits.entry(word).or_insert(Limits::of(word));
+        limits.min = limits.min.max(min.unwrap_or(limits.min));
+        limits.max = limits.max.min(max.unwrap_or(limits.max));
+        limits.of_tag.get_or_insert(tag);
+    }
+
+    /// What MOVE, ADD and SUB may put into a word.
+    pub fn limits(&self, word: Word) -> Limits<'a> {
+        self.limits.get(&word).copied().unwrap_or(Limits::of(word))
+    }
+
     /// The first tag of an address.
     pub fn tag_at(&self, address: Address) -> Option<&'a Tag> {
         self.tags.get(&address).copied()
@@ -151,6 +183,13 @@ impl<'a> Context<'a> {
     /// Whether an instruction owns the structure.
     pub fn is_owned(&self, structure: Structure) -> bool {
         self.owners.contains_key(&structure)
+    }
+}
+
+impl Limits<'_> {
+    fn of(word: Word) -> Self {
+        let (min, max) = word.range();
+        Limits { min, max, of_tag: None }
     }
 }
 

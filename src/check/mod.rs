@@ -18,6 +18,7 @@ mod constant_compare;
 mod constant_saturates;
 mod context;
 mod duplicate_out;
+mod duration_as_count;
 mod entask_conflict;
 mod jump_outside_stage;
 mod mixed_and_or;
@@ -75,6 +76,7 @@ const RULES: &[(Needs, Rule)] = &[
     (Needs::Itself, constant_compare::check),
     (Needs::Itself, constant_saturates::check),
     (Needs::Itself, bare_timer_value::check),
+    (Needs::Itself, duration_as_count::check),
     (Needs::Itself, mixed_and_or::check),
     (Needs::Place, retained_but_reset::check),
     (Needs::Whole, unused_tag::check),

@@ -70,6 +70,7 @@ pages! {
     "task-starts-itself"
     "constant-compare"
     "bare-timer-value"
+    "duration-as-count"
     "mixed-and-or"
     "constant-saturates"
     "retained-but-reset"

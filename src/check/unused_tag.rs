@@ -71,7 +71,7 @@ fn structure_of(address: Address) -> Option<Structure> {
             Some(structure)
         }
         Address::Word(Word::Pre(n)) => Some(Structure::Sensaphone(n)),
-        _ => None,
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
     }
 }
 

@@ -14,8 +14,8 @@ use crate::isa::{Address, Bit, BitSpace, DeviceId, Health, duration};
 use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
-use crate::resolve::resolve_operand;
-use crate::sim::stimulus::{Stimulus, Target};
+use crate::resolve::scope::Scope;
+use crate::sim::stimulus::{Stimulus, Target, split_element};
 use crate::sim::svg::{SvgTrace, TooLong};
 use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
@@ -146,8 +146,14 @@ fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stim
     let name = path.display();
     let bytes = load::read_bytes(path).with_context(|| name.to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
-    let lookup = |operand: &str| target(program, symbols, operand);
-    Stimulus::parse(&text, &lookup).map_err(|e| anyhow::anyhow!("{name}:{}: {}", e.line, e.message))
+    let scope = Scope::of(program);
+    let lookup = |operand: &str| target(&scope, symbols, operand);
+    let stimulus = Stimulus::parse(&text, &lookup)
+        .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))?;
+    if let Some(beyond) = stimulus.beyond(scans(args)) {
+        super::say(&format!("warning: {name}:{}: {}\n", beyond.line, beyond.message));
+    }
+    Ok(stimulus)
 }
 
 /// The `.Ok` of every field device that the ladder names: none is lost unless a stimulus says so.
@@ -157,11 +163,11 @@ fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
 }
 
 /// What an operand of a stimulus is, or why it cannot be written from outside.
-fn target(program: &Program, symbols: &Symbols, operand: &str) -> Result<Target, String> {
+fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<Target, String> {
     let layout = &symbols.layout;
-    match resolve_operand(program, operand)? {
+    match scope.address(operand)? {
         Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
-        Address::Bit(bit) if bit.writable_by_ladder() => Ok(Target::Bit(layout.bit(bit))),
+        Address::Bit(bit) if bit.writable_from_outside() => Ok(Target::Bit(layout.bit(bit))),
         Address::Bit(bit @ Bit::Device(..)) => Ok(Target::Bit(layout.bit(bit))),
         Address::Word(word) if word.writable() => {
             Ok(Target::Word(layout.word(word), symbols.limits(word)))
@@ -175,16 +181,21 @@ fn target(program: &Program, symbols: &Symbols, operand: &str) -> Result<Target,
 }
 
 fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<Watched>> {
+    let scope = Scope::of(program);
     let named = |name: &str| -> Result<Watched> {
-        let address =
-            resolve_operand(program, name).map_err(|m| anyhow::anyhow!("--watch: {m}"))?;
+        let address = scope.address(name).map_err(|m| anyhow::anyhow!("--watch: {m}"))?;
         let Some(cell) = symbols.layout.cell(address) else {
             bail!("--watch: `{name}` is a structure: name its members, as `{name}.Done`");
         };
         Ok(Watched { name: name.to_owned(), cell })
     };
     match &args.watch {
-        Some(names) => names.iter().map(|name| named(name.trim())).collect(),
+        Some(names) => {
+            if let Some(message) = split_element(names.iter().map(|name| name.trim())) {
+                bail!("--watch: {message}");
+            }
+            names.iter().map(|name| named(name.trim())).collect()
+        }
         None => {
             let all = program.operands.iter().filter_map(|operand| {
                 let cell = symbols.layout.cell(operand.address)?;

@@ -328,6 +328,12 @@ impl Bit {
     pub fn writable_by_ladder(self) -> bool {
         matches!(self, Bit::Space(BitSpace::Y | BitSpace::C | BitSpace::Mc | BitSpace::Mi, _))
     }
+
+    /// Whether a write from outside may change it: what a program may write, and the status bits of
+    /// a Sensaphone counter (seed S3: "can be viewed or changed"; `docs/semantics.md`, section 5).
+    pub fn writable_from_outside(self) -> bool {
+        self.writable_by_ladder() || matches!(self, Bit::Flag(Structure::Sensaphone(_), _))
+    }
 }
 
 impl Word {

@@ -44,7 +44,7 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
         return parse_nickname(text);
     }
     if text.contains(',') {
-        return parse_sensaphone_element(text);
+        return parse_sensaphone(text);
     }
     let (base, member) = match text.split_once('.') {
         Some((base, member)) => (base, Some(member)),
@@ -150,24 +150,25 @@ fn parse_nickname(text: &str) -> Result<Address, AddressError> {
     }
 }
 
-/// `N,19,6`: the Sensaphone manual's way to name an element.
-fn parse_sensaphone_element(text: &str) -> Result<Address, AddressError> {
-    let mut parts = text.split(',').map(str::trim);
-    let (Some(n), Some(counter), Some(element), None) =
+/// `N,19` and `N,19,6`: the Sensaphone manual's way to name a counter and an element of it.
+fn parse_sensaphone(text: &str) -> Result<Address, AddressError> {
+    let mut parts = text.splitn(4, ',').map(str::trim);
+    let (Some(n), Some(counter), element, None) =
         (parts.next(), parts.next(), parts.next(), parts.next())
     else {
         return Err(AddressError::NotAnAddress);
     };
     let digits = |t: &str| !t.is_empty() && t.bytes().all(|b| b.is_ascii_digit());
-    if !n.eq_ignore_ascii_case("N") || !digits(counter) || !digits(element) {
+    if !n.eq_ignore_ascii_case("N") || !digits(counter) || !element.is_none_or(digits) {
         return Err(AddressError::NotAnAddress);
     }
     if n != "N" {
-        return Err(AddressError::Case(format!("N,{counter},{element}")));
+        return Err(AddressError::Case(format!("N{}", &text[n.len()..])));
     }
     let counter = counter.parse::<u32>().unwrap_or(u32::MAX);
     in_range("N", counter, 0, SENSAPHONE_COUNT)?;
     let structure = Structure::Sensaphone(counter);
+    let Some(element) = element else { return Ok(Address::Structure(structure)) };
     let element = element.parse::<usize>().unwrap_or(usize::MAX);
     let name = structure.members().get(element).ok_or(AddressError::SensaphoneElement)?;
     structure.member(name).ok_or(AddressError::SensaphoneElement)
@@ -237,6 +238,10 @@ mod tests {
         check("MC0", "BeyondMemory { space: \"MC\", first: 1, last: 1024 }");
         check("X2048", "BeyondMemory { space: \"X\", first: 0, last: 2047 }");
         check("CT99999999999", "BeyondMemory { space: \"CT\", first: 0, last: 255 }");
+        check("N,19", "N19");
+        check("n,19", "Case(\"N,19\")");
+        check("N,64", "BeyondMemory { space: \"N\", first: 0, last: 63 }");
+        check("N,", "NotAnAddress");
         check("N,19,7", "SensaphoneElement");
         check("N64.ACC", "BeyondMemory { space: \"N\", first: 0, last: 63 }");
         check("CT0.Timing", "UnknownMember([\"Acc\", \"Done\", \"Reset\", \"Zero\", \"DnDone\"])");

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::identity::Identity;
 use crate::engine::{BitCell, Cell, Element, Layout};
-use crate::isa::{Address, Bit, BlockId, DeviceId, StageId, Structure, Word};
+use crate::isa::{Address, BlockId, DeviceId, StageId, Structure, Word};
 use crate::resolve::program::{Program, TagMeaning};
 
 /// A tag with an `alarm`.
@@ -122,11 +122,6 @@ impl Symbols {
     /// the tags of its address. A write beyond is refused.
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(&word).copied().unwrap_or(word.range())
-    }
-
-    /// Whether a bit may be written from outside: Y, C, MC and MI.
-    pub fn writable_bit(bit: Bit) -> bool {
-        bit.writable_by_ladder()
     }
 }
 

@@ -206,7 +206,7 @@ impl Names {
     pub fn may_write(&self, operand: &Operand) -> Result<(), Refusal> {
         let writable = match operand.what {
             Address::Bit(Bit::Space(BitSpace::X, _)) => true,
-            Address::Bit(bit) => bit.writable_by_ladder(),
+            Address::Bit(bit) => bit.writable_from_outside(),
             Address::Word(word) => word.writable(),
             Address::Structure(_) => false,
         };

@@ -214,6 +214,8 @@ impl<'a> Resolver<'a> {
     fn note(&mut self, name: &str, span: Span, address: Address) {
         match address {
             Address::Structure(structure) => {
+                // `N,0` would be two columns of a list: it goes by its other name.
+                let name = if name.contains(',') { structure.to_string() } else { name.to_owned() };
                 for (member, address) in
                     structure.members().iter().zip(structure.member_addresses())
                 {
@@ -221,7 +223,7 @@ impl<'a> Resolver<'a> {
                     self.named.push((span, NamedOperand { name, address }));
                 }
             }
-            // `N,0,6` would be two columns of a list: it goes by its other name.
+            // So would `N,0,6`.
             _ if name.contains(',') => {
                 let name = address.to_string();
                 self.named.push((span, NamedOperand { name, address }));

@@ -218,7 +218,7 @@ impl Resolver<'_> {
             self.note(name, atom.span, address);
             return Some(structure);
         }
-        let base = name.split(['.', ',']).next().unwrap_or(name);
+        let base = whole(name);
         let help = match self.scope.look_up(base).map(|found| found.thing) {
             Ok(Thing::Address(Address::Structure(structure)))
                 if fits(&structure) && base != name =>
@@ -313,6 +313,13 @@ impl Resolver<'_> {
         self.find(Finding::new(Code::UnknownStage, atom.span, message).help(help));
         None
     }
+}
+
+/// The part of a name that names the structure: of `CT0.Acc` `CT0`, of `N,0,6` `N,0`.
+fn whole(name: &str) -> &str {
+    let mut commas = name.match_indices(',').map(|(at, _)| at);
+    let end = name.find('.').or(commas.nth(1)).unwrap_or(name.len());
+    &name[..end]
 }
 
 /// The next positional operand, after those given.

@@ -5,6 +5,7 @@
 //! what an operand is and what it may hold, so it is handed a [`Lookup`].
 
 use crate::engine::{BitCell, WordCell};
+use crate::isa::{Address, MemorySizes, address_text};
 
 /// One change from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +36,8 @@ pub type Lookup<'a> = &'a dyn Fn(&str) -> Result<Target, String>;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stimulus {
     changes: Vec<(u64, Change)>,
+    /// The scan and line of every row.
+    rows: Vec<(u64, usize)>,
 }
 
 /// What is wrong with a stimulus, and in which line of it (from 1).
@@ -58,14 +61,15 @@ impl Stimulus {
         let header = header.strip_prefix('\u{feff}').unwrap_or(header);
         let targets = parse_header(header, lookup).map_err(|m| StimulusError::new(1, m))?;
         let mut stimulus = Stimulus::default();
-        let mut last_scan = 0;
+        let mut last_scan = None;
         for (line, row) in lines {
             if row.trim().is_empty() {
                 continue;
             }
             let fail = |message| StimulusError::new(line, message);
             let scan = parse_scan(row, last_scan).map_err(fail)?;
-            last_scan = scan;
+            last_scan = Some(scan);
+            stimulus.rows.push((scan, line));
             stimulus.parse_cells(row, scan, &targets).map_err(fail)?;
         }
         Ok(stimulus)
@@ -93,6 +97,18 @@ impl Stimulus {
         Ok(())
     }
 
+    /// The first row that a simulation of this length does not reach.
+    pub fn beyond(&self, scans: u64) -> Option<StimulusError> {
+        let at = self.rows.partition_point(|(scan, _)| *scan < scans);
+        let (scan, line) = *self.rows.get(at)?;
+        let rows = self.rows.len() - at;
+        let message = format!(
+            "scan {scan} is not executed: the simulation has {scans} scans, from 0 on ({} left out)",
+            if rows == 1 { "1 row is".to_owned() } else { format!("{rows} rows are") }
+        );
+        Some(StimulusError::new(line, message))
+    }
+
     /// The changes of one scan. Scans are asked for in order, `from` being where the last stopped.
     pub fn of_scan<'a>(&'a self, scan: u64, from: &mut usize) -> impl Iterator<Item = Change> + 'a {
         let start = *from;
@@ -108,6 +124,20 @@ impl StimulusError {
     }
 }
 
+/// What to say of `N,3,6` in a list whose commas separate operands.
+pub fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let number = |text: &&str| text.parse::<u32>().is_ok();
+    let mut behind = names.skip_while(|name| !name.eq_ignore_ascii_case("N")).skip(1);
+    let counter = behind.next().filter(number)?;
+    let element = behind.next().filter(number);
+    let written = ["N", counter].into_iter().chain(element).collect::<Vec<_>>().join(",");
+    let right = match address_text::parse(&written, &MemorySizes::default()) {
+        Ok(address @ (Address::Bit(_) | Address::Word(_))) => address.to_string(),
+        _ => format!("N{counter}.ACC"),
+    };
+    Some(format!("commas separate operands here: instead of `{written}` write `{right}`"))
+}
+
 fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, String> {
     let mut names = header.split(',').map(str::trim);
     if header.contains(';') {
@@ -115,6 +145,9 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, S
     }
     if names.next() != Some("scan") {
         return Err("the header is `scan,` and operands, as `scan,X0,D1`".to_owned());
+    }
+    if let Some(message) = split_element(names.clone()) {
+        return Err(message);
     }
     let mut targets: Vec<(String, Target)> = Vec::new();
     for name in names {
@@ -127,14 +160,19 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, S
     Ok(targets)
 }
 
-fn parse_scan(row: &str, last_scan: u64) -> Result<u64, String> {
+fn parse_scan(row: &str, last_scan: Option<u64>) -> Result<u64, String> {
     let text = row.split(',').next().unwrap_or("").trim();
     let scan: u64 =
         text.parse().map_err(|_| format!("`{text}` is not a scan: a number from 0 is wanted"))?;
-    if scan < last_scan {
-        return Err(format!("scan {scan} stands behind scan {last_scan}: rows ascend by scan"));
+    match last_scan {
+        Some(last) if scan < last => {
+            Err(format!("scan {scan} stands behind scan {last}: rows ascend by scan"))
+        }
+        Some(last) if scan == last => {
+            Err(format!("scan {scan} has a row already: one row holds all changes of a scan"))
+        }
+        _ => Ok(scan),
     }
-    Ok(scan)
 }
 
 fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> {
@@ -189,6 +227,29 @@ mod tests {
     }
 
     #[test]
+    fn a_row_that_is_never_reached_is_told() {
+        let stimulus = Stimulus::parse("scan,X0\n0,1\n9,0\n10,1\n12,0\n", &lookup).unwrap();
+        let beyond = stimulus.beyond(10).unwrap();
+        assert_eq!(beyond.line, 4);
+        assert_eq!(
+            beyond.message,
+            "scan 10 is not executed: the simulation has 10 scans, from 0 on (2 rows are left out)"
+        );
+        assert_eq!(stimulus.beyond(13), None);
+    }
+
+    #[test]
+    fn an_element_by_commas_is_told_by_its_name() {
+        let told = |text: &str| split_element(text.split(','));
+        let said = "commas separate operands here: instead of";
+        assert_eq!(told("X0,N,3,6"), Some(format!("{said} `N,3,6` write `N3.ACC`")));
+        assert_eq!(told("n,3"), Some(format!("{said} `N,3` write `N3.ACC`")));
+        assert_eq!(told("N,3,0,X1"), Some(format!("{said} `N,3,0` write `N3.CU`")));
+        assert_eq!((told("N3.ACC,X1"), told("N,X1")), (None, None));
+        assert!(error("scan,N,3,6").contains("write `N3.ACC`"));
+    }
+
+    #[test]
     fn mistakes_name_their_line() {
         assert_eq!(error(""), "1: the header is `scan,` and operands, as `scan,X0,D1`");
         assert_eq!(error("scan,CT0.Done"), "1: `CT0.Done` cannot be written");
@@ -196,6 +257,10 @@ mod tests {
         assert_eq!(
             error("scan,X0\n5,1\n4,1"),
             "3: scan 4 stands behind scan 5: rows ascend by scan"
+        );
+        assert_eq!(
+            error("scan,X0\n5,1\n5,0"),
+            "3: scan 5 has a row already: one row holds all changes of a scan"
         );
         assert_eq!(error("scan,X0\n0,2"), "2: `X0` is a bit: it takes 0 or 1, not `2`");
         assert_eq!(error("scan,D0\n0,6"), "2: `D0` takes -5 to 5, not 6");

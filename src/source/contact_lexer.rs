@@ -87,7 +87,8 @@ fn name_length(rest: &str) -> usize {
     1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
 }
 
-/// The length of `,19,6` behind an `N`: the Sensaphone way to name an element. Else 0.
+/// The length of `,19` or `,19,6` behind an `N`: the Sensaphone way to name a counter or an
+/// element. Else 0.
 fn element_length(name: &str, behind: &str) -> usize {
     if !name.eq_ignore_ascii_case("N") {
         return 0;
@@ -99,9 +100,9 @@ fn element_length(name: &str, behind: &str) -> usize {
         let count = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
         (count > 0).then_some(1 + digits_at + count)
     };
-    let first = number(behind);
-    let both = first.and_then(|first| Some(first + number(&behind[first..])?));
-    both.unwrap_or(0)
+    let counter = number(behind).unwrap_or(0);
+    let element = if counter > 0 { number(&behind[counter..]) } else { None };
+    counter + element.unwrap_or(0)
 }
 
 /// The finding of a character that no contact begins with.

@@ -195,6 +195,8 @@ findings! {
     TaskStartsItself "task-starts-itself" Warning "A task holds the ENTASK that starts it.";
     ConstantCompare "constant-compare" Warning "A compare always gives the same.";
     BareTimerValue "bare-timer-value" Warning "A timer value without a unit: ms or s?";
+    DurationAsCount "duration-as-count" Warning
+        "A duration where a counter wants a number of counts.";
     MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
     ConstantSaturates "constant-saturates" Warning
         "A constant that its target can never hold: another number is stored.";

@@ -102,13 +102,13 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
     Ok(Operand { span, key: Some(key), value })
 }
 
-/// Whether a word is a Sensaphone element, as `N,0,6`, be it behind a key.
+/// Whether a word is a Sensaphone counter or element, as `N,0` or `N,0,6`, be it behind a key.
 fn is_element(word: &str) -> bool {
     let word = word.split_once('=').map_or(word, |(_, value)| value);
     let mut parts = word.split(',');
     parts.next().is_some_and(|name| name.eq_ignore_ascii_case("N")) && {
         let numbers: Vec<&str> = parts.collect();
-        numbers.len() == 2 && numbers.iter().all(|n| n.parse::<u64>().is_ok())
+        matches!(numbers.len(), 1 | 2) && numbers.iter().all(|n| n.parse::<u64>().is_ok())
     }
 }
 
@@ -117,9 +117,6 @@ fn comma_help(word: &str, mnemonic: &str) -> String {
     let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
     let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());
     match names.as_slice() {
-        [n, number] if n.eq_ignore_ascii_case("N") && number.parse::<u32>().is_ok() => {
-            format!("write `N{number}`")
-        }
         [_, _, ..]
             if !word.contains('=')
                 && positional().count() == 1

@@ -47,7 +47,9 @@ pub fn cell(program: &Program, symbols: &Symbols, name: &str) -> Result<Cell, St
 pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Target, String> {
     match resolve_operand(program, name)? {
         Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
-        Address::Bit(bit) if Symbols::writable_bit(bit) => Ok(Target::Bit(symbols.layout.bit(bit))),
+        Address::Bit(bit) if bit.writable_from_outside() => {
+            Ok(Target::Bit(symbols.layout.bit(bit)))
+        }
         Address::Word(word) if Word::writable(word) => {
             Ok(Target::Word(symbols.layout.word(word), symbols.limits(word)))
         }

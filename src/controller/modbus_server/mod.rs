@@ -13,7 +13,7 @@ use keys::{self as written, Mapping};
 use super::resolver::{Resolver, Wanted};
 use crate::io::modbus::clients::Network;
 use crate::io::modbus::settings::{Entry, LISTS_MAX, Modbus, Table, WriteList};
-use crate::isa::{Address, Bit, BitSpace, MemorySizes, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, MemorySizes, Structure, Word, WordSpace};
 use crate::resolve::operands::{Operands, resolve_operands};
 use crate::resolve::range::{Range, Space};
 use crate::source::finding::{Code, Finding};
@@ -137,6 +137,7 @@ impl Resolver {
 fn may_be_listed(operands: &Operands) -> Option<Finding> {
     let why = match operands.first {
         Address::Bit(Bit::Space(BitSpace::C | BitSpace::Mc | BitSpace::Mi, _)) => return None,
+        Address::Bit(Bit::Flag(Structure::Sensaphone(_), _)) => return None,
         Address::Word(word) if word.writable() => return None,
         Address::Bit(Bit::Space(BitSpace::X, _)) => {
             "a client moves inputs by `[modbus-server.image]`"
