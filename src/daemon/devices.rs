@@ -129,7 +129,7 @@ impl Starter<'_> {
             health: self.healths[device.id.0 as usize].clone(),
             poll: Duration::from_millis(device.poll_ms.into()),
         };
-        self.spawn(device::Device::new(parts).run(super::shell::told(&self.stop)), device, tasks);
+        self.spawn(device::Device::new(parts).run(super::signals::told(&self.stop)), device, tasks);
     }
 
     /// A device that the scan itself exchanges.
@@ -144,7 +144,7 @@ impl Starter<'_> {
         let health = self.healths[device.id.0 as usize].clone();
         let mut keeper = Keeper::new(opener, line, health, self.port.clone());
         keeper.open();
-        self.spawn(keeper.run(super::shell::told(&self.stop)), device, tasks);
+        self.spawn(keeper.run(super::signals::told(&self.stop)), device, tasks);
     }
 
     /// A task that ends in a panic is one device gone (the scan sees its age), never the others'

@@ -8,6 +8,7 @@ mod allowance;
 pub mod config;
 mod devices;
 mod directories;
+mod failure;
 pub mod guard;
 mod journal;
 pub mod log;
@@ -24,6 +25,7 @@ mod shell;
 mod signals;
 mod systemd;
 
+pub use failure::Failure;
 pub use narration::span;
-pub use shell::{Ending, Failure, Options, run};
+pub use shell::{Ending, Options, run};
 pub use signals::Host;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::directories;
-use super::shell::Failure;
+use super::failure::Failure;
 use crate::engine::Engine;
 use crate::retain::format::{FLAG_FINAL, Stamp};
 use crate::retain::keeper::{News, Start};

@@ -3,8 +3,6 @@
 //! Read [`run`] top-down. The scan thread does its work whatever happens here; this shell looks at
 //! it fifty times a second, for that is all that signals and systemd need.
 
-use std::future::Future;
-use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -14,6 +12,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::config::Setup;
 use super::devices::{self, Starter};
+use super::failure::Failure;
 use super::guard::Guard;
 use super::log_writer::{LogWriter, tell_statistics};
 use super::narration::{Facts, Narration, span};
@@ -22,7 +21,7 @@ use super::posture;
 use super::reload::{self, Reloads, Running, Views};
 use super::retain;
 use super::retain_thread::{LastImage, Retention};
-use super::signals::{Host, Signals, Told};
+use super::signals::{Host, Signals, Told, told};
 use super::systemd::{Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::faults::{self, Point};
@@ -73,21 +72,6 @@ impl Ending {
             (Ending::Orderly, LastImage::Kept)
             | (Ending::Fault | Ending::Bug | Ending::Hurried | Ending::MemoryLost, _) => self,
         }
-    }
-}
-
-/// Why a controller did not start.
-#[derive(Debug)]
-pub enum Failure {
-    /// What the controller file insists on is not to be had here.
-    Configuration(String),
-    /// The environment: a port that is taken, no thread to be had.
-    Environment(anyhow::Error),
-}
-
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        Failure::Environment(error.into())
     }
 }
 
@@ -379,14 +363,6 @@ async fn bind_modbus(
         Failure::Environment(anyhow::anyhow!(context))
     })?;
     Ok((server, maps))
-}
-
-/// Ends when the drivers are to end.
-pub(super) fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
-    let mut stopped = stopped.clone();
-    async move {
-        let _ = stopped.wait_for(|stop| *stop).await;
-    }
 }
 
 /// The last lines, and what they come to.

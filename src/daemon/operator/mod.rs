@@ -32,7 +32,7 @@ pub(super) use desk::Desk;
 pub(super) use socket::Place;
 pub(super) use status::{AboutParts, View};
 
-use super::shell::Failure;
+use super::failure::Failure;
 use pace::Pace;
 use peer::Peer;
 use seats::Seats;

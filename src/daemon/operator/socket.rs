@@ -11,7 +11,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
 use super::super::directories;
-use super::super::shell::Failure;
+use super::super::failure::Failure;
 use super::peer::{gid_of, lock_file, set_queue};
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
 use crate::operator::SOCKET_VARIABLE;
