@@ -177,16 +177,20 @@ impl LogWriter {
         let reading = health.condition();
         let (device, peer) = (&reading.name, &reading.peer);
         let why = reading.trouble.map_or(String::new(), |reason| format!(": {reason}")) + &withheld;
+        let (part, absent) = match reading.is_in_part {
+            true => (" in part", " has answered in part only"),
+            false => ("", " has not answered"),
+        };
         match edge {
             DeviceEdge::Present => {
                 say!(DEVICE_PRESENT, %device, %peer, scan, "{device} exchanges");
             }
             DeviceEdge::Absent => say!(
                 DEVICE_ABSENT,
-                %device, %peer, scan, "{device} has not answered since the start{why}"
+                %device, %peer, scan, "{device}{absent} since the start{why}"
             ),
             DeviceEdge::Lost => {
-                say!(DEVICE_LOST, %device, %peer, scan, "{device} is lost{why}");
+                say!(DEVICE_LOST, %device, %peer, scan, "{device} is lost{part}{why}");
             }
             DeviceEdge::Back { lost_ns, scans } => say!(
                 DEVICE_BACK,

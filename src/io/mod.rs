@@ -5,7 +5,7 @@
 //! of ladders, tags and modes but what an image shows. That no two drivers move one input was
 //! seen to when the controller file was resolved.
 
-pub mod caught;
+pub(crate) mod caught;
 pub mod device;
 pub mod gpio;
 pub mod modbus;

@@ -17,7 +17,7 @@ use settings::{Number, Point, PointForm, Table, Writes};
 use tokio::time::timeout;
 
 /// An answer must be whole by then.
-pub const TIMEOUT: Duration = Duration::from_millis(100);
+pub const TIMEOUT: Duration = Duration::from_millis(400);
 
 /// No lie holds a client up for longer: many times what it may take on a busy machine.
 pub const BOUND: Duration = Duration::from_secs(5);
@@ -58,7 +58,7 @@ pub fn client(link: settings::Link) -> settings::Client {
     let coil = Point { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
     settings::Client {
         link,
-        timeout_ms: 100,
+        timeout_ms: 400,
         write_every_ms: 0,
         writes: Writes::Fitting,
         gap: 0,

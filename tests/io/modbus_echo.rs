@@ -69,7 +69,7 @@ async fn behind_an_echo_that_is_told_answers_are_understood() {
 async fn an_echo_that_is_told_confirms_no_write() {
     let mut client = line(true, |settings| settings.inputs.clear(), echo_alone).await;
     let trouble = exchange(&mut client, 1).await.unwrap_err();
-    assert_eq!(trouble.reason, "writing coil 0 of unit 1: no answer in 100 ms");
+    assert_eq!(trouble.reason, "writing coil 0 of unit 1: no answer in 400 ms");
 }
 
 #[tokio::test]

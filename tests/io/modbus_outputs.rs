@@ -88,6 +88,26 @@ async fn trouble_in_a_part_is_the_whole_exchanges() {
 }
 
 #[tokio::test]
+async fn a_refused_write_ends_no_exchange_whose_reads_are_under_way() {
+    let refuses_writes = |request: &[u8]| match request[7] {
+        5 => Lie::Say(tcp_frame(request, &[0x85, 6])),
+        _ => Lie::None,
+    };
+    let (mut client, _seen) = seen(apart, refuses_writes).await;
+    let mut inputs = [None; 4];
+    for _ in 0..3 {
+        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Done::Part));
+    }
+    let trouble = client.exchange(urgent(&[1], &mut inputs)).await.unwrap_err();
+    assert_eq!(trouble.reason, "writing coil 0 of unit 1: exception 6 (device busy)");
+    assert_eq!(
+        inputs,
+        [1000, 1010, 1020, 1030].map(Some),
+        "all of one exchange, handed on together"
+    );
+}
+
+#[tokio::test]
 async fn a_unit_that_refuses_a_read_takes_a_change_at_once() {
     let refuses_reads = |request: &[u8]| match request[7] {
         4 => Lie::Say(tcp_frame(request, &[0x84, 2])),

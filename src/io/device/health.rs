@@ -63,6 +63,8 @@ pub struct Condition {
     pub is_open: bool,
     /// Why the last one failed; nothing once one has succeeded again.
     pub trouble: Option<String>,
+    /// The last one failed in part: inputs were read all the same.
+    pub is_in_part: bool,
 }
 
 impl Health {
@@ -134,6 +136,21 @@ impl Health {
     /// An exchange failed, or it could not be reached or opened.
     pub(super) fn trouble(&self, reason: &str) {
         self.bad(reason);
+        self.tell_trouble(reason);
+    }
+
+    /// An exchange failed, and has read inputs all the same: `read` of `all`.
+    pub(super) fn trouble_in_part(&self, reason: &str, (read, all): (usize, usize)) {
+        let reason = match read == all {
+            true => reason.to_owned(),
+            false => format!("{reason}; {read} of {all} inputs are read"),
+        };
+        self.bad(&reason);
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner).is_in_part = true;
+        self.tell_trouble(&reason);
+    }
+
+    fn tell_trouble(&self, reason: &str) {
         // An outage for whose begin no line was left has its line as soon as there is one.
         let is_to_tell = {
             let mut lines = self.lines();
@@ -187,7 +204,7 @@ impl Health {
     fn bad(&self, reason: &str) {
         let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
         condition.failures += 1;
-        condition.is_open = false;
+        (condition.is_open, condition.is_in_part) = (false, false);
         condition.trouble = Some(reason.to_owned());
     }
 }

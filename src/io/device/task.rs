@@ -283,7 +283,7 @@ impl<D: Driver> Device<D> {
         };
         match done {
             Ok(done) => done.unwrap_or_else(|| Err(bug())),
-            Err(_) => Err(Trouble::disconnected("an exchange was under way at the end for long")),
+            Err(_) => Err(Trouble::disconnected("the exchange under way did not end in time")),
         }
     }
 
@@ -313,14 +313,9 @@ impl<D: Driver> Device<D> {
         }
         self.retry.reset();
         self.input_end.deliver(&self.inputs, monotonic_ns());
-        let all = self.inputs.len();
         match self.inputs.iter().flatten().count() {
             0 => self.health.trouble(&trouble.reason),
-            read if read == all => self.health.trouble(&trouble.reason),
-            read => {
-                let reason = &trouble.reason;
-                self.health.trouble(&format!("{reason}; {read} of {all} inputs are read"));
-            }
+            read => self.health.trouble_in_part(&trouble.reason, (read, self.inputs.len())),
         }
     }
 }

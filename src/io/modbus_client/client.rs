@@ -103,7 +103,9 @@ impl<L: Link> Client<L> {
             Writes::Multiple => {
                 push_write_multiple(&mut self.talk.request, false, register, &[counter]);
             }
-            _ => push_write_single(&mut self.talk.request, false, register, counter),
+            Writes::Single | Writes::Fitting => {
+                push_write_single(&mut self.talk.request, false, register, counter);
+            }
         }
         let table = Table::HoldingRegisters;
         let what = What { verb: "feeding the watchdog at", unit, table, first: register, count: 1 };
@@ -197,7 +199,11 @@ impl<L: Link> Client<L> {
                 run.forget();
             }
         }
-        let has_read = matches!(occasion, Occasion::Poll | Occasion::First) && done == Done::Whole;
+        if done == Done::Part {
+            // The rest of the exchange follows at once, and tells the trouble of all of it.
+            return Ok(done);
+        }
+        let has_read = matches!(occasion, Occasion::Poll | Occasion::First);
         let unread = |unit: &Unit| unit.unread.clone().filter(|_| has_read);
         let trouble = |unit: &Unit| unit.trouble.clone().or_else(|| unread(unit));
         let mut troubles = self.talk.units.iter().filter_map(trouble);

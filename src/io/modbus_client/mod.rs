@@ -10,16 +10,16 @@
 pub mod answer;
 mod client;
 mod link;
-pub mod outputs;
-pub mod plan;
-pub mod request;
+mod outputs;
+mod plan;
+mod request;
 pub mod rtu;
 mod serial;
 pub mod settings;
 mod talk;
 mod tcp;
 mod unit;
-pub mod values;
+mod values;
 
 pub use client::Client;
 pub use link::{Failure, Link};
