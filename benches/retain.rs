@@ -66,7 +66,8 @@ fn publish(what: &str, bits: usize, words: usize) {
     let forces = Forces::default();
     let mut times = Vec::new();
     for now_ns in 0..ROUNDS as u64 {
-        let facts = Facts { scans: now_ns, now_ns, mode: Mode::Run, since_ns: 0, forces: &forces };
+        let (mode, since_ns, ending, forces) = (Mode::Run, 0, false, &forces);
+        let facts = Facts { scans: now_ns, now_ns, mode, since_ns, ending, forces };
         let begin = Instant::now();
         assert!(scan.publish(facts, black_box((&bits[..], &words[..]))));
         times.push(begin.elapsed().as_nanos() as u64);

@@ -128,8 +128,8 @@ pub fn texts(bytes: &[u8]) {
     let (name, value) = text.split_once(' ').unwrap_or((text, "1"));
     let _ = names.beginning(name);
     if let Ok(operand) = names.find_one(name) {
-        let _ = (names.may_write(&operand), names.may_force(&operand));
-        let _ = names.value(&operand, &Given::Text(value.to_owned()));
+        let _ = (operand.may_write(), operand.may_force());
+        let _ = names.number(&operand, &Given::Text(value.to_owned()));
     }
 }
 
@@ -199,6 +199,7 @@ fn image(symbols: &Symbols) -> Snapshot {
         now_ns: 0,
         mode: Mode::Run,
         since_ns: 0,
+        ending: false,
         bits: vec![1; layout.bit_count() as usize].into(),
         words: vec![-7; layout.word_count() as usize].into(),
         outputs: vec![1; layout.sizes().y as usize].into(),

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
+use super::terminal::say_drawn;
 use crate::load::{self, Input, Loaded};
 use crate::source::render::{Style, refuses, render};
 
@@ -46,7 +47,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     if !ladders.is_empty() {
         append(&mut all, load::ladder_inputs(&ladders)?);
     }
-    super::say(&render(&all.findings, &all.files, style));
+    say_drawn(&render(&all.findings, &all.files, style));
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })
 }
 

@@ -1,12 +1,12 @@
 //! `rungd events`: the catalogue of what the log can say, for people and for the journal.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 
 use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
+use super::terminal;
 use crate::events::{self, GROUPS};
 
 /// Lists the events of the log, with their codes; `rungd explain NAME` explains one
@@ -23,7 +23,7 @@ pub struct EventsArgs {
 /// Standard output cannot be written.
 pub fn events(args: &EventsArgs) -> Result<Exit> {
     let text = if args.catalog { events::catalog() } else { list() };
-    std::io::stdout().lock().write_all(text.as_bytes())?;
+    terminal::print(&text)?;
     Ok(Exit::Ok)
 }
 

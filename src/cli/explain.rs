@@ -2,21 +2,22 @@
 //! event of the log from the catalogue.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 
 use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
+use super::terminal::{print, say};
 use crate::check::page;
 use crate::events::{self, Event, Limit};
 use crate::isa::instruction::{self, Mnemonic, Termination};
-use crate::isa::{LegName, OperandKind, Spec, pages};
+use crate::isa::{LegName, OperandKind, Spec, dialects, pages};
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
 /// Explains an instruction (`CNT`), a finding (`missing-leg`) or an event of the log (`alarm-on`,
-/// `RUNGD-0301`); without a name, lists them all.
+/// `RUNGD-0301`); without a name, lists them all. An instruction of other controllers (`TON`,
+/// `XIC`) is answered with what a ladder of rungd has instead.
 #[derive(Args, Debug)]
 pub struct ExplainArgs {
     /// A mnemonic, the name of a finding, or the name or code of an event
@@ -39,25 +40,31 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
                 let known = known.chain(events::all().map(|event| event.name));
                 let near = nearest(name, known);
                 let near = near.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
-                super::say(&format!(
-                    "rungd: no instruction, finding or event is called `{name}`{near}\n"
-                ));
+                say(&format!("rungd: no instruction, finding or event is called `{name}`{near}\n"));
                 return Ok(Exit::Usage);
             }
         },
     };
-    std::io::stdout().lock().write_all(text.as_bytes())?;
+    print(&text)?;
     Ok(Exit::Ok)
 }
 
-/// The text for a mnemonic in any case, a finding's name, or an event's name or code.
+/// The text for a mnemonic in any case, a finding's name, an event's name or code, or a mnemonic of
+/// other controllers.
 pub fn explanation(name: &str) -> Option<String> {
     if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
         return Some(of_instruction(mnemonic.spec()));
     }
     let lower = name.to_ascii_lowercase();
     let event = || events::named(&lower).or_else(|| events::coded(name)).map(of_event);
-    Code::from_name(&lower).map(of_finding).or_else(event)
+    Code::from_name(&lower).map(of_finding).or_else(event).or_else(|| of_other_controllers(name))
+}
+
+fn of_other_controllers(name: &str) -> Option<String> {
+    let (instead, name) = (dialects::instead_of(name)?, name.to_ascii_uppercase());
+    Some(format!(
+        "{name} is an instruction of other controllers. In a ladder of rungd, {instead}.\n"
+    ))
 }
 
 fn list() -> String {
@@ -339,5 +346,13 @@ mod tests {
             assert!(explanation(row.name).is_some_and(|text| text.contains(row.name)));
         }
         assert_eq!(explanation("no-such-thing"), None);
+    }
+
+    #[test]
+    fn an_instruction_of_other_controllers_is_answered_with_what_there_is() {
+        for (name, words) in [("TON", "`TMR t preset=d`"), ("ote", "`OUT b`"), ("XIO", "`!`")] {
+            let text = explanation(name).unwrap_or_default();
+            assert!(text.contains(words) && text.contains("other controllers"), "{name}: {text}");
+        }
     }
 }

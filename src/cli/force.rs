@@ -7,9 +7,13 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{At, New, complete};
 use super::read::table;
+use super::terminal::say;
 use crate::operator::protocol::{Request, Values};
 
-/// Forces a bit or word of a running controller: it keeps its value until it is unforced
+/// Forces a bit or word of a running controller: it keeps this value until `unforce`
+///
+/// A force outlives STOP and RUN and a reload. While it lasts, inputs, writes and instructions that
+/// would change the value are discarded. `rungd status` lists forces.
 #[derive(Args, Debug)]
 pub struct ForceArgs {
     #[command(flatten)]
@@ -18,18 +22,19 @@ pub struct ForceArgs {
     at: At,
 }
 
-/// Ends a force, or all of them; values stay until something writes them
+/// Ends a force, or all of them; the value stays until something writes it
+///
+/// `unforce` puts no old value back: a coil, an input or a command writes the next value.
 #[derive(Args, Debug)]
 pub struct UnforceArgs {
-    /// Tag, address or member
+    /// Tag, address or member; or `--all`
     #[arg(
         value_name = "OPERAND",
-        required_unless_present = "all",
         conflicts_with = "all",
         add = ArgValueCompleter::new(complete)
     )]
     operand: Option<String>,
-    /// All that is forced
+    /// End all forces
     #[arg(long)]
     all: bool,
     #[command(flatten)]
@@ -50,6 +55,10 @@ pub fn force(args: &ForceArgs) -> Result<Exit> {
 /// # Errors
 /// Standard output cannot be written.
 pub fn unforce(args: &UnforceArgs) -> Result<Exit> {
+    if args.operand.is_none() && !args.all {
+        say("rungd: name the operand whose force ends, or give `--all` to end all of them\n");
+        return Ok(Exit::Usage);
+    }
     if let Some(operand) = &args.operand {
         let request = Request::Unforce { operand: operand.clone() };
         return args.at.change(&request, "not forced, ");

@@ -1,6 +1,7 @@
 //! `rungd init`: a first project in an empty directory, alive without hardware.
 //!
-//! Its files are those of `config/first/`, which the package puts into `/etc/rungd` as well.
+//! Its files are those of `config/first/`, which the package puts into `/etc/rungd` as well. There
+//! a service has its socket from systemd; here it lies beside the controller file.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -26,6 +27,10 @@ const FILES: [(&str, &str); 3] = [
     ("README.md", include_str!("../../config/first/README.md")),
 ];
 
+/// The operator's socket, as the package leaves it and as a first project has it.
+const SOCKET_OFF: &str = "# [operator]\n# socket = ";
+const SOCKET_ON: &str = "[operator]\nsocket = ";
+
 /// Writes the project.
 ///
 /// # Errors
@@ -35,15 +40,16 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
     refuse_what_is_there(directory)?;
     for (name, text) in FILES {
         let path = directory.join(name);
-        write_new(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+        let text = text.replace(SOCKET_OFF, SOCKET_ON);
+        write_new(&path, &text).with_context(|| format!("cannot write {}", path.display()))?;
     }
     let mut out = io::stdout().lock();
     for (name, _) in FILES {
         writeln!(out, "{}", directory.join(name).display())?;
     }
-    let controller = directory.join("controller.toml");
-    let controller = shell_word(&controller.display().to_string());
-    writeln!(out, "\nRun it with `rungd run {controller}`; Ctrl-C stops it.")?;
+    let directory = shell_word(&directory.display().to_string());
+    writeln!(out, "\nRun it with `cd {directory} && rungd run controller.toml`; Ctrl-C stops it.")?;
+    writeln!(out, "In a second shell there, `rungd status` tells how it is.")?;
     Ok(Exit::Ok)
 }
 

@@ -39,8 +39,8 @@ const FILES: [(&str, &str); 4] = [
 ///
 /// # Errors
 /// The directory cannot be written.
-pub fn man(args: &ManArgs) -> Result<Exit> {
-    let mut command = super::command().disable_help_subcommand(true);
+pub fn man(args: &ManArgs, command: Command) -> Result<Exit> {
+    let mut command = command.disable_help_subcommand(true);
     command.build();
     let what = || format!("cannot write manual pages to {}", args.directory.display());
     fs::create_dir_all(&args.directory).with_context(what)?;

@@ -21,19 +21,18 @@ mod run;
 pub mod schema;
 mod sim;
 mod status;
+mod terminal;
 mod watch;
 mod write;
 
-use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::CompleteEnv;
 
-use crate::load;
-use crate::source::render::{refuses, render};
 use exit::Exit;
+use terminal::say;
 
 /// A soft-PLC for Linux: ladder programs in TOML, scanned at a fixed period.
 #[derive(Parser, Debug)]
@@ -68,11 +67,6 @@ enum Command {
     LogLevel(log_level::LogLevelArgs),
 }
 
-/// The command line as it is defined, for what is made of it.
-pub fn command() -> clap::Command {
-    Cli::command()
-}
-
 /// Runs the command line; gives the exit code.
 pub fn run() -> i32 {
     CompleteEnv::with_factory(Cli::command).complete();
@@ -101,10 +95,10 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
         Command::Init(args) => init::init(args),
-        Command::Man(args) => man::man(args),
+        Command::Man(args) => man::man(args, Cli::command()),
         Command::Run(args) => run::run(args),
         Command::Schema(args) => schema::schema(args),
-        Command::Sim(args) => simulate(args),
+        Command::Sim(args) => sim::sim(args),
         Command::Status(args) => status::status(args),
         Command::Read(args) => read::read(args),
         Command::Write(args) => write::write(args),
@@ -116,25 +110,5 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Rollback(args) => reload::rollback(args),
         Command::Retain(args) => retain::retain(args),
         Command::LogLevel(args) => log_level::log_level(args),
-    }
-}
-
-/// Says something on standard error; nobody listening is no reason to fail.
-fn say(text: &str) {
-    let _ = std::io::stderr().lock().write_all(text.as_bytes());
-}
-
-fn simulate(args: &sim::SimArgs) -> Result<Exit> {
-    let loaded = load::ladder_files(sim::ladders(args))?;
-    let style = check::style(false);
-    if !loaded.findings.is_empty() {
-        say(&render(&loaded.findings, &loaded.files, style));
-    }
-    match loaded.program {
-        Some(program) if !refuses(&loaded.findings, style) => {
-            sim::simulate(args, &program)?;
-            Ok(Exit::Ok)
-        }
-        _ => Ok(Exit::Config),
     }
 }

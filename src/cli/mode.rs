@@ -5,7 +5,7 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::At;
-use super::say;
+use super::terminal::say;
 use crate::operator::protocol::{ModeChange, ModeWanted, Request};
 
 /// Runs a controller that is in STOP or FAULT, or stops its scan in an orderly way

@@ -1,5 +1,5 @@
-//! What the commands that ask a running controller share: where it is, how it is asked, what its
-//! refusals come to, and the completion of its names.
+//! Shared by the commands that ask a running controller: its socket, the question and the answer,
+//! the exit code of a refusal, and the completion of its names.
 
 use std::ffi::OsStr;
 use std::io::{self, Write};
@@ -12,17 +12,18 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::exit::Exit;
-use super::say;
+use super::terminal::{plain, plain_json, print, say};
+use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, Failure};
-use crate::operator::protocol::{Change, Given, Names, Refusal, RefusalKind, Request};
-use crate::operator::{SOCKET_DEFAULT, SOCKET_VARIABLE};
+use crate::operator::protocol::{Change, Given, Name, Names, Refusal, RefusalKind, Request};
 
 /// Where the controller is asked, and how its answer is printed.
 #[derive(Args, Clone, Debug)]
 pub struct At {
-    /// The running controller's socket
-    #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE, default_value = SOCKET_DEFAULT)]
-    pub socket: PathBuf,
+    /// The running controller's socket (default: `rungd.sock` here, if it is there and yours; else
+    /// /run/rungd/rungd.sock, the service's)
+    #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
+    socket: Option<PathBuf>,
     /// Print the answer as JSON, one line
     #[arg(long)]
     pub json: bool,
@@ -49,13 +50,13 @@ impl New {
 impl At {
     /// Asks; `Err` is the exit code of a refusal or failure that was told already.
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
-        client::ask(&self.socket, request).map_err(|failure| {
+        client::ask(&client::socket(self.socket.clone()), request).map_err(|failure| {
             let exit = exit_of(&failure);
             if self.json {
                 let kind = kind_of(&failure);
                 let message = failure.to_string();
                 let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
-                let _ = writeln!(io::stdout(), "{error}");
+                let _ = writeln!(io::stdout(), "{}", plain_json(&error.to_string()));
             } else if let Failure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
                 &failure
             {
@@ -73,8 +74,12 @@ impl At {
     /// # Errors
     /// Standard output cannot be written.
     pub fn print<T: Serialize>(&self, answer: &T, text: impl FnOnce() -> String) -> Result<()> {
-        let text = if self.json { serde_json::to_string(answer)? + "\n" } else { text() };
-        io::stdout().lock().write_all(text.as_bytes())?;
+        if self.json {
+            let json = serde_json::to_string(answer)?;
+            writeln!(io::stdout().lock(), "{}", plain_json(&json))?;
+        } else {
+            print(&text())?;
+        }
         Ok(())
     }
 
@@ -140,12 +145,15 @@ pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     };
     let given = words.iter().enumerate().find_map(after);
     let variable = || std::env::var_os(SOCKET_VARIABLE).map(PathBuf::from);
-    let socket = given.or_else(variable).unwrap_or_else(|| SOCKET_DEFAULT.into());
+    let socket = client::socket(given.or_else(variable));
     let prefix = current.to_string_lossy().into_owned();
     let names: Names = match client::ask(&socket, &Request::Names { prefix }) {
         Ok(names) => names,
         Err(_) => return Vec::new(),
     };
-    let names = names.names.into_iter();
-    names.map(|name| CompletionCandidate::new(name.name).help(Some(name.about.into()))).collect()
+    let candidate = |name: &Name| {
+        let about = plain(&name.about).into_owned();
+        CompletionCandidate::new(plain(&name.name).into_owned()).help(Some(about.into()))
+    };
+    names.names.iter().map(candidate).collect()
 }

@@ -8,16 +8,21 @@ use super::operator::At;
 use crate::operator::protocol::{Reloaded, Request};
 
 /// Has the running controller read its files anew, and go on with what they say
+///
+/// The swap comes between two scans. Files that are wrong change nothing, and are exit code 78.
 #[derive(Args, Debug)]
 pub struct ReloadArgs {
     #[command(flatten)]
     at: At,
-    /// Only print what would be kept, new and gone; change nothing
+    /// Print what would be kept, new and gone, and change nothing
     #[arg(long)]
     dry_run: bool,
 }
 
-/// Goes back to the program before the last reload
+/// Goes back to the last program that had stood its probation, or to the one of the start
+///
+/// Without a reload in probation this is the program before the last reload. Within a probation,
+/// programs that were reloaded since the last proven one are all passed over. No file is read.
 #[derive(Args, Debug)]
 pub struct RollbackArgs {
     #[command(flatten)]

@@ -1,6 +1,5 @@
 //! `rungd retain`: what a file of retentive memory holds; and having it written now.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -8,7 +7,7 @@ use clap::{Args, Subcommand};
 
 use super::exit::Exit;
 use super::operator::At;
-use super::say;
+use super::terminal::{print, say};
 use crate::daemon::span;
 use crate::operator::protocol::{Request, Saved};
 use crate::retain::file::{Access, FileDevice};
@@ -45,7 +44,7 @@ pub fn retain(args: &RetainArgs) -> Result<Exit> {
         What::Show { file } => {
             let opened = FileDevice::open(file, Access::Read).map_err(|error| error.to_string());
             match opened.and_then(|mut device| show(&mut device)) {
-                Ok(text) => io::stdout().lock().write_all(text.as_bytes())?,
+                Ok(text) => print(&text)?,
                 Err(why) => {
                     say(&format!("rungd: {}: {why}\n", file.display()));
                     return Ok(Exit::Io);

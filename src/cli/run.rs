@@ -10,6 +10,7 @@ use clap::Args;
 
 use super::check::style;
 use super::exit::Exit;
+use super::terminal::say_drawn;
 use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{self, Ending, Failure, Host, Options, config};
@@ -133,7 +134,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
 /// All findings: for people as blocks of lines; where lines must be whole, one by one.
 fn refuse(args: &RunArgs, text: &str) -> Exit {
     if log::is_for_people(args.log_format) {
-        super::say(&format!("{}\n", text.trim_end()));
+        say_drawn(&format!("{}\n", text.trim_end()));
     } else {
         for line in text.lines().filter(|line| !line.trim().is_empty()) {
             say!(FINDING, "{line}");

@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
+use super::check::style;
+use super::exit::Exit;
+use super::terminal::{say, say_drawn};
 use crate::engine::BitCell;
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Health, duration};
 use crate::load;
@@ -19,6 +22,7 @@ use crate::sim::stimulus::{Stimulus, Target, split_element};
 use crate::sim::svg::{SvgTrace, TooLong};
 use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
+use crate::source::render::{refuses, render};
 
 /// Scans where neither `--scans` nor `--for` is given.
 const DEFAULT_SCANS: u64 = 100;
@@ -67,11 +71,26 @@ fn time(text: &str) -> Result<u32, String> {
     Ok(ms.unsigned_abs())
 }
 
-/// Simulates a loaded program.
+/// Loads the ladder files, says what was found in them, and simulates.
 ///
 /// # Errors
 /// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
-pub fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
+pub fn sim(args: &SimArgs) -> Result<Exit> {
+    let loaded = load::ladder_files(&args.ladders)?;
+    let style = style(false);
+    if !loaded.findings.is_empty() {
+        say_drawn(&render(&loaded.findings, &loaded.files, style));
+    }
+    match loaded.program {
+        Some(program) if !refuses(&loaded.findings, style) => {
+            simulate(args, &program)?;
+            Ok(Exit::Ok)
+        }
+        _ => Ok(Exit::Config),
+    }
+}
+
+fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
     refuse_other_forms(&args.trace)?;
     let (engine_program, symbols) = lower(program);
     let plan = Plan {
@@ -118,11 +137,6 @@ fn extension(path: &Path) -> Option<&str> {
     path.extension().and_then(|e| e.to_str())
 }
 
-/// The ladder files given.
-pub fn ladders(args: &SimArgs) -> &[PathBuf] {
-    &args.ladders
-}
-
 fn refuse_other_forms(trace: &Path) -> Result<()> {
     let name = trace.display();
     match extension(trace) {
@@ -151,7 +165,7 @@ fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stim
     let stimulus = Stimulus::parse(&text, &lookup)
         .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))?;
     if let Some(beyond) = stimulus.beyond(scans(args)) {
-        super::say(&format!("warning: {name}:{}: {}\n", beyond.line, beyond.message));
+        say(&format!("warning: {name}:{}: {}\n", beyond.line, beyond.message));
     }
     Ok(stimulus)
 }

@@ -7,7 +7,7 @@ use super::exit::Exit;
 use super::operator::At;
 use super::read::table;
 use crate::daemon::span;
-use crate::operator::protocol::{Block, Request, Retain, Scan, Spread, Status};
+use crate::operator::protocol::{Block, Log, Posture, Request, Retain, Scan, Spread, Status};
 
 /// The width of the longest bar.
 const BAR_CHARS: u64 = 40;
@@ -18,6 +18,9 @@ pub struct StatusArgs {
     /// Exit with 1 unless the mode is RUN
     #[arg(long)]
     require_run: bool,
+    /// Show how often scans took how long, and began how late, as bars
+    #[arg(long)]
+    histogram: bool,
     #[command(flatten)]
     at: At,
 }
@@ -31,60 +34,56 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
         Ok(status) => status,
         Err(exit) => return Ok(exit),
     };
-    args.at.print(&status, || page(&status))?;
+    args.at.print(&status, || page(&status, args.histogram))?;
     let runs = status.mode == "RUN";
     Ok(if args.require_run && !runs { Exit::Refused } else { Exit::Ok })
 }
 
-fn page(status: &Status) -> String {
-    let Status { version, pid, ladder, mode, scans, log, .. } = status;
+/// What a person asks first comes first: the mode, the program, what is wrong, what is forced.
+fn page(status: &Status, histogram: bool) -> String {
+    let Status { version, pid, ladder, mode, scans, .. } = status;
     let ms = |ms: u64| span(ms * 1_000_000);
     let why = status.reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
+    let ladder = format!(
+        "{}: {}, {}, sha256 {}",
+        ladder.name,
+        count(ladder.blocks, "block"),
+        count(ladder.rungs, "rung"),
+        ladder.sha256.get(..12).unwrap_or_default()
+    );
     let mut lines = vec![
         format!("rungd {version}, pid {pid}, up {}", ms(status.uptime_ms)),
-        row("controller", &status.controller),
-        row(
-            "ladder",
-            &format!(
-                "{}: {}, {}, sha256 {}",
-                ladder.name,
-                count(ladder.blocks, "block"),
-                count(ladder.rungs, "rung"),
-                ladder.sha256.get(..12).unwrap_or_default()
-            ),
-        ),
         row("mode", &format!("{mode}{why} for {}, {scans} scans in all", ms(status.mode_ms))),
-        row("scan", &scan_line(status)),
+        row("controller", &status.controller),
+        row("ladder", &ladder),
     ];
-    for (at, posture) in status.posture.iter().enumerate() {
-        let granted = match &posture.why {
-            Some(why) => format!("refused: {why}"),
-            None => "granted".to_owned(),
-        };
-        let head = if at == 0 { "posture" } else { "" };
-        lines.push(row(head, &format!("{}: {granted}", posture.asked)));
-    }
-    lines.extend(spread("execution", &status.scan.execution));
-    lines.extend(spread("lateness", &status.scan.lateness));
-    for (at, block) in status.blocks.iter().enumerate() {
-        lines.push(row(if at == 0 { "blocks" } else { "" }, &block_line(block)));
-    }
-    let forces = table(&status.forces);
-    if forces.is_empty() {
-        lines.push(row("forces", "none"));
-    }
-    for (at, force) in forces.lines().enumerate() {
-        lines.push(row(if at == 0 { "forces" } else { "" }, force));
-    }
-    lines.extend(devices(status));
+    let alarms = status.alarms.iter().map(|alarm| format!("{}: {}", alarm.tag, alarm.text));
+    lines.extend(rows("alarms", alarms.collect()));
+    lines.extend(rows("forces", table(&status.forces).lines().map(str::to_owned).collect()));
+    lines.extend(rows("devices", devices(status)));
+    lines.extend(rows("blocks", status.blocks.iter().map(block_line).collect()));
     if let Some(retain) = &status.retain {
-        lines.extend(retain_lines(retain));
+        lines.extend(rows("retain", retain_lines(retain)));
     }
-    let (dropped, records) = (log.lines_dropped, log.records_dropped);
-    let level = format!("{:?}", log.level).to_lowercase();
-    let lost = format!("from {level} on; {dropped} lines and {records} records dropped");
-    lines.push(row("log", &lost));
+    lines.push(row("scan", &scan_line(status)));
+    lines.extend(spread("execution", &status.scan.execution, histogram));
+    lines.extend(spread("lateness", &status.scan.lateness, histogram));
+    lines.extend(rows("posture", status.posture.iter().map(posture_line).collect()));
+    lines.push(row("log", &log_line(&status.log)));
     lines.iter().map(|line| format!("{}\n", line.trim_end())).collect()
+}
+
+fn log_line(log: &Log) -> String {
+    let Log { level, lines_dropped, records_dropped } = log;
+    let level = format!("{level:?}").to_lowercase();
+    format!("from {level} on; {lines_dropped} lines and {records_dropped} records dropped")
+}
+
+fn posture_line(posture: &Posture) -> String {
+    match &posture.why {
+        Some(why) => format!("{}: refused: {why}", posture.asked),
+        None => format!("{}: granted", posture.asked),
+    }
 }
 
 fn count(number: usize, what: &str) -> String {
@@ -93,6 +92,15 @@ fn count(number: usize, what: &str) -> String {
 
 fn row(head: &str, text: &str) -> String {
     format!("  {head:10}  {text}")
+}
+
+/// Lines under one head; `none` where there are none.
+fn rows(head: &str, mut texts: Vec<String>) -> Vec<String> {
+    if texts.is_empty() {
+        texts.push("none".to_owned());
+    }
+    let head = |at: usize| if at == 0 { head } else { "" };
+    texts.iter().enumerate().map(|(at, text)| row(head(at), text)).collect()
 }
 
 fn scan_line(status: &Status) -> String {
@@ -120,8 +128,8 @@ fn block_line(block: &Block) -> String {
     format!("{kind} {}: {state}{stages}", block.name)
 }
 
-/// A line of figures, and a bar a doubling.
-fn spread(name: &str, spread: &Spread) -> Vec<String> {
+/// A line of figures; with the histogram, a bar a doubling beneath it.
+fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
     let figures = [
         ("last", spread.last_us),
         ("min", spread.min_us),
@@ -134,8 +142,8 @@ fn spread(name: &str, spread: &Spread) -> Vec<String> {
     let figures = figures.map(|(what, us)| format!("{what} {us:.1}")).join("  ");
     let mut lines = vec![row(name, &format!("{figures} us"))];
     let most = spread.histogram.iter().map(|bar| bar.count).max().unwrap_or(0).max(1);
-    for bar in &spread.histogram {
-        // What there is at all is seen.
+    for bar in spread.histogram.iter().filter(|_| histogram) {
+        // A bar that counts anything has a sign at least.
         let chars = (bar.count * BAR_CHARS).div_ceil(most) as usize;
         let line = format!("<= {:>9.1} us  {:40}  {}", bar.up_to_us, "#".repeat(chars), bar.count);
         lines.push(row("", &line));
@@ -146,27 +154,20 @@ fn spread(name: &str, spread: &Spread) -> Vec<String> {
 fn retain_lines(retain: &Retain) -> Vec<String> {
     let ms = |ms: u64| span(ms * 1_000_000);
     let us = |us: u64| span(us * 1000);
-    let mut lines = vec![
-        row("retain", &format!("{}, every {}", retain.file, ms(retain.interval_ms))),
-        row("", &retain.restored),
-    ];
+    let mut lines =
+        vec![format!("{}, every {}", retain.file, ms(retain.interval_ms)), retain.restored.clone()];
     if let (Some(image), Some(scan), Some(age)) = (retain.image, retain.scan, retain.age_ms) {
-        lines.push(row("", &format!("image {image} of scan {scan} durable, {} old", ms(age))));
+        lines.push(format!("image {image} of scan {scan} durable, {} old", ms(age)));
     }
     let (flush, longest) = (us(retain.flush_us), us(retain.flush_max_us));
-    lines.push(row(
-        "",
-        &format!("{} written, the last in {flush}, the longest {longest}", retain.writes),
-    ));
+    let writes = retain.writes;
+    lines.push(format!("{writes} written, the last in {flush}, the longest {longest}"));
     let budget = retain.budget_per_day / 1_000_000;
-    let wear = match retain.bytes_per_day {
+    lines.push(match retain.bytes_per_day {
         Some(bytes) => format!("{} MB a day as it goes, budget {budget}", bytes / 1_000_000),
         None => format!("wear not measured yet, budget {budget} MB a day"),
-    };
-    lines.push(row("", &wear));
-    if let Some(why) = &retain.failing {
-        lines.push(row("", &format!("NOT WRITTEN at present: {why}")));
-    }
+    });
+    lines.extend(retain.failing.iter().map(|why| format!("NOT WRITTEN at present: {why}")));
     lines
 }
 
@@ -193,9 +194,5 @@ fn devices(status: &Status) -> Vec<String> {
         lines.push(format!("  {exchanges} exchanges ({took}), {failures} failures"));
         lines.extend(device.trouble.iter().map(|why| format!("  {why}")));
     }
-    if lines.is_empty() {
-        lines.push("none".to_owned());
-    }
-    let head = |at: usize| if at == 0 { "devices" } else { "" };
-    lines.iter().enumerate().map(|(at, line)| row(head(at), line)).collect()
+    lines
 }

@@ -14,6 +14,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{At, complete};
 use super::read::table;
+use super::terminal::plain;
 use crate::isa::duration;
 use crate::operator::protocol::{Request, Value, Values};
 
@@ -62,13 +63,18 @@ pub fn watch(args: &WatchArgs) -> Result<Exit> {
             Ok(values) => values,
             Err(exit) => return Ok(exit),
         };
-        args.at.print(&values, || match drawn {
-            true => drawing(&values, look == 0, window()),
-            false => line(&values),
-        })?;
+        match drawn {
+            true => draw(&drawing(&values, look == 0, window()))?,
+            false => args.at.print(&values, || line(&values))?,
+        }
         io::stdout().flush()?;
     }
     Ok(Exit::Ok)
+}
+
+/// Puts a drawing on the screen: its control sequences are to be obeyed.
+fn draw(drawing: &str) -> io::Result<()> {
+    io::stdout().lock().write_all(drawing.as_bytes())
 }
 
 /// `RUN scan=120 jam=OFF bin_size=12,forced`.
@@ -91,7 +97,7 @@ fn window() -> (usize, usize) {
 fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String {
     let mut text = String::from(if first { "\x1b[2J\x1b[H" } else { "\x1b[H" });
     let mut lines = vec![format!("{}  scan {}", values.mode, values.scans)];
-    lines.extend(table(&values.values).lines().map(str::to_owned));
+    lines.extend(plain(&table(&values.values)).lines().map(str::to_owned));
     // The window's last line stays empty: the cursor stands there.
     let room = high.saturating_sub(1).max(2);
     if lines.len() > room {

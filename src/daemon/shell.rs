@@ -116,7 +116,7 @@ pub fn run(
     let facts = Facts {
         repeat_ns: options.repeat.as_nanos() as u64,
         heartbeat_ns: pace.statistics_every_ns,
-        has_operator: operator::Place::of(&setup.operator, &setup.controller).is_some(),
+        has_operator: operator::SocketSpec::of(&setup.operator, &setup.controller).is_some(),
     };
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
@@ -336,7 +336,7 @@ async fn start_drivers(
     let (of, port) = (Arc::clone(&running), port.clone());
     let parts = reload::Parts { running: of, reloader, port: port.clone(), views, limit };
     let reloads = Arc::new(Reloads::new(parts));
-    if let Some(place) = operator::Place::of(&setup.operator, &setup.controller) {
+    if let Some(place) = operator::SocketSpec::of(&setup.operator, &setup.controller) {
         let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
         match operator::Server::bind(&place, desk) {
             Ok(server) => drop(drivers.spawn(server.run(told(stopped)))),

@@ -172,6 +172,7 @@ mod tests {
             now_ns,
             mode,
             since_ns,
+            ending: false,
             bits,
             words,
             outputs,

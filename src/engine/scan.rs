@@ -94,6 +94,11 @@ impl Engine {
         self.machine.stop_requested = true;
     }
 
+    /// Whether a stop was asked for: the scan that is begun next is the last one, or this one was.
+    pub fn stops(&self) -> bool {
+        self.machine.stop_requested
+    }
+
     /// Step 1: the timestamp (ns, monotonic), clock bits, status words. Inputs and queued writes
     /// come next.
     pub fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {

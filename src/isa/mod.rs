@@ -7,6 +7,7 @@
 
 pub mod address;
 pub mod address_text;
+pub(crate) mod dialects;
 pub mod duration;
 pub mod instruction;
 pub mod pages;

@@ -3,7 +3,9 @@
 //! Used by every command of `cli` that asks a running controller.
 
 use std::fmt;
+use std::fs;
 use std::io::{self, Read, Write};
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -11,6 +13,7 @@ use std::time::{Duration, Instant};
 use serde::de::DeserializeOwned;
 
 use super::protocol::{Refusal, Reply, Request};
+use super::{SOCKET_DEFAULT, SOCKET_NAME};
 
 /// How long an answer may take. A command waits for the controller's next scan, and the server
 /// says so itself where none comes.
@@ -31,6 +34,23 @@ pub enum Failure {
     Broken(PathBuf, io::Error),
     /// The controller refuses.
     Refused(Refusal),
+}
+
+/// The socket of the controller that is meant: the one that is named; else `rungd.sock` in the
+/// folder that the user stands in, if it belongs to the user or to root; else the service's.
+pub(crate) fn socket(named: Option<PathBuf>) -> PathBuf {
+    let here = || is_trusted(Path::new(SOCKET_NAME)).then(|| SOCKET_NAME.into());
+    named.or_else(here).unwrap_or_else(|| SOCKET_DEFAULT.into())
+}
+
+/// Whether a socket is the user's own or root's: in a folder that everybody may write to, a
+/// stranger could wait behind it for commands.
+fn is_trusted(path: &Path) -> bool {
+    let own = fs::metadata("/proc/self").map(|process| process.uid());
+    fs::symlink_metadata(path).is_ok_and(|socket| {
+        let owner = socket.uid();
+        socket.file_type().is_socket() && (owner == 0 || own.is_ok_and(|own| own == owner))
+    })
 }
 
 /// Asks the controller at a socket.
@@ -54,7 +74,7 @@ fn exchange(mut stream: UnixStream, request: &Request) -> io::Result<Vec<u8>> {
     stream.set_write_timeout(Some(SEND_MAX))?;
     let mut line = serde_json::to_vec(request)?;
     line.push(b'\n');
-    // Who is turned away is told why, whether or not the request was taken.
+    // A client that is turned away is told why, whether or not its request was taken.
     let sent = stream.write_all(&line);
     let answer = read_line(&mut stream);
     if answer.as_ref().is_ok_and(|line| !line.is_empty()) { answer } else { sent.and(answer) }
@@ -93,8 +113,9 @@ impl fmt::Display for Failure {
         match self {
             Failure::NotRunning(path, error) => write!(
                 f,
-                "no rungd answers at {}: {error}; is it running? (`--socket` or RUNGD_SOCKET says \
-                 where its socket is; `[operator] socket` of the controller file puts it there)",
+                "no rungd answers at {}: {error}; is it running? (`[operator] socket` of its \
+                 controller file says where its socket is: stand in that folder, or name the \
+                 socket by `--socket` or RUNGD_SOCKET)",
                 path.display()
             ),
             Failure::NotAllowed(path, error) => write!(

@@ -1,16 +1,23 @@
 //! An operator's commands, as both ends see them: the protocol, the names, the client.
 //!
-//! `cli` asks through [`client`]; `daemon::operator` serves. `docs/operator.md` is the page for who
-//! writes a client of his own. No tokio and no log here.
+//! `cli` asks through [`client`]; `daemon::operator` serves. `docs/operator.md` tells the protocol
+//! to authors of other clients. No tokio and no log here.
 
 pub mod client;
 pub mod names;
+mod offer;
+pub mod operand;
 pub mod protocol;
 #[cfg(test)]
 mod protocol_tests;
+mod state;
+mod value;
 
-/// Where the socket is, if nothing else is said.
-pub const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
+/// The socket of the service.
+pub(crate) const SOCKET_DEFAULT: &str = "/run/rungd/rungd.sock";
+
+/// The socket's name beside a controller file of `rungd init`.
+pub(crate) const SOCKET_NAME: &str = "rungd.sock";
 
 /// The environment variable that says where the socket is.
-pub const SOCKET_VARIABLE: &str = "RUNGD_SOCKET";
+pub(crate) const SOCKET_VARIABLE: &str = "RUNGD_SOCKET";

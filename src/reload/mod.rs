@@ -90,6 +90,8 @@ pub enum State {
         /// What it says of a force that stays on the old one.
         force: String,
     },
+    /// A tag whose address has another name now, or none; `force`: what it says of a force there.
+    Named { cells: Vec<Cell>, force: String },
     /// A word with other limits, told where what it holds, or begins with, is beyond them.
     Limits { cell: Cell, begins: Option<i32>, limits: (i32, i32) },
     /// A bit that no instruction writes any more, told where it is ON.
@@ -198,7 +200,8 @@ impl Plan {
         let kept = memory::structures(&mut plan, &names, old, new);
         memory::initial(&mut plan, &names, old, new);
         tags::moved(&mut plan, &names, old);
-        tags::renamed(&mut plan, &names);
+        tags::renamed(&mut plan, &names, old);
+        tags::unnamed(&mut plan, &names, old);
         tags::limits(&mut plan, &names, old, new);
         elements::unwritten(&mut plan, &names, old);
         histories::histories(&mut plan, &names);

@@ -127,6 +127,8 @@ impl State {
             State::Starts(start) => start.asked(bits),
             State::Initial { cell, .. } | State::Limits { cell, .. } => push(*cell, bits, words),
             State::Unwritten { bit } => bits.push(*bit),
+            // Forces are read where they are listed.
+            State::Named { .. } => {}
             State::Moved { from, to, .. } => {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
             }
@@ -186,6 +188,12 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
         }
         State::Keeps { .. } => return keeps(text, state, seen),
         State::Moved { .. } => moved(text, state, seen),
+        State::Named { cells, force } => {
+            let forced = cells.iter().any(|cell| seen.is_forced(*cell));
+            let said = [text.as_str()].into_iter().chain(forced.then_some(force.as_str()));
+            let said: Vec<&str> = said.filter(|part| !part.is_empty()).collect();
+            return (!said.is_empty()).then(|| said.join("; "));
+        }
     })
 }
 

@@ -2,6 +2,7 @@
 
 use super::memory::begins;
 use super::{Names, Plan, Side, State};
+use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 
 /// Tags that have another address now: what the old one held stays where it was.
@@ -34,14 +35,40 @@ pub(super) fn moved(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
 }
 
 /// Tags of the same address by another name.
-pub(super) fn renamed(plan: &mut Plan, names: &Names<'_>) {
+pub(super) fn renamed(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+    let layout = &old.symbols.layout;
     let gone = names.old.tags.iter().filter(|(tag, _)| !names.new.tags.contains_key(*tag));
     let mut new: Vec<_> =
         names.new.tags.iter().filter(|(tag, _)| !names.old.tags.contains_key(*tag)).collect();
     for (tag, address) in gone {
         let Some(at) = new.iter().position(|(_, other)| *other == address) else { continue };
         let (now, _) = new.remove(at);
-        plan.say(format!("tag {tag} ({address}) is called {now} now"));
+        let text = format!("tag {tag} ({address}) is called {now} now");
+        let cells = cells(layout, *address);
+        plan.say_of(text, State::Named { cells, force: "the force stays on it".to_owned() });
+    }
+}
+
+/// Tags that are gone, and whose address has no other: told where a force stays on it.
+pub(super) fn unnamed(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+    for (tag, address) in &names.old.tags {
+        let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
+        if names.new.tags.contains_key(tag) || has_tag() {
+            continue;
+        }
+        let cells = cells(&old.symbols.layout, *address);
+        let force = format!("tag {tag} is gone; the force stays on {address}");
+        plan.say_of(String::new(), State::Named { cells, force });
+    }
+}
+
+/// All cells of an address: of a structure, its members'.
+fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
+    match address {
+        Address::Structure(structure) => {
+            structure.member_addresses().filter_map(|member| layout.cell(member)).collect()
+        }
+        one @ (Address::Bit(_) | Address::Word(_)) => layout.cell(one).into_iter().collect(),
     }
 }
 

@@ -81,9 +81,9 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// Whether a text is meant as a range, rightly written or not: no name has such signs.
-pub fn is_range(text: &str) -> bool {
-    text.contains("..") || text.contains(['-', ':', '…'])
+/// Whether a text is written as a range. No name has two dots one after the other.
+pub(crate) fn is_range(text: &str) -> bool {
+    text.contains("..")
 }
 
 /// Resolves `A..B`, or a single address or tag.
@@ -98,7 +98,7 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
         Some((low, high)) => (low.trim(), high.trim()),
         None => (text.text.trim(), text.text.trim()),
     };
-    if text.text.contains("..") && (low.is_empty() || high.is_empty()) {
+    if is_range(&text.text) && (low.is_empty() || high.is_empty()) {
         let message = format!("`{}` is no range", text.text);
         let finding = Finding::new(Code::Controller, text.span, message);
         return Err(finding.help("write both ends: `Y8..Y9`, `D100..D199`"));
@@ -122,7 +122,7 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
 }
 
 /// The finding of a range that is written in another way, as `Y8-Y9`.
-pub(super) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
+pub(crate) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     let (low, high) = ["-", ":", "…", ","].iter().find_map(|sign| text.text.split_once(*sign))?;
     let (low, high) = (low.trim(), high.trim());
     // `Y8-9` too.

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use super::Resolver;
 use super::declare::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
-use crate::isa::{BlockId, LegName, Mnemonic, Spec};
+use crate::isa::{BlockId, LegName, Mnemonic, Spec, dialects};
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
@@ -125,7 +125,7 @@ impl Resolver<'_> {
         }
         let message = format!("there is no instruction `{name}`");
         let finding = Finding::new(Code::UnknownInstruction, span, message);
-        self.find(match habit(name) {
+        self.find(match dialects::instead_of(name) {
             Some(help) => finding.help(help),
             None => {
                 finding.help("`rungd explain` lists all instructions").near(name, &INSTRUCTIONS)
@@ -332,22 +332,4 @@ fn legs_not_alone(spec: &Spec, instruction: &Instruction) -> Finding {
 fn one_leg(spec: &Spec, leg: &ladder::Leg, array: &str) -> Finding {
     let message = format!("`{}` has no leg `{}`: its only one is `when`", spec.name, leg.key.text);
     Finding::new(Code::UnknownLeg, leg.key.span, message).help(format!("write `when = {array}`"))
-}
-
-/// What people write who come from other controllers.
-fn habit(name: &str) -> Option<&'static str> {
-    Some(match name.to_ascii_uppercase().as_str() {
-        "TON" => "an on-delay is `TMR t preset=d`, or `ONDTMR t preset=d output=b`",
-        "TOF" => "an off-delay is `OFFDTMR t preset=d output=b`",
-        "RTO" => "a retentive timer is `TMRA t preset=d`, or `TMRAG` to survive a stop",
-        "OTE" | "OUTPUT" | "COIL" => "an output coil is `OUT b`",
-        "OTL" | "LATCH" => "a latch is `SET b`",
-        "OTU" | "UNLATCH" | "RESET" => "an unlatch is `RST b`",
-        "CTUD" => "an up/down counter is `UDC ct up-preset=n`; Sensaphone's are CTU and CTD",
-        "MOV" | "COPY" => "write `MOVE v to=w`",
-        "CALL" | "START" => "a program is started by `RUN p`, a task by `ENTASK t`",
-        "GOTO" => "a stage is left by `JMP s`",
-        "END" | "RET" | "RETURN" => "a program ends itself by `EXIT`",
-        _ => return None,
-    })
 }

@@ -207,8 +207,8 @@ impl Scope {
     pub fn address(&self, name: &str) -> Result<Address, String> {
         match self.look_up(name) {
             Ok(Found { thing: Thing::Address(address), .. }) => Ok(address),
-            Ok(Found { thing: Thing::Constant(..), .. }) => {
-                Err(format!("`{name}` is a constant: it has no address"))
+            Ok(Found { thing: Thing::Constant(value, _), .. }) => {
+                Err(format!("`{name}` is a constant, {value}: it has no address"))
             }
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))

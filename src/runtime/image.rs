@@ -21,6 +21,8 @@ pub struct Snapshot {
     pub mode: Mode,
     /// Since when it has been so (CLOCK_MONOTONIC, ns).
     pub since_ns: u64,
+    /// A stop was asked for: this scan is the last one of its RUN, or the next one is.
+    pub ending: bool,
     /// Every bit, by [`BitCell`]; 0 or 1.
     pub bits: Box<[u8]>,
     /// Every word, by [`WordCell`].

@@ -63,6 +63,8 @@ pub struct Facts<'a> {
     pub mode: Mode,
     /// Since when it is in this mode.
     pub since_ns: u64,
+    /// A stop was asked for: this scan is the last one of its RUN, or the next one is.
+    pub ending: bool,
     pub forces: &'a Forces,
 }
 
@@ -121,6 +123,7 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         now_ns: 0,
         mode: Mode::Stop(StopReason::NotStarted),
         since_ns: 0,
+        ending: false,
         bits: shape.bits.into(),
         words: shape.words.into(),
         outputs,
@@ -234,6 +237,7 @@ impl ScanSide {
             snapshot.now_ns = facts.now_ns;
             snapshot.mode = facts.mode;
             snapshot.since_ns = facts.since_ns;
+            snapshot.ending = facts.ending;
             snapshot.forces.copy_from(facts.forces);
             snapshot.bits.copy_from_slice(&image.0[..snapshot.bits.len()]);
             snapshot.words.copy_from_slice(&image.1[..snapshot.words.len()]);

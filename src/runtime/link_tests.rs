@@ -35,7 +35,7 @@ fn scan(side: &mut ScanSide, number: u64, bits: [u8; 4]) {
 
 fn publish(side: &mut ScanSide, scans: u64, mode: Mode, bits: [u8; 4]) -> bool {
     let forces = &Forces::default();
-    let facts = Facts { scans, now_ns: scans * 10, mode, since_ns: 0, forces };
+    let facts = Facts { scans, now_ns: scans * 10, mode, since_ns: 0, ending: false, forces };
     side.publish(facts, (&bits, &[scans as i32, 0]))
 }
 

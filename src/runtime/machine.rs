@@ -21,6 +21,8 @@ pub trait Machine {
     fn execute(&mut self) -> bool;
     /// The next scan that is begun is the last.
     fn request_stop(&mut self);
+    /// Whether a stop was asked for, by a caller or by the program.
+    fn stops(&self) -> bool;
     /// The termination passes behind the last scan.
     fn terminate(&mut self);
     /// Forces a bit or word: it keeps this value until it is released.
@@ -65,6 +67,10 @@ impl Machine for Engine {
 
     fn request_stop(&mut self) {
         Engine::request_stop(self);
+    }
+
+    fn stops(&self) -> bool {
+        Engine::stops(self)
     }
 
     fn terminate(&mut self) {

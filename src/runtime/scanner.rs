@@ -73,6 +73,8 @@ pub struct Scanner<M, C> {
     pub(super) mode: Mode,
     /// When it was entered.
     since_ns: u64,
+    /// A stop was asked for: this scan is the last one of its RUN, or the next one is.
+    ending: bool,
     pub(super) forces: Forces,
     /// Complete scans.
     scans: u64,
@@ -109,6 +111,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             overruns: OverrunSummary::default(),
             mode: Mode::Stop(StopReason::NotStarted),
             since_ns: now_ns,
+            ending: false,
             forces: Forces::default(),
             scans: 0,
             stopping: None,
@@ -253,6 +256,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             Some(_) if !in_time => self.fail(too_long(scan_ns), woke_ns),
             Some(last) => {
                 self.books.scan(scan_ns, lateness_ns);
+                self.ending = last || self.machine.stops();
                 if self.complete(woke_ns) && last {
                     self.stop(woke_ns);
                 }
@@ -386,8 +390,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     pub(super) fn publish(&mut self, now_ns: u64) -> bool {
-        let Scanner { scans, mode, since_ns, ref forces, .. } = *self;
-        let facts = Facts { scans, now_ns, mode, since_ns, forces };
+        let Scanner { scans, mode, since_ns, ending, ref forces, .. } = *self;
+        let facts = Facts { scans, now_ns, mode, since_ns, ending, forces };
         self.side.publish(facts, self.machine.image())
     }
 
@@ -406,7 +410,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     fn enter(&mut self, mode: Mode, now_ns: u64) {
-        (self.mode, self.since_ns) = (mode, now_ns);
+        (self.mode, self.since_ns, self.ending) = (mode, now_ns, false);
         if mode != Mode::Run {
             // An operator is not to wait for a long period.
             self.grid = Grid::new(now_ns, self.pace.tempo.period_ns.min(TICK_NS_MAX));

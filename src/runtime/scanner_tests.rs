@@ -90,6 +90,10 @@ impl Machine for Fake {
         self.stop = true;
     }
 
+    fn stops(&self) -> bool {
+        self.stop
+    }
+
     fn terminate(&mut self) {
         self.bits[0] = 1;
         self.bits[1] = 0;

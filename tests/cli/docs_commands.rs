@@ -1,4 +1,4 @@
-//! `docs/start.md` and `docs/operator.md`, executed: each command in a ```` ```console ```` block runs, in order, in a
+//! `README.md`, `docs/start.md` and `docs/operator.md`, executed: each command in a ```` ```console ```` block runs, in order, in a
 //! folder with a copy of `config/`, and prints what the page shows.
 //!
 //! In what the page shows, `…` within a line stands for any text, and a line `…` for any lines.
@@ -114,18 +114,23 @@ fn run_block(block: &str, folder: &Path, differences: &mut Vec<String>) -> Strin
 
 #[test]
 fn the_five_minutes_go_as_the_page_shows_them() {
-    run_page("start");
+    run_page("docs/start.md");
+}
+
+#[test]
+fn the_first_page_shows_what_it_does() {
+    run_page("README.md");
 }
 
 #[test]
 fn the_operators_commands_print_what_the_page_shows() {
-    run_page("operator");
+    run_page("docs/operator.md");
 }
 
 fn run_page(name: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/{name}.md"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     let page = fs::read_to_string(&path).expect("the page");
-    let folder = workplace(name);
+    let folder = workplace(path.file_stem().and_then(|stem| stem.to_str()).expect("a name"));
     let mut anew = String::new();
     let mut differences = Vec::new();
     for part in parts(&page) {

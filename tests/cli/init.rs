@@ -2,16 +2,21 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+fn command(args: &[&str], folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.args(args).current_dir(folder);
+    for variable in ["RUNGD_LOG", "RUNGD_SOCKET", "JOURNAL_STREAM", "RUNTIME_DIRECTORY"] {
+        command.env_remove(variable);
+    }
+    command
+}
 
 fn rungd(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rungd"))
-        .args(args)
-        .current_dir(folder)
-        .env_remove("RUNGD_LOG")
-        .env_remove("JOURNAL_STREAM")
-        .output()
-        .expect("rungd runs")
+    command(args, folder).output().expect("rungd runs")
 }
 
 fn folder(name: &str) -> PathBuf {
@@ -33,7 +38,8 @@ fn a_first_project_passes_the_check_and_runs() {
     assert_eq!(
         said(&output.stdout),
         "plant/line1/controller.toml\nplant/line1/programs/main.toml\nplant/line1/README.md\n\n\
-         Run it with `rungd run plant/line1/controller.toml`; Ctrl-C stops it.\n"
+         Run it with `cd plant/line1 && rungd run controller.toml`; Ctrl-C stops it.\n\
+         In a second shell there, `rungd status` tells how it is.\n"
     );
     for file in ["controller.toml", "programs/main.toml"] {
         let path = format!("plant/line1/{file}");
@@ -54,9 +60,10 @@ fn the_command_that_it_prints_can_be_pasted() {
         let output = rungd(&["init", "--", name], &folder);
         let text = said(&output.stdout);
         assert_eq!(output.status.code(), Some(0), "{text}");
-        let (_, behind) = text.split_once("Run it with `rungd ").unwrap();
-        let (command, _) = behind.rsplit_once('`').unwrap();
-        let script = format!("\"$0\" {command} --scans 2");
+        let (_, behind) = text.split_once("Run it with `").unwrap();
+        let (command, _) = behind.rsplit_once("`; Ctrl-C").unwrap();
+        let command = command.replace("&& rungd ", "&& \"$0\" ");
+        let script = format!("{command} --scans 2");
         let ran = Command::new("sh")
             .args(["-c", &script, env!("CARGO_BIN_EXE_rungd")])
             .current_dir(&folder)
@@ -64,6 +71,31 @@ fn the_command_that_it_prints_can_be_pasted() {
             .output()
             .unwrap();
         assert_eq!(ran.status.code(), Some(0), "{command}: {}", said(&ran.stderr));
+    }
+}
+
+/// No variable and no option names its socket.
+#[test]
+fn it_answers_status_in_its_folder_at_once() {
+    let folder = folder("init-status");
+    rungd(&["init", "."], &folder);
+    assert_eq!(rungd(&["status"], &folder).status.code(), Some(69), "it does not run");
+    let run = ["run", "controller.toml"];
+    let mut child = command(&run, &folder).stderr(Stdio::null()).spawn().expect("rungd runs");
+    let deadline = Instant::now() + Duration::from_secs(30);
+    let status = loop {
+        let status = rungd(&["status"], &folder);
+        if status.status.success() || Instant::now() > deadline {
+            break status;
+        }
+        thread::sleep(Duration::from_millis(10));
+    };
+    child.kill().and_then(|()| child.wait()).expect("it ends");
+    assert!(said(&status.stdout).contains("ladder      first"), "{status:?}");
+    // A stranger's socket is not asked.
+    if std::os::unix::fs::chown(folder.join("rungd.sock"), Some(65_534), None).is_ok() {
+        let told = said(&rungd(&["status"], &folder).stderr);
+        assert!(told.contains("answers at /run/rungd/rungd.sock"), "{told}");
     }
 }
 

@@ -151,7 +151,7 @@ fn what_cannot_be_done_is_refused_with_its_reason_and_code() {
         ("write Drain.Open on", 2, "switched by the ladder"),
         ("force Drain.Running on", 2, "started and stopped by the ladder"),
         ("mode walk", 2, "possible values: run, stop"),
-        ("unforce", 2, "OPERAND"),
+        ("unforce", 2, "`--all`"),
     ] {
         let said = live.say(command);
         assert!(said.code == code && said.err.contains(words), "{command}: {said:?}");
@@ -236,10 +236,11 @@ fn status_tells_all() {
         "ladder      bottling: 3 blocks, 7 rungs",
         "mode        RUN for",
         "every 10ms",
+        "controller  ",
+        "alarms      none",
         "posture     timer slack 1 ns: granted",
         "execution   last",
         "lateness    last",
-        " us  #",
         "Program Main: running",
         "Program Drain: running; Stages ON: Open",
         "Task Often: not running",
@@ -249,6 +250,14 @@ fn status_tells_all() {
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }
+    let at = |words: &str| text.find(words).unwrap();
+    let asked = ["mode  ", "ladder  ", "alarms  ", "forces  ", "devices  ", "scan  ", "log  "];
+    assert!(asked.is_sorted_by_key(|words| at(words)), "what is asked first comes first: {text}");
+    assert!(!text.contains(" us  #") && live.ok("status --histogram").contains(" us  #"));
+    live.ok("force jam on");
+    live.await_values("lamp", "ON");
+    assert!(live.ok("status").contains("alarms      jam: Bottles jammed\n"));
+    live.ok("unforce jam");
     let json = live.say("status --json").json();
     assert_eq!((&json["mode"], &json["period_us"]), (&"RUN".into(), &10_000.into()));
     let bars = json["scan"]["execution"]["histogram"].as_array().unwrap();
@@ -319,6 +328,32 @@ fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
 }
 
 #[test]
+fn a_lock_that_is_no_file_refuses_the_start_and_does_not_hang_it() {
+    let folder = live::folder(LADDER, "");
+    let lock = folder.join("s.lock");
+    assert!(Command::new("mkfifo").arg(&lock).status().unwrap().success());
+    let said = said(&mut run(&folder, &["--scans", "3"]));
+    assert!(said.code == 74 && said.err.contains("s.lock is no file"), "{said:?}");
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+#[test]
+fn nothing_that_a_ladder_says_is_obeyed_by_a_terminal() {
+    let text = "Bottles \\u001b[2J\\u009b1mjammed\\u202e";
+    let live = Live::start(&LADDER.replace("Bottles jammed", text), "", &[]);
+    live.ok("force jam on");
+    live.await_values("lamp", "ON");
+    let mut complete = live.command("");
+    complete.env("COMPLETE", "fish").args(["--", "rungd", "force", "j"]);
+    let shown = [live.ok("status"), live.ok("status --json"), said(&mut complete).out];
+    for text in &shown {
+        assert!(text.contains("jammed"), "{text}");
+        assert!(!text.contains(['\u{1b}', '\u{9b}', '\u{202e}']), "{text:?}");
+    }
+    assert!(shown[0].contains("Bottles \\u{1b}[2J\\u{9b}1mjammed\\u{202e}"), "{}", shown[0]);
+}
+
+#[test]
 fn a_socket_that_nobody_insists_on_is_done_without() {
     let folder = live::folder(LADDER, "[operator]\nmode = \"0600\"\n");
     let mut command = run(&folder, &["--scans", "3"]);
@@ -360,10 +395,10 @@ fn who_may_do_what() {
     let open = "[operator]\nsocket = \"s\"\nmode = \"0666\"\ngroup = \"4242\"\n";
     let open = Live::start(LADDER, open, &[]);
     assert_eq!(nobody(&open, "read size", 65_534).code, 0, "who can open it may read");
-    for command in ["write size 5", "force lamp on", "unforce --all", "mode stop", "log-level warn"]
-    {
+    let changes = ["write size 5", "force lamp on", "unforce --all", "mode stop", "log-level warn"];
+    for command in changes.into_iter().chain(["reload --dry-run", "reload"]) {
         let said = nobody(&open, command, 65_534);
-        assert!(said.code == 77 && said.err.contains("may read and change nothing"), "{said:?}");
+        assert!(said.code == 77 && said.err.contains("may only look"), "{said:?}");
     }
     assert_eq!(open.line("operator's command refused")["uid"], 65_534);
     assert_eq!(nobody(&open, "write size 5", 4242).code, 0, "a member of the group");
@@ -419,4 +454,98 @@ fn a_stranger_needs_no_more_than_a_socket() {
     let answer =
         ask(&mut stream, &format!(r#"{{"do":"read","operands":[{}"X0"]}}"#, "\"D0\",".repeat(256)));
     assert!(answer["error"]["message"].as_str().unwrap().contains("at most 256"), "{answer}");
+}
+
+const DASHES: &str = r#"
+[ladder]
+devices = ["line-1"]
+[[program]]
+name = "Main"
+rung = [ { when = ["drain-pump.Running"], do = ["OUT Y0"] } ]
+[[program]]
+name = "drain-pump"
+autostart = true
+[[program.stage]]
+name = "half-open"
+rung = [ { when = ["line-1.Ok"], do = ["OUT Y1"] } ]
+"#;
+
+const DASHED_DEVICE: &str = "[[device]]\nname = \"line-1\"\ndriver = \"modbus-tcp\"\naddress = \
+                             \"127.0.0.1:1\"\nmap = [ { from = \"discrete 0..3\", to = \"X0..X3\" } ]\n";
+
+#[test]
+fn a_name_with_a_dash_is_an_operand_and_no_range() {
+    let live = Live::start(DASHES, DASHED_DEVICE, &[]);
+    live.await_values("drain-pump.Running drain-pump.half-open Y0", "ON ON ON");
+    assert_eq!(
+        live.ok("watch drain-pump.Running --count 1").split(' ').next_back(),
+        Some("drain-pump.Running=ON\n")
+    );
+    assert!(live.ok("force line-1.Ok ON").starts_with("line-1.Ok: ON, forced"));
+    live.await_values("line-1.Ok Y1", "ON ON");
+    assert!(live.ok("unforce line-1.Ok").starts_with("line-1.Ok: not forced"));
+    for (asked, words) in [
+        ("write drain-pump.Running ON", "a block is started and stopped by the ladder"),
+        ("read drain-pump", "`drain-pump` is a block: `drain-pump.Running` is its bit"),
+        ("read drain-pmup.Running", "nothing is called `drain-pmup` (did you mean `drain-pump`?)"),
+        ("force drain-pump.half-opne ON", "has no stage `half-opne`"),
+        ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
+        ("force D0-D5 1", "`D0-D5` is a range: name one of it"),
+    ] {
+        let said = live.say(asked);
+        assert!(said.code == 2 && said.err.contains(words), "{asked}: {said:?}");
+    }
+    assert_eq!(live.ok("read D0..D1").lines().count(), 2);
+    let names = ask(&mut live.connect(), r#"{"do":"names","prefix":"drain-pump."}"#);
+    let names = names["ok"]["names"].as_array().unwrap();
+    let names: Vec<_> = names.iter().filter_map(|name| name["name"].as_str()).collect();
+    assert_eq!(names, ["drain-pump.Running", "drain-pump.half-open"]);
+}
+
+#[test]
+fn forces_are_shown_and_ended_by_what_their_addresses_are_called_now() {
+    let live = live();
+    live.ok("force size 20");
+    let reload = |from: &str, to: &str| {
+        std::fs::write(live.folder.join("ladder.toml"), LADDER.replace(from, to)).unwrap();
+        live.ok("reload")
+    };
+    let forces = || {
+        let status = live.say("status --json").json();
+        let names = status["forces"].as_array().unwrap().iter().map(|force| {
+            (
+                force["tag"].as_str().map(str::to_owned),
+                force["address"].as_str().unwrap().to_owned(),
+            )
+        });
+        names.collect::<Vec<_>>()
+    };
+    let is = |tag: Option<&str>| vec![(tag.map(str::to_owned), "D1".to_owned())];
+
+    let said = reload("size  = { at = \"D1\"", "size  = { at = \"D2\"");
+    assert!(said.contains("the force stays on D1; size (D2) is not forced"), "{said}");
+    assert_eq!(forces(), is(None));
+    let said = live.say("unforce size");
+    assert_eq!(said.out, "size (D2): not forced, 12, was 12\n");
+    let note = "D1 is, which was called `size` when it was forced: `rungd unforce D1`";
+    assert!(said.err.contains(note), "{said:?}");
+
+    let said = reload("size", "width");
+    assert!(said.contains("width (D1) is new: 12, but stays 20 (forced)"), "{said}");
+    assert_eq!(forces(), is(Some("width")));
+    let said = reload("size", "girth");
+    assert!(said.contains("tag width (D1) is called girth now; the force stays on it"), "{said}");
+    assert_eq!(forces(), is(Some("girth")));
+    let without = LADDER.replace("preset=size", "preset=12");
+    let without: String = without
+        .lines()
+        .filter(|line| !line.starts_with("size "))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    std::fs::write(live.folder.join("ladder.toml"), without).unwrap();
+    let said = live.ok("reload");
+    assert!(said.contains("tag girth is gone; the force stays on D1"), "{said}");
+    assert_eq!(forces(), is(None));
+    assert_eq!(live.ok("unforce D1"), "D1: not forced, 20, was 20, forced\n");
+    assert_eq!(forces(), []);
 }

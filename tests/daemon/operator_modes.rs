@@ -131,3 +131,17 @@ fn a_run_that_ends_in_a_fault_at_once_says_so() {
     assert!(said.out.ends_with(", was FAULT\n"), "{said:?}");
     assert!(said.err.contains("RUN was asked for, and it is in FAULT"), "{said:?}");
 }
+
+#[test]
+fn run_is_answered_with_the_mode_behind_the_first_scan() {
+    let ladder = "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$On\"], do = [\"STOP\"] } ]\n\
+                  [[task]]\nname = \"LastScan\"\nrung = [ { when = [\"$On\"], do = [\"ADD D8 1 to=D8\"] } ]\n";
+    let live = Live::start(ladder, "", &["--stopped"]);
+    for run in 1..=20 {
+        let said = live.say("mode run");
+        assert!(said.out.starts_with("STOP (the ladder executed STOP"), "run {run}: {said:?}");
+        assert!(said.err.contains("RUN was asked for, and it is in STOP"), "{said:?}");
+        assert_eq!(said.code, 1);
+        live.await_values("D8", &run.to_string());
+    }
+}

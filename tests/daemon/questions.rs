@@ -1,5 +1,6 @@
 //! `docs/questions.md`, executed: a plant has its troubles, the journal's socket is a fake one, a
-//! real journal is made of what came, and each command of the page gives the answer it shows.
+//! real journal is made of what came, and each command of the page gives the answer it shows. The
+//! commands for a text log read a real one.
 //!
 //! The page's own command lines run, with `journalctl -D FOLDER` for `journalctl`. Without
 //! journalctl and systemd-journal-remote the test says so and passes, unless
@@ -240,14 +241,38 @@ fn is_heartbeat(entry: &Fields) -> bool {
 fn told_to_file(folder: &Path) -> Mixing {
     let path = folder.join("rungd.log");
     let log = Log::File(&path);
+    let wait_for = |words: &[&str]| {
+        let is = |line: &str| words.iter().all(|word| line.contains(word));
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !fs::read_to_string(&path).unwrap().lines().any(is) {
+            assert!(Instant::now() < deadline, "{words:?}");
+            thread::sleep(Duration::from_millis(10));
+        }
+    };
     wrong(folder, &log);
+    stopped(folder, &log, &wait_for);
     let mixing = Mixing::start(folder, &log);
-    let deadline = Instant::now() + Duration::from_secs(20);
-    while !fs::read_to_string(&path).unwrap().contains("scan=71") {
-        assert!(Instant::now() < deadline);
-        thread::sleep(Duration::from_millis(10));
-    }
+    wait_for(&["scan=71"]);
+    operator(folder, &["force", "mixer", "off"]);
+    operator(folder, &["unforce", "mixer"]);
+    operator(folder, &["write", "recipe", "5"]);
+    mixing.pause();
+    wait_for(&[" overrun: "]);
+    wait_for(&[" modbus-gone: "]);
+    wait_for(&[" lines-withheld: ", "withheld=modbus-write-refused"]);
     mixing
+}
+
+/// A controller that starts in STOP, is run by an operator, and ended by a signal.
+fn stopped(folder: &Path, log: &Log, wait_for: &dyn Fn(&[&str])) {
+    let ladder = "[[program]]\nname = \"Main\"\nrung = []\n";
+    write(folder, "short", ladder, &with_operator(folder, QUICK));
+    let mut command = rungd(folder, "short-controller.toml", log, &["--stopped"]);
+    let plant = Mixing { child: command.spawn().unwrap() };
+    wait_for(&[" operator-listens: "]);
+    wait_for(&[" mode-stop: "]);
+    operator(folder, &["mode", "run"]);
+    plant.end();
 }
 
 fn run(command: &str, folder: &Path, journal: &Path) -> String {
@@ -267,24 +292,17 @@ fn run(command: &str, folder: &Path, journal: &Path) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-#[test]
-fn each_command_gives_the_answer_that_the_page_shows() {
-    let there = installed("journalctl", "systemd");
-    if !(there && installed(JOURNAL_REMOTE, "systemd-journal-remote")) {
-        return;
-    }
+/// Runs the page's commands that `wanted` picks, and compares what they print.
+fn compare(folder: &Path, journal: &Path, wanted: impl Fn(&str) -> bool) {
     let page = page::text("questions.md");
-    let (journal, file) = (FakeJournal::new(), FakeJournal::new());
-    let (_plant, _other) = thread::scope(|scope| {
-        let other = scope.spawn(|| told_to_file(&file.folder));
-        (told_to_journal(&journal, &journal.folder), other.join().unwrap())
-    });
-    let written = journal.written();
     let mut wrong = Vec::new();
     for block in page::blocks(&page, "console") {
-        for exchange in block.split("$ ").skip(1) {
-            let (command, shown) = exchange.split_once('\n').unwrap();
-            let printed = run(command, &file.folder, &written);
+        for exchange in format!("\n{block}").split("\n$ ").skip(1) {
+            let (command, shown) = exchange.split_once('\n').unwrap_or((exchange, ""));
+            if !wanted(command) {
+                continue;
+            }
+            let printed = run(command, folder, journal);
             let (shown_lines, printed_lines): (Vec<_>, Vec<_>) =
                 (shown.lines().collect(), printed.lines().collect());
             if !shown::lines_match(&shown_lines, &printed_lines) {
@@ -295,8 +313,32 @@ fn each_command_gives_the_answer_that_the_page_shows() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Whether a command of the page looks into a text log, or into none.
+fn reads_file(command: &str) -> bool {
+    !command.starts_with("journalctl ")
+}
+
 #[test]
-fn there_are_twenty_questions_each_with_a_command() {
+fn each_command_for_the_journal_gives_the_answer_that_the_page_shows() {
+    let there = installed("journalctl", "systemd");
+    if !(there && installed(JOURNAL_REMOTE, "systemd-journal-remote")) {
+        return;
+    }
+    let journal = FakeJournal::new();
+    let _plant = told_to_journal(&journal, &journal.folder);
+    let written = journal.written();
+    compare(&journal.folder, &written, |command| !reads_file(command));
+}
+
+#[test]
+fn each_command_for_a_text_log_gives_the_answer_that_the_page_shows() {
+    let file = FakeJournal::new();
+    let _plant = told_to_file(&file.folder);
+    compare(&file.folder, &file.folder, reads_file);
+}
+
+#[test]
+fn there_are_twenty_questions_each_with_a_command_for_either_log() {
     let page = page::text("questions.md");
     let questions: Vec<&str> = page.split("\n### ").skip(1).collect();
     assert_eq!(questions.len(), QUESTIONS);
@@ -304,5 +346,7 @@ fn there_are_twenty_questions_each_with_a_command() {
         let title = question.lines().next().unwrap();
         assert!(title.starts_with(&format!("{}. ", at + 1)) && title.ends_with('?'), "{title}");
         assert_eq!(question.matches("\n$ journalctl -u rungd ").count(), 1, "{title}");
+        let text_log = |line: &&str| line.starts_with("$ ") && line.contains(" rungd.log");
+        assert_eq!(question.lines().filter(text_log).count(), 1, "{title}");
     }
 }

@@ -150,6 +150,7 @@ fn empty(layout: &Layout) -> Snapshot {
         now_ns: 0,
         mode: Mode::Run,
         since_ns: 0,
+        ending: false,
         bits: vec![0; layout.bit_count() as usize].into(),
         words: vec![0; layout.word_count() as usize].into(),
         outputs: vec![0; layout.sizes().y as usize].into(),

@@ -1,7 +1,8 @@
-//! What an operator's requests mean: read, write, force, run, stop, and who is told of it.
+//! An operator's requests, carried out: read, write, force, run, stop, reload.
 //!
-//! Changes go through the port, as a driver's do, and are answered once a complete scan (or a tick)
-//! has seen them. Each is a line in the log: who, what, before, after.
+//! Called by `session` for each request that its client may make. Changes go through the port, as a
+//! driver's do, and are answered once a complete scan (or a tick) has seen them. Each change is a
+//! line in the log: the user, the operand, the values before and after.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,16 +13,18 @@ use tokio::time::timeout;
 
 use super::memory;
 use super::peer::Peer;
-use super::status::View;
+use super::status::{View, reason};
 use crate::daemon::log;
 use crate::daemon::narration::span;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
 use crate::events::{self, Event, Level};
-use crate::operator::names::{Names, Operand};
+use crate::isa::Address;
+use crate::operator::names::Names;
+use crate::operator::operand::Operand;
 use crate::operator::protocol::{
     self, Change, Given, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal, RefusalKind,
-    Request, Value, Values,
+    Request, Values,
 };
 use crate::runtime::Generations;
 use crate::runtime::command::{Before, Command, CommandId, Denial};
@@ -30,7 +33,7 @@ use crate::say::say;
 
 /// A write is answered behind the scan that sees it, where scans are no further apart than this.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
-/// How long a change waits for that at least.
+/// The least time that a change waits for the scan that sees it.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
 /// Where requests are answered.
@@ -38,8 +41,17 @@ pub(in super::super) struct Desk {
     views: Generations<View>,
     port: Port,
     reloads: Arc<Reloads>,
-    /// What was forced, and what it is called.
-    forced: Mutex<HashMap<Cell, Operand>>,
+    /// What was forced since the start: a cell that can be forced lies in the same place in
+    /// every program.
+    forced: Mutex<HashMap<Cell, Forced>>,
+}
+
+/// What a cell was when it was forced.
+#[derive(Clone)]
+struct Forced {
+    what: Address,
+    /// The name by which it was forced.
+    name: String,
 }
 
 type Done<T> = Result<T, Refusal>;
@@ -100,16 +112,20 @@ impl Desk {
 
     fn status(&self) -> protocol::Status {
         let (latest, view) = self.seen();
-        view.about.status(&latest, self.forces(&latest))
+        let forces = self.forces(&latest, &view.names);
+        let forces = forces.iter().map(|(operand, _)| operand.seen(&latest)).collect();
+        view.about.status(&latest, forces)
     }
 
-    fn forces(&self, latest: &Snapshot) -> Vec<Value> {
+    /// What is forced, by what it is called now; each with the name by which it was forced.
+    fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Operand, String)> {
         let known = self.forced();
-        let cells = latest.forces.list().iter();
-        cells.filter_map(|cell| known.get(cell)).map(|operand| operand.seen(latest)).collect()
+        let forced = latest.forces.list().iter().filter_map(|cell| known.get(cell));
+        let called = forced.filter_map(|of| Some((names.called(of.what)?, of.name.clone())));
+        called.collect()
     }
 
-    fn forced(&self) -> MutexGuard<'_, HashMap<Cell, Operand>> {
+    fn forced(&self) -> MutexGuard<'_, HashMap<Cell, Forced>> {
         self.forced.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -130,8 +146,8 @@ impl Desk {
         let (before, view) = self.seen();
         // What may be written lies where it does in every program.
         let operand = view.names.find_one(text)?;
-        view.names.may_write(&operand)?;
-        let value = view.names.value(&operand, given)?;
+        operand.may_write()?;
+        let value = view.names.number(&operand, given)?;
         if before.forces.has(operand.cell) {
             let message = format!(
                 "`{text}` is forced to {}, and a write to it is discarded: unforce it first",
@@ -161,15 +177,16 @@ impl Desk {
         Ok(change)
     }
 
-    /// What somebody should know who wrote this.
+    /// What to bear in mind: something else writes this operand again.
     fn note(&self, operand: &Operand, value: i32, change: &Change) -> Option<String> {
+        let written = operand.held(value);
         if let Some(driver) = self.seen().1.about.driver_of(operand.what) {
             let name = &operand.operand;
             return Some(format!(
-                "{driver} moves `{name}` and will write it again: to hold it, `rungd force {name}`"
+                "{driver} moves `{name}` and will write it again: to hold it, `rungd force {name} \
+                 {written}`"
             ));
         }
-        let written = operand.held(value);
         (change.now.value != written).then(|| {
             format!(
                 "it took {written}, and was written again in the same scan: to hold it, force it"
@@ -194,11 +211,12 @@ impl Desk {
     async fn force(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
         let names = self.names();
         let operand = names.find_one(text)?;
-        names.may_force(&operand)?;
-        let value = names.value(&operand, given)?;
+        operand.may_force()?;
+        let value = names.number(&operand, given)?;
         let id = self.hand_in(Command::Force { cell: operand.cell, value })?;
         // Noted first: the status may show it before the answer is here.
-        self.forced().insert(operand.cell, operand.clone());
+        let forced = Forced { what: operand.what, name: operand.operand.clone() };
+        self.forced().insert(operand.cell, forced);
         let before = self.carried_out(id).await?;
         let change = self.forced_change(&operand, before);
         let did = format!("forced {} to {}", change.now, operand.held(value));
@@ -214,9 +232,22 @@ impl Desk {
             let did = format!("ended the force of {}", change.now);
             tell(peer, &events::OPERATOR_UNFORCE, &operand, &change, &did);
         } else {
-            change.note = Some("it was not forced".to_owned());
+            change.note = Some(self.not_forced(text.trim()));
         }
         Ok(change)
+    }
+
+    /// What to do instead: a reload may have given the name to something else.
+    fn not_forced(&self, text: &str) -> String {
+        let (latest, view) = self.seen();
+        let forces = self.forces(&latest, &view.names);
+        match forces.into_iter().find(|(_, name)| name == text) {
+            Some((Operand { address, .. }, _)) => format!(
+                "it was not forced; {address} is, which was called `{text}` when it was forced: \
+                 `rungd unforce {address}`"
+            ),
+            None => "it was not forced".to_owned(),
+        }
     }
 
     fn forced_change(&self, operand: &Operand, before: Before) -> Change {
@@ -230,11 +261,8 @@ impl Desk {
 
     async fn unforce_all(&self, peer: &Peer) -> Done<Values> {
         let before = self.port.latest();
-        let operands: Vec<Operand> = {
-            let known = self.forced();
-            let cells = before.forces.list().iter();
-            cells.filter_map(|cell| known.get(cell)).cloned().collect()
-        };
+        let forces = self.forces(&before, &self.names());
+        let operands: Vec<Operand> = forces.into_iter().map(|(operand, _)| operand).collect();
         self.carried_out(self.hand_in(Command::ReleaseAll)?).await?;
         let latest = self.port.latest();
         for operand in &operands {
@@ -257,6 +285,9 @@ impl Desk {
             // It is answered when the thread obeys; the mode shows with its first scan or passes.
             let entered = self.port.shows(|latest| latest.since_ns != since_ns);
             timeout(self.wait(), entered).await.map_err(|_| no_answer())?;
+            if to == ModeWanted::Run {
+                self.first_scan_stays().await;
+            }
         }
         let after = self.port.latest().mode;
         let (was, is) = (in_words(before), in_words(after));
@@ -293,6 +324,14 @@ impl Desk {
             Ok(kept) => ModeChange { kept, ..change },
             Err(why) => ModeChange { not_kept: Some(why), ..change },
         }
+    }
+
+    /// Waits for the mode behind a first scan that asked for a stop at once.
+    async fn first_scan_stays(&self) {
+        let ends = |latest: &Snapshot| latest.mode == Mode::Run && latest.ending;
+        let ended = self.port.shows(|latest| !ends(latest));
+        // With a long period the last scan is still to come: it is in RUN, and that is said.
+        let _ = timeout(WAIT_LEAST, ended).await;
     }
 
     fn hand_in(&self, command: Command) -> Done<CommandId> {
@@ -379,11 +418,6 @@ fn denied(why: Denial) -> Refusal {
 fn no_answer() -> Refusal {
     let message = "no scan came in time to see it; it may yet be done";
     Refusal::new(RefusalKind::NoAnswer, message)
-}
-
-/// Why it is so, outside RUN.
-pub(super) fn reason(mode: Mode) -> Option<String> {
-    (mode != Mode::Run).then(|| crate::daemon::narration::reason(mode))
 }
 
 fn in_words(mode: Mode) -> String {

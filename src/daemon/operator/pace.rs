@@ -1,8 +1,8 @@
-//! A pace: how soon after one another things are done, whoever asks for them.
+//! A pace: the least time from one turn to the next, over all clients.
 //!
-//! Used by the server for clients that come, and by sessions for requests. Who comes seldom waits
-//! for nothing; a crowd waits in the order in which it came, and costs the machine no more than the
-//! pace does.
+//! Used by the server for clients that connect, and by sessions for requests. A single client does
+//! not wait; a crowd waits in the order in which it came, and costs the machine no more turns than
+//! the pace has.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -12,13 +12,13 @@ use tokio::time::{Instant, sleep_until};
 /// Turns, given in order.
 pub(super) struct Pace {
     every: Duration,
-    /// How much of the time in which nobody came is given to who comes.
+    /// The most time that turns nobody took save for a later crowd.
     saved_max: Duration,
     next: Mutex<Instant>,
 }
 
 impl Pace {
-    /// A turn every so often; behind a rest so many at once.
+    /// A turn in each `every`. After a rest, `at_once` turns need no wait.
     pub fn new(every: Duration, at_once: u32) -> Pace {
         Pace { every, saved_max: every * at_once, next: Mutex::new(Instant::now()) }
     }

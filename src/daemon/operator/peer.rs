@@ -1,20 +1,19 @@
-//! Who is at the other end: as the kernel says, not as a client says.
+//! The user at the other end: as the kernel says, not as the client says.
 //!
-//! Who can open the socket may read. Who may change things: root, the user rungd runs as, and
-//! members of the socket's group. The system calls that std does not offer stand here too.
+//! Everybody who can open the socket may look. Root, the user that rungd runs as, and members of
+//! the socket's group may change things. Used by `server` for each client that it lets in.
 #![allow(unsafe_code)]
 
 use std::fmt;
-use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
-use std::os::unix::net::UnixListener;
 
 use tokio::net::UnixStream;
 
-use super::socket::Bound;
+use super::accounts::name_of;
+use super::socket::Owner;
 
-/// The most groups that are asked for; who is in more has the first of them looked at.
+/// The most groups that are asked for. Of a user with more, the first group alone counts.
 const GROUPS_MAX: usize = 1024;
 
 /// A client.
@@ -28,8 +27,8 @@ pub(super) struct Peer {
 }
 
 impl Peer {
-    /// Who connected.
-    pub fn of(stream: &UnixStream, socket: &Bound) -> io::Result<Peer> {
+    /// The user that connected to a socket of this owner.
+    pub fn of(stream: &UnixStream, socket: Owner) -> io::Result<Peer> {
         let cred = stream.peer_cred()?;
         let (uid, gid) = (cred.uid(), cred.gid());
         let own = uid == 0 || uid == socket.uid;
@@ -67,53 +66,4 @@ fn groups(stream: &UnixStream) -> io::Result<Vec<u32>> {
     }
     groups.truncate(bytes as usize / size_of::<u32>());
     Ok(groups)
-}
-
-/// Takes the lock of a file for as long as it is open; false if another process has it.
-pub(super) fn lock_file(file: &File) -> io::Result<bool> {
-    // SAFETY: takes numbers alone, and the descriptor is open.
-    if unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) } == 0 {
-        return Ok(true);
-    }
-    match io::Error::last_os_error() {
-        error if error.kind() == io::ErrorKind::WouldBlock => Ok(false),
-        error => Err(error),
-    }
-}
-
-/// How many may wait at a listener to be accepted.
-pub(super) fn set_queue(listener: &UnixListener, count_max: i32) -> io::Result<()> {
-    // SAFETY: takes numbers alone, and the descriptor is open.
-    match unsafe { libc::listen(listener.as_raw_fd(), count_max) } {
-        0 => Ok(()),
-        _ => Err(io::Error::last_os_error()),
-    }
-}
-
-/// The name of a user in the text of `/etc/passwd`.
-fn name_of(passwd: &str, uid: u32) -> Option<String> {
-    let user = passwd.lines().find(|line| line.split(':').nth(2) == Some(&uid.to_string()))?;
-    let name = user.split(':').next()?;
-    (!name.is_empty()).then(|| super::super::narration::one_line(name))
-}
-
-/// The number of a group in the text of `/etc/group`.
-pub(super) fn gid_of(group: &str, name: &str) -> Option<u32> {
-    let row = group.lines().find(|line| line.split(':').next() == Some(name))?;
-    row.split(':').nth(2)?.parse().ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_and_numbers() {
-        let passwd = "root:x:0:0:root:/root:/bin/sh\nanna:x:1000:1000::/home/anna:/bin/sh\n";
-        assert_eq!(name_of(passwd, 1000).as_deref(), Some("anna"));
-        assert_eq!((name_of(passwd, 7), name_of("", 0)), (None, None));
-        let group = "root:x:0:\nplant:x:990:anna,ben\nbroken:x\n";
-        assert_eq!((gid_of(group, "plant"), gid_of(group, "anna")), (Some(990), None));
-        assert_eq!(gid_of(group, "broken"), None);
-    }
 }

@@ -1,7 +1,8 @@
-//! Who sits at the operator's socket: so many at a time, and the idle make room.
+//! The seats at the operator's socket: a limited number of clients at a time; idle ones make room.
 //!
-//! A thousand connections of one user may not keep the next one out: where all seats are taken,
-//! one of the user that has most of them goes, the one that has been idle longest.
+//! A thousand connections of one user do not keep the next user out. Where all seats are taken, the
+//! user with the most seats loses one: the one that has been idle longest. Used by `server`, which
+//! lets clients in, and by `session`.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -24,7 +25,7 @@ struct Taken {
 
 struct Sitter {
     uid: u32,
-    /// Since when it is idle; nothing while a request of it is being carried out.
+    /// Since when it is idle; `None` while a request of it is carried out.
     idle: Option<Instant>,
     leave: Arc<Notify>,
 }
@@ -54,7 +55,7 @@ impl Seats {
         Some(Seat { seats: self.clone(), number, leave })
     }
 
-    /// Has one of the idle leave, if there is one: the machine gives no further descriptor.
+    /// Asks an idle client to leave, where there is one: the machine gives no further descriptor.
     pub fn make_room(&self) {
         self.lock().dismiss();
     }
@@ -65,9 +66,9 @@ impl Seats {
 }
 
 impl Taken {
-    /// Has an idle one leave; false where all are at work.
+    /// Asks an idle client to leave; false where all are at work.
     fn dismiss(&mut self) -> bool {
-        // Told once: it is on its way, and its seat counts as free.
+        // It is told once, and its seat counts as free from now on.
         let leaver = self.leaver().and_then(|leaver| self.sitters.remove(&leaver));
         leaver.is_some_and(|sitter| {
             sitter.leave.notify_one();
@@ -90,7 +91,7 @@ impl Taken {
 }
 
 impl Seat {
-    /// A request of it is being carried out, or done (taken or not).
+    /// Says whether a request of it is being carried out.
     pub fn set_busy(&self, busy: bool) {
         if let Some(sitter) = self.seats.lock().sitters.get_mut(&self.number) {
             sitter.idle = (!busy).then(Instant::now);

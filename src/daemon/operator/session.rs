@@ -1,9 +1,9 @@
 //! One client: a line in, a line out, with a limit on everything.
 //!
-//! A line may be so long and take so long; an answer must be taken in time; who asks nothing is
-//! closed after a while, whatever blank lines it sends. Requests have a pace, each client's own and
-//! that of all. An answer is made when the one before it is gone, so a client that never
-//! reads holds one of them, and not for long.
+//! A line has a greatest length and a longest time; an answer must be taken in time; a client that
+//! asks nothing is closed after a while, even if it sends blank lines. Requests have two paces: one
+//! of each client, one of all clients together. An answer is made when the answer before it was
+//! taken, so a client that never reads holds one answer, and not for long.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,10 +14,11 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
-use super::super::narration::one_line;
-use super::Shared;
+use super::desk::Desk;
+use super::pace::Pace;
 use super::peer::Peer;
-use super::seats::Seat;
+use super::seats::{Seat, Seats};
+use crate::daemon::narration::one_line;
 use crate::operator::protocol::{REQUEST_BYTES_MAX, Refusal, RefusalKind, Reply, Request};
 use crate::say::say;
 
@@ -34,6 +35,29 @@ const GARBAGE_MAX: u32 = 8;
 
 /// So much of what a client sent is logged.
 const LOGGED_CHARS_MAX: usize = 200;
+
+/// Requests of all clients are carried out so often; behind a rest some at once.
+const REQUEST_OF_ALL_EVERY: Duration = Duration::from_millis(1);
+const REQUESTS_AT_ONCE: u32 = 64;
+/// Lists of names, which are long, so often; behind a rest some at once.
+const NAMES_OF_ALL_EVERY: Duration = Duration::from_millis(20);
+const NAMES_AT_ONCE: u32 = 16;
+
+/// What all sessions share.
+pub(super) struct Shared {
+    desk: Desk,
+    pub seats: Seats,
+    requests: Pace,
+    names: Pace,
+}
+
+impl Shared {
+    pub fn new(desk: Desk, seats: Seats) -> Shared {
+        let requests = Pace::new(REQUEST_OF_ALL_EVERY, REQUESTS_AT_ONCE);
+        let names = Pace::new(NAMES_OF_ALL_EVERY, NAMES_AT_ONCE);
+        Shared { desk, seats, requests, names }
+    }
+}
 
 /// A client being served.
 pub(super) struct Session {
@@ -103,7 +127,7 @@ impl Session {
         let now = Instant::now();
         if line.iter().any(|byte| !byte.is_ascii_whitespace()) {
             self.asked = now;
-            // Whoever is in need of a seat does not wait for those who wait for their turn.
+            // A client that waits for its turn counts as idle: it makes room for another one.
             self.seat.set_busy(false);
             self.unless_asked_to_leave(self.shared.requests.turn()).await?;
             self.seat.set_busy(true);
@@ -182,18 +206,21 @@ impl Session {
     }
 
     async fn done(&self, request: &Request) -> Result<serde_json::Value, Refusal> {
-        if request.changes() && !self.peer.may_change {
+        if !request.only_looks() && !self.peer.may_change {
             let message = format!(
-                "{} may read and change nothing: root, the user rungd runs as, and members of the \
-                 socket's group may",
+                "{} may only look: changes and dry runs are for root, the user rungd runs as, and \
+                 members of the socket's group",
                 self.peer
             );
             return Err(Refusal::new(RefusalKind::NotPermitted, message));
         }
+        if let Request::Names { .. } = request {
+            self.shared.names.turn().await;
+        }
         self.shared.desk.answer(&self.peer, request).await
     }
 
-    /// What somebody wanted changed and did not get; what was only to be read is a detail.
+    /// A refused change is worth a warning; a refused look is a detail.
     fn tell_refusal(&self, request: &Request, refusal: &Refusal) {
         if matches!(request, Request::Reload { .. } | Request::Rollback {})
             && refusal.kind != RefusalKind::NotPermitted
@@ -203,7 +230,7 @@ impl Session {
         }
         let (peer, why) = (&self.peer, short(&refusal.message));
         let what = short(&serde_json::to_string(request).unwrap_or_default());
-        if !request.changes() {
+        if request.only_looks() {
             say!(
                 OPERATOR_READ_REFUSED,
                 who = %peer,

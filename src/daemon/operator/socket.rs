@@ -1,8 +1,8 @@
-//! The socket as a file: where it belongs, whose it is, and whether somebody answers there.
+//! The socket as a file: its place, its owner, and whether a controller answers there.
 //!
 //! It is made under another name with its group and permissions, and then put in its place, so
-//! that it is never there with others. A lock beside it is held as long as the process lives: what
-//! is found without it held is left over from a process that is gone.
+//! that it never has others. A lock beside it is held as long as the process lives: a socket whose
+//! lock nobody holds is left over from a process that is gone. Called by `server`.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io;
@@ -10,19 +10,23 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
-use super::super::directories;
-use super::super::failure::Failure;
-use super::peer::{gid_of, lock_file, set_queue};
+use rustix::fs::{FlockOperation, OFlags, flock};
+use rustix::io::Errno;
+use rustix::net::listen;
+
+use super::accounts::gid_of;
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
+use crate::daemon::directories;
+use crate::daemon::failure::Failure;
 use crate::operator::SOCKET_VARIABLE;
 
-/// So many may wait to be let in. Who comes then waits outside, and does not stand behind thousands
-/// that have gone again.
+/// The most clients that wait to be let in. A further one waits in `connect`, and not behind
+/// thousands that have gone again.
 const QUEUE_MAX: i32 = 64;
 
 /// Where the socket is to be, and for whom.
 #[derive(Clone, Debug)]
-pub(in super::super) struct Place {
+pub(in super::super) struct SocketSpec {
     pub path: PathBuf,
     pub mode: u32,
     pub group: Option<String>,
@@ -36,19 +40,30 @@ pub(in super::super) struct Taken(String);
 
 /// A socket that is bound; its file goes with it.
 pub(super) struct Bound {
-    place: Place,
+    spec: SocketSpec,
     /// Its file's number, by which it knows its own.
     inode: u64,
-    /// Whose it is.
-    pub uid: u32,
-    pub gid: u32,
+    pub owner: Owner,
     lock: File,
 }
 
-impl Place {
+/// The user and the group that a socket belongs to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Owner {
+    pub uid: u32,
+    pub gid: u32,
+}
+
+impl Owner {
+    fn of(socket: &fs::Metadata) -> Owner {
+        Owner { uid: socket.uid(), gid: socket.gid() }
+    }
+}
+
+impl SocketSpec {
     /// As the controller file says; else as [`SOCKET_VARIABLE`] or systemd's runtime folder says.
     /// Without any of them, or where it is not wanted, there is none.
-    pub fn of(asked: &Operator, controller: &str) -> Option<Place> {
+    pub fn of(asked: &Operator, controller: &str) -> Option<SocketSpec> {
         let named = || std::env::var_os(SOCKET_VARIABLE).filter(|value| !value.is_empty());
         let systemd = || Some(directories::runtime()?.join("rungd.sock"));
         let path = match &asked.socket {
@@ -59,61 +74,64 @@ impl Place {
             None => named().map(PathBuf::from).or_else(systemd),
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
-        path.filter(|_| asked.enabled).map(|path| Place { path, mode, group, insists })
+        path.filter(|_| asked.enabled).map(|path| SocketSpec { path, mode, group, insists })
     }
 
     fn failure(&self, why: &dyn std::fmt::Display) -> Failure {
         let path = self.path.display();
-        // Where the controller file does not say where, nobody should look for it there.
+        // The message names the controller file's key only where that key asked for it.
         let asked = if self.insists { "`[operator] socket`" } else { "the operator's socket" };
         Failure::Environment(anyhow::anyhow!("{asked} cannot be {path}: {why}"))
     }
 }
 
 /// Binds it.
-pub(super) fn bind(place: &Place) -> Result<(UnixListener, Bound), Failure> {
+pub(super) fn bind(spec: &SocketSpec) -> Result<(UnixListener, Bound), Failure> {
     // First of all: beside what is no socket no lock belongs either.
-    is_socket_or_nothing(place)?;
-    let lock = lock(place)?;
-    clear(place)?;
-    let (listener, meta) = make(place)?;
-    let (uid, gid, inode) = (meta.uid(), meta.gid(), meta.ino());
-    Ok((listener, Bound { place: place.clone(), inode, uid, gid, lock }))
+    is_socket_or_nothing(spec)?;
+    let lock = lock(spec)?;
+    clear(spec)?;
+    let (listener, meta) = make(spec)?;
+    let (owner, inode) = (Owner::of(&meta), meta.ino());
+    Ok((listener, Bound { spec: spec.clone(), inode, owner, lock }))
 }
 
-/// Makes the socket and puts it in its place. Who has the lock does.
-fn make(place: &Place) -> Result<(UnixListener, fs::Metadata), Failure> {
-    let path = &place.path;
-    let gid = place.group.as_deref().map(group_number).transpose()?;
+/// Makes the socket and puts it in its spec. Who has the lock does.
+fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), Failure> {
+    let path = &spec.path;
+    let gid = spec.group.as_deref().map(group_number).transpose()?;
     // Behind the lock this name is nobody else's.
     let fresh = beside(path, ".new");
     if path.as_os_str().len() > SOCKET_BYTES_MAX {
-        return Err(place.failure(&"its path is too long for a socket"));
+        return Err(spec.failure(&format!(
+            "its path has more than {SOCKET_BYTES_MAX} bytes, which no socket can have; \
+             start rungd in a folder nearer to it, or name another one"
+        )));
     }
     let _ = fs::remove_file(&fresh);
     let listener = UnixListener::bind(&fresh).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => place.failure(&format!(
+        io::ErrorKind::NotFound => spec.failure(&format!(
             "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
         )),
-        _ => place.failure(&error),
+        _ => spec.failure(&error),
     })?;
     let put = || -> io::Result<fs::Metadata> {
-        set_queue(&listener, QUEUE_MAX)?;
+        listen(&listener, QUEUE_MAX)?;
         if gid.is_some() {
             chown(&fresh, None, gid)?;
         }
-        fs::set_permissions(&fresh, Permissions::from_mode(place.mode))?;
+        fs::set_permissions(&fresh, Permissions::from_mode(spec.mode))?;
         fs::rename(&fresh, path)?;
         listener.set_nonblocking(true)?;
         fs::symlink_metadata(path)
     };
     let meta = put().map_err(|error| {
         let _ = fs::remove_file(&fresh);
-        match (&place.group, error.kind()) {
-            (Some(group), io::ErrorKind::PermissionDenied) => place.failure(&format!(
+        match (&spec.group, error.kind()) {
+            (Some(group), io::ErrorKind::PermissionDenied) => spec.failure(&format!(
                 "{error}; to give it to `{group}`, the user rungd runs as must be in that group"
             )),
-            _ => place.failure(&error),
+            _ => spec.failure(&error),
         }
     })?;
     Ok((listener, meta))
@@ -122,12 +140,12 @@ fn make(place: &Place) -> Result<(UnixListener, fs::Metadata), Failure> {
 impl Bound {
     /// Where it is.
     pub fn path(&self) -> &Path {
-        &self.place.path
+        &self.spec.path
     }
 
     /// Who may open it.
     pub fn mode(&self) -> u32 {
-        self.place.mode
+        self.spec.mode
     }
 
     /// Why nobody finds it any more, if it is so.
@@ -144,15 +162,15 @@ impl Bound {
     /// # Errors
     /// The same.
     pub fn again(&mut self) -> Result<UnixListener, Failure> {
-        is_socket_or_nothing(&self.place)?;
+        is_socket_or_nothing(&self.spec)?;
         let own = self.lock.metadata().map(|meta| meta.ino()).ok();
-        // Who took the socket away may have taken the lock's file, too.
+        // The lock's file may have been taken away together with the socket.
         if fs::metadata(beside(self.path(), ".lock")).map(|meta| meta.ino()).ok() != own {
-            self.lock = lock(&self.place)?;
+            self.lock = lock(&self.spec)?;
         }
-        clear(&self.place)?;
-        let (listener, meta) = make(&self.place)?;
-        (self.uid, self.gid, self.inode) = (meta.uid(), meta.gid(), meta.ino());
+        clear(&self.spec)?;
+        let (listener, meta) = make(&self.spec)?;
+        (self.owner, self.inode) = (Owner::of(&meta), meta.ino());
         Ok(listener)
     }
 }
@@ -165,20 +183,26 @@ fn beside(path: &Path, ending: &str) -> PathBuf {
 }
 
 /// The lock beside the socket.
-fn lock(place: &Place) -> Result<File, Failure> {
-    let path = beside(&place.path, ".lock");
+fn lock(spec: &SocketSpec) -> Result<File, Failure> {
+    let path = beside(&spec.path, ".lock");
     let mut options = OpenOptions::new();
     let options = options.create(true).truncate(false).write(true).mode(0o600);
+    // A FIFO would have `open` wait for its reader.
+    let options = options.custom_flags(OFlags::NONBLOCK.bits().cast_signed());
+    let other = "is no file, and the socket's lock belongs there: remove it";
+    if fs::metadata(&path).is_ok_and(|meta| !meta.is_file()) {
+        return Err(spec.failure(&format!("{} {other}", path.display())));
+    }
     let file = options.open(&path).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => place.failure(&format!(
+        io::ErrorKind::NotFound => spec.failure(&format!(
             "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
         )),
-        _ => place.failure(&format!("{}: {error}", path.display())),
+        _ => spec.failure(&format!("{}: {error}", path.display())),
     })?;
-    match lock_file(&file) {
-        Ok(true) => Ok(file),
-        Ok(false) => Err(taken(&place.path)),
-        Err(error) => Err(place.failure(&format!("{}: {error}", path.display()))),
+    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(file),
+        Err(Errno::WOULDBLOCK) => Err(taken(&spec.path)),
+        Err(error) => Err(spec.failure(&format!("{}: {error}", path.display()))),
     }
 }
 
@@ -198,23 +222,23 @@ impl std::fmt::Display for Taken {
 
 impl std::error::Error for Taken {}
 
-fn is_socket_or_nothing(place: &Place) -> Result<(), Failure> {
-    match fs::symlink_metadata(&place.path) {
+fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), Failure> {
+    match fs::symlink_metadata(&spec.path) {
         Ok(meta) if !meta.file_type().is_socket() => {
-            Err(place.failure(&"something else is there, which is no socket"))
+            Err(spec.failure(&"something else is there, which is no socket"))
         }
         _ => Ok(()),
     }
 }
 
-/// What lies there must be a socket that nobody answers at.
-fn clear(place: &Place) -> Result<(), Failure> {
-    is_socket_or_nothing(place)?;
-    if !place.path.exists() {
+/// Refuses a socket at which a controller answers.
+fn clear(spec: &SocketSpec) -> Result<(), Failure> {
+    is_socket_or_nothing(spec)?;
+    if !spec.path.exists() {
         return Ok(());
     }
-    match UnixStream::connect(&place.path) {
-        Ok(_) => Err(taken(&place.path)),
+    match UnixStream::connect(&spec.path) {
+        Ok(_) => Err(taken(&spec.path)),
         // It is replaced in one step when the new one is ready.
         Err(_) => Ok(()),
     }

@@ -8,19 +8,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use super::desk::reason;
 use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
 use crate::daemon::retain_thread::Retention;
-use crate::engine::Layout;
+use crate::engine::{BitCell, Layout};
 use crate::io::device::Health;
 use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
-    self, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain, Scan,
-    Spread, Status, Value,
+    self, Alarm, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain,
+    Scan, Spread, Status, Value,
 };
-use crate::runtime::exchange::{Snapshot, Tempo};
+use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
 
 /// What is the same for every program: settled at the start.
@@ -71,7 +70,9 @@ pub(in super::super) struct About {
     blocks: Vec<NamedBlock>,
     layout: Layout,
     rules: usize,
-    /// What drivers move, and which.
+    /// Tags with an alarm, by the cell of their bit.
+    alarms: Vec<(BitCell, Alarm)>,
+    /// What drivers move: the driver, and its addresses.
     movers: Vec<(String, HashSet<Address>)>,
 }
 
@@ -105,6 +106,7 @@ impl About {
             blocks: named_blocks(setup),
             layout: setup.symbols.layout.clone(),
             rules: setup.rules.len(),
+            alarms: alarms(setup),
             movers,
         }
     }
@@ -145,6 +147,7 @@ impl About {
             posture: self.parts.grants.iter().map(posture).collect(),
             scan: scan(&self.parts.gauge.meter.read(now_ns)),
             blocks: self.blocks.iter().map(|block| self.block(block, latest)).collect(),
+            alarms: self.standing(latest),
             forces,
             devices: Devices {
                 modbus: self.parts.modbus.as_ref().map(|(address, connections_max, clients)| {
@@ -164,6 +167,12 @@ impl About {
                 records_dropped: self.parts.gauge.records_dropped(),
             },
         }
+    }
+
+    /// The alarms whose bits are ON.
+    fn standing(&self, latest: &Snapshot) -> Vec<Alarm> {
+        let standing = self.alarms.iter().filter(|(cell, _)| latest.bit(*cell));
+        standing.map(|(_, alarm)| alarm.clone()).collect()
     }
 
     fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {
@@ -197,6 +206,12 @@ impl About {
             stages: on.map(|(_, name)| name.clone()).collect(),
         }
     }
+}
+
+fn alarms(setup: &Setup) -> Vec<(BitCell, Alarm)> {
+    let named = setup.symbols.alarms.iter();
+    let alarm = |tag: &str, text: &str| Alarm { tag: tag.to_owned(), text: text.to_owned() };
+    named.map(|named| (named.bit, alarm(&named.tag, &named.text))).collect()
 }
 
 fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {
@@ -269,4 +284,9 @@ fn spread(spread: &runtime::Spread, bars: &[runtime::Bar]) -> protocol::Spread {
         max_us: us(spread.max_ns),
         histogram: bars.iter().map(bar).collect(),
     }
+}
+
+/// Why the controller is in this mode, outside RUN.
+pub(super) fn reason(mode: Mode) -> Option<String> {
+    (mode != Mode::Run).then(|| crate::daemon::narration::reason(mode))
 }

@@ -6,6 +6,7 @@
 //! runs as a task of its own, whoever asked for it goes away meanwhile. Nobody who reads files
 //! holds what a rollback needs, so that this never waits for them.
 
+mod dry;
 mod reading;
 mod ready;
 mod tell;
@@ -31,6 +32,7 @@ use crate::runtime::command::Denial;
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
 use crate::say::say;
+use dry::DryRuns;
 use reading::Reading;
 use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
@@ -50,6 +52,7 @@ pub(super) struct Running {
 pub(super) struct Reloads {
     /// Whose turn it is to read files and put in what they say.
     turn: tokio::sync::Mutex<()>,
+    dry: DryRuns,
     reading: Reading,
     /// A SIGHUP waits for its turn: another one would read the same files.
     hangup_waits: AtomicBool,
@@ -108,6 +111,7 @@ impl Reloads {
         let inner = Inner { reloader, started, running, way_back, pending, generation };
         Reloads {
             turn: tokio::sync::Mutex::default(),
+            dry: DryRuns::new(),
             reading: Reading::new(limit),
             hangup_waits: AtomicBool::new(false),
             inner: tokio::sync::Mutex::new(inner),
@@ -121,7 +125,12 @@ impl Reloads {
     /// Reads the files anew, and goes on with what they say.
     pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Done<Reloaded> {
         let done = tokio::spawn(async move {
-            let done = self.in_turn(&who, dry_run).await;
+            let done = match dry_run {
+                true => {
+                    self.dry.one(self.in_turn(&who, true)).await.unwrap_or_else(another_dry_run)
+                }
+                false => self.in_turn(&who, false).await,
+            };
             if let (Err(refusal), false) = (&done, dry_run) {
                 tell::refusal(&who, refusal);
             }
@@ -405,6 +414,10 @@ impl Dry for Reloaded {
     fn dry(self) -> Reloaded {
         Reloaded { dry_run: true, ..self }
     }
+}
+
+fn another_dry_run() -> Done<Reloaded> {
+    Err(refused("another dry run is under way; try again when it has ended".to_owned()))
 }
 
 fn refused(message: String) -> Refusal {

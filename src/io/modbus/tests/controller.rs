@@ -254,7 +254,10 @@ impl Scanner {
 
     fn publish(&mut self, scans: u64, mode: Mode, image: (&[u8], &[i32])) {
         let forces = &Forces::default();
-        self.scan.publish(Facts { scans, now_ns: scans, mode, since_ns: 0, forces }, image);
+        self.scan.publish(
+            Facts { scans, now_ns: scans, mode, since_ns: 0, ending: false, forces },
+            image,
+        );
     }
 
     fn program(&self, number: u64, bits: &mut [u8], words: &mut [i32]) {

@@ -86,6 +86,7 @@ fn snapshot(layout: &Layout) -> Snapshot {
         generation: 0,
         safe: [].into(),
         since_ns: 0,
+        ending: false,
         forces: Default::default(),
         scans: 1,
         now_ns: 0,

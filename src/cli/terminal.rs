@@ -1,0 +1,85 @@
+//! What reaches a terminal: nothing of a text is obeyed as a control sequence.
+//!
+//! Every command prints here. Names, texts of a ladder, paths and a file's bytes come from outside:
+//! characters that a terminal obeys, and those that turn the direction of writing, are shown as
+//! escapes (`\u{1b}`). Findings are drawn by `source::render`, which sees to that itself.
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+/// Whether a terminal obeys a character instead of showing it.
+fn is_obeyed(c: char) -> bool {
+    let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}')
+        || matches!(c, '\u{2066}'..='\u{2069}' | '\u{61c}');
+    c.is_control() || turns
+}
+
+/// A text for a terminal. Lines stay lines.
+pub(crate) fn plain(text: &str) -> Cow<'_, str> {
+    let odd = |c: char| is_obeyed(c) && c != '\n';
+    if !text.contains(odd) {
+        return Cow::Borrowed(text);
+    }
+    let mut plain = String::with_capacity(text.len());
+    for c in text.chars() {
+        match odd(c) {
+            true => plain.extend(c.escape_unicode()),
+            false => plain.push(c),
+        }
+    }
+    Cow::Owned(plain)
+}
+
+/// A line of JSON for a terminal: the same JSON. (Such characters stand in its strings alone, and
+/// `serde_json` escapes those up to U+001F.)
+pub(crate) fn plain_json(json: &str) -> Cow<'_, str> {
+    if !json.contains(is_obeyed) {
+        return Cow::Borrowed(json);
+    }
+    let mut plain = String::with_capacity(json.len());
+    for c in json.chars() {
+        match is_obeyed(c) {
+            // All of them have four digits at most.
+            true => {
+                let _ = write!(plain, "\\u{:04x}", u32::from(c));
+            }
+            false => plain.push(c),
+        }
+    }
+    Cow::Owned(plain)
+}
+
+/// Prints a result.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub(crate) fn print(text: &str) -> io::Result<()> {
+    io::stdout().lock().write_all(plain(text).as_bytes())
+}
+
+/// Says something on standard error; nobody listening is no reason to fail.
+pub(crate) fn say(text: &str) {
+    say_drawn(&plain(text));
+}
+
+/// Says findings as they were drawn, with their colours.
+pub(crate) fn say_drawn(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_would_obey_is_shown() {
+        assert_eq!(plain("Füllstand: 3 mm\nok\n"), "Füllstand: 3 mm\nok\n");
+        assert_eq!(plain("a\u{1b}[2Jb\rc\u{9b}d"), "a\\u{1b}[2Jb\\u{d}c\\u{9b}d");
+        assert_eq!(plain("on\u{202e}ffo"), "on\\u{202e}ffo");
+        let json = serde_json::json!({ "doc": "\u{1b}\u{7f}\u{9b}\u{202e}é" });
+        let shown = plain_json(&json.to_string()).into_owned();
+        assert!(!shown.contains(is_obeyed), "{shown}");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&shown).ok(), Some(json));
+    }
+}

@@ -1,0 +1,158 @@
+//! The operator's server: lets clients in, so many at a time, and makes the socket again.
+//!
+//! The shell binds it before the first scan and runs it among the drivers. One task a client. A
+//! client that sends garbage, or half a line, or reads nothing, or asks nothing, is closed. Where
+//! all seats are taken, the client that has been idle longest is closed, so that the next one is
+//! served. A pace for all clients together bounds what a crowd costs. A socket that somebody took
+//! away is made again.
+
+use std::future::Future;
+use std::io;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::net::{UnixListener, UnixStream};
+use tokio::task::JoinSet;
+use tokio::time::{Instant, interval, sleep, sleep_until};
+
+use super::desk::Desk;
+use super::pace::Pace;
+use super::peer::Peer;
+use super::seats::Seats;
+use super::session::{self, Session, Shared};
+use super::socket::{self, SocketSpec};
+use crate::daemon::failure::Failure;
+use crate::say::say;
+
+/// How many clients at a time.
+const CLIENTS_MAX: usize = 64;
+/// Clients are let in so often, and behind a rest as many at once as there are seats.
+const CLIENT_EVERY: Duration = Duration::from_millis(2);
+/// How often it is looked whether the socket is still in its place.
+const LOOK_EVERY: Duration = Duration::from_secs(2);
+/// How long accepting rests after it failed, as when there are no file descriptors left.
+const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
+
+/// A bound server.
+pub(in super::super) struct Server {
+    listener: UnixListener,
+    socket: socket::Bound,
+    shared: Arc<Shared>,
+    clients: Pace,
+    /// The socket is gone, which was told.
+    lost: bool,
+}
+
+impl Server {
+    /// Binds the socket at its place.
+    ///
+    /// # Errors
+    /// Somebody answers there, the group is unknown, or the system says no.
+    pub fn bind(spec: &SocketSpec, desk: Desk) -> Result<Server, Failure> {
+        let (listener, socket) = socket::bind(spec)?;
+        let listener = UnixListener::from_std(listener)?;
+        tell_open(&socket);
+        let shared = Arc::new(Shared::new(desk, Seats::new(CLIENTS_MAX)));
+        let clients = Pace::new(CLIENT_EVERY, CLIENTS_MAX as u32);
+        Ok(Server { listener, socket, shared, clients, lost: false })
+    }
+
+    /// Serves until `stop`; then all connections are closed, and the socket is gone.
+    pub async fn run(mut self, stop: impl Future<Output = ()>) {
+        let mut stop = pin!(stop);
+        let mut clients = JoinSet::new();
+        let mut looks = interval(LOOK_EVERY);
+        let mut turn = Instant::now();
+        loop {
+            let accept = async {
+                sleep_until(turn).await;
+                self.listener.accept().await
+            };
+            tokio::select! {
+                () = &mut stop => break,
+                Some(ended) = clients.join_next() => {
+                    if let Err(bug) = ended {
+                        say!(OPERATOR_BUG, %bug, "a bug in rungd ended an operator's connection");
+                    }
+                }
+                accepted = accept => {
+                    turn = self.clients.take(Instant::now());
+                    match accepted {
+                        Ok((stream, _)) => self.admit(stream, &mut clients),
+                        Err(error) => self.rest(&error).await,
+                    }
+                }
+                _ = looks.tick() => self.look(),
+            }
+        }
+    }
+
+    /// Makes the socket again where it is gone; tells it once.
+    fn look(&mut self) {
+        let Some(why) = self.socket.lost() else {
+            if std::mem::take(&mut self.lost) {
+                tell_open(&self.socket);
+            }
+            return;
+        };
+        let again = self.socket.again().and_then(|listener| Ok(UnixListener::from_std(listener)?));
+        let told = std::mem::replace(&mut self.lost, again.is_err());
+        let then = match &again {
+            Ok(_) => "it is made again".to_owned(),
+            Err(Failure::Configuration(why)) => format!("not made again: {why}"),
+            Err(Failure::Environment(why)) => format!("not made again: {why:#}; rungd tries again"),
+        };
+        if !told {
+            let socket = self.socket.path().display();
+            say!(OPERATOR_SOCKET_LOST,
+                %socket,
+                "the operator's socket {socket} is gone: {why}; {then}"
+            );
+        }
+        if let Ok(listener) = again {
+            self.listener = listener;
+            tell_open(&self.socket);
+        }
+    }
+
+    fn admit(&self, stream: UnixStream, clients: &mut JoinSet<()>) {
+        let Ok(peer) = Peer::of(&stream, self.socket.owner) else { return };
+        let Some(seat) = self.shared.seats.take(peer.uid) else {
+            session::turn_away(&stream, CLIENTS_MAX);
+            return;
+        };
+        let (who, pid) = (&peer, peer.pid);
+        say!(OPERATOR_CONNECTED, %who, pid, "operator's client connected");
+        let session = Session::new(stream, peer, seat, Arc::clone(&self.shared));
+        clients.spawn(session.serve());
+    }
+
+    async fn rest(&self, error: &io::Error) {
+        say!(OPERATOR_ACCEPT_FAILED, %error, "the operator's socket accepts no client");
+        self.shared.seats.make_room();
+        sleep(REST_AFTER_FAILURE).await;
+    }
+}
+
+fn tell_open(socket: &socket::Bound) {
+    say!(OPERATOR_LISTENS,
+        socket = %socket.path().display(),
+        mode = %format_args!("{:04o}", socket.mode()),
+        group = socket.owner.gid,
+        "the operator's socket is open"
+    );
+}
+
+/// What a controller does without its socket, as nobody but its environment asked for it: it runs.
+pub(in super::super) fn may_do_without(spec: &SocketSpec, why: &Failure) -> bool {
+    let Failure::Environment(why) = why else { return false };
+    if spec.insists || why.is::<socket::Taken>() {
+        return false;
+    }
+    say!(OPERATOR_NO_SOCKET,
+        socket = %spec.path.display(),
+        "no operator's commands: {why:#}"
+    );
+    true
+}

@@ -1,0 +1,84 @@
+//! Mnemonics of other controllers, and what a rungd ladder has instead.
+//!
+//! Read by `resolve` for the help of an unknown instruction, and by `rungd explain`. None of the
+//! mnemonics here is an instruction of rungd's table.
+
+/// Mnemonics that mean the same, and what to write.
+type Row = (&'static [&'static str], &'static str);
+
+const ROWS: &[Row] = &[
+    (&["XIC", "LD", "STR", "LDP"], "a normally open contact is the bit's name: `when = [\"X0\"]`"),
+    (&["XIO", "LDI", "LDN", "STRN"], "a normally closed contact is `!`: `when = [\"!X0\"]`"),
+    (
+        &["AND", "ANB", "ANDSTR"],
+        "contacts in series are the elements of an array: `when = [\"X0\", \"X1\"]`",
+    ),
+    (
+        &["OR", "ORB", "ORSTR", "BST", "NXB", "BND"],
+        "a parallel branch is `|`: `when = [\"X0 | X1\"]`",
+    ),
+    (
+        &["OSR", "ONS", "OSRI", "R_TRIG", "PLS", "DIFU", "STRPD"],
+        "a rising edge is the contact `rise(b)`; a bit for one scan is `PD b`",
+    ),
+    (
+        &["OSF", "OSFI", "F_TRIG", "PLF", "DIFD", "STRND"],
+        "a falling edge is the contact `fall(b)`; a bit for one scan is `ND b`",
+    ),
+    (&["OTE", "OUTPUT", "COIL"], "an output coil is `OUT b`"),
+    (&["OTL", "LATCH"], "a latch is `SET b`"),
+    (&["OTU", "UNLATCH", "RESET"], "an unlatch is `RST b`"),
+    (&["KEEP", "SR", "RS"], "a latch is `SET b` in one rung and `RST b` in another"),
+    (&["TON", "TIM"], "an on-delay is `TMR t preset=d`, or `ONDTMR t preset=d output=b`"),
+    (&["TOF"], "an off-delay is `OFFDTMR t preset=d output=b`"),
+    (&["RTO", "TONR"], "a retentive timer is `TMRA t preset=d`, or `TMRAG` to survive a stop"),
+    (&["CTUD"], "an up/down counter is `UDC ct up-preset=n`; Sensaphone's are CTU and CTD"),
+    (&["MOV", "COPY", "COP"], "write `MOVE v to=w`"),
+    (&["EQU", "EQ", "CMP"], "a comparison is a contact: `when = [\"D0 == 5\"]`"),
+    (&["NEQ", "NE"], "a comparison is a contact: `when = [\"D0 != 5\"]`"),
+    (&["GRT", "GT"], "a comparison is a contact: `when = [\"D0 > 5\"]`"),
+    (&["GEQ", "GE"], "a comparison is a contact: `when = [\"D0 >= 5\"]`"),
+    (&["LES", "LT"], "a comparison is a contact: `when = [\"D0 < 5\"]`"),
+    (&["LEQ", "LE"], "a comparison is a contact: `when = [\"D0 <= 5\"]`"),
+    (&["LIM"], "limits are two contacts: `when = [\"D0 >= 5\", \"D0 <= 9\"]`"),
+    (&["JSR", "CALL", "START"], "a program is started by `RUN p`, a task by `ENTASK t`"),
+    (&["SBR"], "a subroutine is a Task or a Program: `[[task]]`, called by `ENTASK t` or `RUN p`"),
+    (&["GOTO"], "a stage is left by `JMP s`"),
+    (&["LBL", "SG", "ISG"], "a stage is `[[program.stage]]`; `JMP s` goes to it"),
+    (&["MCR", "MLS"], "rungs that are skipped together are a Stage or a Program of their own"),
+    (&["END", "RET", "RETURN", "TND"], "a program ends itself by `EXIT`"),
+    (&["SUS", "HLT"], "the controller is stopped by `STOP`"),
+    (&["AFI"], "a rung that is never ON has the contact `$Off`"),
+];
+
+/// What a rungd ladder has instead of a mnemonic of other controllers, in any case.
+pub(crate) fn instead_of(name: &str) -> Option<&'static str> {
+    let same = |other: &&str| other.eq_ignore_ascii_case(name);
+    ROWS.iter().find(|(names, _)| names.iter().any(same)).map(|(_, text)| *text)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::isa::Mnemonic;
+
+    #[test]
+    fn no_row_hides_an_instruction_and_what_it_names_exists() {
+        let mut seen = HashSet::new();
+        for (names, text) in ROWS {
+            for name in *names {
+                assert!(seen.insert(name), "{name} has two rows");
+                assert_eq!(Mnemonic::from_name(name), None, "{name} is an instruction");
+            }
+            let quoted = text.split('`').skip(1).step_by(2);
+            for word in quoted.filter_map(|code| code.split_whitespace().next()) {
+                let is_mnemonic = word.chars().all(|c| c.is_ascii_uppercase());
+                assert!(!is_mnemonic || Mnemonic::from_name(word).is_some(), "{word}: {text}");
+            }
+        }
+        assert_eq!(instead_of("ote"), Some("an output coil is `OUT b`"));
+        assert_eq!(instead_of("CNT"), None);
+    }
+}

@@ -1,0 +1,121 @@
+//! What operands name, what may be done to them, and what completion offers.
+
+use super::*;
+use crate::lower::lower;
+use crate::resolve::{LoadOptions, load_ladders};
+use crate::source::span::SourceFile;
+
+const LADDER: &str = r#"
+[tags]
+eye = { at = "X0", doc = "Photo eye" }
+parts = { at = "CT0" }
+size = { at = "D1", min = 1, max = 500 }
+five = { value = 5 }
+[[program]]
+name = "Main"
+rung = [ { leg.up = ["eye"], leg.rst = ["X1"], do = ["CNT parts preset=size"] } ]
+[[program]]
+name = "Side"
+autostart = true
+[[program.stage]]
+name = "Open"
+rung = [ { when = ["$On"], do = ["OUT Y0"] } ]
+"#;
+
+fn names() -> Names {
+    let file = SourceFile { name: "ladder.toml".into(), text: LADDER.into() };
+    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    Names::new(&program, &lower(&program).1)
+}
+
+#[test]
+fn by_tag_and_by_address_it_is_the_same() {
+    let names = names();
+    let by_tag = names.find_one("parts.Acc").unwrap();
+    let by_address = names.find_one("CT0.Acc").unwrap();
+    assert_eq!((&by_tag.cell, &by_tag.address), (&by_address.cell, &by_address.address));
+    assert_eq!(by_address.tag.as_deref(), Some("parts.Acc"));
+    let members: Vec<_> =
+        names.find("parts").unwrap().into_iter().map(|member| member.operand).collect();
+    let all = ["parts.Acc", "parts.Done", "parts.Reset", "parts.Zero", "parts.DnDone"];
+    assert_eq!(members, all);
+    assert_eq!(names.find_one("Side.Open").unwrap().address, "Side.Open");
+    for (wrong, words) in [
+        ("parts", "name a member"),
+        ("prats.Acc", "did you mean"),
+        ("nothing_like_it", "nothing is called"),
+        ("five", "constant, 5"),
+        ("Main", "Main.Running"),
+        ("X99999", "beyond memory"),
+        ("", "nothing is called"),
+    ] {
+        let message = names.find_one(wrong).unwrap_err().message;
+        assert!(message.contains(words) && !message.contains("declare"), "{wrong}: {message}");
+    }
+}
+
+#[test]
+fn what_may_be_written_and_forced() {
+    let names = names();
+    for (name, write, force) in [
+        ("eye", true, true),
+        ("Y0", true, true),
+        ("C5", true, true),
+        ("MC1", true, true),
+        ("MI1", true, true),
+        ("size", true, true),
+        ("MIR1", true, true),
+        ("parts.Acc", true, true),
+        ("N0.PRE", true, true),
+        ("parts.Done", false, true),
+        ("$FirstScan", false, false),
+        ("DST0", false, false),
+        ("Side.Open", false, false),
+        ("Side.Running", false, false),
+    ] {
+        let operand = names.find_one(name).unwrap();
+        let may = (operand.may_write().is_ok(), operand.may_force().is_ok());
+        assert_eq!(may, (write, force), "{name}");
+    }
+}
+
+#[test]
+fn values_as_people_write_them() {
+    let names = names();
+    let value = |name: &str, given: &str| {
+        let operand = names.find_one(name).unwrap();
+        names.number(&operand, &Given::Text(given.into())).map_err(|refusal| refusal.message)
+    };
+    assert_eq!([value("Y0", "ON"), value("Y0", "off"), value("Y0", "1")], [Ok(1), Ok(0), Ok(1)]);
+    assert_eq!([value("size", "12"), value("size", "0x1F")], [Ok(12), Ok(31)]);
+    assert_eq!([value("T0.Acc", "1m30s"), value("D5", "-7")], [Ok(90_000), Ok(-7)]);
+    for (name, given, words) in [
+        ("Y0", "2", "takes ON or OFF"),
+        ("size", "0", "takes 1 to 500, not 0"),
+        ("V0", "65536", "takes 0 to 65535"),
+        ("D5", "99999999999", "outside"),
+        ("D5", "ON", "takes a number"),
+        ("D5", "12x", "`12x`"),
+    ] {
+        let message = value(name, given).unwrap_err();
+        assert!(message.contains(words), "{message}");
+    }
+    let size = names.find_one("size").unwrap();
+    assert!(names.number(&size, &Given::Number(i64::MAX)).is_err());
+    assert!(names.number(&size, &Given::Bit(true)).is_err());
+}
+
+#[test]
+fn completion_goes_up_to_the_dot_and_then_behind_it() {
+    let names = names();
+    let offered = |prefix: &str| {
+        let names = names.beginning(prefix).into_iter();
+        names.map(|name| name.name).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(offered("p"), "parts");
+    assert_eq!(offered("parts."), "parts.Acc parts.DnDone parts.Done parts.Reset parts.Zero");
+    assert_eq!(offered("Side"), "Side.Open Side.Running");
+    assert_eq!(offered("nothing"), "");
+    assert_eq!(names.beginning("eye")[0].about, "X0: Photo eye");
+}

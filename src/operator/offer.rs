@@ -1,0 +1,85 @@
+//! The names that completion offers: bounded in number and in bytes, whatever the ladder holds.
+//!
+//! Part of [`super::names::Names`], which fills it once. A name is offered up to its dot at first,
+//! and its members once the dot is typed.
+
+use std::collections::BTreeMap;
+
+use super::protocol::Name;
+
+/// The most names of one answer.
+const NAMES_MAX: usize = 1000;
+/// The most bytes of names and their explanations in one answer.
+const BYTES_MAX: usize = 256 * 1024;
+/// The longest explanation, in characters.
+const ABOUT_CHARS_MAX: usize = 100;
+
+/// Names, and what each is in a few words.
+#[derive(Debug, Default)]
+pub(super) struct Offer {
+    names: BTreeMap<String, String>,
+}
+
+impl Offer {
+    /// Offers a name; the first explanation of a name stays.
+    pub fn add(&mut self, name: String, about: &str) {
+        self.names.entry(name).or_insert_with(|| brief(about));
+    }
+
+    /// The names that begin with the prefix; where it has a dot, members too.
+    pub fn beginning(&self, prefix: &str) -> Vec<Name> {
+        let members = prefix.contains('.');
+        let from = self.names.range(prefix.to_owned()..);
+        let fits = from.take_while(|(name, _)| name.starts_with(prefix));
+        let wanted = fits.filter(|(name, _)| members || !name.contains('.'));
+        let mut bytes = 0;
+        let bounded = wanted.take(NAMES_MAX).take_while(|(name, about)| {
+            bytes += name.len() + about.len();
+            bytes <= BYTES_MAX
+        });
+        let named = bounded.map(|(name, about)| Name { name: name.clone(), about: about.clone() });
+        let names: Vec<Name> = named.collect();
+        match names.is_empty() && !members {
+            // The name is whole: what follows is behind its dot.
+            true => self.beginning(&format!("{prefix}.")),
+            false => names,
+        }
+    }
+}
+
+/// The first words of a text, on one line.
+fn brief(text: &str) -> String {
+    let mut brief = String::new();
+    for word in text.split_whitespace() {
+        if !brief.is_empty() {
+            brief.push(' ');
+        }
+        if brief.chars().count() + word.chars().take(ABOUT_CHARS_MAX).count() > ABOUT_CHARS_MAX {
+            brief.push('…');
+            break;
+        }
+        brief.push_str(word);
+    }
+    brief
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_is_bounded_whatever_the_ladder_says() {
+        let mut offer = Offer::default();
+        for n in 0..3000 {
+            offer.add(format!("tag{n:04}"), &"many words ".repeat(10_000));
+        }
+        let names = offer.beginning("tag");
+        assert_eq!(names.len(), NAMES_MAX);
+        assert!(names.iter().all(|name| name.about.chars().count() <= ABOUT_CHARS_MAX + 1));
+        for n in 0..100 {
+            offer.add(format!("{}{n}", "n".repeat(10_000)), &"x".repeat(5000));
+        }
+        let bytes: usize = offer.beginning("n").iter().map(|name| name.name.len()).sum();
+        assert!((1..=BYTES_MAX).contains(&bytes), "{bytes}");
+    }
+}

@@ -1,0 +1,152 @@
+//! One bit or word that an operator named: what may be done to it, and what it takes.
+//!
+//! Made by [`super::names::Names`]. It decides what may be written and forced (`docs/operator.md`),
+//! not by whom.
+
+use super::protocol::{Given, Held, Refusal, RefusalKind, Value};
+use crate::engine::Cell;
+use crate::isa::{Address, Bit, BitSpace, Word, WordSpace};
+use crate::runtime::exchange::Snapshot;
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::span::Span;
+
+/// A bit or word, and what it is called.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operand {
+    /// As it was asked for.
+    pub operand: String,
+    /// Its tag.
+    pub tag: Option<String>,
+    /// Its address, or a Stage's or block's name.
+    pub address: String,
+    /// What it is.
+    pub what: Address,
+    /// Where it lies.
+    pub cell: Cell,
+}
+
+impl Operand {
+    /// Whether it may be written.
+    ///
+    /// # Errors
+    /// It may not; the refusal says why.
+    pub fn may_write(&self) -> Result<(), Refusal> {
+        let writable = match self.what {
+            Address::Bit(Bit::Space(BitSpace::X, _)) => true,
+            Address::Bit(bit) => bit.writable_from_outside(),
+            Address::Word(word) => word.writable(),
+            Address::Structure(_) => false,
+        };
+        if writable { Ok(()) } else { Err(read_only(self, "written")) }
+    }
+
+    /// Whether it may be forced. Flags of structures may, too.
+    ///
+    /// # Errors
+    /// It may not; the refusal says why.
+    pub fn may_force(&self) -> Result<(), Refusal> {
+        let forcible = match self.what {
+            Address::Bit(Bit::Space(space, _)) => space != BitSpace::St,
+            Address::Bit(Bit::Flag(..) | Bit::Device(..)) => true,
+            Address::Bit(_) | Address::Structure(_) => false,
+            Address::Word(word) => word.writable(),
+        };
+        if forcible { Ok(()) } else { Err(read_only(self, "forced")) }
+    }
+
+    /// The number that a value stands for: a bit is 0 or 1, a word lies within `limits`.
+    ///
+    /// # Errors
+    /// It does not fit.
+    pub fn number(
+        &self,
+        given: &Given,
+        limits: impl Fn(Word) -> (i32, i32),
+    ) -> Result<i32, Refusal> {
+        match self.what {
+            Address::Bit(_) => bit_value(given).ok_or_else(|| {
+                let message = format!("`{}` is a bit: it takes ON or OFF", self.operand);
+                Refusal::new(RefusalKind::BadValue, message)
+            }),
+            Address::Word(word) => self.word(given, limits(word)),
+            Address::Structure(_) => Err(read_only(self, "written")),
+        }
+    }
+
+    fn word(&self, given: &Given, (min, max): (i32, i32)) -> Result<i32, Refusal> {
+        let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
+        let number = match given {
+            Given::Bit(_) => None,
+            Given::Number(number) => Some(*number),
+            Given::Text(text) => match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
+                Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(i64::from(n)),
+                Ok(AtomKind::Name(_)) => None,
+                Err(finding) => return Err(bad(finding.message)),
+            },
+        };
+        let Some(number) = number else {
+            let message = "takes a number, as 12, 0x1F or 1m30s";
+            return Err(bad(format!("`{}` is a word: it {message}", self.operand)));
+        };
+        let fits = i32::try_from(number).ok().filter(|n| (min..=max).contains(n));
+        fits.ok_or_else(|| bad(format!("`{}` takes {min} to {max}, not {number}", self.operand)))
+    }
+
+    /// What it holds in an image.
+    pub fn held(&self, value: i32) -> Held {
+        match self.cell {
+            Cell::Bit(_) => Held::Bit(value != 0),
+            Cell::Word(_) => Held::Word(value),
+        }
+    }
+
+    /// As an image shows it.
+    pub fn seen(&self, image: &Snapshot) -> Value {
+        Value {
+            operand: self.operand.clone(),
+            tag: self.tag.clone(),
+            address: self.address.clone(),
+            value: self.held(image.value(self.cell)),
+            forced: image.forces.has(self.cell),
+        }
+    }
+
+    /// The number of an X.
+    pub fn input(&self) -> Option<u32> {
+        match self.what {
+            Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
+            _ => None,
+        }
+    }
+}
+
+fn bit_value(given: &Given) -> Option<i32> {
+    match given {
+        Given::Bit(on) => Some(i32::from(*on)),
+        Given::Number(n @ (0 | 1)) => Some(*n as i32),
+        Given::Number(_) => None,
+        Given::Text(text) => match text.trim().to_ascii_lowercase().as_str() {
+            "on" | "true" | "1" => Some(1),
+            "off" | "false" | "0" => Some(0),
+            _ => None,
+        },
+    }
+}
+
+fn read_only(operand: &Operand, done: &str) -> Refusal {
+    let name = &operand.operand;
+    let why = match operand.what {
+        Address::Bit(Bit::Space(BitSpace::St, _))
+        | Address::Word(Word::Space(WordSpace::Dst, _)) => "it says how the controller is",
+        Address::Bit(Bit::Stage(_)) => "a Stage is switched by the ladder",
+        Address::Bit(Bit::Running(_) | Bit::Done(_)) => {
+            "a block is started and stopped by the ladder"
+        }
+        Address::Bit(Bit::Device(..)) => "it says how the device is; it can be forced",
+        Address::Bit(Bit::Flag(..)) => {
+            "its instruction writes it at every execution; it can be forced"
+        }
+        _ => "name a member of it",
+    };
+    Refusal::new(RefusalKind::BadOperand, format!("`{name}` cannot be {done}: {why}"))
+}
