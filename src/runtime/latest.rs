@@ -1,11 +1,11 @@
 //! The latest image of a device's inputs: written whole by one thread, read whole by another,
 //! never waiting.
 //!
-//! Three buffers: one is the writer's, one the reader's, and the third lies between them. Who has
-//! finished writing, or wants to see what is new, exchanges its own for that one, by one atomic
-//! swap; so each buffer belongs to one side at any time, and what is not read in time is written
-//! over by what is newer. They are made of atomics for the compiler's sake alone. Nothing is
-//! allocated after the start.
+//! Three buffers: one is the writer's, one the reader's, and the third lies between them. A writer
+//! that has finished, and a reader that wants news, exchange their own buffer for the third by one
+//! atomic swap. So each buffer belongs to one side at any time, and an image that is not read in
+//! time is overwritten by a newer one. The buffers are made of atomics for the compiler's sake
+//! alone. Nothing is allocated after the start.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, AtomicU8, AtomicU64, Ordering};
@@ -46,7 +46,7 @@ pub(super) struct Reader {
     own: u8,
 }
 
-/// Both sides of an image of so many inputs, none of them read yet.
+/// Both sides of an image of `count` inputs, none of them read yet.
 pub(super) fn latest(count: usize) -> (Writer, Reader) {
     let unread = || (0..count).map(|_| Slot::default()).collect();
     let buffers = Arc::new(Buffers { inputs: [unread(), unread(), unread()], between: 1.into() });

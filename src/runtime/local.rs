@@ -17,9 +17,9 @@ use super::sys::monotonic_ns;
 use super::wiring::{Source, Wiring, last_words};
 use crate::engine::Cell;
 
-/// So many reads running, or writes, and the device is let go of if all of them were late.
+/// The scan lets go of a device when this number of reads running, or of writes, were late.
 const LATE_MAX: u32 = 3;
-/// Which of them.
+/// Reads and writes are counted apart: the places of their counts.
 const READ: usize = 0;
 const WRITE: usize = 1;
 /// Local devices on their way to the scan, at most.
@@ -44,9 +44,9 @@ pub trait Local: Send + Sync {
 pub enum LocalFailure {
     /// A call failed, with this number.
     System(i32),
-    /// Exchanges took too long; the last of them so long.
+    /// Exchanges took too long.
     Late {
-        /// In microseconds.
+        /// The time that the last of them took, in microseconds.
         took_us: u32,
     },
 }

@@ -45,7 +45,7 @@ pub trait Chip {
 pub struct LineFacts {
     /// Its name; empty if it has none.
     pub name: String,
-    /// Who holds it, if anybody; empty if that is not told.
+    /// Its holder, if it has one; empty if the holder's name is not known.
     pub holder: Option<String>,
 }
 

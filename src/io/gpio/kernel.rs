@@ -16,7 +16,7 @@ pub struct Kernel;
 
 struct Opened(File);
 
-/// Lines that were taken: all of the first so many bits.
+/// Lines that were taken; `mask` has their bits.
 struct Taken {
     file: File,
     mask: u64,

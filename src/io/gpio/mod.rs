@@ -129,7 +129,7 @@ fn groups(
     alike.into_iter().map(ask).collect()
 }
 
-/// Why lines were not given: if one is held already, by whom.
+/// Why lines were not given; the holder, if another program has one of them.
 fn refused(chip: &dyn Chip, offsets: &[u32], error: io::Error) -> io::Error {
     let is_busy = error.raw_os_error() == Some(libc::EBUSY);
     let held = offsets.iter().filter(|_| is_busy).find_map(|offset| {

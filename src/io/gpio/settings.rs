@@ -4,7 +4,7 @@
 /// Local lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gpio {
-    /// Which chip.
+    /// The chip.
     pub chip: Chip,
     /// How long an exchange may take.
     pub budget_us: u32,
@@ -26,13 +26,13 @@ pub enum Chip {
 /// A line, with how it is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GpioLine {
-    /// Which.
+    /// The line's name or number.
     pub at: At,
     /// How.
     pub setting: Setting,
 }
 
-/// Which line of a chip.
+/// The name or number of a chip's line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum At {
     /// By its number.
@@ -50,7 +50,7 @@ pub struct Setting {
     pub bias: Bias,
     /// How an output drives it.
     pub drive: Drive,
-    /// An input's level lasts so long before it counts; 0: at once.
+    /// The time for which an input's level has to last before it counts; 0: at once.
     pub debounce_ms: u32,
 }
 

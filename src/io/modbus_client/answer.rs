@@ -17,7 +17,7 @@ pub enum Wrong {
     Function(u8),
     /// Its length does not fit to what it says of itself.
     Length,
-    /// It has so many bytes of data, of these that were asked for.
+    /// It has another number of data bytes than was asked for.
     Count {
         /// That came.
         came: u8,

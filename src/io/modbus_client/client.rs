@@ -26,7 +26,7 @@ use crate::io::device::{Done, Driver, Exchange, Occasion, Trouble};
 pub struct Client<L> {
     talk: Talk<L>,
     groups: Vec<Group>,
-    /// Which of them is read next; at 0 all inputs are read anew.
+    /// The number of the group that is read next; at 0 all inputs are read anew.
     next: usize,
     runs: Vec<Run>,
     writes: Writes,
@@ -126,8 +126,8 @@ impl<L: Link> Client<L> {
         self.write(Occasion::Change, outputs).await
     }
 
-    /// Reads on from where the exchange before this one ended; at least a group, or groups whose
-    /// order comes round every time would never be read.
+    /// Reads on from where the exchange before this one ended. It reads at least one group: if it
+    /// gave way to something urgent each time before, it would never read any.
     async fn read(
         &mut self,
         inputs: &mut [Option<i32>],

@@ -12,7 +12,7 @@ use crate::io::modbus::pdu::{WRITE_BITS_MAX, WRITE_WORDS_MAX};
 /// Outputs side by side.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// Whose.
+    /// The unit.
     pub unit: u8,
     /// Coils or holding registers.
     pub table: Table,

@@ -11,7 +11,7 @@ use crate::io::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
 /// One request that reads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {
-    /// Whose.
+    /// The unit.
     pub unit: u8,
     /// Of which table.
     pub table: Table,

@@ -93,7 +93,7 @@ impl Echo {
             (Echo::Wanted, _) => Echo::Wanted,
             (_, Heard::Echo) => Echo::Seen,
             (_, Heard::Answer(_)) if !rtu::is_answered_by_itself(request) => Echo::Unseen,
-            _ => self,
+            (Echo::Seen | Echo::Unseen, Heard::Answer(_) | Heard::Nothing) => self,
         }
     }
 }
@@ -149,7 +149,7 @@ impl SerialLine {
         SerialLine { settings, port: None, quiet_since: Instant::now(), frame, received, echo }
     }
 
-    /// How long so many bytes are on the wire.
+    /// How long this number of bytes is on the wire.
     fn wire_time(&self, bytes: usize) -> Duration {
         let parity = u32::from(self.settings.parity != Parity::None);
         let bits = 1 + 8 + parity + u32::from(self.settings.stop_bits);

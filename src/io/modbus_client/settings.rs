@@ -13,11 +13,12 @@ pub struct Client {
     pub link: Link,
     /// An answer must be whole by then, ms.
     pub timeout_ms: u32,
-    /// All outputs are written so often though none changed, ms; 0: never.
+    /// From one write of all outputs to the next though none changed, ms; 0: never.
     pub write_every_ms: u32,
-    /// Which functions write.
+    /// The functions that write.
     pub writes: Writes,
-    /// So many registers (of bits: 16 times as many) between two points are read with them.
+    /// The number of registers (of bits: 16 times as many) between two points that are read with
+    /// them.
     pub gap: u16,
     /// A register that is fed.
     pub watchdog: Option<Watchdog>,
@@ -71,7 +72,7 @@ impl Parity {
         [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
 }
 
-/// Which functions write.
+/// The functions that write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Writes {
     /// 5 and 6 where one point is written, 15 and 16 where several are.
@@ -92,7 +93,7 @@ impl Writes {
 /// A holding register to which a counter is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Watchdog {
-    /// Whose.
+    /// The unit.
     pub unit: u8,
     /// Its protocol address.
     pub register: u16,
@@ -103,7 +104,7 @@ pub struct Watchdog {
 /// A point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Point {
-    /// Whose.
+    /// The unit.
     pub unit: u8,
     /// In which table.
     pub table: Table,

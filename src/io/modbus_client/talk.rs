@@ -1,8 +1,8 @@
 //! The talk with a peer: a request to a unit, and what its answer means for unit and connection.
 //!
-//! Called by `client`, which knows what to ask. Here is decided whom trouble concerns: an exception
-//! its request, silence its unit, garbage the connection. Two troubles end a connection and not
-//! the exchange ([`Cut::Anew`]): it goes on over a new one.
+//! Called by `client`, which knows what to ask. Here is decided what trouble concerns: an exception
+//! concerns its request, silence its unit, garbage the connection. Two troubles end a connection
+//! and not the exchange ([`Cut::Anew`]), which goes on over a new one.
 
 use std::fmt;
 use std::time::Duration;
@@ -19,10 +19,10 @@ pub(super) struct Talk<L> {
     pub units: Vec<Unit>,
     pub request: Vec<u8>,
     answer: Vec<u8>,
-    /// So long is a silent unit left alone at least. Where answers do not say to which question,
-    /// a late one must have come, and gone, before the next.
+    /// The least time for which a silent unit is left alone. Where an answer does not say to which
+    /// question it belongs, a late one must have come, and gone, before the next question.
     pause: Duration,
-    /// A request of this exchange has been answered, by whatever.
+    /// A request of this exchange has been answered, rightly or not.
     has_heard: bool,
     /// A unit was silent in it, and took the connection with it.
     was_silent: bool,
@@ -125,8 +125,8 @@ impl<L: Link> Talk<L> {
                 unit.trouble.get_or_insert(format!("{what}: {reason}"));
                 Ok(())
             }
-            // Closed while nothing was asked; or it is as good as that, since every request may be
-            // put twice: reads change nothing, and writes are of values, not of changes.
+            // The peer closed it while nothing was asked. Should it have executed the request all the
+            // same, asking again does no harm: a read changes nothing, a write sets values.
             Failure::Closed(reason) if is_first => {
                 Err(Cut::Anew(Trouble::disconnected(format!("{what}: {reason}"))))
             }

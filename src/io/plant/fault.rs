@@ -116,7 +116,7 @@ impl Fault {
         values[self.point] = value;
     }
 
-    /// Remembers a value, and gives the one of so long ago; at first, the first one.
+    /// Remembers a value, and gives the one of `by_ms` ago; until then, the first one.
     fn late(&mut self, value: i32, by_ms: u32) -> i32 {
         if self.past.is_empty() {
             self.past.extend(std::iter::repeat_n(value, by_ms as usize));
