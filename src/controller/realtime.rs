@@ -3,36 +3,10 @@
 //! Called by [`super::written`]. Judges the form and what keys mean together; whether the
 //! machine grants it shows at run time, in `runtime::posture`.
 
+use crate::runtime::{Policy, Posture};
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, NOT_EMPTY, key};
 use crate::source::reader::{Table, Text};
-
-/// `[realtime]`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Realtime {
-    /// `policy` and `priority`: how the scan thread is scheduled.
-    pub policy: Policy,
-    /// `cpus`: where the scan thread may run; none: wherever the process may.
-    pub cpus: Vec<u32>,
-    /// `lock-memory`: all memory stays in RAM.
-    pub lock_memory: bool,
-    /// `cpu-latency`, us: how long an idle CPU may take to wake up, at most.
-    pub cpu_latency_us: Option<i32>,
-    /// `strict`: what is not granted refuses the start.
-    pub strict: bool,
-}
-
-/// How the scan thread is scheduled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Policy {
-    /// As everybody else.
-    #[default]
-    Other,
-    /// SCHED_FIFO, at a priority of 1 to 99.
-    Fifo(u8),
-    /// SCHED_RR, at a priority of 1 to 99.
-    RoundRobin(u8),
-}
 
 /// The most CPUs that a set of the kernel's usual size names.
 const CPU_MAX: i64 = 1023;
@@ -40,15 +14,15 @@ const CPU_MAX: i64 = 1023;
 const LATENCY_US_MAX: i64 = 1_000_000;
 
 /// Reads `[realtime]` where it is.
-pub(super) fn read_in(root: &mut Table<'_>) -> Realtime {
+pub(super) fn read_in(root: &mut Table<'_>) -> Posture {
     let table =
         root.table(key("realtime", "What is asked of the operating system."), "`[realtime]`");
-    table.map_or_else(Realtime::default, read)
+    table.map_or_else(Posture::default, read)
 }
 
-fn read(mut table: Table<'_>) -> Realtime {
+fn read(mut table: Table<'_>) -> Posture {
     let flag = |table: &mut Table<'_>, key: Key| table.boolean(key).is_some_and(|flag| flag.value);
-    let realtime = Realtime {
+    let realtime = Posture {
         policy: read_policy(&mut table),
         cpus: read_cpus(&mut table),
         lock_memory: flag(&mut table, key("lock-memory", "All memory stays in RAM.")),

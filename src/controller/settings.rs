@@ -2,11 +2,11 @@
 
 use super::device::settings::Device;
 use super::operator::Operator;
-use super::realtime::Realtime;
 use super::retain::Retention;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
 use crate::resolve::range::Range;
+use crate::runtime::Posture;
 
 /// What a controller file asks for, beside its ladders.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct Controller {
     /// One scan longer than this is a fault, ms; at least 1.
     pub watchdog_ms: u32,
     /// What is asked of the operating system.
-    pub realtime: Realtime,
+    pub realtime: Posture,
     /// Outputs that are ON in the safe state: ranges of Y.
     pub outputs_on: Vec<Range>,
     /// Outputs that keep their state: ranges of Y.

@@ -7,10 +7,11 @@ use super::device::driver::WrittenDevice;
 use super::device::keys as device;
 use super::modbus_server::keys::{self as modbus_server, ModbusServer};
 use super::operator::{self, WrittenOperator};
-use super::realtime::{self, Realtime};
+use super::realtime;
 use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
 use crate::isa::MemorySizes;
+use crate::runtime::Posture;
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, LEAST_1MS, NOT_EMPTY, key};
 use crate::source::reader::{self, Table, Text};
@@ -29,7 +30,7 @@ pub struct WrittenController {
     /// `[scan]`.
     pub scan: Scan,
     /// `[realtime]`.
-    pub realtime: Realtime,
+    pub realtime: Posture,
     /// `[outputs]`.
     pub outputs: SafeOutputs,
     /// `[retain]`.

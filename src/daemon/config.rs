@@ -12,7 +12,6 @@ use anyhow::Result;
 use crate::controller::Controller;
 use crate::controller::device::{Device, DriverSettings, Input, OnLoss, Output, SafeValue};
 use crate::controller::operator::Operator;
-use crate::controller::realtime::{self, Realtime};
 use crate::engine;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
@@ -25,7 +24,7 @@ use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
 use crate::runtime::exchange::Tempo;
 use crate::runtime::wiring::{Source, Target, Wiring};
-use crate::runtime::{Memory, Pace, Policy, Posture, Safe, Watched};
+use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
 use crate::source::render::{Style, refuses, render};
 use crate::source::span::SourceFile;
 
@@ -120,7 +119,7 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
         operator: controller.operator.clone(),
         pace,
         memory: memory(controller, program, &symbols),
-        posture: posture(&controller.realtime),
+        posture: controller.realtime.clone(),
         modbus: controller.modbus.clone(),
         rules: controller.rules.clone(),
         field: controller.devices.iter().map(|device| wiring(device, &symbols)).collect(),
@@ -223,20 +222,6 @@ fn pace(controller: &Controller) -> Pace {
         scans: None,
         statistics_every_ns: (statistics_ms > 0).then_some(statistics_ms * MS_NS),
         start_in_stop: None,
-    }
-}
-
-fn posture(realtime: &Realtime) -> Posture {
-    Posture {
-        policy: match realtime.policy {
-            realtime::Policy::Other => Policy::Other,
-            realtime::Policy::Fifo(priority) => Policy::Fifo(priority),
-            realtime::Policy::RoundRobin(priority) => Policy::RoundRobin(priority),
-        },
-        lock_memory: realtime.lock_memory,
-        cpu_latency_us: realtime.cpu_latency_us,
-        cpus: realtime.cpus.clone(),
-        strict: realtime.strict,
     }
 }
 

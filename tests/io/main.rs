@@ -3,6 +3,7 @@
 mod bottling_plant;
 mod device_live;
 mod device_task;
+mod drivers;
 mod field;
 mod gpio_hardware;
 mod liars;

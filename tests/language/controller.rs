@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use rungd::controller::Controller;
-use rungd::controller::realtime::{Policy, Realtime};
 use rungd::io::plant::settings::Motion;
 use rungd::isa::{Bit, BitSpace};
 use rungd::load::controller_file;
+use rungd::runtime::{Policy, Posture};
 use rungd::source::render::{Style, render};
 
 const LADDER: &str = r#"
@@ -40,7 +40,7 @@ fn everything_but_the_ladder_has_a_default() {
     assert_eq!(controller.statistics_ms, 60_000);
     assert!(controller.modbus.is_none() && controller.rules.is_empty());
     assert!(controller.outputs_on.is_empty() && controller.retain.is_empty());
-    assert_eq!(controller.realtime, Realtime::default());
+    assert_eq!(controller.realtime, Posture::default());
 }
 
 #[test]
@@ -100,7 +100,7 @@ statistics = "0s"
 "#,
     );
     assert_eq!((controller.period_ms, controller.watchdog_ms), (2, 50));
-    let realtime = Realtime {
+    let realtime = Posture {
         policy: Policy::Fifo(80),
         cpus: vec![1, 3],
         lock_memory: true,

@@ -136,6 +136,23 @@ pub fn named<T: Copy>(
     None
 }
 
+/// The meaning of a word that a key has, of those that it can have.
+pub fn one_word<T: Copy>(
+    key: &str,
+    text: Option<&Text>,
+    known: &[(&str, T)],
+    findings: &mut Vec<Finding>,
+) -> Option<T> {
+    let text = text?;
+    if let Some((_, meaning)) = known.iter().find(|(word, _)| *word == text.text) {
+        return Some(*meaning);
+    }
+    let words = known.iter().map(|(word, _)| format!("\"{word}\"")).collect::<Vec<_>>();
+    let message = format!("`{key}` is {}, not \"{}\"", words.join(" or "), text.text);
+    findings.push(Finding::new(Code::Controller, text.span, message));
+    None
+}
+
 /// A duration of at least 1 ms.
 pub fn at_least_one(
     key: &str,

@@ -7,7 +7,8 @@
 
 use super::driver::{DriverKeys, MapRow, WrittenDevice, named};
 use super::drivers;
-use crate::source::key::{BLOCK_NAME, LEAST_1MS, key};
+use super::settings::OnLoss;
+use crate::source::key::{BLOCK_NAME, LEAST_1MS, key, words};
 use crate::source::reader::Table;
 
 /// Reads all `[[device]]`.
@@ -30,7 +31,7 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
         .duration(key("poll", "From exchange to exchange; 20ms if not given.").limited(LEAST_1MS));
     let on_loss = table.string(
         key("on-loss", "What becomes of its inputs when it is lost; `hold` if not given.")
-            .limited(r#"{"enum":["hold","zero"]}"#),
+            .one_of(|| words(&OnLoss::NAMES)),
     );
     let loss_after_ms = table.duration(
         key("loss-after", "So old may its last good exchange be; 1s if not given.")

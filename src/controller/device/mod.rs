@@ -6,7 +6,7 @@
 //! are resolved, and gives points in the same order.
 
 pub mod driver;
-mod drivers;
+pub mod drivers;
 pub mod gpio;
 pub mod keys;
 pub mod modbus;
@@ -14,7 +14,7 @@ pub mod settings;
 pub mod simulated;
 mod wiring;
 
-use driver::{Direction, DriverKeys, MapRow, Row, WrittenDevice, at_least_one};
+use driver::{Direction, DriverKeys, MapRow, Row, WrittenDevice, at_least_one, one_word};
 
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Word, WordSpace};
 use crate::resolve::operands::resolve_operands;
@@ -70,7 +70,7 @@ fn one(
         let message = format!("`{}` has {points} points, and {POINTS_MAX} is the most", name.text);
         findings.push(Finding::new(Code::Controller, device.span, message));
     }
-    let on_loss = on_loss(device.on_loss.as_ref(), findings);
+    let on_loss = one_word("on-loss", device.on_loss.as_ref(), &OnLoss::NAMES, findings);
     let poll_ms = at_least_one("poll", device.poll_ms.as_ref(), 20, findings);
     let loss_after_ms = loss_after(device, poll_ms, findings);
     let settings = driver.resolve(device, &rows, findings);
@@ -81,7 +81,7 @@ fn one(
     {
         return None;
     }
-    let name = name.text.clone();
+    let (name, on_loss) = (name.text.clone(), on_loss.unwrap_or_default());
     let (span, driver) = (device.name.as_ref()?.span, settings?);
     Some(Device { id, name, span, poll_ms, on_loss, loss_after_ms, inputs, outputs, driver })
 }
@@ -223,18 +223,6 @@ fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> S
         return refuse(format!("`{address}` holds {min} to {max}"), "take one of these".into());
     }
     SafeValue::Value(value)
-}
-
-fn on_loss(text: Option<&Text>, findings: &mut Vec<Finding>) -> OnLoss {
-    match text.map(|text| (text, text.text.as_str())) {
-        None | Some((_, "hold")) => OnLoss::Hold,
-        Some((_, "zero")) => OnLoss::Zero,
-        Some((text, other)) => {
-            let message = format!("`on-loss` is \"hold\" or \"zero\", not \"{other}\"");
-            findings.push(Finding::new(Code::Controller, text.span, message));
-            OnLoss::Hold
-        }
-    }
 }
 
 /// How old the last good exchange may be: always more than a poll, which it takes to know better.

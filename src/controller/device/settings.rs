@@ -39,6 +39,11 @@ pub enum OnLoss {
     Zero,
 }
 
+impl OnLoss {
+    /// All by name.
+    pub const NAMES: [(&'static str, OnLoss); 2] = [("hold", OnLoss::Hold), ("zero", OnLoss::Zero)];
+}
+
 /// A bit or word that a device moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Input {

@@ -14,7 +14,7 @@ pub mod keys;
 
 use keys::{Keys, RowKeys};
 
-use super::driver::{Direction, DriverKeys, Row, WrittenDevice};
+use super::driver::{Direction, DriverKeys, Row, WrittenDevice, one_word};
 use super::settings::DriverSettings;
 use crate::io::gpio::settings::{At, Bias, Chip, Drive, Gpio, GpioLine, Setting};
 use crate::source::finding::{Code, Finding};
@@ -190,24 +190,8 @@ fn setting(row: &Row<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> Settin
     }
     Setting {
         active_low: keys.active_low,
-        bias: one_of("bias", keys.bias.as_ref(), &Bias::NAMES, findings),
-        drive: one_of("drive", keys.drive.as_ref(), &Drive::NAMES, findings),
+        bias: one_word("bias", keys.bias.as_ref(), &Bias::NAMES, findings).unwrap_or_default(),
+        drive: one_word("drive", keys.drive.as_ref(), &Drive::NAMES, findings).unwrap_or_default(),
         debounce_ms: keys.debounce_ms.as_ref().map_or(0, |ms| ms.value.max(0).unsigned_abs()),
     }
-}
-
-fn one_of<T: Copy + Default>(
-    key: &str,
-    text: Option<&Text>,
-    known: &[(&str, T)],
-    findings: &mut Vec<Finding>,
-) -> T {
-    let Some(text) = text else { return T::default() };
-    if let Some((_, value)) = known.iter().find(|(name, _)| *name == text.text) {
-        return *value;
-    }
-    let list = known.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let message = format!("`{key}` is one of {list}");
-    findings.push(Finding::new(Code::Controller, text.span, message));
-    T::default()
 }

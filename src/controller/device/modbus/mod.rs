@@ -9,14 +9,14 @@ mod points;
 
 use std::net::{IpAddr, SocketAddr};
 
-use super::driver::{Direction, DriverKeys, Row, WrittenDevice, at_least_one};
+use super::driver::{Direction, DriverKeys, Row, WrittenDevice, at_least_one, one_word};
 use super::settings::DriverSettings;
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{
     Client, Link, Number, Parity, Point, PointForm, Serial, Watchdog, Writes,
 };
 use crate::source::finding::{Code, Finding};
-use crate::source::reader::{Table, Text};
+use crate::source::reader::Table;
 use crate::source::span::{Located, Span};
 
 use keys::{Keys, Medium, RowKeys, Watchdog as WrittenWatchdog};
@@ -69,7 +69,8 @@ fn client(
     };
     let mut reader = Reader { keys, device, findings };
     let unit = reader.unit(keys.unit.as_ref(), 1);
-    let writes = reader.word(keys.writes.as_ref(), "writes", &Writes::NAMES).unwrap_or_default();
+    let writes = one_word("writes", keys.writes.as_ref(), &Writes::NAMES, reader.findings)
+        .unwrap_or_default();
     let watchdog = keys.watchdog.as_ref().and_then(|watchdog| reader.watchdog(watchdog, unit));
     let mut points = [Vec::new(), Vec::new()];
     for row in rows {
@@ -116,9 +117,8 @@ fn tcp(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> Opti
 
 fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> Option<Link> {
     let baud = keys.baud.as_ref().map_or(19_200, |baud| baud.value as u32);
-    let mut reader = Reader { keys, device, findings };
     let parity =
-        reader.word(keys.parity.as_ref(), "parity", &Parity::NAMES).unwrap_or(Parity::Even);
+        one_word("parity", keys.parity.as_ref(), &Parity::NAMES, findings).unwrap_or(Parity::Even);
     // As the specification has it: eleven bits a character.
     let usual = if parity == Parity::None { 2 } else { 1 };
     let stop_bits = keys.stop_bits.as_ref().map_or(usual, |bits| bits.value as u8);
@@ -150,18 +150,6 @@ impl Reader<'_> {
             Some(help) => finding.help(help),
             None => finding,
         });
-    }
-
-    /// One of a few words.
-    fn word<T: Copy>(&mut self, text: Option<&Text>, key: &str, all: &[(&str, T)]) -> Option<T> {
-        let text = text?;
-        if let Some((_, found)) = all.iter().find(|(name, _)| *name == text.text) {
-            return Some(*found);
-        }
-        let names = all.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>();
-        let message = format!("`{key}` is {}, not \"{}\"", names.join(" or "), text.text);
-        self.find(text.span, (message, None));
-        None
     }
 
     fn unit(&mut self, unit: Option<&Located<i64>>, default: u8) -> u8 {
@@ -234,10 +222,11 @@ impl Reader<'_> {
             }
         }
         let kind = match &keys.kind {
-            Some(text) => self.word(Some(text), "type", &NumberType::NAMES),
+            Some(text) => one_word("type", Some(text), &NumberType::NAMES, self.findings),
             None => Some(NumberType::U16),
         };
-        let order = self.word(keys.word_order.as_ref(), "word-order", &WordOrder::NAMES);
+        let order =
+            one_word("word-order", keys.word_order.as_ref(), &WordOrder::NAMES, self.findings);
         let is_one = kind.is_some_and(|kind| kind.registers() == 1);
         if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
             let help = "`word-order` is of `u32`, `i32` and `f32`".to_owned();
@@ -306,10 +295,11 @@ fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
     (message, Some(help))
 }
 
-/// So many elements has a table.
+/// The elements of a table.
 const ELEMENTS: u32 = 65_536;
 
-/// Where the last stretch could begin that has room for so many: `end` elements are there.
+/// The help where the points do not fit between the first one and the end of the table: the last
+/// stretch that does fit. `end` counts the elements of the table (of bits of registers, the bits).
 fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
     let what = match (width, addresses) {
         (2, 1) => "a number of this type takes two registers".to_owned(),
@@ -325,5 +315,5 @@ fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
         true => (format!("{}.{}", first / 16, first % 16), "65535.15".to_owned()),
         false => (first.to_string(), "65535".to_owned()),
     };
-    format!("{what}: the last that can be are `{name} {first}..{last}`")
+    format!("{what}: the last that fit are `{name} {first}..{last}`")
 }

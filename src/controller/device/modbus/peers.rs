@@ -23,10 +23,22 @@ use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
 /// A coil or register of a peer's unit.
-type PeerElement = (String, u8, Table, u16);
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct PeerElement {
+    peer: String,
+    unit: u8,
+    table: Table,
+    at: u16,
+}
 
-/// Who writes it: which of its bits, and where that is said.
-type Writer = (DeviceId, u16, Span);
+/// An output that is written to an element.
+struct Writer {
+    device: DeviceId,
+    /// The bits of the element that it writes.
+    bits: u16,
+    /// The place of its row.
+    span: Span,
+}
 
 /// A finding for every output whose place another has already, and for every line that two devices
 /// want in two ways.
@@ -38,19 +50,20 @@ pub(in crate::controller::device) fn at_odds(
     let mut findings = two_ways(devices);
     findings.extend(asked_twice(devices));
     for (device, client) in clients(devices) {
-        for (place, (_, bits, span)) in outputs(device, client, written) {
-            let (unit, table, at) = (place.1, place.2, place.3);
-            let taken = writers.entry(place).or_default();
+        for (element, writer) in outputs(device, client, written) {
+            let PeerElement { unit, table, at, .. } = element;
+            let (bits, span) = (writer.bits, writer.span);
+            let taken = writers.entry(element).or_default();
             // Two devices would each write the whole register.
-            let is_other = |(by, others, _): &&Writer| *by != device.id || others & bits != 0;
-            if let Some((_, _, first)) = taken.iter().find(is_other)
+            let is_other = |other: &&Writer| other.device != device.id || other.bits & bits != 0;
+            if let Some(first) = taken.iter().find(is_other)
                 && !findings.iter().any(|finding| finding.span == span)
             {
                 let message = format!("`{} {at}` of unit {unit} is written twice", table.name());
                 let finding = Finding::new(Code::Controller, span, message);
-                findings.push(finding.related(*first, "it is written here"));
+                findings.push(finding.related(first.span, "it is written here"));
             }
-            taken.push((device.id, bits, span));
+            taken.push(writer);
         }
     }
     findings
@@ -75,8 +88,10 @@ fn outputs(
     let mut outputs = Vec::new();
     for (point, output) in client.outputs.iter().zip(&device.outputs) {
         for at in point.at..=point.at + (point.width() - 1) {
-            let place = (peer.clone(), point.unit, point.table, at);
-            outputs.push((place, (device.id, bits(point), output.span)));
+            let element =
+                PeerElement { peer: peer.clone(), unit: point.unit, table: point.table, at };
+            let writer = Writer { device: device.id, bits: bits(point), span: output.span };
+            outputs.push((element, writer));
         }
     }
     if let Some(watchdog) = client.watchdog {
@@ -86,8 +101,9 @@ fn outputs(
         let place =
             written.iter().find(is_same).and_then(|same| same.driver.as_ref()?.other_output());
         let span = place.unwrap_or(device.span);
-        let place = (peer, watchdog.unit, Table::HoldingRegisters, watchdog.register);
-        outputs.push((place, (device.id, u16::MAX, span)));
+        let (unit, at) = (watchdog.unit, watchdog.register);
+        let element = PeerElement { peer, unit, table: Table::HoldingRegisters, at };
+        outputs.push((element, Writer { device: device.id, bits: u16::MAX, span }));
     }
     outputs
 }
