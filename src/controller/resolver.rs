@@ -55,7 +55,13 @@ impl Resolver {
         let message = match self.scope.address(&name.text) {
             Ok(Address::Bit(bit)) => return Some(bit),
             Ok(_) => format!("`{}` is not a bit", name.text),
-            Err(message) => message,
+            Err(message) => match self.scope.look_up(&name.text) {
+                Ok(_) => message,
+                Err(mistake) => {
+                    self.findings.extend(mistake.finding(name.span));
+                    return None;
+                }
+            },
         };
         self.findings.push(Finding::new(Code::Controller, name.span, message));
         None

@@ -133,3 +133,20 @@ fn control_characters_and_line_ends_of_windows_do_not_reach_the_terminal() {
     assert!(said.contains("\\u{1b}"), "{said}");
     assert!(said.contains("write `leg.rst = [\n"), "{said}");
 }
+
+#[test]
+fn a_ladder_that_cannot_be_read_is_one_finding() {
+    let text = "ladder = [\"no-such-file.toml\"]\n\
+                [outputs]\non = [\"lamp\"]\n\
+                [retain]\nranges = [\"recipe\", \"part.Acc\", \"a..b\"]\n\
+                [modbus-server]\nwritable = [\"lamp\", \"recipe\"]\n\
+                [[simulated-device]]\ninput = \"start\"\nfollows = \"lamp\"\n\
+                [[device]]\nname = \"rio\"\ndriver = \"modbus-tcp\"\naddress = \"127.0.0.1:502\"\n\
+                map = [{ from = \"coil 1\", to = \"eye\" }, { from = \"lamp\", to = \"coil 2\" }]\n\
+                [[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
+                part = [{ kind = \"motor\", name = \"drive\" }]\n\
+                map = [{ from = \"lamp\", to = \"drive.run\" }]\n";
+    let input = Input { path: "controller.toml".into(), bytes: text.into() };
+    let loaded = crate::load::controller_input(&input);
+    assert_eq!(loaded.findings.len(), 1, "{}", shown(&loaded));
+}

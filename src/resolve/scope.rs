@@ -106,7 +106,7 @@ pub enum Mistake {
 
 impl Mistake {
     /// As a finding at a place; none where a finding says it already.
-    pub(super) fn finding(self, span: Span) -> Option<Finding> {
+    pub(crate) fn finding(self, span: Span) -> Option<Finding> {
         let Mistake::New { code, message, help, near } = self else { return None };
         let finding = Finding::new(code, span, message).near_any(near);
         Some(match help {

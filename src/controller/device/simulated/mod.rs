@@ -82,7 +82,11 @@ fn plant(
     let kinds: Vec<Option<PartSettings>> =
         keys.parts.iter().map(|part| parts::resolve(part, findings)).collect();
     let points = points::Points::new(keys, findings);
-    let commands = wires::commands(keys, rows, &points, findings);
+    let (commands, undriven) = wires::commands(keys, rows, &points, findings);
+    if rows.len() == device.map.len() {
+        // Else the row that is left out may be the one that drives it.
+        findings.extend(undriven);
+    }
     let inputs = wires::inputs(rows, &points, findings);
     let faults: Vec<Option<Fault>> =
         keys.faults.iter().map(|fault| wires::fault(fault, &points, findings)).collect();

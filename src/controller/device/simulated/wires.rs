@@ -27,13 +27,14 @@ pub fn outgoing<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = &'a Row<'a>> {
     rows.iter().filter(|row| row.direction == Direction::Out)
 }
 
-/// What drives each command, in the order of the points.
+/// What drives each command, in the order of the points, and the findings of what nothing drives:
+/// these hold where no row of the map is left out.
 pub fn commands(
     keys: &Keys,
     rows: &[Row<'_>],
     points: &Points,
     findings: &mut Vec<Finding>,
-) -> Vec<Command> {
+) -> (Vec<Command>, Vec<Finding>) {
     let mut wires = Wires { points, feeds: HashMap::new(), findings };
     for (at, row) in outgoing(rows).enumerate() {
         wires.by_row(at, row);
@@ -98,8 +99,8 @@ impl Wires<'_> {
         self.feeds.insert(command.point.0, (command, span));
     }
 
-    fn finish(self) -> Vec<Command> {
-        let mut commands = Vec::new();
+    fn finish(self) -> (Vec<Command>, Vec<Finding>) {
+        let (mut commands, mut found) = (Vec::new(), Vec::new());
         for (at, point) in self.points.all.iter().enumerate() {
             let id = PointId(at as u32);
             let fixed = match (self.feeds.get(&id.0), point.role) {
@@ -110,13 +111,13 @@ impl Wires<'_> {
                 }
                 (None, Role::Command(fixed)) => fixed,
                 (None, Role::Needed) => {
-                    self.findings.push(undriven(point));
+                    found.push(undriven(point));
                     0
                 }
             };
             commands.push(Command { point: id, feed: Feed::Fixed(fixed), gain: 1 });
         }
-        commands
+        (commands, found)
     }
 }
 
