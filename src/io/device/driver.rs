@@ -1,9 +1,9 @@
 //! What a driver is: the few things that only it knows of its peer.
 //!
 //! A new driver is one file that implements [`Driver`] (or, for lines that answer at once,
-//! `runtime::local::Local`); the recipe is in `CONTRIBUTING.md`. A driver may wait, but for no longer
-//! than its own time limit; it has no clock of exchanges, no log and no memory of modes. A driver
-//! whose exchange takes many requests looks between two of them whether a write [is
+//! `runtime::local::Local`); the recipe is in `CONTRIBUTING.md`. A driver may wait, but for no
+//! longer than its own time limit; it has no clock of exchanges, no log and no memory of modes. A
+//! driver whose exchange takes many requests looks between two of them whether a write [is
 //! urgent](Exchange), and then ends in part; a driver that needs one request never has to.
 
 use std::fmt;

@@ -125,7 +125,7 @@ impl<L: Link> Talk<L> {
                 unit.trouble.get_or_insert(format!("{what}: {reason}"));
                 Ok(())
             }
-            // The peer closed it while nothing was asked. Should it have executed the request all the
+            // The peer closed it while nothing was asked. If it has executed the request all the
             // same, asking again does no harm: a read changes nothing, a write sets values.
             Failure::Closed(reason) if is_first => {
                 Err(Cut::Anew(Trouble::disconnected(format!("{what}: {reason}"))))
