@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use rungd::engine::{Engine, ScanTimes};
 use rungd::lower::{Symbols, lower};
-use rungd::reload::{Plan, Side};
+use rungd::reload::{ReloadPlan, Side};
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::source::span::SourceFile;
 
@@ -32,7 +32,7 @@ fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
     fn side((program, symbols): &(rungd::engine::Program, Symbols)) -> Side<'_> {
         Side { program, symbols }
     }
-    let plan = Plan::new(side(&old), side(&new));
+    let plan = ReloadPlan::new(side(&old), side(&new));
     let (mut swaps, mut scans) = (Vec::new(), Vec::new());
     let mut now_ns = 0;
     let mut scan = |engine: &mut Engine| {

@@ -7,9 +7,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use rungd::isa::{BitSpace, MemorySizes};
+use rungd::isa::{BitSpace, MemorySizes, Space};
 use rungd::lower;
-use rungd::resolve::range::{Range, Space};
+use rungd::resolve::range::Range;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::retain::Plan;
 use rungd::retain::format::{Stamp, put_slot};

@@ -19,7 +19,7 @@ use rungd::io::gpio::settings::{At, Chip as ChipName, Gpio as GpioLines, GpioLin
 use rungd::io::gpio::{Chip, Chips, Gpio, LineFacts, Lines, Request};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
-use rungd::reload::{Plan, Side};
+use rungd::reload::{ReloadPlan, Side};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::command::Command;
@@ -295,7 +295,7 @@ fn a_hundred_reloads() {
     for generation in 1..=100 {
         let (code, next) = lowered(u64::from(generation));
         let side = |program, symbols| Side { program, symbols };
-        let plan = Plan::new(side(&running, &symbols), side(&code, &next));
+        let plan = ReloadPlan::new(side(&running, &symbols), side(&code, &next));
         let watched = Watched {
             bits: next.alarms.iter().map(|alarm| alarm.bit).collect(),
             words: vec![next.layout.word(Word::Space(WordSpace::D, 0))],

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
-use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure, Word};
+use crate::isa::{Address, Bit, ElementId, Mnemonic, StageId, Structure, Word};
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
     Action, Block, BlockKind, Branch, Contact, Instruction, Part, Program, Rung, Stage, Tag,
@@ -62,9 +62,6 @@ pub struct RungPlace<'a> {
     /// Its branch; `None` in the rung's own `do`.
     pub branch: Option<&'a Branch>,
 }
-
-/// A block's own rungs, or one stage.
-pub type Element = (BlockId, Option<StageId>);
 
 /// An instruction and its place.
 #[derive(Clone, Copy)]
@@ -263,8 +260,8 @@ impl<'a> Placed<'a> {
 
 impl RungPlace<'_> {
     /// The element it lies in.
-    pub fn element(&self) -> Element {
-        (self.block.id, self.stage.map(|stage| stage.id))
+    pub fn element(&self) -> ElementId {
+        ElementId { block: self.block.id, stage: self.stage.map(|stage| stage.id) }
     }
 
     /// Whether its block is a Task, built-in or not.

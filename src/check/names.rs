@@ -3,7 +3,6 @@
 //! A help is there to be pasted, so a tag is preferred to its address, and a status nickname to its
 //! number. Contacts are printed in `conditions`.
 
-use crate::isa::address::SENSAPHONE_COUNT;
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace, status};
 
 use super::context::Context;
@@ -41,15 +40,10 @@ impl Context<'_> {
 
     /// The first structure of the same kind that nothing owns and no tag names.
     pub fn free_like(&self, structure: Structure) -> Option<Structure> {
-        let sizes = &self.program.sizes;
-        let (count, make): (u32, fn(u32) -> Structure) = match structure {
-            Structure::Counter(_) => (sizes.ct, Structure::Counter),
-            Structure::Timer(_) => (sizes.t, Structure::Timer),
-            Structure::Sensaphone(_) => (SENSAPHONE_COUNT, |n| Structure::Sensaphone(n)),
-        };
         let free =
             |s: &Structure| !self.is_owned(*s) && self.tag_at(Address::Structure(*s)).is_none();
-        (0..count).map(make).find(free)
+        let count = structure.space().count(&self.program.sizes);
+        (0..count).map(|n| structure.numbered(n)).find(free)
     }
 
     fn bit_name(&self, bit: Bit) -> String {

@@ -27,7 +27,7 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
-use crate::isa::{Address, Bit, BlockId, Mnemonic};
+use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic};
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Driver};
@@ -59,7 +59,7 @@ struct Firsts<'c> {
 
 impl<'c> Firsts<'c> {
     fn add(&mut self, driver: &'c Driver<'c>) {
-        let (block, stage) = driver.placed.place.element();
+        let ElementId { block, stage } = driver.placed.place.element();
         let first = &mut self.of_block.entry(block).or_default()[usize::from(stage.is_some())];
         first.get_or_insert((self.count, driver));
         let is_other = |(_, other): &(usize, &Driver)| other.placed.place.block.id != block;
@@ -71,7 +71,7 @@ impl<'c> Firsts<'c> {
 
     /// The first driver in another element, unless both are stages of one program.
     fn competitor(&self, driver: &Driver) -> Option<&'c Driver<'c>> {
-        let (block, stage) = driver.placed.place.element();
+        let ElementId { block, stage } = driver.placed.place.element();
         let in_block =
             self.of_block.get(&block).and_then(|firsts| firsts[usize::from(stage.is_none())]);
         let is_other = |(_, other): &&(usize, &Driver)| other.placed.place.block.id != block;

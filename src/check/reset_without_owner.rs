@@ -48,7 +48,7 @@ fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
     let owned: Vec<String> = context
         .owners()
         .map(|(owned, _)| owned)
-        .filter(|owned| owned.space_name() == structure.space_name())
+        .filter(|owned| owned.space() == structure.space())
         .take(4)
         .map(|owned| context.say_structure(owned))
         .collect();

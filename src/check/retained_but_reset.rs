@@ -21,8 +21,8 @@ use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use crate::isa::instruction::Termination;
-use crate::isa::{Address, Structure, Word, WordSpace};
-use crate::resolve::range::{Range, Space};
+use crate::isa::{Address, Space, Structure, Word, WordSpace};
+use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
@@ -44,12 +44,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn covers(range: &Range, structure: Structure) -> bool {
-    let space = match structure {
-        Structure::Counter(_) => Space::Counter,
-        Structure::Timer(_) => Space::Timer,
-        Structure::Sensaphone(_) => Space::Sensaphone,
-    };
-    range.space == space && (range.first..=range.last).contains(&structure.number())
+    range.space == structure.space() && (range.first..=range.last).contains(&structure.number())
 }
 
 fn finding(

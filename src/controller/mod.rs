@@ -22,9 +22,8 @@ pub use settings::Controller;
 use written::WrittenController;
 pub use written::{read, shape};
 
-use crate::isa::{BitSpace, WordSpace};
+use crate::isa::{BitSpace, Space, WordSpace};
 use crate::resolve::program::Program;
-use crate::resolve::range::Space;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
 

@@ -1,7 +1,8 @@
 //! What the tables of a controller file are resolved with: the names of the ladders, and findings.
 
+use crate::isa::Space;
 use crate::isa::{Address, Bit};
-use crate::resolve::range::{Range, Space, resolve_range};
+use crate::resolve::range::{Range, resolve_range};
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;

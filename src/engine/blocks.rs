@@ -11,7 +11,7 @@ use super::memory::Memory;
 use super::ops::OpKind;
 use super::program::{BlockRole, ElementCode, Program};
 use super::reach::Reach;
-use crate::isa::{Bit, BlockId, StageId};
+use crate::isa::{Bit, BlockId, ElementId, StageId};
 
 /// What the engine keeps of a block.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,13 +71,6 @@ impl StageState {
             self.executed_ms = now_ms;
         }
     }
-}
-
-/// Where an instruction stands.
-#[derive(Clone, Copy)]
-struct Standing {
-    block: BlockId,
-    stage: Option<StageId>,
 }
 
 /// A program, its memory and the state of its blocks: all that one turn works on.
@@ -195,7 +188,7 @@ impl Machine {
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
-        self.execute::<R>(&code, Standing { block: id, stage: None })
+        self.execute::<R>(&code, ElementId { block: id, stage: None })
     }
 
     fn execute_stage<R: Reach>(&mut self, block: BlockId, stage: StageId) -> bool {
@@ -204,11 +197,11 @@ impl Machine {
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
-        self.execute::<R>(&code, Standing { block, stage: Some(stage) })
+        self.execute::<R>(&code, ElementId { block, stage: Some(stage) })
     }
 
     /// Executes an element's batches; `false`: an instruction in it ended its block's execution.
-    fn execute<R: Reach>(&mut self, code: &ElementCode, standing: Standing) -> bool {
+    fn execute<R: Reach>(&mut self, code: &ElementCode, element: ElementId) -> bool {
         for at in code.batches.clone() {
             let batch = self.program.tables.batches[at as usize];
             let (first, count) = (batch.first as usize, batch.count as usize);
@@ -219,7 +212,7 @@ impl Machine {
             }
             for at in first..first + count {
                 let control = self.program.tables.ops.control[at];
-                if !self.control(control, standing) {
+                if !self.control(control, element) {
                     return false;
                 }
             }
@@ -228,26 +221,26 @@ impl Machine {
     }
 
     /// Executes a control instruction; `false`: it ended its block's execution.
-    fn control(&mut self, control: Control, standing: Standing) -> bool {
+    fn control(&mut self, control: Control, element: ElementId) -> bool {
         let on = self.memory.image.power(control.leg);
         match control.kind {
-            ControlKind::Restart(restart) => return self.restart(restart, on, standing),
+            ControlKind::Restart(restart) => return self.restart(restart, on, element),
             ControlKind::EnableOnce { task, history } => self.enable_once(task, history, on),
             ControlKind::EnableEvery { task, every } => self.enable_every(task, every, on),
             _ if !on => {}
             ControlKind::Run(program) => self.start_program(program),
             ControlKind::Halt(block) => {
                 self.halt(block);
-                return block != standing.block;
+                return block != element.block;
             }
             ControlKind::Exit => {
-                self.halt(standing.block);
+                self.halt(element.block);
                 return false;
             }
             ControlKind::StageOn(stage) => self.switch_stage(stage, true),
             ControlKind::StageOff(stage) => self.leave_stage(stage),
             ControlKind::Stop => self.stop_requested = true,
-            ControlKind::Jump(targets) => self.jump(targets, standing),
+            ControlKind::Jump(targets) => self.jump(targets, element),
             ControlKind::Converge { from, to } => self.converge(from, to),
         }
         true
@@ -275,13 +268,13 @@ impl Machine {
         self.events.push(BlockEvent::Started(id));
     }
 
-    fn restart(&mut self, restart: RestartState, on: bool, standing: Standing) -> bool {
+    fn restart(&mut self, restart: RestartState, on: bool, element: ElementId) -> bool {
         if !self.rises(restart.history, on) {
             return true;
         }
         self.halt(restart.program);
         self.start_program(restart.program);
-        restart.program != standing.block
+        restart.program != element.block
     }
 
     fn enable_once(&mut self, task: BlockId, history: u32, on: bool) {
@@ -327,8 +320,8 @@ impl Machine {
     }
 
     /// JMP, SGDIVRG: the Stage they stand in goes OFF and its pass is due, the targets come ON.
-    fn jump(&mut self, targets: StageList, standing: Standing) {
-        let Some(from) = standing.stage else { return };
+    fn jump(&mut self, targets: StageList, element: ElementId) {
+        let Some(from) = element.stage else { return };
         self.stage_state(from).pass_due = true;
         let stays = self.program.tables.stage_lists[targets.places()].contains(&from);
         self.switch_stage(from, stays);

@@ -5,7 +5,7 @@
 
 use super::image::{BitCell, WordCell};
 use super::record::RECORD;
-use crate::isa::address::SENSAPHONE_COUNT;
+use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{
     Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, StageId, Structure, Word,

@@ -37,6 +37,6 @@ pub use events::{BlockEvent, Element};
 pub use image::{BitCell, Image, WordCell};
 pub use layout::Cell;
 pub use layout::Layout;
-pub use program::{Batch, BlockCode, BlockRole, ElementCode, Program, Tables, Termination};
+pub use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Program, Tables};
 pub use scan::{Engine, ScanEnd, ScanTimes};
 pub use transfer::{Restage, Stretch, Transfer};

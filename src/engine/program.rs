@@ -22,7 +22,7 @@ pub struct Batch {
 
 /// What a termination pass does to one instruction, in file order.
 #[derive(Clone, Debug)]
-pub enum Termination {
+pub enum PassStep {
     /// OUT, PD, ND and output parameters: the bit goes OFF.
     BitOff(u32),
     /// An edge history goes OFF.
@@ -49,7 +49,7 @@ pub struct Tables {
     /// Batches of all elements, in order of execution.
     pub batches: Vec<Batch>,
     /// Terminations of all elements, in file order.
-    pub terminations: Vec<Termination>,
+    pub terminations: Vec<PassStep>,
     /// The Stages that JMP, SGDIVRG and SGCONVRG name, instruction by instruction.
     pub stage_lists: Vec<StageId>,
 }

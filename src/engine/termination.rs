@@ -5,7 +5,7 @@
 
 use super::blocks::Machine;
 use super::events::Element;
-use super::program::{ElementCode, Termination};
+use super::program::{ElementCode, PassStep};
 use super::reach::Reach;
 use super::role::{BitOwn, BitWritten};
 use crate::isa::{BlockId, StageId};
@@ -38,20 +38,20 @@ impl Machine {
 
     pub(super) fn pass<R: Reach>(&mut self, code: &ElementCode) {
         for at in code.terminations.clone() {
-            if let Termination::DisableTask(task) = self.program.tables.terminations[at as usize] {
+            if let PassStep::DisableTask(task) = self.program.tables.terminations[at as usize] {
                 self.halt(task);
                 continue;
             }
             let mut view = self.memory.view::<R>();
             match &self.program.tables.terminations[at as usize] {
-                Termination::BitOff(bit) => view.put_bit(BitWritten(*bit), 0),
-                Termination::HistoryOff(cell) => view.put_own(BitOwn(*cell), 0),
-                Termination::Counter(counter, rule) => counter.terminate(&mut view, rule),
-                Termination::Timer(timer, rule) => timer.terminate(&mut view, *rule),
-                Termination::HoldTimer(timer) => timer.hold(&mut view),
-                Termination::CountUp(counter) => counter.terminate_up(&mut view),
-                Termination::CountDown(counter) => counter.terminate_down(&mut view),
-                Termination::DisableTask(_) => unreachable!("handled above"),
+                PassStep::BitOff(bit) => view.put_bit(BitWritten(*bit), 0),
+                PassStep::HistoryOff(cell) => view.put_own(BitOwn(*cell), 0),
+                PassStep::Counter(counter, rule) => counter.terminate(&mut view, rule),
+                PassStep::Timer(timer, rule) => timer.terminate(&mut view, *rule),
+                PassStep::HoldTimer(timer) => timer.hold(&mut view),
+                PassStep::CountUp(counter) => counter.terminate_up(&mut view),
+                PassStep::CountDown(counter) => counter.terminate_down(&mut view),
+                PassStep::DisableTask(_) => unreachable!("handled above"),
             }
         }
     }

@@ -9,11 +9,11 @@
 use super::events::Element;
 use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
-use super::program::{ElementCode, Termination};
+use super::program::{ElementCode, PassStep};
 use super::reach::Forced;
 use super::record::RECORD;
 use super::scan::Engine;
-use crate::isa::address::SENSAPHONE_COUNT;
+use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{Bit, BitSpace, BlockId, DeviceId, Health, StageId, Structure, Word, WordSpace};
 
@@ -102,11 +102,10 @@ impl Transfer {
 impl Layout {
     /// Spaces of bits: first cells and sizes, old and new.
     fn shared_bits(&self, new: &Layout) -> Vec<((u32, u32), u32, u32)> {
-        let plain = [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
         let first =
             |layout: &Layout, space: BitSpace| layout.bit(Bit::Space(space, space.first())).0;
         let mut shared = Vec::new();
-        for space in plain {
+        for space in BitSpace::SIZED {
             let firsts = (first(self, space), first(new, space));
             shared.push((firsts, space.count(self.sizes()), space.count(new.sizes())));
         }
@@ -126,11 +125,10 @@ impl Layout {
     }
 
     fn shared_words(&self, new: &Layout) -> Vec<((u32, u32), u32, u32)> {
-        let plain = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir];
         let first =
             |layout: &Layout, space: WordSpace| layout.word(Word::Space(space, space.first())).0;
         let mut shared = Vec::new();
-        for space in plain {
+        for space in WordSpace::SIZED {
             let firsts = (first(self, space), first(new, space));
             shared.push((firsts, space.count(self.sizes()), space.count(new.sizes())));
         }
@@ -297,13 +295,13 @@ impl Engine {
     }
 }
 
-impl Termination {
+impl PassStep {
     /// The record of the structure that it is about.
     pub fn record(&self) -> Option<u32> {
         match self {
-            Termination::Counter(counter, _) => Some(counter.at),
-            Termination::Timer(timer, _) | Termination::HoldTimer(timer) => Some(timer.at),
-            Termination::CountUp(counter) | Termination::CountDown(counter) => Some(counter.at),
+            PassStep::Counter(counter, _) => Some(counter.at),
+            PassStep::Timer(timer, _) | PassStep::HoldTimer(timer) => Some(timer.at),
+            PassStep::CountUp(counter) | PassStep::CountDown(counter) => Some(counter.at),
             _ => None,
         }
     }

@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-use super::status;
+use super::space::{BitSpace, Space, WordSpace};
 
 /// A block (Program or Task), numbered in file order over all ladder files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -15,6 +15,15 @@ pub struct BlockId(pub u32);
 /// A Stage, numbered in file order over all Programs of all ladder files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StageId(pub u32);
+
+/// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ElementId {
+    /// The block.
+    pub block: BlockId,
+    /// The Stage; `None`: the block's own rungs.
+    pub stage: Option<StageId>,
+}
 
 /// A field device, numbered in the order of the controller file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -27,38 +36,6 @@ pub enum Health {
     Ok,
     /// Its last good exchange, or else the start, is longer ago than its `loss-after`.
     Stale,
-}
-
-/// The spaces of plain bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum BitSpace {
-    /// Inputs.
-    X,
-    /// Outputs.
-    Y,
-    /// Internal bits.
-    C,
-    /// Coils that a Modbus client reads and writes; from 1.
-    Mc,
-    /// Discrete inputs that a Modbus client reads; from 1.
-    Mi,
-    /// Status bits, read-only.
-    St,
-}
-
-/// The spaces of plain words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum WordSpace {
-    /// Unsigned 16-bit data.
-    V,
-    /// Signed 32-bit data.
-    D,
-    /// Holding registers, u16; from 1.
-    Mhr,
-    /// Input registers, u16; from 1.
-    Mir,
-    /// Status words, i32, read-only.
-    Dst,
 }
 
 /// A structure: a counter `CTn`, a timer `Tn` or a Sensaphone counter `Nn`.
@@ -125,123 +102,39 @@ pub enum Address {
     Structure(Structure),
 }
 
-/// How many elements each space has.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub struct MemorySizes {
-    pub x: u32,
-    pub y: u32,
-    pub c: u32,
-    pub mc: u32,
-    pub mi: u32,
-    pub v: u32,
-    pub d: u32,
-    pub mhr: u32,
-    pub mir: u32,
-    pub ct: u32,
-    pub t: u32,
-    /// Field devices: each has the bits of [`Health`].
-    pub devices: u32,
-}
-
-impl Default for MemorySizes {
-    /// The sizes of `docs/semantics.md`, section 7.
-    fn default() -> Self {
-        MemorySizes {
-            x: 2048,
-            y: 2048,
-            c: 2048,
-            mc: 1024,
-            mi: 1024,
-            v: 4096,
-            d: 4096,
-            mhr: 2048,
-            mir: 2048,
-            ct: 256,
-            t: 256,
-            devices: 0,
-        }
-    }
-}
-
-/// How many Sensaphone counters there are: `N0`..`N63`.
-pub const SENSAPHONE_COUNT: u32 = 64;
-
-impl BitSpace {
-    /// The space's prefix as written.
-    pub fn name(self) -> &'static str {
+impl Space {
+    /// The address of a number.
+    pub fn address(self, n: u32) -> Address {
         match self {
-            BitSpace::X => "X",
-            BitSpace::Y => "Y",
-            BitSpace::C => "C",
-            BitSpace::Mc => "MC",
-            BitSpace::Mi => "MI",
-            BitSpace::St => "ST",
+            Space::Bit(space) => Address::Bit(Bit::Space(space, n)),
+            Space::Word(space) => Address::Word(Word::Space(space, n)),
+            Space::Counter => Address::Structure(Structure::Counter(n)),
+            Space::Timer => Address::Structure(Structure::Timer(n)),
+            Space::Sensaphone => Address::Structure(Structure::Sensaphone(n)),
         }
     }
 
-    /// The first number: 1 in the Modbus spaces, else 0.
-    pub fn first(self) -> u32 {
-        u32::from(matches!(self, BitSpace::Mc | BitSpace::Mi))
-    }
-
-    /// How many elements the space has.
-    pub fn count(self, sizes: &MemorySizes) -> u32 {
-        match self {
-            BitSpace::X => sizes.x,
-            BitSpace::Y => sizes.y,
-            BitSpace::C => sizes.c,
-            BitSpace::Mc => sizes.mc,
-            BitSpace::Mi => sizes.mi,
-            BitSpace::St => status::ST_COUNT,
-        }
-    }
-}
-
-impl WordSpace {
-    /// The space's prefix as written.
-    pub fn name(self) -> &'static str {
-        match self {
-            WordSpace::V => "V",
-            WordSpace::D => "D",
-            WordSpace::Mhr => "MHR",
-            WordSpace::Mir => "MIR",
-            WordSpace::Dst => "DST",
-        }
-    }
-
-    /// The first number: 1 in the Modbus spaces, else 0.
-    pub fn first(self) -> u32 {
-        u32::from(matches!(self, WordSpace::Mhr | WordSpace::Mir))
-    }
-
-    /// How many elements the space has.
-    pub fn count(self, sizes: &MemorySizes) -> u32 {
-        match self {
-            WordSpace::V => sizes.v,
-            WordSpace::D => sizes.d,
-            WordSpace::Mhr => sizes.mhr,
-            WordSpace::Mir => sizes.mir,
-            WordSpace::Dst => status::DST_COUNT,
-        }
-    }
-
-    /// The values an element can hold.
-    pub fn range(self) -> (i32, i32) {
-        match self {
-            WordSpace::V | WordSpace::Mhr | WordSpace::Mir => (0, 65_535),
-            WordSpace::D | WordSpace::Dst => (i32::MIN, i32::MAX),
+    /// The space and the number of an address that has its own; a member has its structure's.
+    pub fn of(address: Address) -> Option<(Space, u32)> {
+        match address {
+            Address::Bit(Bit::Space(space, n)) => Some((Space::Bit(space), n)),
+            Address::Word(Word::Space(space, n)) => Some((Space::Word(space), n)),
+            Address::Structure(structure) => Some((structure.space(), structure.number())),
+            Address::Bit(
+                Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+            )
+            | Address::Word(Word::Acc(_) | Word::Pre(_)) => None,
         }
     }
 }
 
 impl Structure {
-    /// The prefix as written.
-    pub fn space_name(self) -> &'static str {
+    /// Its space.
+    pub fn space(self) -> Space {
         match self {
-            Structure::Counter(_) => "CT",
-            Structure::Timer(_) => "T",
-            Structure::Sensaphone(_) => "N",
+            Structure::Counter(_) => Space::Counter,
+            Structure::Timer(_) => Space::Timer,
+            Structure::Sensaphone(_) => Space::Sensaphone,
         }
     }
 
@@ -249,6 +142,15 @@ impl Structure {
     pub fn number(self) -> u32 {
         match self {
             Structure::Counter(n) | Structure::Timer(n) | Structure::Sensaphone(n) => n,
+        }
+    }
+
+    /// The structure of another number in the same space.
+    pub fn numbered(self, n: u32) -> Structure {
+        match self {
+            Structure::Counter(_) => Structure::Counter(n),
+            Structure::Timer(_) => Structure::Timer(n),
+            Structure::Sensaphone(_) => Structure::Sensaphone(n),
         }
     }
 
@@ -356,7 +258,7 @@ impl Word {
 
 impl fmt::Display for Structure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.space_name(), self.number())
+        write!(f, "{}{}", self.space().name(), self.number())
     }
 }
 

@@ -3,9 +3,8 @@
 //! Numbers are decimal, and the four Modbus spaces begin at 1. A text that does not read as an
 //! address may be a tag; one that does, and is wrong, is told apart by [`AddressError`].
 
-use super::address::{
-    Address, Bit, BitSpace, MemorySizes, SENSAPHONE_COUNT, Structure, Word, WordSpace,
-};
+use super::address::{Address, Bit, Structure, Word};
+use super::space::{BitSpace, MemorySizes, Space, WordSpace};
 use super::status;
 
 /// Why a text is not an address.
@@ -52,7 +51,7 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
     };
     let (prefix, digits) = split_base(base).ok_or(AddressError::NotAnAddress)?;
     let upper = prefix.to_ascii_uppercase();
-    if !PREFIXES.contains(&upper.as_str()) {
+    if Space::from_name(&upper).is_none() {
         return Err(AddressError::NotAnAddress);
     }
     if upper != prefix {
@@ -81,11 +80,8 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
 /// blocks and stages.
 pub fn reads_as_address(name: &str) -> bool {
     split_base(name)
-        .is_some_and(|(prefix, _)| PREFIXES.contains(&prefix.to_ascii_uppercase().as_str()))
+        .is_some_and(|(prefix, _)| Space::from_name(&prefix.to_ascii_uppercase()).is_some())
 }
-
-const PREFIXES: [&str; 14] =
-    ["X", "Y", "C", "MC", "MI", "ST", "V", "D", "MHR", "MIR", "DST", "CT", "T", "N"];
 
 /// Splits `CT12` into `CT` and `12`: letters, then digits, nothing else.
 fn split_base(base: &str) -> Option<(&str, &str)> {
@@ -98,29 +94,17 @@ fn split_base(base: &str) -> Option<(&str, &str)> {
 }
 
 fn parse_base(prefix: &str, n: u32, sizes: &MemorySizes) -> Result<Address, AddressError> {
-    let bits = [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi, BitSpace::St];
-    let words = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir, WordSpace::Dst];
-    if let Some(space) = bits.into_iter().find(|s| s.name() == prefix) {
-        in_range(space.name(), n, space.first(), space.count(sizes))?;
-        return Ok(Address::Bit(Bit::Space(space, n)));
-    }
-    if let Some(space) = words.into_iter().find(|s| s.name() == prefix) {
-        in_range(space.name(), n, space.first(), space.count(sizes))?;
-        return Ok(Address::Word(Word::Space(space, n)));
-    }
-    let (structure, count) = match prefix {
-        "CT" => (Structure::Counter(n), sizes.ct),
-        "T" => (Structure::Timer(n), sizes.t),
-        _ => (Structure::Sensaphone(n), SENSAPHONE_COUNT),
-    };
-    in_range(structure.space_name(), n, 0, count)?;
-    Ok(Address::Structure(structure))
+    let space = Space::from_name(prefix).ok_or(AddressError::NotAnAddress)?;
+    in_range(space, n, sizes)?;
+    Ok(space.address(n))
 }
 
-fn in_range(space: &'static str, n: u32, first: u32, count: u32) -> Result<(), AddressError> {
+fn in_range(space: Space, n: u32, sizes: &MemorySizes) -> Result<(), AddressError> {
+    let (first, count) = (space.first(), space.count(sizes));
     if n >= first && n - first < count {
         return Ok(());
     }
+    let space = space.name();
     Err(AddressError::BeyondMemory { space, first, last: (first + count).saturating_sub(1) })
 }
 
@@ -166,7 +150,7 @@ fn parse_sensaphone(text: &str) -> Result<Address, AddressError> {
         return Err(AddressError::Case(format!("N{}", &text[n.len()..])));
     }
     let counter = counter.parse::<u32>().unwrap_or(u32::MAX);
-    in_range("N", counter, 0, SENSAPHONE_COUNT)?;
+    in_range(Space::Sensaphone, counter, &MemorySizes::default())?;
     let structure = Structure::Sensaphone(counter);
     let Some(element) = element else { return Ok(Address::Structure(structure)) };
     let element = element.parse::<usize>().unwrap_or(usize::MAX);

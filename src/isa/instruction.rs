@@ -155,6 +155,13 @@ const SENSAPHONE: &[Operand] = &[positional("n", OperandKind::Sensaphone), optio
 const ARITHMETIC: &[Operand] =
     &[positional("a", ANY), positional("b", ANY), keyed("to", OperandKind::WritableWord)];
 
+const PROGRAM: &[Operand] = &[positional("block", OperandKind::Program)];
+const STAGE: &[Operand] = &[positional("stage", OperandKind::Stage)];
+const ENABLED: &[Operand] =
+    &[positional("block", OperandKind::Task), optional("every", OperandKind::Interval)];
+const CONVERGED: &[Operand] =
+    &[positional("stage", OperandKind::Stages), keyed("to", OperandKind::Stage)];
+
 const S0: &str = "seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)";
 const HELP: &str = "vendor help; docs/semantics.md";
 const BLOCKS: &str = "docs/semantics.md, section 4";
@@ -210,7 +217,8 @@ instructions! {
         Untouched, "seed S2 (DMD0094)",
         "As UDC, without a reset leg and without termination logic: it keeps its count when its \
          block stops. RSTCT is the only way to reset it.";
-    Rstct "RSTCT" "Reset counter", WHEN, &[positional("ct", OperandKind::Counter)], false, Kept, HELP,
+    Rstct "RSTCT" "Reset counter", WHEN, &[positional("ct", OperandKind::Counter)],
+        false, Kept, HELP,
         "While the rung is ON, resets the counter at once, and holds the reset through the \
          counter's own next execution.";
     Rstt "RSTT" "Reset timer", WHEN, &[positional("t", OperandKind::Timer)], false, Kept, HELP,
@@ -251,34 +259,34 @@ instructions! {
         "Writes a + b to the word in every scan while the rung is ON, saturating.";
     Sub "SUB" "Subtract", WHEN, ARITHMETIC, false, Kept, HELP,
         "Writes a - b to the word in every scan while the rung is ON, saturating.";
-    Run "RUN" "Run program", WHEN, &[positional("block", OperandKind::Program)], false, Kept, BLOCKS,
+    Run "RUN" "Run program", WHEN, PROGRAM, false, Kept, BLOCKS,
         "Starts the Program while the rung is ON; a Program that runs is left alone.";
-    Restart "RESTART" "Restart program", WHEN, &[positional("block", OperandKind::Program)], false,
+    Restart "RESTART" "Restart program", WHEN, PROGRAM, false,
         Kept, BLOCKS,
         "At the rung's rising edge: HALT, then RUN. The Program terminates first and starts anew.";
-    Halt "HALT" "Halt program or task", WHEN, &[positional("block", OperandKind::Block)], false, Kept,
-        BLOCKS,
+    Halt "HALT" "Halt program or task", WHEN, &[positional("block", OperandKind::Block)],
+        false, Kept, BLOCKS,
         "Stops the Program or Task while the rung is ON; its termination pass follows at its \
          next turn. In its own block it ends the execution at once.";
     Exit "EXIT" "Exit program", WHEN, &[], false, Kept, BLOCKS,
         "Ends the Program it stands in at once; its termination pass follows in the next scan.";
     Entask "ENTASK" "Enable task", WHEN,
-        &[positional("block", OperandKind::Task), optional("every", OperandKind::Interval)], true, RungOff,
+        ENABLED, true, RungOff,
         BLOCKS,
         "Without every: runs the Task once at the rung's rising edge. With every: runs it at \
          that interval while the rung is ON.";
-    Jmp "JMP" "Jump to stage", WHEN, &[positional("stage", OperandKind::Stage)], false, Kept, BLOCKS,
+    Jmp "JMP" "Jump to stage", WHEN, STAGE, false, Kept, BLOCKS,
         "Turns the Stage it stands in OFF and the target ON. It is no goto: the remaining rungs \
          of the Stage still execute.";
-    Sgset "SGSET" "Stage set", WHEN, &[positional("stage", OperandKind::Stage)], false, Kept, BLOCKS,
+    Sgset "SGSET" "Stage set", WHEN, STAGE, false, Kept, BLOCKS,
         "Turns a Stage ON without leaving the current one.";
-    Sgrst "SGRST" "Stage reset", WHEN, &[positional("stage", OperandKind::Stage)], false, Kept, BLOCKS,
+    Sgrst "SGRST" "Stage reset", WHEN, STAGE, false, Kept, BLOCKS,
         "Turns a Stage OFF; its termination pass follows at its next turn.";
-    Sgdivrg "SGDIVRG" "Stage diverge", WHEN, &[positional("stage", OperandKind::Stages)], false, Kept,
-        BLOCKS,
+    Sgdivrg "SGDIVRG" "Stage diverge", WHEN, &[positional("stage", OperandKind::Stages)],
+        false, Kept, BLOCKS,
         "Jumps to one or several Stages at once.";
     Sgconvrg "SGCONVRG" "Stage converge", WHEN,
-        &[positional("stage", OperandKind::Stages), keyed("to", OperandKind::Stage)], false, Kept, BLOCKS,
+        CONVERGED, false, Kept, BLOCKS,
         "Once all of its Stages are ON, turns them OFF and its target ON.";
     Stop "STOP" "Stop", WHEN, &[], false, Kept, BLOCKS,
         "An orderly stop: this scan completes, and the next one is the last.";

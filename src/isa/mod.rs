@@ -11,10 +11,11 @@ pub(crate) mod dialects;
 pub mod duration;
 pub mod instruction;
 pub mod pages;
+pub mod space;
 pub mod status;
 
 pub use address::{
-    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, StageId, Structure, Word,
-    WordSpace,
+    Address, Bit, BlockId, DeviceId, ElementId, Flag, Health, StageId, Structure, Word,
 };
 pub use instruction::{LegName, Mnemonic, Operand, OperandKind, Spec};
+pub use space::{BitSpace, MemorySizes, Space, WordSpace};

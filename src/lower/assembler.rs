@@ -6,7 +6,7 @@ use super::identity::{Identity, Site};
 use super::schedule;
 use crate::engine::ops::{And2, BitOwn, Leg, Op, Power, Powers, StageList, WordRead};
 use crate::engine::{
-    self, Batch, BitCell, BlockCode, ElementCode, Layout, Tables, Termination, WordCell,
+    self, Batch, BitCell, BlockCode, ElementCode, Layout, PassStep, Tables, WordCell,
 };
 use crate::isa::{Address, Bit, BitSpace, BlockId, StageId, Structure, Word};
 use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
@@ -96,7 +96,7 @@ impl<'p> Assembler<'p> {
     pub fn history(&mut self, text: String) -> BitOwn {
         let cell = self.private_bit();
         self.identity.history(BitCell(cell), &self.site, text);
-        self.terminates(Termination::HistoryOff(cell));
+        self.terminates(PassStep::HistoryOff(cell));
         BitOwn(cell)
     }
 
@@ -129,7 +129,7 @@ impl<'p> Assembler<'p> {
         self.ops.push(op);
     }
 
-    pub fn terminates(&mut self, termination: Termination) {
+    pub fn terminates(&mut self, termination: PassStep) {
         self.tables.terminations.push(termination);
     }
 

@@ -1,15 +1,15 @@
-//! What in a program keeps a state, and by which name another program has the same thing.
+//! The state that a program keeps from scan to scan, under names that another version of it uses
+//! too.
 //!
-//! Made while a program is lowered, and kept in its `Symbols`. A reload holds two of these against
-//! each other: nothing here depends on the numbers that one lowering gave out. Retentive memory
-//! keeps no histories but those of structures, and goes by none of these keys. What is done with it
-//! is not said here.
+//! `lower` collects it and stores it in `Symbols`. A reload compares the identities of the old and
+//! the new program. The names do not contain cell numbers, because each lowering gives out its own.
+//! Retentive memory does not use these names.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
-use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure};
 use crate::resolve::program::{BlockKind, Edge, Instruction, Program, Rung, TagMeaning, Value};
 
 /// Everything in a program that keeps a state from scan to scan.
@@ -54,56 +54,42 @@ pub struct StageName {
     pub name: String,
 }
 
-/// Where an instruction stands: a block's own rungs, or one of its Stages.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
-pub struct Standing {
-    pub block: BlockId,
-    pub stage: Option<StageId>,
-}
-
-impl Default for Standing {
-    fn default() -> Self {
-        Standing { block: BlockId(0), stage: None }
-    }
-}
-
-/// The owning instruction of a structure: who keeps its flags, and its private state beside them.
+/// The owning instruction of a structure: it writes the flags and keeps the private state.
 #[derive(Clone, Debug)]
 pub struct Owner {
-    /// Whose.
+    /// The structure.
     pub structure: Structure,
-    /// Which instruction.
+    /// The instruction.
     pub mnemonic: Mnemonic,
-    /// Where.
-    pub standing: Standing,
-    /// Its presets, by their names.
+    /// The element that the instruction stands in.
+    pub element: ElementId,
+    /// Its presets, by the names of their operands.
     pub presets: Vec<(&'static str, Value)>,
 }
 
 /// An edge history: of `rise`, `fall`, PD, ND, PONOFF, RESTART, a run-once ENTASK.
 #[derive(Clone, Debug)]
 pub struct History {
-    /// Where it lies.
+    /// Its cell.
     pub cell: BitCell,
-    /// Where its contact or instruction stands.
-    pub standing: Standing,
+    /// The element that its contact or instruction stands in.
+    pub element: ElementId,
     /// The name of its rung.
     pub rung: Option<String>,
-    /// All of its rung, in addresses.
+    /// The text of its rung, in addresses.
     pub whole: Arc<str>,
     /// Its contact or instruction, in addresses: `rise(X0)`, `PONOFF C0`.
     pub text: String,
-    /// By which another program has the same one: the block, the rung's name or else the text, and
-    /// which of several it is: `Main/count-bottles/0`, `Main//rise(X0)/1`.
+    /// Its name in every version of the program: the block, the rung's name or else the text, and a
+    /// number that tells equal ones apart: `Main/count-bottles/0`, `Main//rise(X0)/1`.
     pub key: String,
 }
 
-/// A rung: where it stands, its name, and all of it in addresses.
+/// A rung: its element, its name, and its text in addresses.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 pub struct RungText {
-    pub standing: Standing,
+    pub element: ElementId,
     pub name: Option<String>,
     pub whole: Arc<str>,
 }
@@ -119,7 +105,7 @@ pub struct Interval {
 }
 
 impl Identity {
-    /// Of a program, as yet without histories: those come as they are given out.
+    /// The identity of a program, without histories; lowering adds each when it allots the cell.
     pub(super) fn new(program: &Program) -> Identity {
         let name = |(block, at): &(BlockId, usize)| StageName {
             block: *block,
@@ -148,37 +134,32 @@ impl Identity {
     }
 
     /// Notes what an instruction owns and writes.
-    pub(super) fn instruction(&mut self, instruction: &Instruction, standing: Standing) {
+    pub(super) fn instruction(&mut self, instruction: &Instruction, element: ElementId) {
         if let Some(structure) = instruction.owned() {
             let operands = instruction.action.operands();
             let presets = operands.of().map(|(name, preset)| (name, preset.value)).collect();
-            self.owners.push(Owner {
-                structure,
-                mnemonic: instruction.mnemonic,
-                standing,
-                presets,
-            });
+            self.owners.push(Owner { structure, mnemonic: instruction.mnemonic, element, presets });
         }
         self.written.extend(instruction.action.written_bit().map(|bit| bit.value));
     }
 
     /// Notes a history.
     pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
-        let Site { standing, rung, whole } = site.clone();
-        self.histories.push(History { cell, standing, rung, whole, text, key: String::new() });
+        let Site { element, rung, whole } = site.clone();
+        self.histories.push(History { cell, element, rung, whole, text, key: String::new() });
     }
 
     /// Notes a rung.
-    pub(super) fn rung(&mut self, standing: Standing, rung: &Rung, whole: &Arc<str>) {
+    pub(super) fn rung(&mut self, element: ElementId, rung: &Rung, whole: &Arc<str>) {
         let (name, whole) = (rung.name.clone(), Arc::clone(whole));
-        self.rungs.push(RungText { standing, name, whole });
+        self.rungs.push(RungText { element, name, whole });
     }
 
-    /// Once all histories are there: their keys.
+    /// Names the histories. Called when lowering has added all of them.
     pub(super) fn finish(&mut self) {
         let mut seen: HashMap<String, u32> = HashMap::new();
         for history in &mut self.histories {
-            let block = &self.blocks[history.standing.block.0 as usize].name;
+            let block = &self.blocks[history.element.block.0 as usize].name;
             let place = match &history.rung {
                 Some(rung) => format!("{block}/{rung}"),
                 None => format!("{block}//{}", history.text),
@@ -200,7 +181,8 @@ impl Identity {
         format!("{}.{}", self.block(stage.block).name, stage.name)
     }
 
-    /// A bit by a name that every program has it by: a Stage's and a block's by theirs.
+    /// A bit's name in every version of the program. Bits of Stages and blocks have no address:
+    /// they go by the names of the Stage or block.
     pub fn bit(&self, bit: Bit) -> String {
         match bit {
             Bit::Stage(id) => self.stage(id),
@@ -239,14 +221,15 @@ impl Identity {
 
 impl Default for Site {
     fn default() -> Site {
-        Site { standing: Standing::default(), rung: None, whole: "".into() }
+        let element = ElementId { block: BlockId(0), stage: None };
+        Site { element, rung: None, whole: "".into() }
     }
 }
 
 /// Where lowering is.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
-    pub standing: Standing,
+    pub element: ElementId,
     pub rung: Option<String>,
     pub whole: Arc<str>,
 }
@@ -309,7 +292,7 @@ mod tests {
                 "Side//PD C9/0",
             ]
         );
-        let owner = |o: &Owner| format!("{} {:?} {:?}", o.structure, o.mnemonic, o.standing.stage);
+        let owner = |o: &Owner| format!("{} {:?} {:?}", o.structure, o.mnemonic, o.element.stage);
         let owners: Vec<String> = identity.owners.iter().map(owner).collect();
         assert_eq!(owners, ["CT0 Cnt None", "T1 Tmr Some(StageId(0))"]);
         assert_eq!(identity.intervals.len(), 1);

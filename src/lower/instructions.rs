@@ -12,8 +12,8 @@ use crate::engine::ops::{
     Rstct, Rstt, Sensaphone, Set, StageList, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown,
     Tmrdown, Udc, UdcPresets, WordRead, WordWritten,
 };
-use crate::engine::{Termination, WordCell};
-use crate::isa::instruction::Termination as Pass;
+use crate::engine::{PassStep, WordCell};
+use crate::isa::instruction::Termination;
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, StageId, Structure, Word};
 use crate::resolve::instruction::{Coil, Delay, Direction, Source, TimerKind};
@@ -41,9 +41,9 @@ struct Lowered {
     /// The bit that it drives, or writes as an output.
     bit: Option<BitWritten>,
     /// The reset of its structure.
-    reset: Option<Termination>,
+    reset: Option<PassStep>,
     /// What its rung does when it goes OFF, where a pass does that alone.
-    rung_off: Option<Termination>,
+    rung_off: Option<PassStep>,
 }
 
 impl From<Op> for Lowered {
@@ -55,7 +55,7 @@ impl From<Op> for Lowered {
 impl Assembler<'_> {
     /// Lowers one instruction.
     pub fn instruction(&mut self, instruction: &Instruction, legs: Legs) {
-        self.identity.instruction(instruction, self.site.standing);
+        self.identity.instruction(instruction, self.site.element);
         if let Some(lowered) = self.lowered(instruction, legs) {
             self.terminate(instruction.mnemonic.spec().termination, &lowered);
             self.op(lowered.op);
@@ -63,13 +63,15 @@ impl Assembler<'_> {
     }
 
     /// What a termination pass does, as the instruction table says.
-    fn terminate(&mut self, pass: Pass, lowered: &Lowered) {
-        let bit = lowered.bit.map(|BitWritten(cell)| Termination::BitOff(cell));
+    fn terminate(&mut self, pass: Termination, lowered: &Lowered) {
+        let bit = lowered.bit.map(|BitWritten(cell)| PassStep::BitOff(cell));
         let parts = match pass {
-            Pass::Off => [bit, None],
-            Pass::Reset => [lowered.reset.clone(), bit],
-            Pass::Held | Pass::EnableOff | Pass::RungOff => [lowered.rung_off.clone(), None],
-            Pass::Kept | Pass::Untouched => [None, None],
+            Termination::Off => [bit, None],
+            Termination::Reset => [lowered.reset.clone(), bit],
+            Termination::Held | Termination::EnableOff | Termination::RungOff => {
+                [lowered.rung_off.clone(), None]
+            }
+            Termination::Kept | Termination::Untouched => [None, None],
         };
         parts.into_iter().flatten().for_each(|part| self.terminates(part));
     }
@@ -100,7 +102,7 @@ impl Assembler<'_> {
                     Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
                     Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
                 };
-                let reset = Some(Termination::Timer(timer, TimerRule::Zero));
+                let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
                 return Some(Lowered { bit: Some(output), reset, ..op.into() });
             }
             Action::Timer { timer, t, preset } => {
@@ -195,7 +197,7 @@ impl Assembler<'_> {
                 Op::Udc(Udc { up, dn, rst, counter, presets })
             }
         };
-        Lowered { reset: Some(Termination::Counter(counter, rule)), ..op.into() }
+        Lowered { reset: Some(PassStep::Counter(counter, rule)), ..op.into() }
     }
 
     /// The leg that is `$Off`.
@@ -216,8 +218,8 @@ impl Assembler<'_> {
             TimerKind::AccumulatingDown => Op::Tmradown(Tmradown { en: en(), rst: rst(), timer }),
             TimerKind::Global => Op::Tmra(Tmra { en: when(), rst: self.off(), timer }),
         };
-        let reset = Some(Termination::Timer(timer, timer_rule(kind)));
-        Lowered { reset, rung_off: Some(Termination::HoldTimer(timer)), ..op.into() }
+        let reset = Some(PassStep::Timer(timer, timer_rule(kind)));
+        Lowered { reset, rung_off: Some(PassStep::HoldTimer(timer)), ..op.into() }
     }
 
     /// A Sensaphone counter, with the preset that an instruction of it states.
@@ -288,7 +290,7 @@ impl Assembler<'_> {
         let WordRead(word) = self.value(every);
         self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
         let op = self.control(ControlKind::EnableEvery { task, every: word }, leg);
-        Lowered { rung_off: Some(Termination::DisableTask(task)), ..op.into() }
+        Lowered { rung_off: Some(PassStep::DisableTask(task)), ..op.into() }
     }
 }
 
@@ -301,8 +303,8 @@ fn timer_rule(kind: TimerKind) -> TimerRule {
 
 fn sensaphone(counts: Direction, counter: Sensaphone, leg: Leg) -> Lowered {
     let (op, pass) = match counts {
-        Direction::Up => (Op::Ctu(Ctu { leg, counter }), Termination::CountUp(counter)),
-        Direction::Down => (Op::Ctd(Ctd { leg, counter }), Termination::CountDown(counter)),
+        Direction::Up => (Op::Ctu(Ctu { leg, counter }), PassStep::CountUp(counter)),
+        Direction::Down => (Op::Ctd(Ctd { leg, counter }), PassStep::CountDown(counter)),
     };
     Lowered { rung_off: Some(pass), ..op.into() }
 }

@@ -19,9 +19,9 @@ use std::sync::Arc;
 
 use crate::engine::ops::Leg;
 use crate::engine::{self, BlockRole, ElementCode};
+use crate::isa::ElementId;
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
-use identity::Standing;
 use instructions::Legs;
 
 /// Lowers a program, with its operations put in order by kind.
@@ -36,11 +36,12 @@ pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols
     let mut blocks = Vec::new();
     let mut stages = Vec::new();
     for block in &program.blocks {
-        let own = element(&mut assembler, &block.rungs, Standing { block: block.id, stage: None });
+        let own =
+            lower_element(&mut assembler, &block.rungs, ElementId { block: block.id, stage: None });
         let first = stages.len() as u32;
         for stage in &block.stages {
-            let standing = Standing { block: block.id, stage: Some(stage.id) };
-            stages.push(element(&mut assembler, &stage.rungs, standing));
+            let element = ElementId { block: block.id, stage: Some(stage.id) };
+            stages.push(lower_element(&mut assembler, &stage.rungs, element));
         }
         let range = first..stages.len() as u32;
         blocks.push(engine::BlockCode { role: role(block), own, stages: range });
@@ -74,11 +75,11 @@ fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
         .collect()
 }
 
-fn element(assembler: &mut Assembler, rungs: &[Rung], standing: Standing) -> ElementCode {
+fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) -> ElementCode {
     for rung in rungs {
         let whole: Arc<str> = rungs::text(&assembler.identity, rung).into();
-        assembler.identity.rung(standing, rung, &whole);
-        assembler.site = identity::Site { standing, rung: rung.name.clone(), whole };
+        assembler.identity.rung(element, rung, &whole);
+        assembler.site = identity::Site { element, rung: rung.name.clone(), whole };
         lower_rung(assembler, rung);
     }
     assembler.close_element(!rungs.is_empty())

@@ -4,17 +4,17 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::memory::Kept;
 use super::report::{preset, same};
-use super::{Names, Plan, Side, Start, State, element};
-use crate::engine::{BitCell, BlockRole, Cell, ElementCode, Restage, Stretch, Termination};
-use crate::isa::{Address, Bit, BitSpace, BlockId, StageId};
-use crate::lower::identity::{BlockName, Standing};
+use super::{Names, ReloadPlan, Side, Start, State, element_of};
+use crate::engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
+use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
+use crate::lower::identity::BlockName;
 use crate::resolve::program::BlockKind;
 
 /// The old program's Tasks that lose the recurrent ENTASK which enables them: it has its pass.
 pub(super) fn disabled(names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
     let there = There::of(new);
-    let gone = |(standing, task): (Standing, BlockId)| {
-        let block = names.block(standing.block);
+    let gone = |(element, task): (ElementId, BlockId)| {
+        let block = names.block(element.block);
         let to = block.and_then(|block| Some((block, names.block(task)?)));
         to.is_none_or(|to| !there.enabled.contains_key(&to)).then_some(task)
     };
@@ -22,19 +22,19 @@ pub(super) fn disabled(names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> HashS
 }
 
 /// Recurrent ENTASKs: where they stand, and their Tasks.
-fn enabled(side: Side<'_>) -> impl Iterator<Item = (Standing, BlockId)> {
-    elements(side).flat_map(move |(standing, code)| {
+fn enabled(side: Side<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
+    elements(side).flat_map(move |(element, code)| {
         code.terminations.clone().filter_map(move |at| {
             let pass = &side.program.tables.terminations[at as usize];
-            let Termination::DisableTask(task) = pass else { return None };
-            Some((standing, *task))
+            let PassStep::DisableTask(task) = pass else { return None };
+            Some((element, *task))
         })
     })
 }
 
 /// Blocks and Stages by name, with their bits.
 pub(super) fn blocks(
-    plan: &mut Plan,
+    plan: &mut ReloadPlan,
     names: &Names<'_>,
     (old, new): (Side<'_>, Side<'_>),
     disabled: &HashSet<BlockId>,
@@ -67,7 +67,7 @@ pub(super) fn blocks(
     intervals(plan, names);
 }
 
-fn new_blocks(plan: &mut Plan, names: &Names<'_>, new: Side<'_>) {
+fn new_blocks(plan: &mut ReloadPlan, names: &Names<'_>, new: Side<'_>) {
     let known: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
     for (at, block) in names.new.blocks.iter().enumerate() {
         let id = BlockId(at as u32);
@@ -87,7 +87,7 @@ fn new_blocks(plan: &mut Plan, names: &Names<'_>, new: Side<'_>) {
     }
 }
 
-fn stages(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+fn stages(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     for (at, stage) in names.old.stages.iter().enumerate() {
         let id = StageId(at as u32);
         let from = old.symbols.layout.bit(Bit::Stage(id)).0;
@@ -120,7 +120,7 @@ fn stages(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
 }
 
 fn restage(
-    plan: &mut Plan,
+    plan: &mut ReloadPlan,
     names: &Names<'_>,
     (id, to): (BlockId, BlockId),
     (old, new): (Side<'_>, Side<'_>),
@@ -143,7 +143,7 @@ fn restage(
 }
 
 /// Tasks whose recurrent ENTASK says another interval now.
-fn intervals(plan: &mut Plan, names: &Names<'_>) {
+fn intervals(plan: &mut ReloadPlan, names: &Names<'_>) {
     for before in &names.old.intervals {
         let Some(task) = names.block(before.task) else { continue };
         let Some(now) = names.new.intervals.iter().find(|now| now.task == task) else { continue };
@@ -159,28 +159,28 @@ fn intervals(plan: &mut Plan, names: &Names<'_>) {
 /// Whose instructions with a pass are there: of outputs, and of ENTASK.
 #[derive(Default)]
 struct There {
-    outputs: HashMap<(BlockId, u32), Vec<Standing>>,
-    enabled: HashMap<(BlockId, BlockId), Standing>,
+    outputs: HashMap<(BlockId, u32), Vec<ElementId>>,
+    enabled: HashMap<(BlockId, BlockId), ElementId>,
 }
 
 impl There {
     fn of(side: Side<'_>) -> There {
         let mut there = There::default();
-        for (standing, code) in elements(side) {
+        for (element, code) in elements(side) {
             for at in code.terminations.clone() {
                 match side.program.tables.terminations[at as usize] {
-                    Termination::BitOff(bit) => {
-                        there.outputs.entry((standing.block, bit)).or_default().push(standing);
+                    PassStep::BitOff(bit) => {
+                        there.outputs.entry((element.block, bit)).or_default().push(element);
                     }
-                    Termination::DisableTask(task) => {
-                        there.enabled.insert((standing.block, task), standing);
+                    PassStep::DisableTask(task) => {
+                        there.enabled.insert((element.block, task), element);
                     }
-                    Termination::HistoryOff(_)
-                    | Termination::Counter(..)
-                    | Termination::Timer(..)
-                    | Termination::HoldTimer(_)
-                    | Termination::CountUp(_)
-                    | Termination::CountDown(_) => {}
+                    PassStep::HistoryOff(_)
+                    | PassStep::Counter(..)
+                    | PassStep::Timer(..)
+                    | PassStep::HoldTimer(_)
+                    | PassStep::CountUp(_)
+                    | PassStep::CountDown(_) => {}
                 }
             }
         }
@@ -188,7 +188,7 @@ impl There {
     }
 
     /// Where a block drives a bit now: where it did, if it still does there.
-    fn driven(&self, block: BlockId, bit: u32, before: Option<Standing>) -> Option<Standing> {
+    fn driven(&self, block: BlockId, bit: u32, before: Option<ElementId>) -> Option<ElementId> {
         let places = self.outputs.get(&(block, bit))?;
         before.filter(|before| places.contains(before)).or(places.first().copied())
     }
@@ -197,46 +197,46 @@ impl There {
 /// What is in the passes of the old program's instructions and not in the new program: it has its
 /// pass alone.
 pub(super) fn terminations(
-    plan: &mut Plan,
+    plan: &mut ReloadPlan,
     names: &Names<'_>,
     (old, new): (Side<'_>, Side<'_>),
     kept: &Kept,
 ) {
     let there = There::of(new);
     let mut undriven: BTreeMap<(BlockId, u32), Vec<u32>> = BTreeMap::new();
-    for (standing, code) in elements(old) {
-        let Some(block) = names.block(standing.block) else { continue };
+    for (element, code) in elements(old) {
+        let Some(block) = names.block(element.block) else { continue };
         for at in code.terminations.clone() {
             let termination = &old.program.tables.terminations[at as usize];
             let stays = match termination {
-                Termination::HistoryOff(_) => true,
-                Termination::BitOff(bit) => {
+                PassStep::HistoryOff(_) => true,
+                PassStep::BitOff(bit) => {
                     let to = plan.transfer.cell(Cell::Bit(BitCell(*bit)));
-                    let before = names.standing(standing);
+                    let before = names.element(element);
                     match to {
                         Some(Cell::Bit(to)) => there.driven(block, to.0, before),
                         _ => None,
                     }
-                    .map(|now| plan.moves(names, standing, now))
+                    .map(|now| plan.moves(names, element, now))
                     .is_some()
                 }
-                Termination::DisableTask(task) => names
+                PassStep::DisableTask(task) => names
                     .block(*task)
                     .and_then(|task| there.enabled.get(&(block, task)))
-                    .map(|now| plan.moves(names, standing, *now))
+                    .map(|now| plan.moves(names, element, *now))
                     .is_some(),
-                Termination::Counter(..)
-                | Termination::Timer(..)
-                | Termination::HoldTimer(_)
-                | Termination::CountUp(_)
-                | Termination::CountDown(_) => kept.goes_on(termination, standing),
+                PassStep::Counter(..)
+                | PassStep::Timer(..)
+                | PassStep::HoldTimer(_)
+                | PassStep::CountUp(_)
+                | PassStep::CountDown(_) => kept.goes_on(termination, element),
             };
             if stays {
                 continue;
             }
-            plan.transfer.gone.push((element(standing), at));
-            if let Termination::BitOff(bit) = termination {
-                undriven.entry((standing.block, *bit)).or_default().push(active(old, standing));
+            plan.transfer.gone.push((element_of(element), at));
+            if let PassStep::BitOff(bit) = termination {
+                undriven.entry((element.block, *bit)).or_default().push(active(old, element));
             }
         }
     }
@@ -249,13 +249,13 @@ pub(super) fn terminations(
 
 /// Bits that were only SET, RST or toggled (others may go OFF by a pass), and that no instruction
 /// writes in the new program.
-pub(super) fn unwritten(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     let tables = &old.program.tables;
     let driven: HashSet<u32> = tables
         .terminations
         .iter()
         .filter_map(|termination| {
-            let Termination::BitOff(bit) = termination else { return None };
+            let PassStep::BitOff(bit) = termination else { return None };
             Some(*bit)
         })
         .collect();
@@ -274,8 +274,8 @@ pub(super) fn unwritten(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
 }
 
 /// The bit that is ON where an instruction executes, as far as bits tell.
-fn active(side: Side<'_>, standing: Standing) -> u32 {
-    let bit = standing.stage.map_or(Bit::Running(standing.block), Bit::Stage);
+fn active(side: Side<'_>, element: ElementId) -> u32 {
+    let bit = element.stage.map_or(Bit::Running(element.block), Bit::Stage);
     side.symbols.layout.bit(bit).0
 }
 
@@ -302,13 +302,13 @@ fn say_bit(side: Side<'_>, cell: u32) -> String {
 }
 
 /// Every element of a program.
-fn elements<'a>(side: Side<'a>) -> impl Iterator<Item = (Standing, &'a ElementCode)> {
+fn elements<'a>(side: Side<'a>) -> impl Iterator<Item = (ElementId, &'a ElementCode)> {
     side.program.blocks.iter().enumerate().flat_map(move |(at, code)| {
         let block = BlockId(at as u32);
-        let own = (Standing { block, stage: None }, &code.own);
+        let own = (ElementId { block, stage: None }, &code.own);
         let stages = code.stages.clone().map(move |id| {
-            let standing = Standing { block, stage: Some(StageId(id)) };
-            (standing, &side.program.stages[id as usize])
+            let element = ElementId { block, stage: Some(StageId(id)) };
+            (element, &side.program.stages[id as usize])
         });
         std::iter::once(own).chain(stages)
     })

@@ -1,23 +1,30 @@
-//! Edge histories: which of the new program's goes on from which of the old one's.
+//! Edge histories: pairs each history of the new program with one of the old program, whose value
+//! it takes over.
 //!
-//! Asked for in this order, each history once: same rung, text and element, those of rungs that
-//! nobody edited first; the same in another Stage of the block; a whole rung that is there under
-//! another name; the same kind of contact or instruction in the rung of this name, in their order;
-//! the same text in the block. What is left takes the value of one of the same text in its
-//! element, if there was one: what has seen a bit ON is not to see it rise. Else it begins OFF.
+//! Each history is paired once, by the first of these rules that finds a partner:
 //!
-//! The idea: no edge is seen that did not happen. So a `fall` goes on for its own bit alone, and
-//! ND, whose rung is not the other's, begins OFF rather than with another one's value.
+//! 1. the same rung, text and element; unedited rungs first;
+//! 2. the same rung and text in another Stage of the block;
+//! 3. the same whole rung under another name;
+//! 4. in the rung of the same name, the same kind of contact or instruction, in order;
+//! 5. the same text in the block.
+//!
+//! A history without a partner takes the value of an old history with the same text in its element,
+//! though that one has a partner: a bit that was seen ON must not be seen to rise. Otherwise it
+//! begins OFF.
+//!
+//! The idea: no edge is seen that did not happen. Therefore a `fall` takes over the history of its
+//! own bit only. An ND without a partner begins OFF, because its rung differs from the old one.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
-use super::{Names, Plan};
+use super::{Names, ReloadPlan};
 use crate::engine::Stretch;
-use crate::isa::BlockId;
-use crate::lower::identity::{History, Identity, Standing};
+use crate::isa::{BlockId, ElementId};
+use crate::lower::identity::{History, Identity};
 
-/// By what two histories are the same.
+/// What two histories must have in common to be paired.
 #[derive(Default, PartialEq, Eq, Hash)]
 struct Key {
     block: String,
@@ -27,7 +34,7 @@ struct Key {
     whole: Option<Arc<str>>,
 }
 
-pub(super) fn histories(plan: &mut Plan, names: &Names<'_>) {
+pub(super) fn histories(plan: &mut ReloadPlan, names: &Names<'_>) {
     let mut old: Vec<Option<&History>> = names.old.histories.iter().map(Some).collect();
     let mut new: Vec<Option<&History>> = names.new.histories.iter().map(Some).collect();
     let keys = [unedited, unedited_elsewhere, exactly, elsewhere, by_whole_rung, by_rung, by_text];
@@ -42,34 +49,34 @@ pub(super) fn histories(plan: &mut Plan, names: &Names<'_>) {
             let Some(history) = *place else { continue };
             let found = key(names.new, history).and_then(|key| waiting.get_mut(&key)?.pop_front());
             let Some(before) = found.and_then(|at| old[at].take()) else { continue };
-            // A block of another kind is another block.
-            if names.block(before.standing.block) != Some(history.standing.block) {
+            // A block of the same name but of another kind is not the same block.
+            if names.block(before.element.block) != Some(history.element.block) {
                 continue;
             }
             goes_on(plan, before, history);
-            plan.moves(names, before.standing, history.standing);
+            plan.moves(names, before.element, history.element);
             *place = None;
         }
     }
     share(plan, names, new.into_iter().flatten());
 }
 
-/// What is new, and whose text its element had already.
-fn share<'a>(plan: &mut Plan, names: &Names<'_>, new: impl Iterator<Item = &'a History>) {
-    let mut known: HashMap<(Standing, &str), &History> = HashMap::new();
+/// Histories without a partner share the value of an old one with the same text and element.
+fn share<'a>(plan: &mut ReloadPlan, names: &Names<'_>, new: impl Iterator<Item = &'a History>) {
+    let mut known: HashMap<(ElementId, &str), &History> = HashMap::new();
     for history in &names.old.histories {
-        if let Some(standing) = names.standing(history.standing) {
-            known.entry((standing, &history.text)).or_insert(history);
+        if let Some(element) = names.element(history.element) {
+            known.entry((element, &history.text)).or_insert(history);
         }
     }
     for history in new.filter(|history| kind(history) != "ND") {
-        if let Some(before) = known.get(&(history.standing, history.text.as_str())) {
+        if let Some(before) = known.get(&(history.element, history.text.as_str())) {
             goes_on(plan, before, history);
         }
     }
 }
 
-fn goes_on(plan: &mut Plan, before: &History, now: &History) {
+fn goes_on(plan: &mut ReloadPlan, before: &History, now: &History) {
     plan.transfer.bits.push(Stretch { from: before.cell.0, to: now.cell.0, count: 1 });
 }
 
@@ -83,7 +90,7 @@ fn block(identity: &Identity, id: BlockId) -> String {
 }
 
 fn by_text(identity: &Identity, history: &History) -> Option<Key> {
-    let (block, text) = (block(identity, history.standing.block), Some(history.text.clone()));
+    let (block, text) = (block(identity, history.element.block), Some(history.text.clone()));
     Some(Key { block, text, ..Key::default() })
 }
 
@@ -92,7 +99,7 @@ fn elsewhere(identity: &Identity, history: &History) -> Option<Key> {
 }
 
 fn exactly(identity: &Identity, history: &History) -> Option<Key> {
-    let stage = history.standing.stage.map(|id| identity.stage(id));
+    let stage = history.element.stage.map(|id| identity.stage(id));
     Some(Key { stage, ..elsewhere(identity, history)? })
 }
 
@@ -108,10 +115,10 @@ fn by_whole_rung(identity: &Identity, history: &History) -> Option<Key> {
     Some(Key { whole: Some(Arc::clone(&history.whole)), ..by_text(identity, history)? })
 }
 
-/// A `fall` that has seen another bit ON would see this one fall.
+/// Not for `fall`: with the history of a bit that was ON it would see its own bit fall.
 fn by_rung(identity: &Identity, history: &History) -> Option<Key> {
     let rung = Some(history.rung.clone()?);
     let text = Some(kind(history)).filter(|kind| *kind != "fall")?.to_owned();
-    let block = block(identity, history.standing.block);
+    let block = block(identity, history.element.block);
     Some(Key { block, rung, text: Some(text), ..Key::default() })
 }

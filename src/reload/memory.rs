@@ -3,43 +3,48 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::report::{preset, same};
-use super::{Elsewhere, Names, Plan, Side, State};
-use crate::engine::{Cell, Termination};
-use crate::isa::{Address, Bit, BitSpace, MemorySizes, Mnemonic, Structure, Word};
-use crate::lower::identity::{Owner, Standing};
+use super::{Elsewhere, Names, ReloadPlan, Side, State};
+use crate::engine::{Cell, PassStep};
+use crate::isa::{Address, Bit, BitSpace, ElementId, Mnemonic, Space, Structure, Word};
+use crate::lower::identity::Owner;
 use crate::resolve::program::Value;
 
 /// The old owners that go on: record, which of CTU and CTD, and where they stand.
 #[derive(Default)]
-pub(super) struct Kept(HashMap<(u32, Option<Mnemonic>), Standing>);
+pub(super) struct Kept(HashMap<(u32, Option<Mnemonic>), ElementId>);
 
 impl Kept {
     fn note(&mut self, record: u32, owner: &Owner) {
         let halves = [Mnemonic::Ctu, Mnemonic::Ctd];
         let half = Some(owner.mnemonic).filter(|mnemonic| halves.contains(mnemonic));
-        self.0.insert((record, half), owner.standing);
+        self.0.insert((record, half), owner.element);
     }
 
     /// Whether the instruction of a termination goes on.
-    pub fn goes_on(&self, termination: &Termination, standing: Standing) -> bool {
+    pub fn goes_on(&self, termination: &PassStep, element: ElementId) -> bool {
         let half = match termination {
-            Termination::CountUp(_) => Some(Mnemonic::Ctu),
-            Termination::CountDown(_) => Some(Mnemonic::Ctd),
-            Termination::BitOff(_)
-            | Termination::HistoryOff(_)
-            | Termination::Counter(..)
-            | Termination::Timer(..)
-            | Termination::HoldTimer(_)
-            | Termination::DisableTask(_) => None,
+            PassStep::CountUp(_) => Some(Mnemonic::Ctu),
+            PassStep::CountDown(_) => Some(Mnemonic::Ctd),
+            PassStep::BitOff(_)
+            | PassStep::HistoryOff(_)
+            | PassStep::Counter(..)
+            | PassStep::Timer(..)
+            | PassStep::HoldTimer(_)
+            | PassStep::DisableTask(_) => None,
         };
         let record = termination.record();
-        record.is_some_and(|record| self.0.get(&(record, half)) == Some(&standing))
+        record.is_some_and(|record| self.0.get(&(record, half)) == Some(&element))
     }
 }
 
 /// Structures whose owner has the same mnemonic in the same block go on; what another owner has
 /// begins anew.
-pub(super) fn structures(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> Kept {
+pub(super) fn structures(
+    plan: &mut ReloadPlan,
+    names: &Names<'_>,
+    old: Side<'_>,
+    new: Side<'_>,
+) -> Kept {
     let mut kept = Kept::default();
     let (before, now) = (by_structure(&names.old.owners), by_structure(&names.new.owners));
     for (structure, owners) in &now {
@@ -47,14 +52,14 @@ pub(super) fn structures(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new:
         for owner in owners {
             let same = before.get(structure).and_then(|before| {
                 before.iter().find(|before| {
-                    let block = names.block(before.standing.block);
-                    before.mnemonic == owner.mnemonic && block == Some(owner.standing.block)
+                    let block = names.block(before.element.block);
+                    before.mnemonic == owner.mnemonic && block == Some(owner.element.block)
                 })
             });
             let Some(same) = same else { continue };
             goes_on = true;
             kept.note(old.symbols.layout.record(*structure), same);
-            plan.moves(names, same.standing, owner.standing);
+            plan.moves(names, same.element, owner.element);
             tell_kept(plan, names, old, (same, owner));
         }
         if goes_on {
@@ -75,8 +80,8 @@ pub(super) fn structures(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new:
     for (structure, owners) in &before {
         if !now.contains_key(structure) {
             let said = names.old.say(Address::Structure(*structure));
-            let Owner { mnemonic, standing, .. } = owners[0];
-            let (name, block) = (mnemonic.spec().name, &names.old.block(standing.block).name);
+            let Owner { mnemonic, element, .. } = owners[0];
+            let (name, block) = (mnemonic.spec().name, &names.old.block(element.block).name);
             plan.say(format!("{said} is gone: {name} in {block}"));
         }
     }
@@ -92,7 +97,11 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
 }
 
 /// PRE is memory; a constant preset that was edited is put there, as a cold start would.
-fn sensaphone_preset(plan: &mut Plan, structure: Structure, (old, new): (Side<'_>, Side<'_>)) {
+fn sensaphone_preset(
+    plan: &mut ReloadPlan,
+    structure: Structure,
+    (old, new): (Side<'_>, Side<'_>),
+) {
     let Structure::Sensaphone(n) = structure else { return };
     let constant = |side: Side<'_>| {
         let cell = side.symbols.layout.word(Word::Pre(n));
@@ -103,13 +112,18 @@ fn sensaphone_preset(plan: &mut Plan, structure: Structure, (old, new): (Side<'_
     }
 }
 
-fn put_preset(plan: &mut Plan, structure: Structure, new: Side<'_>) {
+fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: Side<'_>) {
     let cell = new.symbols.layout.word(Word::Pre(structure.number()));
     let initial = new.program.initial_words.iter().find(|(at, _)| *at == cell);
     plan.transfer.new_words.push((cell, initial.map_or(0, |(_, value)| *value)));
 }
 
-fn tell_kept(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, (before, now): (&Owner, &Owner)) {
+fn tell_kept(
+    plan: &mut ReloadPlan,
+    names: &Names<'_>,
+    old: Side<'_>,
+    (before, now): (&Owner, &Owner),
+) {
     let said = names.new.say(Address::Structure(now.structure));
     let timer = matches!(now.structure, Structure::Timer(_));
     let of = |owner: &Owner, name| owner.presets.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
@@ -131,18 +145,18 @@ fn tell_kept(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, (before, now): (
         _ => None,
     };
     let acc = layout.word(Word::Acc(now.structure)).0;
-    let into = into(plan, names, old, (before.standing, now.standing));
+    let into = into(plan, names, old, (before.element, now.element));
     plan.say_of(said, State::Keeps { timer, acc, preset: now_preset, preset_word, into });
 }
 
 /// The Stage that an instruction stands in now and did not before.
 fn into(
-    plan: &Plan,
+    plan: &ReloadPlan,
     names: &Names<'_>,
     old: Side<'_>,
-    (before, now): (Standing, Standing),
+    (before, now): (ElementId, ElementId),
 ) -> Option<Elsewhere> {
-    let stage = now.stage.filter(|_| names.standing(before) != Some(now))?;
+    let stage = now.stage.filter(|_| names.element(before) != Some(now))?;
     let was = names.stage_before(stage).map(|id| old.symbols.layout.bit(Bit::Stage(id)).0);
     let start = plan.starts.get(&now.block).filter(|(initial, _)| *initial == stage);
     let start = start.map(|(_, start)| start.clone());
@@ -150,7 +164,7 @@ fn into(
 }
 
 fn tell_new(
-    plan: &mut Plan,
+    plan: &mut ReloadPlan,
     names: &Names<'_>,
     structure: Structure,
     (before, now): (Option<&&Owner>, &Owner),
@@ -160,13 +174,13 @@ fn tell_new(
         return plan.say(format!("{said} is new"));
     };
     let owner = |owner: &Owner, block: &str| format!("{} in {block}", owner.mnemonic.spec().name);
-    let was = owner(before, &names.old.block(before.standing.block).name);
-    let is = owner(now, &names.new.block(now.standing.block).name);
+    let was = owner(before, &names.old.block(before.element.block).name);
+    let is = owner(now, &names.new.block(now.element.block).name);
     plan.say(format!("{said} begins anew: {is}, was {was}"));
 }
 
 /// What a tag's `initial` says of an address that the old program knows nothing of.
-pub(super) fn initial(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn initial(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     for (address, value) in &names.new.initial {
         if names.old.addresses.contains_key(address) {
             continue;
@@ -181,16 +195,17 @@ pub(super) fn initial(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Si
         let Some(cell) = old.symbols.layout.cell(*address) else { continue };
         plan.say_of(names.new.say(*address), State::Initial { cell, value: *value });
     }
-    let (before, now) = (sizes(old.symbols.layout.sizes()), sizes(new.symbols.layout.sizes()));
-    for ((name, before), (_, now)) in before.into_iter().zip(now) {
+    let (before, now) = (old.symbols.layout.sizes(), new.symbols.layout.sizes());
+    for space in Space::ALL {
+        let (before, now) = (space.count(before), space.count(now));
         if before != now {
-            plan.say(format!("memory {name} {before} → {now}"));
+            plan.say(format!("memory {} {before} → {now}", space.name()));
         }
     }
 }
 
 /// What a cell of memory begins with, if it does not go on. Memory lies in the same cells in both.
-pub(super) fn begins(plan: &Plan, cell: Cell) -> Option<i32> {
+pub(super) fn begins(plan: &ReloadPlan, cell: Cell) -> Option<i32> {
     let transfer = &plan.transfer;
     match cell {
         Cell::Bit(_) => {
@@ -202,21 +217,4 @@ pub(super) fn begins(plan: &Plan, cell: Cell) -> Option<i32> {
             of.or_else(|| transfer.fresh.contains(&at.0).then_some(0))
         }
     }
-}
-
-fn sizes(sizes: &MemorySizes) -> [(&'static str, u32); 11] {
-    let MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t, devices: _ } = *sizes;
-    [
-        ("X", x),
-        ("Y", y),
-        ("C", c),
-        ("MC", mc),
-        ("MI", mi),
-        ("V", v),
-        ("D", d),
-        ("MHR", mhr),
-        ("MIR", mir),
-        ("CT", ct),
-        ("T", t),
-    ]
 }

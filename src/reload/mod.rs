@@ -1,8 +1,8 @@
-//! Two programs held against each other: what of the old one goes on in the new one.
+//! Compares two programs: finds what of the old one goes on in the new one.
 //!
-//! Called by ordinary threads before a swap. Out come numbers for the engine ([`Transfer`]), which
-//! copies by them between two scans, and words for people ([`Plan::report`]). Nothing here reads a
-//! file, knows a thread, or changes anything.
+//! Called by ordinary threads before a swap. The engine gets numbers ([`Transfer`]), by which it
+//! copies between two scans; people get words ([`ReloadPlan::report`]). Nothing here reads a file,
+//! knows a thread, or changes anything.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
 #![deny(clippy::wildcard_enum_match_arm)]
@@ -19,9 +19,9 @@ pub use report::{Seen, WARNING};
 use std::collections::{BTreeMap, HashMap};
 
 use crate::engine::{self, Cell, Element, Transfer};
-use crate::isa::{BlockId, StageId};
+use crate::isa::{BlockId, ElementId, StageId};
 use crate::lower::Symbols;
-use crate::lower::identity::{Identity, Standing};
+use crate::lower::identity::Identity;
 use crate::resolve::program::Value;
 
 /// A lowered program.
@@ -35,7 +35,7 @@ pub struct Side<'a> {
 
 /// What goes on, in numbers and in facts.
 #[derive(Clone, Debug, Default)]
-pub struct Plan {
+pub struct ReloadPlan {
     /// For the engine.
     pub transfer: Transfer,
     /// For people, in order of what they are about.
@@ -175,25 +175,25 @@ impl<'a> Names<'a> {
     }
 
     /// Where the same place is in the new program, if it is.
-    fn standing(&self, old: Standing) -> Option<Standing> {
+    fn element(&self, old: ElementId) -> Option<ElementId> {
         let block = self.block(old.block)?;
         match old.stage {
-            None => Some(Standing { block, stage: None }),
-            Some(stage) => self.stage(stage).map(|id| Standing { block, stage: Some(id) }),
+            None => Some(ElementId { block, stage: None }),
+            Some(stage) => self.stage(stage).map(|id| ElementId { block, stage: Some(id) }),
         }
     }
 }
 
-fn element(standing: Standing) -> Element {
-    standing.stage.map_or(Element::Block(standing.block), Element::Stage)
+fn element_of(element: ElementId) -> Element {
+    element.stage.map_or(Element::Block(element.block), Element::Stage)
 }
 
-impl Plan {
+impl ReloadPlan {
     /// What goes on from `old` to `new`.
-    pub fn new(old: Side<'_>, new: Side<'_>) -> Plan {
+    pub fn new(old: Side<'_>, new: Side<'_>) -> ReloadPlan {
         let names = Names::new(&old.symbols.identity, &new.symbols.identity);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
-        let mut plan = Plan { transfer, ..Plan::default() };
+        let mut plan = ReloadPlan { transfer, ..ReloadPlan::default() };
         rungs::rungs(&mut plan, &names, old, new);
         let disabled = elements::disabled(&names, old, new);
         elements::blocks(&mut plan, &names, (old, new), &disabled);
@@ -218,9 +218,9 @@ impl Plan {
     }
 
     /// Notes that something with a state stands elsewhere in its block.
-    fn moves(&mut self, names: &Names<'_>, old: Standing, new: Standing) {
-        if names.standing(old) != Some(new) {
-            let pair = (element(old), element(new));
+    fn moves(&mut self, names: &Names<'_>, old: ElementId, new: ElementId) {
+        if names.element(old) != Some(new) {
+            let pair = (element_of(old), element_of(new));
             if !self.transfer.moved.contains(&pair) {
                 self.transfer.moved.push(pair);
             }

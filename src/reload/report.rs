@@ -4,7 +4,7 @@
 //! and the lines are a forecast: what happens in a pass hangs on what executed, which no image
 //! shows. Behind it, it has what the passes left as well, and the lines are what happened.
 
-use super::{Difference, Elsewhere, Plan, Start, State};
+use super::{Difference, Elsewhere, ReloadPlan, Start, State};
 use crate::engine::{BitCell, Cell, WordCell};
 use crate::isa::duration;
 use crate::resolve::program::Value;
@@ -74,7 +74,7 @@ impl Seen<'_> {
     }
 }
 
-impl Plan {
+impl ReloadPlan {
     /// A line a difference; or that there is none, before what goes on.
     pub fn report(&self, seen: &Seen<'_>) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();

@@ -1,46 +1,45 @@
-//! How many rungs were edited, are new, are gone: for the report alone.
+//! Counts the rungs that were edited, added and removed. Only the report uses the counts.
 //!
-//! A rung is the same one while it stands in the same element with the same name and does the same
-//! thing, by its text in addresses. Of those that are left, one is the edited other by its text
-//! elsewhere in the block, else by its name in the block, else by its element.
+//! A rung is unchanged if the new program has a rung with the same text (in addresses) and the same
+//! name in the same element. The remaining rungs are paired as edited ones: first those with the
+//! same text in the same block, then those with the same name in the same block, then those in the
+//! same element. Unpaired rungs of the old program were removed, those of the new one were added.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::{Names, Plan, Side};
-use crate::isa::BlockId;
-use crate::lower::identity::{RungText, Standing};
+use super::{Names, ReloadPlan, Side};
+use crate::isa::{BlockId, ElementId};
+use crate::lower::identity::RungText;
 
-/// By what two rungs are held for each other.
+/// What two rungs must have in common to be paired.
 #[derive(PartialEq, Eq, Hash)]
 enum Key {
-    Same(Standing, Option<String>, Arc<str>),
+    Same(ElementId, Option<String>, Arc<str>),
     Text(BlockId, Arc<str>),
     Name(BlockId, String),
-    Element(Standing),
+    Element(ElementId),
 }
 
-pub(super) fn rungs(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn rungs(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     let new_place = |rung: &RungText| {
-        names.standing(rung.standing).map(|standing| RungText { standing, ..rung.clone() })
+        names.element(rung.element).map(|element| RungText { element, ..rung.clone() })
     };
     let here: Vec<_> = names.old.rungs.iter().map(new_place).collect();
     let lost = here.iter().filter(|rung| rung.is_none()).count();
     let mut before: Vec<RungText> = here.into_iter().flatten().collect();
     let mut now = names.new.rungs.clone();
     let in_order = before == now;
-    let same = |rung: &RungText| {
-        Some(Key::Same(rung.standing, rung.name.clone(), Arc::clone(&rung.whole)))
-    };
+    let same =
+        |rung: &RungText| Some(Key::Same(rung.element, rung.name.clone(), Arc::clone(&rung.whole)));
     pair(&mut before, &mut now, same);
     let mut edited = 0;
     edited += pair(&mut before, &mut now, |rung| {
-        Some(Key::Text(rung.standing.block, Arc::clone(&rung.whole)))
+        Some(Key::Text(rung.element.block, Arc::clone(&rung.whole)))
     });
-    edited += pair(&mut before, &mut now, |rung| {
-        Some(Key::Name(rung.standing.block, rung.name.clone()?))
-    });
-    edited += pair(&mut before, &mut now, |rung| Some(Key::Element(rung.standing)));
+    edited +=
+        pair(&mut before, &mut now, |rung| Some(Key::Name(rung.element.block, rung.name.clone()?)));
+    edited += pair(&mut before, &mut now, |rung| Some(Key::Element(rung.element)));
     let (added, gone) = (now.len(), before.len() + lost);
     if (edited, added, gone) != (0, 0, 0) {
         let s = if edited == 1 { "" } else { "s" };
@@ -51,7 +50,7 @@ pub(super) fn rungs(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side
     order(plan, names, old, new);
 }
 
-/// Takes away those that are found on both sides; how many they were.
+/// Removes the rungs that have the same key on both sides, and returns the number of pairs.
 fn pair(
     before: &mut Vec<RungText>,
     now: &mut Vec<RungText>,
@@ -77,8 +76,8 @@ fn pair(
     count - before.len()
 }
 
-/// In which the blocks that are in both are scanned.
-fn order(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+/// Reports whether the blocks of both programs are scanned in another order.
+fn order(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     let before: Vec<_> = old.program.order.iter().filter_map(|id| names.block(*id)).collect();
     let now = new.program.order.iter().copied();
     let now: Vec<_> = now.filter(|id| before.contains(id)).collect();

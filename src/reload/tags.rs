@@ -1,12 +1,12 @@
 //! Tags: those that have another address, another name, other limits.
 
 use super::memory::begins;
-use super::{Names, Plan, Side, State};
+use super::{Names, ReloadPlan, Side, State};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 
 /// Tags that have another address now: what the old one held stays where it was.
-pub(super) fn moved(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
@@ -35,7 +35,7 @@ pub(super) fn moved(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
 }
 
 /// Tags of the same address by another name.
-pub(super) fn renamed(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn renamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let gone = names.old.tags.iter().filter(|(tag, _)| !names.new.tags.contains_key(*tag));
     let mut new: Vec<_> =
@@ -50,7 +50,7 @@ pub(super) fn renamed(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
 }
 
 /// Tags that are gone, and whose address has no other: told where a force stays on it.
-pub(super) fn unnamed(plan: &mut Plan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
         if names.new.tags.contains_key(tag) || has_tag() {
@@ -73,7 +73,7 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
 }
 
 /// Words whose limits are others, told where their value is not within.
-pub(super) fn limits(plan: &mut Plan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn limits(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     for address in names.new.addresses.keys() {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);

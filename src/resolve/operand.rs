@@ -211,7 +211,7 @@ impl Resolver<'_> {
             Structure::Sensaphone(_) => "a Sensaphone counter",
         };
         let (name, thing) = self.thing(atom, wanted)?;
-        let fits = |structure: &Structure| structure.space_name() == like.space_name();
+        let fits = |structure: &Structure| structure.space() == like.space();
         if let Thing::Address(address @ Address::Structure(structure)) = thing
             && fits(&structure)
         {

@@ -6,7 +6,7 @@
 
 use super::range::{look_up, other_range};
 use super::scope::{Scope, Thing};
-use crate::isa::{Address, Bit, Structure, Word};
+use crate::isa::{Address, Bit, Word};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -126,16 +126,11 @@ fn number(address: Address) -> Option<u32> {
 
 /// The same with another number.
 fn numbered(address: Address, n: u32) -> Address {
-    let structure = |structure| match structure {
-        Structure::Counter(_) => Structure::Counter(n),
-        Structure::Timer(_) => Structure::Timer(n),
-        Structure::Sensaphone(_) => Structure::Sensaphone(n),
-    };
     match address {
         Address::Bit(Bit::Space(space, _)) => Address::Bit(Bit::Space(space, n)),
-        Address::Bit(Bit::Flag(of, flag)) => Address::Bit(Bit::Flag(structure(of), flag)),
+        Address::Bit(Bit::Flag(of, flag)) => Address::Bit(Bit::Flag(of.numbered(n), flag)),
         Address::Word(Word::Space(space, _)) => Address::Word(Word::Space(space, n)),
-        Address::Word(Word::Acc(of)) => Address::Word(Word::Acc(structure(of))),
+        Address::Word(Word::Acc(of)) => Address::Word(Word::Acc(of.numbered(n))),
         Address::Word(Word::Pre(_)) => Address::Word(Word::Pre(n)),
         other => other,
     }

@@ -1,25 +1,10 @@
 //! Ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or a tag of one.
 
 use super::scope::{Scope, Thing};
-use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::isa::{Address, Space};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
-
-/// The spaces that a range can lie in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Space {
-    /// Plain bits.
-    Bit(BitSpace),
-    /// Plain words.
-    Word(WordSpace),
-    /// `CT`.
-    Counter,
-    /// `T`.
-    Timer,
-    /// `N`.
-    Sensaphone,
-}
 
 /// Elements `first..=last` of one space, numbered as written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,19 +19,6 @@ pub struct Range {
     pub span: Span,
 }
 
-impl Space {
-    /// The prefix as written.
-    pub fn name(self) -> &'static str {
-        match self {
-            Space::Bit(space) => space.name(),
-            Space::Word(space) => space.name(),
-            Space::Counter => "CT",
-            Space::Timer => "T",
-            Space::Sensaphone => "N",
-        }
-    }
-}
-
 impl Range {
     /// How many elements it has.
     pub fn count(&self) -> u32 {
@@ -56,13 +28,7 @@ impl Range {
     /// What lies in it, in order.
     pub fn addresses(&self) -> impl Iterator<Item = Address> {
         let space = self.space;
-        (self.first..=self.last).map(move |n| match space {
-            Space::Bit(space) => Address::Bit(Bit::Space(space, n)),
-            Space::Word(space) => Address::Word(Word::Space(space, n)),
-            Space::Counter => Address::Structure(Structure::Counter(n)),
-            Space::Timer => Address::Structure(Structure::Timer(n)),
-            Space::Sensaphone => Address::Structure(Structure::Sensaphone(n)),
-        })
+        (self.first..=self.last).map(move |n| space.address(n))
     }
 
     /// Whether two ranges have an element in common.
@@ -156,12 +122,5 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<(Space, u32), Findin
     let Thing::Address(address) = thing else {
         return wrong("ranges are of addresses: `Y8..Y9`, `D100..D199`, `CT8..CT15`");
     };
-    match address {
-        Address::Bit(Bit::Space(space, n)) => Ok((Space::Bit(space), n)),
-        Address::Word(Word::Space(space, n)) => Ok((Space::Word(space), n)),
-        Address::Structure(Structure::Counter(n)) => Ok((Space::Counter, n)),
-        Address::Structure(Structure::Timer(n)) => Ok((Space::Timer, n)),
-        Address::Structure(Structure::Sensaphone(n)) => Ok((Space::Sensaphone, n)),
-        _ => wrong("name whole structures: `CT8..CT15`"),
-    }
+    Space::of(address).map_or_else(|| wrong("name whole structures: `CT8..CT15`"), Ok)
 }

@@ -13,10 +13,10 @@ use super::content::{self, Content, Element, Kind, RECORD_BYTES, Run, Value, add
 use super::limits::Limits;
 use super::owners::{Preset, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
-use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, Space, Structure, Word, WordSpace};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
-use crate::resolve::range::{Range, Space};
+use crate::resolve::range::Range;
 
 /// What is retained.
 #[derive(Clone, Debug)]

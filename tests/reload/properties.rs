@@ -11,7 +11,7 @@ use crate::support::run::{load, target};
 use rungd::engine::{Engine, ScanTimes, Transfer};
 use rungd::isa::{Bit, BitSpace, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
-use rungd::reload::{Plan, Side};
+use rungd::reload::{ReloadPlan, Side};
 use rungd::sim::stimulus::{Change, Stimulus};
 
 fn setting(name: &str, default: u64) -> u64 {
@@ -37,12 +37,12 @@ fn loaded(case: &Case) -> Loaded {
     Loaded { program: code, symbols, stimulus }
 }
 
-fn plan(old: &Loaded, new: &Loaded) -> Plan {
+fn plan(old: &Loaded, new: &Loaded) -> ReloadPlan {
     let side = |of: &Loaded| -> (rungd::engine::Program, Symbols) {
         (of.program.clone(), of.symbols.clone())
     };
     let ((a, b), (c, d)) = (side(old), side(new));
-    Plan::new(Side { program: &a, symbols: &b }, Side { program: &c, symbols: &d })
+    ReloadPlan::new(Side { program: &a, symbols: &b }, Side { program: &c, symbols: &d })
 }
 
 fn swapped(engine: &mut Engine, to: &Loaded, transfer: &Transfer) -> Engine {

@@ -13,7 +13,7 @@ use crate::support::run;
 use rungd::engine::{Cell, Engine, Image, ScanTimes};
 use rungd::isa::{Bit, BitSpace, BlockId, StageId};
 use rungd::lower::{Symbols, lower};
-use rungd::reload::{Plan, Seen, Side};
+use rungd::reload::{ReloadPlan, Seen, Side};
 use rungd::resolve::program::Program;
 use rungd::sim::stimulus::{Change, Stimulus};
 
@@ -117,7 +117,7 @@ struct Swap<'a> {
     words: Vec<i32>,
     /// The new memory, right behind the swap.
     after: &'a Image,
-    plan: &'a Plan,
+    plan: &'a ReloadPlan,
 }
 
 impl Swap<'_> {
@@ -249,7 +249,7 @@ fn a_report_says_what_the_engine_does() {
         let case = generate(seed);
         let old = Loaded::new(&case).expect("it is generated so");
         let Some(new) = edited(&case, &mut rng) else { continue };
-        let plan = Plan::new(old.side(), new.side());
+        let plan = ReloadPlan::new(old.side(), new.side());
         let look_up = |name: &str| run::target(&old.program, &old.symbols, name);
         let stimulus = Stimulus::parse(&case.stimulus(), &look_up).map_err(|e| e.message).unwrap();
         let (mut engine, mut next) = (Engine::new(old.code.clone()), 0);
@@ -297,6 +297,6 @@ fn a_report_says_what_the_engine_does() {
 /// The same program in the same state: a reload of the identical one leaves no trace.
 fn again(engine: &mut Engine, of: &Loaded) -> Engine {
     let mut copy = Engine::new(of.code.clone());
-    copy.adopt(engine, &Plan::new(of.side(), of.side()).transfer, true, &[]);
+    copy.adopt(engine, &ReloadPlan::new(of.side(), of.side()).transfer, true, &[]);
     copy
 }

@@ -5,7 +5,7 @@ use crate::support::plc::Plc;
 use crate::support::run;
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
-use rungd::reload::{Plan, Seen, Side};
+use rungd::reload::{ReloadPlan, Seen, Side};
 
 /// A controller that is reloaded in the middle.
 struct Reloaded {
@@ -57,7 +57,7 @@ impl Reloaded {
     fn reload(mut self, ladder: &str) -> Self {
         let program = run::load(ladder).unwrap_or_else(|errors| panic!("{errors}"));
         let (engine_program, symbols) = lower(&program);
-        let plan = Plan::new(
+        let plan = ReloadPlan::new(
             Side { program: self.plc.engine.program(), symbols: &self.plc.symbols },
             Side { program: &engine_program, symbols: &symbols },
         );

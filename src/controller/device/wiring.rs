@@ -18,9 +18,9 @@ use std::collections::HashMap;
 
 use super::settings::Device;
 use crate::controller::settings::Controller;
-use crate::isa::{Address, Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace, Space};
 use crate::resolve::program::Program;
-use crate::resolve::range::{Range, Space};
+use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 

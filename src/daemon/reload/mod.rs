@@ -27,7 +27,7 @@ use super::config::Setup;
 use super::systemd::{Notice, Systemd};
 use crate::engine::{self, Cell, Engine};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
-use crate::reload::{Plan, Seen};
+use crate::reload::{ReloadPlan, Seen};
 use crate::runtime::command::Denial;
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
@@ -392,7 +392,7 @@ impl Reloads {
 }
 
 /// What a swap did, by what was noted before it and what the passes left.
-fn report(plan: &Plan, package: &Package<Engine>, forces: &[Cell]) -> Vec<String> {
+fn report(plan: &ReloadPlan, package: &Package<Engine>, forces: &[Cell]) -> Vec<String> {
     let image = package.machine.image();
     let (mut bits, mut words) = (image.bits().to_vec(), image.words().to_vec());
     for (cell, value) in &package.asked {

@@ -10,7 +10,7 @@ use crate::daemon::config::{self, Setup};
 use crate::daemon::narration::{Narration, span};
 use crate::engine::Engine;
 use crate::isa::MemorySizes;
-use crate::reload::{Plan, Side};
+use crate::reload::{ReloadPlan, Side};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package, Safe};
 use crate::source::render::Style;
@@ -18,7 +18,7 @@ use crate::source::render::Style;
 /// A program, ready to be handed in.
 pub(super) struct Ready {
     pub running: Arc<Running>,
-    pub plan: Plan,
+    pub plan: ReloadPlan,
     pub package: Box<Package<Engine>>,
 }
 
@@ -54,7 +54,7 @@ pub(super) fn read(path: &Path, fit: &Fit) -> Result<Running, String> {
 impl Ready {
     /// A program behind another one.
     pub fn of(old: &Running, next: Arc<Running>, generation: u32, latest: &Snapshot) -> Ready {
-        let plan = Plan::new(side(old), side(&next));
+        let plan = ReloadPlan::new(side(old), side(&next));
         let mut engine = Engine::new(next.program.clone());
         engine.touch();
         let setup = &next.setup;

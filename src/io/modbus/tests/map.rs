@@ -7,8 +7,7 @@ use super::super::pdu::{self, Request};
 use super::{any_client, loopback, range};
 use crate::engine::Layout;
 use crate::io::modbus::settings::Modbus;
-use crate::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
-use crate::resolve::range::Space;
+use crate::isa::{Bit, BitSpace, MemorySizes, Space, Word, WordSpace};
 use crate::runtime::exchange::{Mode, Snapshot, StopReason, Write};
 
 const ASKER: Asker = Asker { unit: 1, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };

@@ -13,9 +13,9 @@ mod scans;
 use std::net::SocketAddr;
 
 use crate::io::modbus::settings::{Modbus, WriteList};
-use crate::isa::{MemorySizes, address_text};
+use crate::isa::{MemorySizes, Space, address_text};
 use crate::resolve::operands::Operands;
-use crate::resolve::range::{Range, Space};
+use crate::resolve::range::Range;
 use crate::source::span::Span;
 
 /// A server on a port of loopback that the system chooses; nothing is writable.

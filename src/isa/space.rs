@@ -1,0 +1,225 @@
+//! The spaces of numbered addresses: their prefixes, their first numbers and their sizes.
+//!
+//! A leaf: `address` makes addresses of them, the controller file sets their sizes.
+
+use super::status;
+
+/// The spaces of plain bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum BitSpace {
+    /// Inputs.
+    X,
+    /// Outputs.
+    Y,
+    /// Internal bits.
+    C,
+    /// Coils that a Modbus client reads and writes; from 1.
+    Mc,
+    /// Discrete inputs that a Modbus client reads; from 1.
+    Mi,
+    /// Status bits, read-only.
+    St,
+}
+
+/// The spaces of plain words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum WordSpace {
+    /// Unsigned 16-bit data.
+    V,
+    /// Signed 32-bit data.
+    D,
+    /// Holding registers, u16; from 1.
+    Mhr,
+    /// Input registers, u16; from 1.
+    Mir,
+    /// Status words, i32, read-only.
+    Dst,
+}
+
+/// Every space of numbered addresses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Space {
+    /// Plain bits.
+    Bit(BitSpace),
+    /// Plain words.
+    Word(WordSpace),
+    /// `CT`.
+    Counter,
+    /// `T`.
+    Timer,
+    /// `N`.
+    Sensaphone,
+}
+
+/// How many elements each space has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct MemorySizes {
+    pub x: u32,
+    pub y: u32,
+    pub c: u32,
+    pub mc: u32,
+    pub mi: u32,
+    pub v: u32,
+    pub d: u32,
+    pub mhr: u32,
+    pub mir: u32,
+    pub ct: u32,
+    pub t: u32,
+    /// Field devices: each has the bits of [`Health`].
+    pub devices: u32,
+}
+
+impl Default for MemorySizes {
+    /// The sizes of `docs/semantics.md`, section 7.
+    fn default() -> Self {
+        MemorySizes {
+            x: 2048,
+            y: 2048,
+            c: 2048,
+            mc: 1024,
+            mi: 1024,
+            v: 4096,
+            d: 4096,
+            mhr: 2048,
+            mir: 2048,
+            ct: 256,
+            t: 256,
+            devices: 0,
+        }
+    }
+}
+
+/// How many Sensaphone counters there are: `N0`..`N63`.
+pub const SENSAPHONE_COUNT: u32 = 64;
+
+impl Space {
+    /// All, the bits first.
+    pub const ALL: [Space; 14] = [
+        Space::Bit(BitSpace::X),
+        Space::Bit(BitSpace::Y),
+        Space::Bit(BitSpace::C),
+        Space::Bit(BitSpace::Mc),
+        Space::Bit(BitSpace::Mi),
+        Space::Bit(BitSpace::St),
+        Space::Word(WordSpace::V),
+        Space::Word(WordSpace::D),
+        Space::Word(WordSpace::Mhr),
+        Space::Word(WordSpace::Mir),
+        Space::Word(WordSpace::Dst),
+        Space::Counter,
+        Space::Timer,
+        Space::Sensaphone,
+    ];
+
+    /// The prefix as written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Space::Bit(space) => space.name(),
+            Space::Word(space) => space.name(),
+            Space::Counter => "CT",
+            Space::Timer => "T",
+            Space::Sensaphone => "N",
+        }
+    }
+
+    /// The space of a prefix as written.
+    pub fn from_name(name: &str) -> Option<Space> {
+        Space::ALL.into_iter().find(|space| space.name() == name)
+    }
+
+    /// The first number: 1 in the Modbus spaces, else 0.
+    pub fn first(self) -> u32 {
+        match self {
+            Space::Bit(space) => space.first(),
+            Space::Word(space) => space.first(),
+            Space::Counter | Space::Timer | Space::Sensaphone => 0,
+        }
+    }
+
+    /// How many elements the space has.
+    pub fn count(self, sizes: &MemorySizes) -> u32 {
+        match self {
+            Space::Bit(space) => space.count(sizes),
+            Space::Word(space) => space.count(sizes),
+            Space::Counter => sizes.ct,
+            Space::Timer => sizes.t,
+            Space::Sensaphone => SENSAPHONE_COUNT,
+        }
+    }
+}
+
+impl BitSpace {
+    /// All whose size can be set: all but the status bits.
+    pub const SIZED: [BitSpace; 5] =
+        [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
+
+    /// The space's prefix as written.
+    pub fn name(self) -> &'static str {
+        match self {
+            BitSpace::X => "X",
+            BitSpace::Y => "Y",
+            BitSpace::C => "C",
+            BitSpace::Mc => "MC",
+            BitSpace::Mi => "MI",
+            BitSpace::St => "ST",
+        }
+    }
+
+    /// The first number: 1 in the Modbus spaces, else 0.
+    pub fn first(self) -> u32 {
+        u32::from(matches!(self, BitSpace::Mc | BitSpace::Mi))
+    }
+
+    /// How many elements the space has.
+    pub fn count(self, sizes: &MemorySizes) -> u32 {
+        match self {
+            BitSpace::X => sizes.x,
+            BitSpace::Y => sizes.y,
+            BitSpace::C => sizes.c,
+            BitSpace::Mc => sizes.mc,
+            BitSpace::Mi => sizes.mi,
+            BitSpace::St => status::ST_COUNT,
+        }
+    }
+}
+
+impl WordSpace {
+    /// All whose size can be set: all but the status words.
+    pub const SIZED: [WordSpace; 4] = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir];
+
+    /// The space's prefix as written.
+    pub fn name(self) -> &'static str {
+        match self {
+            WordSpace::V => "V",
+            WordSpace::D => "D",
+            WordSpace::Mhr => "MHR",
+            WordSpace::Mir => "MIR",
+            WordSpace::Dst => "DST",
+        }
+    }
+
+    /// The first number: 1 in the Modbus spaces, else 0.
+    pub fn first(self) -> u32 {
+        u32::from(matches!(self, WordSpace::Mhr | WordSpace::Mir))
+    }
+
+    /// How many elements the space has.
+    pub fn count(self, sizes: &MemorySizes) -> u32 {
+        match self {
+            WordSpace::V => sizes.v,
+            WordSpace::D => sizes.d,
+            WordSpace::Mhr => sizes.mhr,
+            WordSpace::Mir => sizes.mir,
+            WordSpace::Dst => status::DST_COUNT,
+        }
+    }
+
+    /// The values an element can hold.
+    pub fn range(self) -> (i32, i32) {
+        match self {
+            WordSpace::V | WordSpace::Mhr | WordSpace::Mir => (0, 65_535),
+            WordSpace::D | WordSpace::Dst => (i32::MIN, i32::MAX),
+        }
+    }
+}
