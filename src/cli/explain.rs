@@ -15,9 +15,11 @@ use crate::isa::{LegName, OperandKind, Spec, dialects, pages};
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
-/// Explains an instruction (`CNT`), a finding (`missing-leg`) or an event of the log (`alarm-on`,
-/// `RUNGD-0301`); without a name, lists them all. An instruction of other controllers (`TON`,
-/// `XIC`) is answered with what a ladder of rungd has instead.
+/// Explains an instruction (`CNT`), a finding (`missing-leg`) or an event of the log (`alarm-on`)
+///
+/// Without a name, lists them all. An event is found by its code (`RUNGD-0301`), too. An
+/// instruction of other controllers (`TON`, `XIC`) is answered with what a ladder of rungd has
+/// instead.
 #[derive(Args, Debug)]
 pub struct ExplainArgs {
     /// A mnemonic, the name of a finding, or the name or code of an event

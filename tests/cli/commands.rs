@@ -157,3 +157,35 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
         assert!(errors.contains(&format!("it is {what}, not a regular file")), "{errors}");
     }
 }
+
+/// As CONTRIBUTING.md says where a command belongs.
+#[test]
+fn every_command_has_its_file_its_help_and_its_page() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
+    let entries = std::fs::read_dir(root.join("docs")).unwrap();
+    let files = entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
+    let pages: String = files.map(read).collect();
+    let help = text(&rungd(&["--help"]).stdout);
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let listed = listed.take_while(|line| !line.is_empty());
+    let rows = listed.filter(|line| !line.starts_with("   "));
+    let names = rows.filter_map(|line| line.split_whitespace().next());
+    let names: Vec<&str> = names.filter(|name| *name != "help").collect();
+    assert!(names.len() > 15, "{help}");
+    for name in names {
+        // Two share the file of what they undo.
+        let file = match name {
+            "unforce" => "force".to_owned(),
+            "rollback" => "reload".to_owned(),
+            name => name.replace('-', "_"),
+        };
+        assert!(root.join(format!("src/cli/{file}.rs")).exists(), "{name} has no file");
+        let page = format!("rungd {name}");
+        assert!(pages.contains(&page), "no page shows `{page}`");
+        let help = text(&rungd(&["help", name]).stdout);
+        let usage = help.lines().find(|line| line.starts_with("Usage: "));
+        assert!(usage.is_some_and(|usage| usage.contains(&page)), "{name}: {help}");
+        assert!(help.lines().next().is_some_and(|first| first.len() > 15), "{name}: {help}");
+    }
+}
