@@ -16,6 +16,7 @@ use crate::daemon::log::{self, LogFormat};
 use crate::daemon::{self, Ending, Failure, Host, Options, config};
 use crate::events::Level;
 use crate::isa::duration;
+use crate::operator::protocol::ModeWanted;
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
@@ -34,6 +35,9 @@ pub struct RunArgs {
     /// Start in STOP, and wait for `rungd mode run`
     #[arg(long)]
     stopped: bool,
+    /// What a start does that finds nothing to restore (default: as `[retain] cold-start` says)
+    #[arg(long, value_name = "MODE")]
+    cold_start: Option<ModeWanted>,
     /// The form of the log (default: text, or journal under systemd)
     #[arg(long, value_name = "FORM")]
     log_format: Option<LogFormat>,
@@ -107,6 +111,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
     };
     let options = Options {
         scans: args.scans,
+        runs_cold: args.cold_start.map(|mode| mode == ModeWanted::Run),
         repeat: args.repeat_reason,
         reload_limit: args.reload_limit,
         start_in_stop: match (guard.trips(), args.stopped) {

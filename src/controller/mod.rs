@@ -7,6 +7,7 @@
 
 mod claims;
 pub mod device;
+mod doubts;
 pub mod modbus_server;
 pub mod operator;
 pub mod realtime;
@@ -92,6 +93,7 @@ pub fn resolve_controller(
         statistics_ms: written.statistics_ms.unsigned_abs(),
         probation_ms: written.probation_ms.unsigned_abs(),
     };
+    resolver.findings.extend(doubts::doubts(written, &controller, program));
     resolver.findings.extend(claims::moved_twice(&controller));
     resolver.findings.extend(device::moved_twice(&controller));
     if controller.devices.len() == written.devices.len() {

@@ -191,6 +191,7 @@ fn retain(
         plan,
         interval: Duration::from_millis(u64::from(retention.interval_ms)),
         runs_cold: retention.runs_cold,
+        has_operator: false,
         budget: u64::from(retention.budget_mb) * 1_000_000,
     })
 }

@@ -104,7 +104,7 @@ impl LogWriter {
                 say!(MODE_RUN, scan, "RUN: scanning every {}", span(self.narration.tempo.period_ns))
             }
             Mode::Stop(reason) if reason.waits_for_operator() => {
-                let again = self.facts.again();
+                let again = self.facts.leaves_stop(reason);
                 say!(
                     MODE_STOP at Warn,
                     scan, "STOP: {why}; outputs are at their safe values; {again}"
@@ -279,8 +279,9 @@ impl LogWriter {
                 let again = self.facts.remedy(reason);
                 say!(MODE_STILL at Error, "still in FAULT after {lasts}: {why}; {again}");
             }
-            _ => {
-                let again = self.facts.again();
+            Mode::Run => {}
+            Mode::Stop(reason) => {
+                let again = self.facts.leaves_stop(reason);
                 say!(MODE_STILL, "still in STOP after {lasts}: {why}; {again}");
             }
         }

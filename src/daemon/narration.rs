@@ -2,13 +2,14 @@
 //!
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
+use super::retain::COLD_BY_HAND;
 use crate::engine::{BlockEvent, Cell, Element};
 use crate::events::{self, Event};
 use crate::isa::{BlockId, StageId};
 use crate::lower::Symbols;
 use crate::resolve::program::{Block, BlockKind, Program};
 use crate::runtime::Watched;
-use crate::runtime::exchange::{FaultReason, Mode, Tempo};
+use crate::runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
 
 /// The names of everything that the log speaks of.
 #[derive(Clone, Debug)]
@@ -57,12 +58,31 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    /// What to do about a STOP, or a FAULT that is not the engine's.
+    /// What to do about a FAULT that is not the engine's.
     pub fn again(&self) -> &'static str {
         if self.has_operator {
             "`rungd mode run`, or a restart of rungd, runs it again"
         } else {
             "restart rungd to run it again"
+        }
+    }
+
+    /// What to do about a STOP. Where nothing was restored, a restart finds nothing either.
+    pub fn leaves_stop(&self, reason: StopReason) -> &'static str {
+        match (reason, self.has_operator) {
+            (StopReason::NothingRestored, true) => {
+                "`rungd mode run` runs it; a restart finds nothing to restore either"
+            }
+            (StopReason::NothingRestored, false) => COLD_BY_HAND,
+            (
+                StopReason::NotStarted
+                | StopReason::Instruction
+                | StopReason::Signal
+                | StopReason::ScanLimit
+                | StopReason::Operator
+                | StopReason::RestartGuard,
+                _,
+            ) => self.again(),
         }
     }
 

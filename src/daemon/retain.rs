@@ -17,6 +17,9 @@ use crate::retain::{Keeper, Plan};
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
+/// What runs a controller without an operator's socket where nothing was restored.
+pub(super) const COLD_BY_HAND: &str = "start it once by `rungd run --cold-start run`, or with \
+    `[retain] cold-start = \"run\"`: no operator's socket is there for `rungd mode run`";
 /// The most lines about what was not restored.
 const DROPPED_LINES_MAX: usize = 100;
 const NO_STOP: &str = "and no orderly stop followed, so that all that has termination logic is \
@@ -31,6 +34,8 @@ pub(super) struct Wanted {
     pub plan: Plan,
     pub interval: Duration,
     pub runs_cold: bool,
+    /// Whether an operator can run what waits in STOP; set at the start.
+    pub has_operator: bool,
     /// Bytes a day.
     pub budget: u64,
 }
@@ -156,11 +161,16 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start, and the mode \
-             is STOP: {path}: {why}. Find the cause, or write by hand what counts, then \
-             `rungd mode run`"
+             is STOP: {path}: {why}. Find the cause, or write by hand what counts, then {again}",
+            again = runs_again(wanted)
         );
     }
     format!("nothing restored: {why}")
+}
+
+/// What runs a controller that has found nothing to restore. A restart alone does not.
+fn runs_again(wanted: &Wanted) -> &'static str {
+    if wanted.has_operator { "`rungd mode run`" } else { COLD_BY_HAND }
 }
 
 fn tell_news(path: &Path, news: &News) {

@@ -19,7 +19,7 @@ use super::narration::{Facts, Narration, span};
 use super::operator;
 use super::posture;
 use super::reload::{self, Reloads, Running, Views};
-use super::retain;
+use super::retain::{self, Wanted};
 use super::retain_thread::{LastImage, Retention};
 use super::signals::{Host, Signals, Told, told};
 use super::systemd::{Notices, Systemd};
@@ -40,6 +40,8 @@ use crate::say::say;
 pub struct Options {
     /// Stop in an orderly way with this scan.
     pub scans: Option<u64>,
+    /// Whether a start runs that finds nothing to restore, whatever the controller file says.
+    pub runs_cold: Option<bool>,
     /// How often the log repeats why the controller does not run.
     pub repeat: Duration,
     /// How long a reload may take to read and check its files.
@@ -98,7 +100,12 @@ pub fn run(
     faults::listen();
     let inputs = initial_inputs(&program, &setup);
     let mut engine = Engine::new(program.clone());
-    let retained = setup.retain.as_ref().map(|wanted| retain::begin(wanted, &mut engine));
+    let has_operator = operator::SocketSpec::of(&setup.operator, &setup.controller).is_some();
+    let retained = setup.retain.as_ref().map(|wanted| {
+        let runs_cold = options.runs_cold.unwrap_or(wanted.runs_cold);
+        let wanted = Wanted { runs_cold, has_operator, ..wanted.clone() };
+        retain::begin(&wanted, &mut engine)
+    });
     let retained = retained.transpose()?;
     let cold = retained.as_ref().and_then(|opened| opened.cold);
     let settings = Settings {
@@ -116,7 +123,7 @@ pub fn run(
     let facts = Facts {
         repeat_ns: options.repeat.as_nanos() as u64,
         heartbeat_ns: pace.statistics_every_ns,
-        has_operator: operator::SocketSpec::of(&setup.operator, &setup.controller).is_some(),
+        has_operator,
     };
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());

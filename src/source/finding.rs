@@ -203,6 +203,10 @@ findings! {
     RetainedButReset "retained-but-reset" Warning
         "A retained structure loses its value at every stop.";
     RetainsNothing "retains-nothing" Warning "`[retain]` names nothing that a restart keeps.";
+    ColdForEver "cold-for-ever" Warning
+        "A start that finds nothing to restore waits for an operator who has no socket.";
+    HeldButReset "held-but-reset" Warning "An output that is to be held goes OFF at every stop.";
+    LongPeriod "long-period" Warning "Scans are more than a second apart.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";

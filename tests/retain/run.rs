@@ -403,3 +403,28 @@ fn a_stop_whose_image_cannot_be_kept_says_so_and_what_to_do() {
     assert_eq!(events(&lines, "retain-lost").len(), 1);
     assert_eq!(code, Some(74));
 }
+
+#[test]
+fn without_an_operators_socket_it_is_said_how_a_cold_controller_runs() {
+    let keeps =
+        KEEPS.replace("cold-start = \"run\"\n", "").replace("socket = \"op\"", "enabled = false");
+    let plant = Plant::new(COUNTS, &keeps);
+    for _ in 0..2 {
+        let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+        for words in ["nothing is restored", "STOP: nothing was found"] {
+            let line = running.line(words);
+            let said = message(&line);
+            assert!(said.contains("rungd run --cold-start run"), "{said}");
+            assert!(said.contains("`[retain] cold-start = \"run\"`"), "{said}");
+            assert!(!said.contains("restart"), "{said}");
+        }
+        running.stop();
+    }
+    let mut command = plant.command(&[] as &[&str]);
+    let mut running = Running::new(command.args(["--cold-start", "run", "--scans", "50"]));
+    running.rest();
+    assert_eq!(running.end().code(), Some(0));
+    assert_eq!(held(&file(&plant)).unwrap().count, 50);
+    run(&plant, "7");
+    assert_eq!(held(&file(&plant)).unwrap().count, 57);
+}

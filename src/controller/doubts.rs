@@ -1,0 +1,93 @@
+//! Settings that can be and are seldom meant: warnings that want the settings and the program.
+//!
+//! Called by `resolve_controller` once both are there. Refuses nothing.
+
+use super::written::WrittenController;
+use super::{Controller, RETAINABLE};
+use crate::isa::instruction::Termination;
+use crate::isa::{Bit, BitSpace};
+use crate::resolve::program::{Instruction, Program};
+use crate::source::finding::{Code, Finding};
+
+/// A longer period is seldom meant.
+const PERIOD_MS_MAX: u32 = 1000;
+
+/// All doubts about a controller.
+pub(super) fn doubts(
+    written: &WrittenController,
+    controller: &Controller,
+    program: &Program,
+) -> Vec<Finding> {
+    let mut findings = held_but_reset(controller, program);
+    findings.extend(long_period(written, controller));
+    findings.extend(cold_for_ever(written, controller));
+    findings
+}
+
+/// `10m` for `10ms`.
+fn long_period(written: &WrittenController, controller: &Controller) -> Option<Finding> {
+    if controller.period_ms <= PERIOD_MS_MAX {
+        return None;
+    }
+    let seconds = f64::from(controller.period_ms) / 1000.0;
+    let message = format!("scans are {seconds} s apart");
+    let finding = Finding::new(Code::LongPeriod, written.scan.period_ms.span, message);
+    let finding = finding.label("an input must last longer than this to be seen");
+    Some(finding.help("most plants want milliseconds: `period = \"10ms\"`"))
+}
+
+/// Outputs whose `hold` is undone by a termination pass.
+fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for held in &controller.outputs_hold {
+        for y in held.first..=held.last {
+            let output = Bit::Space(BitSpace::Y, y);
+            let drives = |one: &&Instruction| {
+                one.action.written_bit().is_some_and(|bit| bit.value == output) && terminates(one)
+            };
+            let mut all = program.instructions().map(|(_, instruction)| instruction);
+            let Some(driver) = all.find(|one| drives(one)) else { continue };
+            let name = driver.mnemonic.spec().name;
+            let message =
+                format!("`{output}` is to be held, but a stop turns OFF what `{name}` drives");
+            let finding = Finding::new(Code::HeldButReset, driver.span, message)
+                .label("OFF at every stop; held in FAULT alone")
+                .related(held.span, "held here")
+                .help("drive a held output by SET and RST; or say `on`, or nothing, which is OFF");
+            found.push(finding);
+        }
+    }
+    found
+}
+
+/// Whether the termination pass turns the instruction's bit OFF.
+fn terminates(instruction: &Instruction) -> bool {
+    match instruction.mnemonic.spec().termination {
+        Termination::Off | Termination::Reset => true,
+        Termination::Kept
+        | Termination::Untouched
+        | Termination::Held
+        | Termination::EnableOff
+        | Termination::RungOff => false,
+    }
+}
+
+/// A controller that waits in STOP for an operator who has no way in.
+fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option<Finding> {
+    let retains = controller.retain.iter().any(|range| RETAINABLE.contains(&range.space));
+    if controller.operator.enabled || controller.retention.runs_cold || !retains {
+        return None;
+    }
+    let message = "a start that finds nothing to restore waits in STOP for `rungd mode run`, and \
+                   there is no socket for it";
+    let place = written.operator.as_ref()?.span;
+    let finding =
+        Finding::new(Code::ColdForEver, place, message).label("without an operator's socket").help(
+            "write `[retain] cold-start = \"run\"`; or start it the first time by `rungd run \
+             --cold-start run`; or let it have its socket",
+        );
+    Some(match written.retain.ranges.first() {
+        Some(range) => finding.related(range.span, "retained here"),
+        None => finding,
+    })
+}
