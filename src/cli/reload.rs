@@ -1,10 +1,17 @@
 //! `rungd reload` and `rungd rollback`: another program without a stop, and back.
 
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+
 use anyhow::Result;
 use clap::Args;
+use rustix::io::Errno;
+use rustix::process::{Pid, Signal, kill_process};
 
 use super::exit::Exit;
 use super::operator::At;
+use super::say;
+use crate::daemon;
 use crate::operator::protocol::{Reloaded, Request};
 
 /// Has the running controller read its files anew, and go on with what they say
@@ -17,6 +24,12 @@ pub struct ReloadArgs {
     /// Print what would be kept, new and gone, and change nothing
     #[arg(long)]
     dry_run: bool,
+    /// Ask at the socket that this controller file names, or that systemd's environment does
+    #[arg(long, value_name = "CONTROLLER.toml")]
+    controller: Option<PathBuf>,
+    /// Where nobody answers there, send SIGHUP to this process: the log has the outcome
+    #[arg(long, value_name = "PID", requires = "controller", conflicts_with = "dry_run")]
+    pid: Option<i32>,
 }
 
 /// Goes back to the last program that had stood its probation, or to the one of the start
@@ -34,7 +47,38 @@ pub struct RollbackArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn reload(args: &ReloadArgs) -> Result<Exit> {
-    ask(&args.at, &Request::Reload { dry_run: args.dry_run })
+    let request = Request::Reload { dry_run: args.dry_run };
+    let Some(controller) = &args.controller else { return ask(&args.at, &request) };
+    let socket = daemon::operator_socket(controller);
+    if let Some(pid) = args.pid
+        && !socket.as_ref().is_some_and(|socket| UnixStream::connect(socket).is_ok())
+    {
+        return hang_up(pid);
+    }
+    let Some(socket) = socket else {
+        let file = controller.display();
+        say(&format!("rungd: {file}: there is no operator's socket; SIGHUP has it reload\n"));
+        return Ok(Exit::Unavailable);
+    };
+    ask(&At { socket, ..args.at.clone() }, &request)
+}
+
+/// Has a process reload that has no socket. What becomes of it nobody tells us.
+fn hang_up(pid: i32) -> Result<Exit> {
+    let process = Pid::from_raw(pid).filter(|_| pid > 0);
+    let sent = process.ok_or(Errno::SRCH).and_then(|process| kill_process(process, Signal::HUP));
+    Ok(match sent {
+        Ok(()) => {
+            say(
+                "rungd: no operator's socket answers: SIGHUP is sent, and the log has the outcome\n",
+            );
+            Exit::Ok
+        }
+        Err(error) => {
+            say(&format!("rungd: SIGHUP cannot be sent to process {pid}: {error}\n"));
+            Exit::Unavailable
+        }
+    })
 }
 
 /// Rolls back.

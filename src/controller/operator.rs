@@ -69,7 +69,8 @@ fn read(mut table: Table<'_>) -> WrittenOperator {
     operator
 }
 
-pub(super) fn resolve(written: &WrittenOperator, findings: &mut Vec<Finding>) -> Operator {
+/// The settings that the keys make, and what is wrong with them.
+pub fn resolve(written: &WrittenOperator, findings: &mut Vec<Finding>) -> Operator {
     let mut wrong = |text: &Text, message: String, help: &str| {
         findings.push(Finding::new(Code::Controller, text.span, message).help(help));
     };

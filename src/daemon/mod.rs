@@ -27,5 +27,6 @@ mod systemd;
 
 pub use failure::Failure;
 pub use narration::span;
+pub use operator::operator_socket;
 pub use shell::{Ending, Options, run};
 pub use signals::Host;

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::support::live::Live;
+use crate::support::process::{Plant, Running};
 use crate::support::shown::lines_match;
 
 const LADDER: &str = r#"
@@ -239,4 +240,35 @@ fn systemd_hears_of_a_reload_in_one_datagram_and_of_its_end() {
     std::process::Command::new("kill").args(["-s", "TERM", &pid]).status().unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let _ = std::fs::remove_dir_all(&folder);
+}
+
+/// `rungd reload` as the unit has it, of a controller that has this in `[operator]`.
+fn reloaded_by_the_unit(operator: &str) -> (Running, live::Said) {
+    let plant = Plant::new(LADDER, &format!("[operator]\n{operator}\n"));
+    let running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN: scanning every");
+    std::fs::write(plant.0.join("ladder.toml"), format!("{LADDER}# edited\n")).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.arg("reload").arg("--controller").arg(plant.0.join("controller.toml"));
+    command.args(["--pid", &running.pid()]);
+    ["RUNGD_SOCKET", "RUNTIME_DIRECTORY"].iter().for_each(|name| {
+        command.env_remove(name);
+    });
+    let said = live::said(&mut command);
+    running.line("reloaded: the new program");
+    (running, said)
+}
+
+#[test]
+fn a_reload_finds_the_socket_in_the_controller_file() {
+    let (_running, said) = reloaded_by_the_unit("socket = \"op\"");
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
+    assert!(said.out.contains("runs since a swap of"), "{said:?}");
+}
+
+#[test]
+fn a_reload_without_a_socket_is_a_signal_and_says_so() {
+    let (_running, said) = reloaded_by_the_unit("enabled = false");
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(said.err.contains("SIGHUP is sent, and the log has the outcome"), "{said:?}");
 }

@@ -15,6 +15,7 @@ mod support {
     pub mod live;
     pub mod model;
     pub mod plc;
+    pub mod process;
     pub mod run;
     pub mod shown;
     pub mod table;

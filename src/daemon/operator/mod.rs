@@ -19,4 +19,5 @@ mod status;
 pub(super) use desk::Desk;
 pub(super) use server::{Server, may_do_without};
 pub(super) use socket::SocketSpec;
+pub use socket::operator_socket;
 pub(super) use status::{AboutParts, View};

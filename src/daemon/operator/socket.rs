@@ -15,10 +15,12 @@ use rustix::io::Errno;
 use rustix::net::listen;
 
 use super::accounts::gid_of;
+use crate::controller;
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
 use crate::daemon::directories;
 use crate::daemon::failure::Failure;
 use crate::operator::SOCKET_VARIABLE;
+use crate::source::span::FileId;
 
 /// The most clients that wait to be let in. A further one waits in `connect`, and not behind
 /// thousands that have gone again.
@@ -58,6 +60,15 @@ impl Owner {
     fn of(socket: &fs::Metadata) -> Owner {
         Owner { uid: socket.uid(), gid: socket.gid() }
     }
+}
+
+/// The operator's socket that a controller file names, or systemd's environment. Of a file that
+/// cannot be read as one, the environment's: its controller may run all the same.
+pub fn operator_socket(controller: &Path) -> Option<PathBuf> {
+    let text = std::fs::read_to_string(controller).unwrap_or_default();
+    let written = controller::read(&text, FileId(0)).0.and_then(|written| written.operator);
+    let asked = written.map(|written| controller::operator::resolve(&written, &mut Vec::new()));
+    Some(SocketSpec::of(&asked.unwrap_or_default(), &controller.display().to_string())?.path)
 }
 
 impl SocketSpec {
