@@ -51,7 +51,7 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
     let Some(controller) = &args.controller else { return ask(&args.at, &request) };
     let socket = daemon::operator_socket(controller);
     if let Some(pid) = args.pid
-        && !socket.as_ref().is_some_and(|socket| UnixStream::connect(socket).is_ok())
+        && socket.as_ref().is_none_or(|socket| UnixStream::connect(socket).is_err())
     {
         return hang_up(pid);
     }
