@@ -285,4 +285,16 @@ mod tests {
         }
         assert_eq!(read(&[0xFF; 64]), None);
     }
+
+    #[test]
+    fn values_out_of_range_are_the_nearest_in_it_and_of_an_element_in_two_runs_the_later_counts() {
+        let run = |count| Run { kind: Kind::V, first: 3, count, terminated: false };
+        let mut bytes = preamble(&[run(2), run(1)], &[], &[]);
+        [-5, 70_000, 9].iter().for_each(|word: &i32| bytes.extend(word.to_le_bytes()));
+        let content = read(&bytes).unwrap();
+        let words: Vec<_> = content.elements.iter().map(|(at, value)| (at.1, value.word)).collect();
+        assert_eq!(words, [(3, 0), (4, 0xFFFF), (3, 9)]);
+        let counts: HashMap<_, _> = content.elements.into_iter().collect();
+        assert_eq!(counts[&(Kind::V, 3)].word, 9, "as the plan takes them");
+    }
 }

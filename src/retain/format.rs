@@ -292,6 +292,18 @@ mod tests {
     }
 
     #[test]
+    fn of_two_whole_headers_the_first_counts_and_sizes_out_of_range_are_none() {
+        let other = Geometry { id: 8, ..GEOMETRY };
+        assert_eq!(read_header(&[header(&GEOMETRY), header(&other)].concat()), Ok(GEOMETRY));
+        for (slot_bytes, slots) in
+            [(0, 4), (4095, 4), (8192, 2), (8192, 65), (SLOT_BYTES_MAX * 2, 4)]
+        {
+            let wrong = Geometry { slot_bytes, slots, id: 7 };
+            assert_eq!(read_header(&[header(&wrong), header(&other)].concat()), Ok(other));
+        }
+    }
+
+    #[test]
     fn a_later_version_is_told_apart() {
         let mut blocks = [header(&GEOMETRY), header(&GEOMETRY)].concat();
         blocks[16] = 2;

@@ -13,7 +13,9 @@ mod rules;
 mod support {
     pub mod case;
     pub mod live;
+    pub mod metronome;
     pub mod model;
+    pub mod needs;
     pub mod plc;
     pub mod process;
     pub mod run;
