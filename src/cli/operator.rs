@@ -23,7 +23,7 @@ pub struct At {
     /// The running controller's socket (default: `rungd.sock` here, if it is there and yours; else
     /// /run/rungd/rungd.sock, the service's)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
-    socket: Option<PathBuf>,
+    pub socket: Option<PathBuf>,
     /// Print the answer as JSON, one line
     #[arg(long)]
     pub json: bool,

@@ -60,7 +60,7 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
         say(&format!("rungd: {file}: there is no operator's socket; SIGHUP has it reload\n"));
         return Ok(Exit::Unavailable);
     };
-    ask(&At { socket, ..args.at.clone() }, &request)
+    ask(&At { socket: socket.into(), ..args.at.clone() }, &request)
 }
 
 /// Has a process reload that has no socket. What becomes of it nobody tells us.
