@@ -1,6 +1,7 @@
 //! What a controller talks to: devices, simulated, local and remote, and Modbus clients.
 
 mod bottling_plant;
+mod device_bench;
 mod device_live;
 mod device_task;
 mod drivers;
@@ -8,6 +9,7 @@ mod field;
 mod gpio_hardware;
 mod liars;
 mod local_device;
+mod local_rig;
 mod modbus_clients;
 mod modbus_devices;
 mod modbus_echo;

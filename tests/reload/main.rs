@@ -1,9 +1,12 @@
 //! What a reload keeps: by the rules, on random programs, and in the real binary.
 
 mod back;
+mod blocks;
+mod data;
 mod live;
 mod properties;
 mod random;
+mod reloaded;
 mod report;
 mod rules;
 

@@ -2,6 +2,9 @@
 //!
 //! These are the invariants of `ARCHITECTURE.md` that a reader could not see in a change.
 
+mod cycles;
+
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +25,60 @@ const TRACING: [&str; 3] = ["src/say.rs", "src/daemon/log.rs", "src/daemon/log_f
 const FILE_LINES_MAX: usize = 500;
 const FUNCTION_LINES_MAX: usize = 70;
 const LINE_CHARS_MAX: usize = 100;
+
+/// Files that still use each other in a circle. The list only ever gets shorter.
+const CIRCLES: [&str; 50] = [
+    "cli",
+    "cli::check",
+    "cli::explain",
+    "cli::force",
+    "cli::log_level",
+    "cli::man",
+    "cli::mode",
+    "cli::operator",
+    "cli::read",
+    "cli::reload",
+    "cli::retain",
+    "cli::run",
+    "cli::sim",
+    "cli::status",
+    "cli::watch",
+    "cli::write",
+    "daemon::config",
+    "daemon::devices",
+    "daemon::operator",
+    "daemon::operator::desk",
+    "daemon::operator::memory",
+    "daemon::operator::peer",
+    "daemon::operator::session",
+    "daemon::operator::socket",
+    "daemon::operator::status",
+    "daemon::reload",
+    "daemon::reload::ready",
+    "daemon::reload::tell",
+    "daemon::reload::views",
+    "daemon::retain",
+    "daemon::retain_thread",
+    "daemon::shell",
+    "reload",
+    "reload::elements",
+    "reload::histories",
+    "reload::memory",
+    "reload::report",
+    "reload::rungs",
+    "reload::tags",
+    "retain::owners",
+    "retain::plan",
+    "source::atom",
+    "source::contact",
+    "source::contact_lexer",
+    "source::contact_parser",
+    "source::headers",
+    "source::reader",
+    "source::shape",
+    "source::strict",
+    "source::table",
+];
 
 struct SourceText {
     path: PathBuf,
@@ -186,6 +243,65 @@ fn functions(lines: &[&str]) -> Vec<(String, usize)> {
         found.push((line.trim().to_owned(), end.map_or(1, |end| end + 1)));
     }
     found
+}
+
+#[test]
+fn no_file_of_the_tests_is_too_long() {
+    let mut files = Vec::new();
+    collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests"), &mut files);
+    assert!(files.len() > 80, "the walk over tests found {} files", files.len());
+    let lines = |path: &Path| fs::read_to_string(path).expect("readable").lines().count();
+    files.retain(|path| lines(path) > FILE_LINES_MAX);
+    assert!(files.is_empty(), "longer than {FILE_LINES_MAX} lines: {files:#?}");
+}
+
+/// What a page about `tests/` has to name: whatever lies there, and in its folders of Rust.
+fn of_the_tests() -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let listed = |folder: &Path| -> Vec<PathBuf> {
+        let entries = fs::read_dir(folder).expect("a folder is readable");
+        entries.map(|entry| entry.expect("an entry is readable").path()).collect()
+    };
+    let is_rust = |folder: &PathBuf| folder.join("main.rs").exists() || folder.ends_with("support");
+    let top = listed(&root);
+    let inside = top.iter().filter(|path| is_rust(path)).flat_map(|folder| listed(folder));
+    let named = top.iter().cloned().chain(inside).filter(|path| !path.ends_with("README.md"));
+    let name = |path: PathBuf| {
+        let end = if path.is_dir() { "/" } else { "" };
+        format!("{}{end}", path.file_name().expect("a name").to_string_lossy())
+    };
+    named.map(name).filter(|name| !name.starts_with('.') && name != "__pycache__/").collect()
+}
+
+#[test]
+fn the_tests_page_tells_every_file() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/README.md");
+    let page = fs::read_to_string(page).expect("the page is readable");
+    let mut untold = of_the_tests();
+    assert!(untold.len() > 100, "{untold:#?}");
+    untold.retain(|name| !page.contains(&format!("`{name}`")));
+    assert!(untold.is_empty(), "tests/README.md does not tell: {untold:#?}");
+    let rows = page.split("## Every file").nth(1).expect("the list");
+    let rows = rows.split("\n## ").next().expect("the list");
+    let told = rows.lines().filter(|row| row.starts_with("| `"));
+    let told =
+        told.flat_map(|row| row.split(" | ").next().unwrap_or(row).split('`').skip(1).step_by(2));
+    let there: BTreeSet<String> = of_the_tests().into_iter().collect();
+    let gone: Vec<&str> = told.filter(|name| !there.contains(*name)).collect();
+    assert!(gone.is_empty(), "tests/README.md tells what is not there: {gone:#?}");
+}
+
+#[test]
+fn no_files_use_each_other_in_a_circle() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let name = |path: &Path| path.strip_prefix(&root).expect("below it").display().to_string();
+    let files = sources().into_iter().map(|source| (name(&source.path), source.text));
+    let found = cycles::Crate::new(files).in_circles();
+    let known: BTreeSet<&str> = CIRCLES.into();
+    let new: Vec<_> = found.iter().filter(|(file, _)| !known.contains(file.as_str())).collect();
+    assert!(new.is_empty(), "these use each other in a circle: {new:#?}");
+    let gone: Vec<_> = known.iter().filter(|file| !found.contains_key(**file)).collect();
+    assert!(gone.is_empty(), "in no circle any more, so they leave CIRCLES: {gone:#?}");
 }
 
 #[test]

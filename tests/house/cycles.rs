@@ -1,0 +1,256 @@
+//! Which files of `src/` use each other in a circle.
+//!
+//! A file uses another where it names something that stands there: in a `use`, or in a path in its
+//! text. A name that is handed on (`pub use`) counts where it is made. What stands in inline modules,
+//! tests among them, is not looked at; nor are methods, which no path names.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A module's path from the crate's root.
+type Path = Vec<String>;
+
+struct Module {
+    text: String,
+    /// What each imported name stands for.
+    imports: BTreeMap<String, Path>,
+    /// Modules of which everything is imported.
+    globs: Vec<Path>,
+}
+
+pub struct Crate {
+    modules: BTreeMap<Path, Module>,
+}
+
+/// `engine/ops.rs` is `engine::ops`, and `engine/mod.rs` is `engine`.
+fn path_of(file: &str) -> Path {
+    let inside = file.trim_end_matches(".rs").trim_end_matches("/mod");
+    inside.split('/').map(str::to_owned).collect()
+}
+
+/// The code without comments and inline modules.
+fn code(text: &str) -> String {
+    let mut kept = String::new();
+    let mut closing: Option<String> = None;
+    for line in text.lines() {
+        let trimmed = line.trim_start();
+        if let Some(end) = &closing {
+            if line == end {
+                closing = None;
+            }
+        } else if trimmed.split_whitespace().any(|w| w == "mod") && line.ends_with('{') {
+            closing = Some(format!("{}}}", &line[..line.len() - trimmed.len()]));
+        } else if !trimmed.starts_with("//") {
+            kept.push_str(line.split(" // ").next().unwrap_or(line));
+            kept.push('\n');
+        }
+    }
+    kept
+}
+
+/// The statements that import, behind `use`, and the rest.
+fn statements(code: &str) -> (Vec<String>, String) {
+    let (mut uses, mut rest, mut open) = (Vec::new(), String::new(), None::<String>);
+    for line in code.lines() {
+        let begins = line.split_whitespace().take(2).any(|word| word == "use");
+        if let Some(open) = &mut open {
+            open.push_str(line.trim());
+        } else if begins {
+            let tree = line.split_once("use ").map_or("", |(_, tree)| tree);
+            open = Some(tree.to_owned());
+        } else {
+            rest.push_str(line);
+            rest.push('\n');
+        }
+        if let Some(tree) = open.take_if(|tree| tree.ends_with(';')) {
+            uses.push(tree.trim_end_matches(';').to_owned());
+        }
+    }
+    (uses, rest)
+}
+
+/// The leaves of an import: a path, and the name it is given (`*` for all).
+fn leaves(before: &str, tree: &str, found: &mut Vec<(String, String)>) {
+    let tree = tree.trim();
+    if let Some((head, group)) = tree.split_once('{') {
+        let before = format!("{before}{head}");
+        let (mut depth, mut begin) = (0, 0);
+        let group = &group[..group.len() - 1];
+        for (at, c) in group.char_indices().chain([(group.len(), ',')]) {
+            match c {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                ',' if depth == 0 => {
+                    leaves(&before, &group[begin..at], found);
+                    begin = at + 1;
+                }
+                _ => {}
+            }
+        }
+    } else if !tree.is_empty() {
+        let (path, name) = tree.split_once(" as ").unwrap_or((tree, ""));
+        let whole = format!("{before}{path}");
+        let whole = whole.trim_end_matches("::self").to_owned();
+        let last = whole.rsplit("::").next().unwrap_or_default();
+        let name = if name.is_empty() { last } else { name }.to_owned();
+        found.push((whole, name));
+    }
+}
+
+impl Crate {
+    /// Of files by their names below `src/`.
+    pub fn new(files: impl Iterator<Item = (String, String)>) -> Crate {
+        let files = files.filter(|(name, _)| name != "main.rs");
+        let files: Vec<_> = files.map(|(name, text)| (path_of(&name), code(&text))).collect();
+        let empty = |text| Module { text, imports: BTreeMap::new(), globs: Vec::new() };
+        let mut all = Crate { modules: BTreeMap::new() };
+        let mut uses = Vec::new();
+        for (path, text) in files {
+            let (imports, rest) = statements(&text);
+            uses.push((path.clone(), imports));
+            all.modules.insert(path, empty(rest));
+        }
+        for (path, trees) in uses {
+            let mut found = Vec::new();
+            trees.iter().for_each(|tree| leaves("", tree, &mut found));
+            for (target, name) in found {
+                let Some(target) = all.absolute(&path, &target) else { continue };
+                let module = all.modules.get_mut(&path).expect("it was put in");
+                if name == "*" {
+                    module.globs.push(target[..target.len() - 1].to_vec());
+                } else {
+                    module.imports.insert(name, target);
+                }
+            }
+        }
+        all
+    }
+
+    /// A path from the root, of one that stands in a module; `None` for another crate's.
+    fn absolute(&self, module: &Path, path: &str) -> Option<Path> {
+        let mut whole = module.clone();
+        let mut words = path.split("::").peekable();
+        let first = words.next()?;
+        match first {
+            "crate" => whole.clear(),
+            "self" => {}
+            "super" => {
+                whole.pop();
+                while words.next_if_eq(&"super").is_some() {
+                    whole.pop();
+                }
+            }
+            _ => {
+                let imported = self.modules.get(module).and_then(|m| m.imports.get(first));
+                whole.push(first.to_owned());
+                if let Some(target) = imported {
+                    whole.clone_from(target);
+                } else if !self.modules.contains_key(&whole) {
+                    return None;
+                }
+            }
+        }
+        whole.extend(words.map(str::to_owned));
+        Some(whole)
+    }
+
+    /// The module in which what a path names is made; `None` if it names a module, or nothing here.
+    fn maker(&self, path: &[String], patience: u32) -> Option<Path> {
+        let mut module = Path::new();
+        for (at, word) in path.iter().enumerate() {
+            module.push(word.clone());
+            if self.modules.contains_key(&module) {
+                continue;
+            }
+            module.pop();
+            let here = self.modules.get(&module)?;
+            let imported = here.imports.get(word).filter(|_| patience > 0);
+            if let Some(target) = imported {
+                let whole: Path = target.iter().chain(&path[at + 1..]).cloned().collect();
+                return self.maker(&whole, patience - 1);
+            }
+            let makes = |module: &Path| self.modules.get(module).is_some_and(|m| m.makes(word));
+            let glob = here.globs.iter().find(|glob| makes(glob)).cloned();
+            return glob.or(Some(module));
+        }
+        None
+    }
+
+    fn used_by(&self, path: &Path) -> BTreeSet<Path> {
+        let module = &self.modules[path];
+        let mut used: BTreeSet<Path> =
+            module.imports.values().filter_map(|target| self.maker(target, 9)).collect();
+        for written in paths(&module.text) {
+            let target = self.absolute(path, written);
+            used.extend(target.and_then(|target| self.maker(&target, 9)));
+        }
+        used.remove(path);
+        used
+    }
+
+    /// All files that stand in a circle, by module.
+    pub fn in_circles(&self) -> BTreeMap<String, BTreeSet<String>> {
+        let edges: BTreeMap<&Path, BTreeSet<Path>> =
+            self.modules.keys().map(|path| (path, self.used_by(path))).collect();
+        let reach: BTreeMap<&Path, BTreeSet<&Path>> =
+            self.modules.keys().map(|path| (path, reached(path, &edges))).collect();
+        let mut found = BTreeMap::new();
+        for (path, from) in &reach {
+            let together = from.iter().filter(|other| reach[**other].contains(*path));
+            let together: BTreeSet<String> =
+                together.filter(|o| **o != *path).map(|o| o.join("::")).collect();
+            if !together.is_empty() {
+                found.insert(path.join("::"), together);
+            }
+        }
+        found
+    }
+}
+
+impl Module {
+    fn makes(&self, name: &str) -> bool {
+        let kinds = ["fn ", "struct ", "enum ", "trait ", "type ", "const ", "static "];
+        kinds.iter().any(|kind| {
+            self.text.match_indices(&format!("{kind}{name}")).any(|(at, found)| {
+                !self.text[at + found.len()..]
+                    .starts_with(|c: char| c.is_alphanumeric() || c == '_')
+            })
+        })
+    }
+}
+
+fn reached<'a>(from: &Path, edges: &'a BTreeMap<&'a Path, BTreeSet<Path>>) -> BTreeSet<&'a Path> {
+    let mut seen = BTreeSet::new();
+    let mut next: Vec<&Path> = edges[from].iter().collect();
+    while let Some(path) = next.pop() {
+        if seen.insert(path) {
+            next.extend(edges.get(path).into_iter().flatten());
+        }
+    }
+    seen
+}
+
+/// What has `::` in it, in a text.
+fn paths(text: &str) -> impl Iterator<Item = &str> {
+    let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == ':';
+    let words = text.split(move |c| !part(c)).map(|word| word.trim_matches(':'));
+    words.filter(|word| word.contains("::"))
+}
+
+#[cfg(test)]
+fn circles(files: &[(&str, &str)]) -> Vec<String> {
+    let files = files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
+    Crate::new(files).in_circles().into_keys().collect()
+}
+
+#[test]
+fn a_circle_is_found_through_imports_paths_and_names_handed_on() {
+    let root = ("a/mod.rs", "mod b;\nmod c;\npub use b::B;\n");
+    let b = ("a/b.rs", "use super::c::{C, other};\npub struct B(C);\n");
+    let handed = ("a/c.rs", "pub struct C;\nfn f(_: &crate::a::B) {}\n");
+    assert_eq!(circles(&[root, b, handed]), ["a::b", "a::c"]);
+    let straight =
+        ("a/c.rs", "//! `super::B`\npub struct C;\nmod tests {\n    use super::super::B;\n}\n");
+    assert!(circles(&[root, b, straight]).is_empty());
+    let glob = ("a/c.rs", "use crate::a::*;\nuse super::b;\npub struct C;\nfn f(_: b::B) {}\n");
+    assert_eq!(circles(&[root, b, glob]), ["a::b", "a::c"]);
+}

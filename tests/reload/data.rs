@@ -1,0 +1,158 @@
+//! The rules of a reload for data, tags, forces and Sensaphone counters, a named case each.
+
+use crate::reloaded::*;
+
+#[test]
+fn a_tag_that_moves_leaves_its_value_behind_and_the_report_warns() {
+    let main = main_text(
+        "rung = [ { when = [\"Level == 5\", \"count.Done\", \"V20 == 3\"], do = [\"OUT Y0\"] }, { leg.up = [\"X0\"], leg.rst = [\"$Off\"], do = [\"CNT count preset=9\"] } ]",
+    );
+    let tags = |level: &str, count: &str| {
+        format!(
+            "[tags]\neye = {{ at = \"X{level}\" }}\nLevel = {{ at = \"V{level}\" }}\n\
+             count = {{ at = \"{count}\" }}\n{main}"
+        )
+    };
+    plc(&tags("10", "CT0"))
+        .scan(&[("V10", 17), ("V20", 3), ("X0", 1)])
+        .reload(&tags("20", "CT1"))
+        .says("tag eye moved from X10 to X20")
+        .says("warning: tag Level moved from V10 to V20: V20 keeps its own value 3; V10's was 17")
+        .says("warning: tag count moved from CT0 to CT1: CT1 begins at 0; CT0's was 1")
+        .holds([("V20", 3), ("CT1.Acc", 0)])
+        .scan(&[("V20", 17)])
+        .reload(&tags("10", "CT1"))
+        .says("tag Level moved from V20 to V10: both are 17");
+}
+
+#[test]
+fn a_force_that_stays_behind_its_tag_is_said() {
+    let ladder = |fan: &str, heater: &str| {
+        let tags =
+            format!("[tags]\nfan = {{ at = \"{fan}\" }}\nheater = {{ at = \"{heater}\" }}\n");
+        tags + &main_text(&rungs(&[("X0", "OUT fan"), ("X1", "OUT heater")]))
+    };
+    plc(&ladder("Y2", "Y3")).force("Y2", 0).scan(&[]).reload(&ladder("Y5", "Y2")).says(
+        "warning: tag fan moved from Y2 to Y5: Y5 keeps its own value OFF; Y2's was OFF \
+             (forced); the force stays on Y2, which is heater now; fan (Y5) is not forced",
+    );
+}
+
+#[test]
+fn a_bit_that_stays_on_and_that_no_rung_writes_is_a_warning() {
+    let set = [("X0", "SET Y0"), ("X0", "SET C5"), ("X0", "OUT Y1"), ("X1", "RST C6")];
+    let plc = main_with(&rungs(&set)).scan(&[("X0", 1)]).main(&rungs(&[("X1", "RST C5")]));
+    let warnings: Vec<_> = plc.report.iter().filter(|l| l.starts_with("warning: ")).collect();
+    assert_eq!(warnings, ["warning: Y0 stays ON, and no rung writes it any more"]);
+    plc.scan(&[]).holds([("Y0", 1)]);
+}
+
+#[test]
+fn a_value_beyond_new_limits_is_a_warning() {
+    let tagged = |limits: &str| {
+        let tags = format!("[tags]\nsize = {{ at = \"D1\"{limits} }}\n");
+        tags + &main_text(&rungs(&[("size == 5", "OUT Y0")]))
+    };
+    let plc = |value: i32| plc(&tagged("")).scan(&[("D1", value)]);
+    plc(17).reload(&tagged(", min = 0, max = 10")).says(
+        "warning: size (D1) keeps 17, which is not within 0 to 10, its limits now; a restart \
+         would drop it",
+    );
+    assert_eq!(plc(10).reload(&tagged(", min = 0, max = 10")).report, [NONE]);
+}
+
+#[test]
+fn a_tag_of_another_name_is_said() {
+    let tagged = |tag: &str| {
+        let tags = format!("[tags]\n{tag} = {{ at = \"D1\" }}\n");
+        tags + &main_text(&rungs(&[("D1 == 5", "OUT Y0")]))
+    };
+    assert_eq!(plc(&tagged("a")).reload(&tagged("b")).report, ["tag a (D1) is called b now"]);
+}
+
+#[test]
+fn rungs_are_counted() {
+    let (a, b, c) = (("X0", "OUT C0"), ("X1", "OUT C1"), ("X2", "OUT C2"));
+    let said = |was: &[(&str, &str)], is: &[(&str, &str)]| {
+        main_with(&rungs(was)).main(&rungs(is)).report.join("; ")
+    };
+    assert_eq!(said(&[a, b], &[a, b]), NONE);
+    assert_eq!(said(&[a, b], &[b, a]), "the rungs are in another order");
+    assert_eq!(said(&[a, b], &[a, c, b]), "0 rungs edited, 1 new, 0 gone");
+    assert_eq!(said(&[a, b], &[a, ("X5", "OUT C1")]), "1 rung edited, 0 new, 0 gone");
+    assert_eq!(said(&[a, ("X7", "SET C3")], &[a]), "0 rungs edited, 0 new, 1 gone");
+}
+
+#[test]
+fn an_initial_of_what_is_forced_is_not_put_there() {
+    let tagged = "[tags]\nsize = { at = \"D1\", initial = 4 }\n";
+    let main = main_text("rung = [ { when = [\"D2 == 5\"], do = [\"OUT Y0\"] } ]");
+    plc(&main)
+        .force("D1", 7)
+        .scan(&[])
+        .reload(&format!("{tagged}{}", main.replace("D2", "size")))
+        .says("size (D1) is new: 4, but stays 7 (forced)")
+        .holds([("D1", 7)]);
+}
+
+#[test]
+fn data_is_kept_by_address_and_what_is_new_takes_its_initial() {
+    let tagged =
+        "[tags]\nsize = { at = \"D1\", initial = 12 }\nlot = { at = \"D2\", initial = 7 }\n";
+    let old = main_text("rung = [ { when = [\"D2 == 5\"], do = [\"OUT Y0\"] } ]");
+    let new = main_text("rung = [ { when = [\"D2 == size\", \"lot > 1\"], do = [\"OUT Y0\"] } ]");
+    plc(&old)
+        .scan(&[("D2", 5), ("D9", 3)])
+        .reload(&format!("{tagged}{new}"))
+        .says("size (D1) is new: 12")
+        .holds([("D1", 12), ("D2", 5), ("D9", 3)]);
+}
+
+#[test]
+fn forces_survive() {
+    main_with(&cnt("5"))
+        .force("Y3", 1)
+        .force("D7", 42)
+        .scan(&[])
+        .main(&format!("{}\n[[task]]\nname = \"T\"\nrung = [ {{ when = [\"$On\"], do = [\"MOVE 1 to=D7\", \"OUT Y3\"] }} ]", cnt("6")))
+        .scan(&[("Y3", 0), ("D7", 1)])
+        .holds([("Y3", 1), ("D7", 42), ("$ForcesActive", 1)]);
+}
+
+#[test]
+fn a_sensaphone_counter_goes_on_and_an_edited_preset_counts() {
+    let up = |preset| format!("{{ when = [\"X0\"], do = [\"CTU N0 preset={preset}\"] }},");
+    let down = "{ when = [\"X1\"], do = [\"CTD N0\"] },";
+    main_with(&format!("rung = [ {} {down} ]", up(5)))
+        .scan(&[("X0", 1), ("X1", 1)])
+        .scan(&[("X0", 0)])
+        .scan(&[("X0", 1)])
+        .holds([("N0.ACC", 1), ("N0.PRE", 5), ("N0.CD", 1)])
+        .main(&format!("rung = [ {} ]", up(8)))
+        .scan(&[])
+        .holds([("N0.ACC", 1), ("N0.PRE", 8), ("N0.CD", 0)]);
+}
+
+#[test]
+fn a_sensaphone_preset_that_was_written_stays_where_the_constant_does() {
+    let up =
+        |more: &str| format!("rung = [ {more} {{ when = [\"X0\"], do = [\"CTU N0 preset=5\"] }} ]");
+    main_with(&up("")).scan(&[("N0.PRE", 9)]).main(&up(ON)).scan(&[]).holds([("N0.PRE", 9)]);
+}
+
+#[test]
+fn first_scan_is_over_and_status_goes_on() {
+    let first = "rung = [ { when = [\"$FirstScan\"], do = [\"ADD D0 1 to=D0\"] } ]\n[[task]]\nname = \"FirstScan\"\nrung = [ { when = [\"$On\"], do = [\"ADD D1 1 to=D1\"] } ]";
+    main_with(&format!("rung = [ {ON} ]")).scans(3).main(first).scans(2).holds([
+        ("D0", 0),
+        ("D1", 0),
+        ("DST0", 4),
+    ]);
+}
+
+#[test]
+fn a_stop_that_was_asked_for_comes() {
+    let stop = |more: &str| format!("rung = [ {more} {{ when = [\"X0\"], do = [\"STOP\"] }} ]");
+    let mut reloaded = main_with(&stop("")).scan(&[("X0", 1)]).main(&stop(ON));
+    assert!(reloaded.plc.scan(&[]).last);
+}
