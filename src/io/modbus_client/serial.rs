@@ -2,9 +2,9 @@
 //!
 //! Several devices may be on one line: they share it ([`SerialLines`]), question by question. What
 //! the line brings between questions is thrown away before the next, so a late or wrong answer
-//! costs only itself, and the port stays open. A port that fails (an adapter unplugged) is closed at
-//! once and opened again by whoever connects next. An adapter that sends requests back is told from
-//! devices that answer: see [`Echo`]. Not done here: switching a transceiver's
+//! costs only itself, and the port stays open. A port that fails (an adapter unplugged) is closed
+//! at once, and opened again by the next device that connects. An adapter that sends requests back
+//! is told from devices that answer: see [`Echo`]. Not done here: switching a transceiver's
 //! direction, which adapters and their kernel drivers do themselves.
 
 use std::collections::HashMap;
