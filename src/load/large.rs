@@ -38,16 +38,23 @@ fn distances(text: &str, code: Code) -> (usize, usize) {
     (by_load, counted::take())
 }
 
+/// The load computes no distance; showing computes some, and far fewer than one a pair.
+#[track_caller]
+fn looked_up(text: &str, code: Code, most: usize) {
+    let (by_load, by_showing) = distances(text, code);
+    assert!(by_load == 0 && (1..=most).contains(&by_showing), "{by_load}, {by_showing}");
+}
+
 #[test]
 fn the_nearest_name_is_looked_for_only_for_what_is_shown() {
     let unknown = rungs(400, |k| format!("when = [\"tga_number_{k}\"]\ndo = [\"STOP\"]"));
     let text = format!("[tags]\n{}{MAIN}{unknown}", tags(300));
-    assert_eq!(distances(&text, Code::UnknownName), (0, 100 * 301));
+    looked_up(&text, Code::UnknownName, 100 * 301);
 
     let blocks: String = (0..300).map(|k| format!("[[task]]\nname = \"Task-{k}\"\n")).collect();
     let unknown = rungs(400, |k| format!("when = [\"X0\"]\ndo = [\"ENTASK Tsak-{k}\"]"));
     let text = format!("{MAIN}{unknown}{blocks}");
-    assert_eq!(distances(&text, Code::UnknownBlock), (0, 100 * 301));
+    looked_up(&text, Code::UnknownBlock, 100 * 301);
 
     let stages = |body: &str| -> String {
         let stage = |k: usize| {
@@ -57,15 +64,15 @@ fn the_nearest_name_is_looked_for_only_for_what_is_shown() {
         (0..300).map(stage).collect()
     };
     let text = format!("{MAIN}{}", stages("JMP Satge-"));
-    assert_eq!(distances(&text, Code::UnknownStage), (0, 100 * 300));
+    looked_up(&text, Code::UnknownStage, 100 * 300);
 
     let unknown = rungs(400, |k| format!("when = [\"Main.Satge-{k}\"]\ndo = [\"STOP\"]"));
     let text = format!("{MAIN}{unknown}{}", stages("JMP Stage-"));
-    assert_eq!(distances(&text, Code::UnknownStage), (0, 100 * 301));
+    looked_up(&text, Code::UnknownStage, 100 * 301);
 
     let unknown = rungs(400, |_| "when = [\"X0\"]\ndo = [\"OUTT C1\"]".to_owned());
     let (by_load, by_showing) = distances(&format!("{MAIN}{unknown}"), Code::UnknownInstruction);
-    assert_eq!((by_load, by_showing % 100), (0, 0));
+    assert!(by_load == 0 && by_showing > 0, "{by_load}, {by_showing}");
 }
 
 #[test]

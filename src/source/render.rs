@@ -36,7 +36,16 @@ const EXCERPT: char = '\u{1}';
 /// first are shown, errors before warnings.
 pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() };
-    let lines: Vec<Lines> = files.iter().map(|file| Lines::of(&file.text)).collect();
+    let mut ends = vec![0; files.len()];
+    let own = findings.iter().map(|finding| finding.span);
+    let related = findings.iter().flat_map(|finding| finding.related.iter().map(|(span, _)| *span));
+    for span in own.chain(related) {
+        if let Some(end) = ends.get_mut(span.file.0 as usize) {
+            *end = span.end.max(*end);
+        }
+    }
+    let lines: Vec<Lines> =
+        files.iter().zip(ends).map(|(file, end)| Lines::of(&file.text, end as usize)).collect();
     let is_error = |finding: &&Finding| severity(finding, style) == Severity::Error;
     let errors = findings.iter().filter(is_error).count();
     let mut room = [SHOWN_MAX.min(errors), SHOWN_MAX.saturating_sub(errors)];
@@ -100,8 +109,12 @@ fn plural(n: usize, what: &str) -> String {
 struct Lines(Vec<usize>);
 
 impl Lines {
-    fn of(text: &str) -> Lines {
-        let behind = text.match_indices('\n').map(|(at, _)| at + 1);
+    /// Those up to the line that the last place stands in.
+    fn of(text: &str, end: usize) -> Lines {
+        let rest = text.as_bytes().get(end..).unwrap_or_default();
+        let length = rest.iter().position(|byte| *byte == b'\n').map_or(rest.len(), |at| at + 1);
+        let behind = text.bytes().take(end + length).enumerate();
+        let behind = behind.filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
         Lines(std::iter::once(0).chain(behind).collect())
     }
 
