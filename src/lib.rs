@@ -1,9 +1,9 @@
-//! rungd: a soft-PLC for Linux. The map, from the ground up; a module uses only those above it
-//! in this list.
+//! rungd: a soft-PLC for Linux. `ARCHITECTURE.md` lists the modules from the top down; a module
+//! uses only those below it in that list.
 
-// But for the system calls of the scan thread, in `runtime/sys.rs`, those of the operator's
-// socket, in `daemon/operator/peer.rs`, and a serial line handed to tokio, in
-// `io/modbus_client/serial.rs`.
+// Three files are exempt: `runtime/sys.rs` (system calls of the scan thread),
+// `daemon/operator/peer.rs` (system calls of the operator's socket) and
+// `io/modbus_client/serial.rs` (hands a serial line to tokio).
 #![deny(unsafe_code)]
 
 mod calendar;

@@ -1,7 +1,7 @@
 //! Atoms: the names and constants that contacts, operands and tags are made of.
 //!
-//! An atom knows whether it is a number, a duration or a name. What a name means is the
-//! resolver's business.
+//! [`Atom::parse`] tells a number, a duration and a name apart. Called by the parsers of contacts,
+//! instructions and tags. It does not look names up; the resolver does.
 
 use std::fmt;
 
@@ -13,16 +13,17 @@ use crate::isa::duration;
 /// A name or constant, and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Atom {
-    /// What it is.
+    /// The name or constant.
     pub kind: AtomKind,
     /// Its place.
     pub span: Span,
 }
 
-/// What an atom is.
+/// The kind of an atom, with its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AtomKind {
-    /// A tag, an address, a member, a stage, a nickname: whatever is not a constant.
+    /// A name: of a tag, an address, a member, a stage or a nickname. Every word that is not a
+    /// constant is a name.
     Name(String),
     /// An integer.
     Integer(i32),
@@ -39,10 +40,10 @@ pub enum Written {
 }
 
 impl Atom {
-    /// Reads one word that has no spaces.
+    /// Parses one word without spaces.
     ///
     /// # Errors
-    /// The finding: a constant that is none, or lies outside `i32`.
+    /// A finding, if the word begins as a constant and is not a valid one, or lies outside `i32`.
     pub fn parse(word: &str, span: Span) -> Result<Atom, Finding> {
         let digits = word.strip_prefix('-').unwrap_or(word);
         let kind = if digits.starts_with(|c: char| c.is_ascii_digit()) {
@@ -53,7 +54,7 @@ impl Atom {
         Ok(Atom { kind, span })
     }
 
-    /// The name, if it is one.
+    /// The name; `None` for a constant.
     pub fn name(&self) -> Option<&str> {
         match &self.kind {
             AtomKind::Name(name) => Some(name),
@@ -93,7 +94,7 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
     if digits.is_empty() || !digits.bytes().all(|b| char::from(b).is_digit(radix)) {
         return Err(no_number(word, span));
     }
-    // Only too many digits can fail here, and then the number is too large.
+    // Parsing fails here only for too many digits: the number is too large.
     let number = i64::from_str_radix(digits, radix).unwrap_or(i64::MAX).saturating_mul(sign);
     i32::try_from(number).map(AtomKind::Integer).map_err(|_| {
         let message = format!("`{word}` lies outside -2147483648..2147483647");

@@ -1,7 +1,8 @@
-//! Contacts as their author wrote them: a tree of names, with the place of every part.
+//! Contacts as written: a tree of names, with the place of every part.
 //!
-//! [`parse`] reads one string of a leg's array, and `Display` prints one with the parentheses
-//! that it needs and no others, so that printing and parsing agree.
+//! [`parse`] reads one string of a leg's array; called by the reader of ladder files. `Display`
+//! prints a contact with the necessary parentheses only, so that its text parses to the same
+//! contact. Names are not looked up here; the resolver does that.
 
 use std::fmt;
 
@@ -29,7 +30,7 @@ pub enum Contact {
     Compare(Atom, Comparison, Atom, Span),
 }
 
-/// Which edge.
+/// The edge that a contact sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Edge {
@@ -49,7 +50,7 @@ pub enum Comparison {
     Ge,
 }
 
-/// Parses one string of a leg's array; `span` is the place of its first byte to its last.
+/// Parses one string of a leg's array; `span` is the place of the whole string.
 ///
 /// # Errors
 /// The first mistake in it, with its exact place.

@@ -1,12 +1,13 @@
-//! The tokens of a string of contacts. A character that belongs to none is explained here, since
-//! it mostly comes from another notation.
+//! Splits a string of contacts into tokens. Called by `contact_parser`. A character that begins no
+//! token becomes a finding here; its help explains the notation that the character mostly comes
+//! from.
 
 use super::atom::Atom;
 use super::contact::Comparison;
 use super::finding::{Code, Finding};
 use super::span::Span;
 
-/// What a string of contacts is made of.
+/// A token.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Token {
     Atom(Atom),
@@ -18,7 +19,7 @@ pub(super) enum Token {
     Compare(Comparison),
 }
 
-/// What could be read, or the first mistake.
+/// The result of reading, or the first mistake.
 pub(super) type Parsed<T> = Result<T, Finding>;
 
 /// All tokens of a text, each with its place; `span` is the place of the whole text.
@@ -87,8 +88,8 @@ fn name_length(rest: &str) -> usize {
     1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
 }
 
-/// The length of `,19` or `,19,6` behind an `N`: the Sensaphone way to name a counter or an
-/// element. Else 0.
+/// The length of `,19` or `,19,6` after an `N` (the Sensaphone manual's names of a counter and its
+/// element); else 0.
 fn element_length(name: &str, behind: &str) -> usize {
     if !name.eq_ignore_ascii_case("N") {
         return 0;
@@ -105,7 +106,7 @@ fn element_length(name: &str, behind: &str) -> usize {
     counter + element.unwrap_or(0)
 }
 
-/// The finding of a character that no contact begins with.
+/// The finding for a character that begins no contact.
 fn stray(rest: &str, first: char, at: usize, span: Span) -> Finding {
     let place = span.part(at, at + first.len_utf8());
     let two = span.part(at, (at + 2).min((span.end - span.start) as usize));

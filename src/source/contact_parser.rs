@@ -1,7 +1,8 @@
 //! The grammar of contacts: a Pratt parser over the tokens of one string.
 //!
-//! `!` binds tighter than `&`, and `&` than `|`; a compare stands between two values and inside
-//! none of them. Nesting is limited, so that no input can exhaust the stack.
+//! Called by `contact::parse`. `!` binds tighter than `&`, and `&` tighter than `|`; the operands
+//! of a compare are values, not contacts. Nesting is limited, so that no input can exhaust the
+//! stack.
 
 use super::atom::{Atom, AtomKind};
 use super::contact::{Comparison, Contact, Edge};
@@ -9,7 +10,7 @@ use super::contact_lexer::{Parsed, Token, lex};
 use super::finding::{Code, Finding};
 use super::span::{Located, Span};
 
-/// Deepest nesting of parentheses and `!`.
+/// Maximum nesting depth of parentheses and `!`.
 const DEPTH_MAX: u32 = 32;
 
 /// Parses a whole string.
@@ -27,7 +28,7 @@ pub(super) fn parse(text: &str, span: Span) -> Parsed<Contact> {
     }
 }
 
-/// How tightly an operator binds what stands at its sides.
+/// The binding power of an operator.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Power {
     Or,
@@ -62,7 +63,7 @@ impl Parser<'_> {
         Some(span)
     }
 
-    /// The place behind the last byte.
+    /// The place after the last byte.
     fn end(&self) -> Span {
         Span { start: self.span.end, ..self.span }
     }
@@ -226,7 +227,7 @@ impl Parser<'_> {
         Ok(Contact::Compare(left, comparison, right, span))
     }
 
-    /// A word that other notations have in the place of a sign, at a place or just before it.
+    /// A word of another notation (instead of a sign), at a place or just before it.
     fn habit(&self, place: Span) -> Option<(Span, &'static str)> {
         let at = self.tokens.iter().position(|(_, span)| *span == place)?;
         let words = [self.tokens.get(at), at.checked_sub(1).and_then(|at| self.tokens.get(at))];
@@ -248,7 +249,7 @@ impl Parser<'_> {
         Finding::new(Code::ContactSyntax, place, message)
     }
 
-    /// The finding of a token behind a contact that is complete.
+    /// The finding for a token that follows a complete contact.
     fn left_over(&self, token: &Token, place: Span) -> Finding {
         let before = &self.text[..(place.start - self.span.start) as usize];
         let behind = &self.text[(place.start - self.span.start) as usize..];
@@ -277,7 +278,7 @@ fn one_bit(word: &str, place: Span) -> Finding {
         .help(format!("to see an edge of more than that, OUT it to a bit of its own: `{word}(C0)`"))
 }
 
-/// `left op right`; `grow` when `left` is a series of the same operator that is still growing.
+/// `left op right`. With `grow`, `right` is appended to `left`, a series of the same operator.
 fn join(left: Contact, power: Power, right: Contact, grow: bool) -> Contact {
     let span = left.span().to(right.span());
     let mut items = match left {

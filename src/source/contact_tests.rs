@@ -1,4 +1,4 @@
-//! The grammar of contacts as a list of examples, and the printer against it.
+//! The grammar of contacts as a list of examples; the printer is tested with the same list.
 
 use expect_test::{Expect, expect};
 use proptest::prelude::*;

@@ -1,16 +1,17 @@
-//! Ladder file or controller file: told by the tables that a text has.
+//! Tells ladder files and controller files apart, by the tables in the text.
 //!
-//! Called before a file is read for what it is; the keys themselves are the readers' business.
+//! Called before the reader of either kind is chosen. It does not check keys; the readers do.
 
 use super::reader::{self, Table};
 use super::span::{FileId, Span};
 
-/// Whether a text is a controller file rather than a ladder file. Says no to what is not TOML.
+/// Whether a text is a controller file rather than a ladder file. `false` if it is not TOML.
 pub fn is_controller(source: &str) -> bool {
     reader::document(source, FileId(0), |root| is_controller_root(&root)).0.unwrap_or(false)
 }
 
-/// Where a text shows that it is a ladder file rather than a controller file, if it is one.
+/// The place of the first table that only a ladder file has; `None` if the text is not a ladder
+/// file.
 pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
     let place = |root: Table<'_>| {
         let keys = ["program", "task", "tags"].iter().filter_map(|key| root.key_span(key));
@@ -21,7 +22,8 @@ pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
     reader::document(source, file, place).0.flatten()
 }
 
-/// Whether `ladder` is not a table in a file, or it has a controller's tables and no ladder's.
+/// Whether `ladder` is not a table, or the file has tables of a controller file and none of a
+/// ladder file.
 pub(super) fn is_controller_root(root: &Table<'_>) -> bool {
     let ladder_file = ["program", "task", "tags"].iter().any(|key| root.has(key));
     let controller = [

@@ -1,11 +1,11 @@
-//! Findings: what is wrong or doubtful in a file, as data.
+//! Findings as data: errors and warnings about a file.
 //!
-//! The readers, the resolver and the checks make them; `render` (for people) and tests read them.
-//! A finding is the author's mistake: it never stops the collecting of others, and it never
-//! panics. Faults at run time and failures of the environment are other types, elsewhere.
+//! Made by the readers, the resolver and the checks; printed by `render`. A finding reports a
+//! mistake of the file's author; later findings are still collected after it. Faults at run time
+//! and failures of the environment have other types, in other modules.
 //!
-//! A finding is small whatever the file holds: its texts are bounded here, and the name that its
-//! author may have meant is looked for when it is shown.
+//! A finding is small for every file: its texts are bounded here, and the nearest known name is
+//! searched only when the finding is shown.
 
 use std::borrow::Cow;
 
@@ -13,12 +13,12 @@ use super::nearest::{Names, Near};
 use super::span::Span;
 use super::wording::bounded;
 
-/// How bad.
+/// How severe a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Refuses the load.
+    /// The load is refused.
     Error,
-    /// Does not, unless `--deny warnings`.
+    /// The load is refused only with `--deny warnings`.
     Warning,
 }
 
@@ -27,21 +27,21 @@ pub enum Severity {
 pub struct Finding {
     /// Which, by its stable name.
     pub code: Code,
-    /// Where.
+    /// Its place.
     pub span: Span,
-    /// One sentence: what is wrong.
+    /// The mistake, in one sentence.
     pub message: String,
     /// A few words under the underlined place.
     pub label: String,
-    /// Other places that belong to it, each with a few words.
+    /// Related places, each with a few words.
     pub related: Vec<(Span, String)>,
-    /// What to write instead; it can be pasted.
+    /// What to write instead, ready to paste.
     help: Option<String>,
-    /// An unknown name: the known one that is nearest is a better help, if there is one.
+    /// For an unknown name: the nearest known name replaces the help, if there is one.
     near: Option<Box<Near>>,
 }
 
-/// The most related places of one finding.
+/// Maximum number of related places of one finding.
 const RELATED_MAX: usize = 16;
 
 impl Finding {
@@ -70,26 +70,25 @@ impl Finding {
         self
     }
 
-    /// As [`Finding::help`], but that the nearest of the known names takes its place if one is
-    /// near.
+    /// Searches the known names for one near to `name`; if there is one, it replaces the help.
     pub fn near(mut self, name: &str, known: &Names) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
         self
     }
 
-    /// As [`Finding::near`], with the names that a look-up found.
+    /// As [`Finding::near`], with the result of a look-up.
     pub fn near_any(mut self, near: Option<Near>) -> Finding {
         self.near = near.map(Box::new);
         self
     }
 
-    /// What to write instead, looked for now: ask for findings that are shown, not for all.
+    /// What to write instead. Searches the nearest name now, so call it for shown findings only.
     pub fn help_text(&self) -> Option<Cow<'_, str>> {
         let near = self.near.as_ref().and_then(|near| near.help()).map(Cow::Owned);
         near.or_else(|| self.help.as_deref().map(Cow::Borrowed))
     }
 
-    /// Another place that belongs to it; of many, the first are kept.
+    /// Adds a related place, up to `RELATED_MAX`.
     pub fn related(mut self, span: Span, words: impl Into<String>) -> Finding {
         if self.related.len() < RELATED_MAX {
             self.related.push((span, bounded(words.into())));
@@ -112,7 +111,7 @@ pub struct Row {
     pub name: &'static str,
     /// Error or warning.
     pub severity: Severity,
-    /// What it means, in one sentence.
+    /// Its meaning, in one sentence.
     pub summary: &'static str,
 }
 
@@ -228,7 +227,7 @@ impl Code {
         self.row().severity
     }
 
-    /// The finding of a name.
+    /// The code with this name.
     pub fn from_name(name: &str) -> Option<Code> {
         TABLE.iter().find(|row| row.name == name).map(|row| row.code)
     }

@@ -1,10 +1,11 @@
-//! `out-of-place`: a ladder file reads top-down, and TOML does not.
+//! `out-of-place`: a header must follow its parent. Called by the reader, once a file.
 //!
-//! To TOML, `[[program.stage.rung]]` joins the last `[[program.stage]]` of the last `[[program]]`,
-//! however far above that stands and whatever came between. Here each header leaves open only
-//! what it stands in itself; a header whose parent is no longer open is a finding.
+//! TOML adds `[[program.stage.rung]]` to the last `[[program.stage]]` of the last `[[program]]`,
+//! even if other headers stand between. A reader of a ladder reads from top to bottom. So each
+//! header here closes every table but its own parents; a header whose parent is closed is a
+//! finding.
 //!
-//! The parser gives tables sorted by name; their places give the order of the file back.
+//! The parser sorts tables by name; their places restore the order of the file.
 
 use std::ops::Range;
 
@@ -15,13 +16,13 @@ use super::finding::{Code, Finding};
 use super::reader::Doc;
 use super::span::Span;
 
-/// A header, or the place where one is missing.
+/// A header, or the place of a missing one.
 struct Header<'a> {
     path: Vec<&'a str>,
     span: Span,
-    /// How many leading parts of the path are tables of an array, which a header can close.
+    /// Number of leading parts of the path that are tables of an array; a header can close these.
     arrays: usize,
-    /// How long the part of the path is that should be an array of tables and has no header.
+    /// Length of the leading part of the path that should be an array of tables and has no header.
     headless: Option<usize>,
 }
 
@@ -29,7 +30,7 @@ struct Header<'a> {
 const PARENTS: [(&str, &[&str]); 3] =
     [("branch", &["rung"]), ("rung", &["program", "stage", "task"]), ("stage", &["program"])];
 
-/// The parts that are always arrays of tables.
+/// The keys that are always arrays of tables.
 const ARRAYS: [&str; 5] = ["program", "task", "stage", "rung", "branch"];
 
 /// Checks the order of all headers of a file.
@@ -50,8 +51,8 @@ pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {
     }
 }
 
-/// What an author meant whose header the parser calls a duplicate key: `[[program]]` behind a
-/// `[[program.rung]]` that made a table of it, or `[program.rung]` where `[[…]]` belongs.
+/// The finding for a header that the parser reports as a duplicate key: `[[program]]` after a
+/// `[[program.rung]]` that already made `program` a table, or `[program.rung]` instead of `[[…]]`.
 pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
     let text = doc.slice(0..doc.len());
     let start = text.get(..place.start)?.rfind('\n').map_or(0, |at| at + 1);
@@ -93,7 +94,7 @@ pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
     Some(finding.help(format!("write `[[{name}]]`, each time")))
 }
 
-/// Where a header belongs that stands above its parent.
+/// The help for a header above its parent: where the header belongs.
 fn move_help(header: &str, parent: &str, before: &str) -> String {
     let below = format!("move it behind the header of its parent: `[[{parent}]]`");
     let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
@@ -105,7 +106,7 @@ fn move_help(header: &str, parent: &str, before: &str) -> String {
     format!("write `[[{before}.{own}]]` to go on in the place above, or {below}")
 }
 
-/// The name of a line that is a header.
+/// The name in a line, if the line is a header.
 fn header_name(line: &str) -> Option<&str> {
     let line = line.split('#').next()?.trim();
     let name = line.strip_prefix('[')?.strip_suffix(']')?;
@@ -114,7 +115,7 @@ fn header_name(line: &str) -> Option<&str> {
     (!name.is_empty() && name.chars().all(plain)).then_some(name)
 }
 
-/// Whether a table was made by the header of a table below it, and has none of its own.
+/// Whether a table has no header of its own, and exists only because of a header below it.
 pub(super) fn is_implicit(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) -> bool {
     !doc.slice(value.span()).starts_with(['[', '{'])
 }
@@ -169,7 +170,7 @@ fn visit<'a>(
     }
 }
 
-/// Whether what a header belongs to is still open behind the header before it.
+/// Whether a header's parent is still open after the previous header.
 fn stands_open(header: &Header<'_>, before: &Header<'_>) -> bool {
     let parents = header.arrays.min(header.path.len() - 1);
     before.path.starts_with(&header.path[..parents])
@@ -204,7 +205,7 @@ fn out_of_place(header: &Header<'_>, before: &Header<'_>) -> Finding {
     }
 }
 
-/// The deepest place still open in which the last part of the header can stand.
+/// The deepest open table in which the last part of the header may stand.
 fn meant(header: &Header<'_>, before: &Header<'_>) -> Option<String> {
     let last = *header.path.last()?;
     let (_, parents) = PARENTS.iter().find(|(name, _)| *name == last)?;

@@ -1,6 +1,7 @@
-//! Instructions as their author wrote them: a mnemonic, and operands split at spaces.
+//! Instructions as written: a mnemonic, and operands separated by spaces.
 //!
-//! The one idea: `key=value` is recognised here, what the keys are is not.
+//! Called by the reader of ladder files. `key=value` is split here; the resolver checks mnemonics,
+//! keys and values.
 
 use super::atom::Atom;
 use super::finding::{Code, Finding};
@@ -29,8 +30,8 @@ pub struct Operand {
     pub value: Atom,
 }
 
-/// Parses the text of an instruction; `span` is the place of its first byte to its last. All
-/// mistakes in it go to `findings`; then there is no instruction.
+/// Parses the text of an instruction; `span` is the place of the whole text. Adds every mistake to
+/// `findings`; returns `None` if there is one.
 pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Instruction> {
     let mut words = words(text).into_iter();
     let Some((at, mnemonic)) = words.next() else {
@@ -102,7 +103,8 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
     Ok(Operand { span, key: Some(key), value })
 }
 
-/// Whether a word is a Sensaphone counter or element, as `N,0` or `N,0,6`, be it behind a key.
+/// Whether a word is a Sensaphone counter or element (`N,0`, `N,0,6`), with or without a key before
+/// it.
 fn is_element(word: &str) -> bool {
     let word = word.split_once('=').map_or(word, |(_, value)| value);
     let mut parts = word.split(',');

@@ -1,37 +1,37 @@
-//! A key of a file, with its explanation: what a getter of [`super::table::Table`] asks for.
+//! A key of a file, with its explanation. Every getter of [`super::table::Table`] takes one.
 //!
-//! The reader notes both where it reads an empty table ([`super::shape`]); `rungd schema` makes a
-//! JSON Schema of them, and so the editors that read it show what a key is for.
+//! [`super::shape`] collects the keys by reading an empty table. `rungd schema` makes a JSON Schema
+//! of them, so that editors show the explanation of a key.
 
-/// A key, and its meaning.
+/// A key and its explanation.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
     /// As written; `*` stands for any name.
     pub name: &'static str,
     /// Its explanation, a sentence.
     pub doc: &'static str,
-    /// What its value can be, beyond its type.
+    /// The limits of its value, beyond its type.
     pub limit: Limit,
 }
 
-/// What the value of a key can be, beyond its type.
+/// The limits of a key's value, beyond its type.
 #[derive(Clone, Copy, Debug)]
 pub enum Limit {
-    /// Everything.
+    /// No limit.
     None,
-    /// What this JSON Schema takes.
+    /// The value must match this JSON Schema.
     Schema(&'static str),
     /// One of these words.
     Words(fn() -> Vec<&'static str>),
-    /// Nothing: the reader knows the key only to refuse it.
+    /// Every value is refused: the reader knows the key only for its finding.
     Refused,
 }
 
-/// An array of at least one.
+/// A JSON Schema: an array of at least one element.
 pub const NOT_EMPTY: &str = r#"{"minItems":1}"#;
-/// A duration that is not nothing.
+/// A JSON Schema: a duration of at least 1 ms.
 pub const LEAST_1MS: &str = r#"{"not":{"const":"0ms"}}"#;
-/// The name of a block or device; the grammar in `docs/language.md`.
+/// A JSON Schema: the name of a block or device (grammar: `docs/language.md`).
 pub const BLOCK_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}"#;
 
 /// A key with its explanation.
@@ -41,7 +41,7 @@ pub const fn key(name: &'static str, doc: &'static str) -> Key {
 }
 
 impl Key {
-    /// The same, limited to what a JSON Schema takes.
+    /// The same, limited by a JSON Schema.
     pub const fn limited(self, schema: &'static str) -> Key {
         Key { limit: Limit::Schema(schema), ..self }
     }

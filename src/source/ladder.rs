@@ -1,8 +1,8 @@
-//! A ladder file as its author wrote it: blocks, stages, rungs, tags, in file order.
+//! A ladder file as written: blocks, stages, rungs and tags, in file order.
 //!
-//! [`read`] takes the file's text; the resolver takes the [`Ladder`]. A part that could not be
-//! read is left out, and a finding says so: whoever gets an error finding as well must not take
-//! the ladder for whole.
+//! [`read`] takes the file's text and returns a [`Ladder`] for the resolver. A part that cannot be
+//! read is left out and reported as an error finding: with such a finding the ladder is incomplete.
+//! No name is looked up here.
 
 use super::contact::{self, Contact};
 use super::file_kind;
@@ -56,7 +56,7 @@ pub struct Tag {
     pub log: Option<Text>,
     /// `spare`.
     pub spare: Option<Located<bool>>,
-    /// Whether `at` or `value` was there, even one that could not be read.
+    /// Whether the tag has `at` or `value`, even an unreadable one.
     pub has_meaning: bool,
 }
 
@@ -71,7 +71,7 @@ pub enum BlockForm {
 /// A Program or Task.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Which of the two.
+    /// Program or Task.
     pub form: BlockForm,
     /// The place of its header.
     pub span: Span,
@@ -126,11 +126,11 @@ pub struct Rung {
 /// A series of contacts.
 #[derive(Clone, Debug)]
 pub struct Leg {
-    /// The key: `when`, or the name behind `leg.`.
+    /// The key: `when`, or the name after `leg.`.
     pub key: Text,
     /// The place of its array.
     pub span: Span,
-    /// The elements that could be read.
+    /// The readable elements.
     pub contacts: Vec<Contact>,
 }
 
@@ -150,7 +150,7 @@ const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}
 const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 const RUNG_NAME: &str = r#"{"pattern":"^[a-z0-9]+(-[a-z0-9]+)*$"}"#;
 const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en"]}}"#;
-/// Of a rung as a whole.
+/// A JSON Schema of a rung: either `when` or `leg`.
 const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]}],
             "anyOf":[{"required":["do"]},{"required":["branch"]}]}"#;
 
@@ -159,7 +159,7 @@ pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
     read_within(&mut Room::default(), source, file)
 }
 
-/// As [`read`], for one of several files that share the room of a load.
+/// As [`read`], for one of several files that share the `Room` of a load.
 pub fn read_within(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
     let (ladder, findings) = reader::document_within(room, source, file, |mut root| {
         if file_kind::is_controller_root(&root) {
@@ -435,8 +435,8 @@ fn read_body(table: &mut Table<'_>, body: Key) -> Vec<Instruction> {
     body
 }
 
-/// Whether a contact or instruction stands in the file byte by byte: only then has each of its
-/// parts a place.
+/// Whether the file holds the text byte by byte (no escapes); only then does each part have a
+/// place. Otherwise adds a finding.
 fn plain(table: &Table<'_>, text: &Text, code: Code) -> bool {
     if !text.exact {
         let finding = Finding::new(code, text.span, "a string with `\\` or several lines");

@@ -1,9 +1,9 @@
-//! TOML → what its author wrote, with the place of everything. The only module that knows TOML;
-//! it knows no addresses and no instructions.
+//! Reads TOML files into the structures that their author wrote, with the place of every part. The
+//! only module that knows TOML; it knows no addresses and no instructions.
 //!
-//! [`ladder::read`] and `controller::read` take one file's text each; the resolver and
-//! `controller` take what they give. Findings go out beside it, and [`render`] turns
-//! them into text.
+//! [`ladder::read`] and `controller::read` take the text of one file. The resolver takes the first
+//! result, `controller` the second. Both return findings as well, and [`render`] turns findings
+//! into text.
 
 pub mod atom;
 pub mod contact;

@@ -1,23 +1,24 @@
-//! The nearest known name: what an author who mistyped a name probably meant.
+//! Finds the known name nearest to a mistyped one, for the help of a finding.
 //!
-//! Distance is counted in single-letter slips (a letter more, less, other, or two swapped), without
-//! regard to case. A comparison with thousands of names takes long, and a file may hold thousands
-//! of unknown ones: so a finding keeps a [`Near`], and the search runs when its help is shown.
+//! The distance is the number of single-letter slips (a letter added, dropped or replaced, or two
+//! letters swapped); case does not count. A search among thousands of names takes long, and a file
+//! may hold thousands of unknown names. Therefore a finding keeps a [`Near`], and the search runs
+//! only when its help is shown.
 
 use std::fmt;
 use std::sync::Arc;
 
 use super::wording::bounded;
 
-/// How many characters of a name are compared.
+/// Number of a name's characters that are compared.
 const COMPARED_MAX: usize = 64;
 
-/// The known names of one kind, shared by all findings about an unknown one.
+/// The known names of one kind, shared by all findings about an unknown name of that kind.
 #[derive(Clone, Default, PartialEq, Eq)]
 pub struct Names(Arc<[Box<str>]>);
 
 impl Names {
-    /// The names, sorted: of two that are equally near, the first is offered.
+    /// Sorts the names: of two equally near names, the first is offered.
     pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> Names {
         let mut names: Vec<Box<str>> = names.into_iter().map(Box::from).collect();
         names.sort_unstable();
@@ -31,13 +32,13 @@ impl Names {
 }
 
 impl fmt::Debug for Names {
-    /// Their number: there may be thousands.
+    /// Prints their number only: there may be thousands.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} names", self.0.len())
     }
 }
 
-/// An unknown name, and the known ones that may have been meant.
+/// An unknown name, and the known names to search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Near {
     name: Box<str>,
@@ -51,14 +52,15 @@ impl Near {
         Near { name: name[..end].into(), known: known.clone() }
     }
 
-    /// `did you mean …?`, if something is near.
+    /// `did you mean …?`, if a name is near.
     pub fn help(&self) -> Option<String> {
         did_you_mean(&self.name, self.known.iter())
     }
 }
 
-/// The known name nearest to a mistyped one, if any is near enough to be worth offering: one
-/// slip for every three letters, and at least one if it has two.
+/// The known name nearest to a mistyped one, within one slip for every three letters of the
+/// mistyped name, and at least one slip if it has two letters. `None` if no known name is that
+/// near.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = fold(name);
     let length = name.chars().count();
@@ -107,7 +109,7 @@ impl Letters {
     }
 }
 
-/// `did you mean …?` for a help text, if something is near. Of few known names; of many, a
+/// `did you mean …?` for a help text, if a name is near. For few known names only: with many, the
 /// finding keeps a [`Near`].
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     nearest(name, known).map(|near| bounded(format!("did you mean `{near}`?")))
@@ -123,7 +125,8 @@ fn distance(a: &str, b: &str) -> usize {
     strsim::osa_distance(a, b)
 }
 
-/// How many distances this thread has computed, for tests of what is left out.
+/// Number of distances that this thread has computed. Tests show with it which searches are left
+/// out.
 #[cfg(test)]
 pub mod counted {
     use std::cell::Cell;

@@ -1,7 +1,7 @@
-//! A file as TOML: parsed once, with the place of everything, and its findings collected.
+//! Parses a file as TOML once, keeps the place of every part, and collects its findings.
 //!
-//! Every reader of a file (ladder, controller, whatever a daemon wants to know) hands a function
-//! to [`document`], which gets the root [`Table`] and asks it for the keys that it knows.
+//! Every reader of a file (the ladder's, the controller's) hands a function to [`document`]. That
+//! function gets the root [`Table`] and asks it for the keys that the reader knows.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -16,7 +16,7 @@ pub use super::table::{Constant, Table};
 use super::{headers, strict};
 use crate::isa::duration::{self, DurationError};
 
-/// A file being read: its text, and where findings go.
+/// A file being read: its text, and the list for its findings.
 #[derive(Clone, Copy)]
 pub struct Doc<'a> {
     file: FileId,
@@ -27,20 +27,20 @@ pub struct Doc<'a> {
 /// A string of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Text {
-    /// What it says.
+    /// The string's value.
     pub text: String,
-    /// The place: inside the quotes when `exact`, else with them.
+    /// Its place: without the quotes if `exact`, else with them.
     pub span: Span,
-    /// Whether every byte of `text` stands in the file as it is, so that byte n of it is byte
-    /// `span.start + n` of the file. It is not where the string has escapes or several lines.
+    /// Whether byte n of `text` is byte `span.start + n` of the file. `false` for a string with
+    /// escapes or several lines.
     pub exact: bool,
 }
 
-/// Largest file that is read: places are 32-bit.
+/// Size limit of a file: places are 32-bit.
 const FILE_BYTES_MAX: usize = 256 << 20;
 
-/// Parses a file and hands its root table to `read`, unless it is not TOML at all. Gives what
-/// `read` gave, and all findings.
+/// Parses a file and hands its root table to `read`. Returns the result of `read` (`None` if the
+/// file is not TOML) and all findings.
 pub fn document<T>(
     source: &str,
     file: FileId,
@@ -49,7 +49,7 @@ pub fn document<T>(
     document_within(&mut Room::default(), source, file, read)
 }
 
-/// As [`document`], for one of several files that share the room of a load.
+/// As [`document`], for one of several files that share the `Room` of a load.
 pub(super) fn document_within<T>(
     room: &mut Room,
     source: &str,
@@ -89,7 +89,7 @@ impl<'a> Doc<'a> {
         self.findings.borrow_mut().push(finding);
     }
 
-    /// Whether something within a place was found wrong already.
+    /// Whether a finding already lies within a place.
     pub fn has_finding_in(&self, place: Span) -> bool {
         let inside = |span: Span| place.start <= span.start && span.end <= place.end;
         self.findings.borrow().iter().rev().take(16).any(|finding| inside(finding.span))
@@ -100,12 +100,12 @@ impl<'a> Doc<'a> {
         Span { file: self.file, start: range.start as u32, end: range.end as u32 }
     }
 
-    /// Whether a header without a parent was found already.
+    /// Whether there is already a finding about a header without a parent.
     pub(super) fn has_headless(&self) -> bool {
         self.findings.borrow().iter().any(|finding| finding.code == Code::OutOfPlace)
     }
 
-    /// How many bytes the file has.
+    /// The length of the file, in bytes.
     pub fn len(&self) -> usize {
         self.source.len()
     }
@@ -140,7 +140,7 @@ impl<'a> Doc<'a> {
     }
 }
 
-/// A value's type in words.
+/// A value's type, in words.
 pub(super) fn describe(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a string",
@@ -153,7 +153,7 @@ pub(super) fn describe(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// The finding of a text that is not a duration.
+/// The finding for a text that is not a duration.
 pub fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
     let (message, help) = match error {
         DurationError::Form => (

@@ -1,10 +1,10 @@
-//! Findings → text, in the manner of rustc: each with its place, the source line, and a help.
+//! Prints findings as rustc does: each with its place, the source line, and a help.
 //!
-//! Called by the commands at the edge, with the files in the order of their numbers. Nothing here
-//! decides what is printed where; without `color` there is no escape code in the text.
+//! Called by the commands, with the files in the order of their numbers. It returns text and prints
+//! nothing itself; without `color` the text has no escape codes.
 //!
-//! What a machine wrote may be one line of megabytes with a finding in every place. So the drawing
-//! gets an excerpt of a long line, not the line, and so many findings are drawn, not all.
+//! A generated file may be one line of megabytes with a finding at every place. Therefore at most
+//! `SHOWN_MAX` findings are drawn, and of a long line only an excerpt is drawn.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snip
 use super::finding::{Finding, Severity};
 use super::span::{FileId, SourceFile, Span};
 
-/// How findings are shown.
+/// How findings are printed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Style {
     /// With the escape codes of a terminal.
@@ -22,18 +22,19 @@ pub struct Style {
     pub deny_warnings: bool,
 }
 
-/// The most findings that are shown: nobody mends more at a time.
+/// Maximum number of findings shown: enough to mend at a time.
 const SHOWN_MAX: usize = 100;
-/// How much of a long line is drawn around the places in it: wider than any excerpt that the
-/// drawing leaves of it, so that the drawing puts the ellipsis.
+/// Length of a long line's text kept on each side of the places in it. It is longer than any
+/// excerpt of the drawing library, so that the library sets the ellipsis.
 const AROUND_BYTES: usize = 600;
-/// How much of one long place is drawn.
+/// Length of a long place that is drawn.
 const PLACE_BYTES: usize = 600;
-/// Behind it stands the place as the drawing of an excerpt tells it, which is to be taken away.
+/// Marks the end of a file's name. The drawing library adds the place within the excerpt after it;
+/// this wrong place is removed.
 const EXCERPT: char = '\u{1}';
 
-/// The findings in the order given, and a last line that counts them. Of more than can be read the
-/// first are shown, errors before warnings.
+/// The findings in the order given, and a last line with their count. Of more than `SHOWN_MAX`
+/// findings the first are shown, errors before warnings.
 pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() };
     let mut ends = vec![0; files.len()];
@@ -85,7 +86,7 @@ fn without_places_of_excerpts(mut drawn: String) -> String {
     drawn
 }
 
-/// Whether findings refuse what was asked for.
+/// Whether the findings cause the command to refuse: an error, or a warning with `--deny warnings`.
 pub fn refuses(findings: &[Finding], style: Style) -> bool {
     findings.iter().any(|finding| severity(finding, style) == Severity::Error)
 }
@@ -105,7 +106,8 @@ fn plural(n: usize, what: &str) -> String {
     if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
-/// Where the lines of a file begin: many findings are printed, and each wants its number.
+/// The starts of a file's lines, computed once: many findings are printed, each with its line
+/// number.
 struct Lines(Vec<usize>);
 
 impl Lines {
@@ -118,12 +120,12 @@ impl Lines {
         Lines(std::iter::once(0).chain(behind).collect())
     }
 
-    /// The number, from 1, of the line that a byte stands in.
+    /// The number, from 1, of the line of a byte.
     fn number(&self, at: usize) -> usize {
         self.0.partition_point(|start| *start <= at)
     }
 
-    /// Where the line that a byte stands in begins, and where its text ends.
+    /// The range of the line of a byte, without its line end.
     fn bounds(&self, at: usize, text: &str) -> Range<usize> {
         let number = self.number(at);
         let end = self.0.get(number).map_or(text.len(), |next| next - 1);
@@ -152,16 +154,19 @@ fn group<'a>(
     group
 }
 
-/// How far from a finding's place another of the same file has a snippet of its own.
+/// From this distance to the finding's place on, a related place of the same file has its own
+/// snippet.
 const FAR_BYTES: u32 = 4_096;
 
-/// One snippet a file: the finding's own first, then those of related places elsewhere.
+/// The snippets of a finding: first that of its place with near related places, then one for each
+/// other file, and one for distant related places of its own file.
 fn snippets<'a>(
     finding: &'a Finding,
     files: &'a [SourceFile],
     lines: &[Lines],
 ) -> Vec<Snippet<'a, Annotation<'a>>> {
-    // The drawing looks at all lines between the places of a snippet: far ones go apart.
+    // The drawing library reads all lines between the places of a snippet, so distant places get
+    // their own.
     let own = finding.span;
     let key = |span: Span| {
         (span.file, span.file == own.file && span.start.abs_diff(own.start) > FAR_BYTES)
@@ -198,8 +203,8 @@ fn snippets<'a>(
     order.into_iter().filter_map(snippet).collect()
 }
 
-/// A place as a range of whole characters within the text; one character wide if it was empty, and
-/// no longer in one line than can be drawn.
+/// A place as a range of whole characters within the text: one character wide if the place is
+/// empty, and at most `PLACE_BYTES` long within one line.
 fn clamp(span: Span, text: &str, lines: &Lines) -> Range<usize> {
     let start = boundary(span.start as usize, text);
     let end = boundary(span.end as usize, text).max(start);
@@ -213,14 +218,15 @@ fn clamp(span: Span, text: &str, lines: &Lines) -> Range<usize> {
     start..start + next.map_or(0, char::len_utf8)
 }
 
-/// Where the character begins that a byte belongs to; the end for what lies behind.
+/// The start of the character that a byte belongs to; the end of the text for a byte beyond it.
 fn boundary(at: usize, text: &str) -> usize {
     let at = at.min(text.len());
     (0..=at).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
 }
 
-/// The whole lines that the places touch, and of long ones what is around the places: the rest of
-/// a large file need not be looked at. Says whether the front of a line was cut away.
+/// The lines that the places touch, whole or, of long lines, the text around the places; the
+/// drawing library then need not read the rest of a large file. Also returns whether the front of a
+/// line was cut off.
 fn window(spans: &[Range<usize>], text: &str, lines: &Lines) -> (Range<usize>, bool) {
     let start = spans.iter().map(|s| s.start).min().unwrap_or(0);
     let end = spans.iter().map(|s| s.end).max().unwrap_or(0);
@@ -230,8 +236,8 @@ fn window(spans: &[Range<usize>], text: &str, lines: &Lines) -> (Range<usize>, b
     (from..to, from > first.start)
 }
 
-/// A file's name with the place that the drawing of an excerpt cannot know; the one that it tells
-/// is taken away again.
+/// A file's name with the finding's place in the whole file. The drawing library knows the excerpt
+/// only; the place that it prints is removed.
 fn told(source: &SourceFile, lines: &Lines, spans: &[Range<usize>]) -> String {
     let start = spans.first().map_or(0, |span| span.start);
     let line = lines.bounds(start, &source.text).start;

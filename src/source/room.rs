@@ -1,10 +1,9 @@
-//! How much of one load is read: a limit on what TOML files are made of, kept before they are
-//! parsed.
+//! Limits the TOML tokens and string bytes of one load, before the files are parsed.
 //!
-//! A parsed file takes many times the memory of its text: 256 MiB of `[` would be refused only
-//! after minutes and gigabytes. So [`Room::take`] counts the marks, values, spaces and ends of
-//! lines in one pass that stops at the limit, and adds up the lengths of all strings, which are the
-//! contacts and instructions of a ladder. `reader` calls it for every file. Comments cost nothing.
+//! A parsed file takes many times the memory of its text: without a limit, 256 MiB of `[` would be
+//! refused only after minutes and gigabytes. [`Room::take`] counts marks, values, spaces and line
+//! ends in one pass that stops at the limit, and adds up the lengths of all strings (the contacts
+//! and instructions of a ladder). `reader` calls it for every file. Comments do not count.
 
 use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
@@ -12,13 +11,13 @@ use toml_parser::lexer::TokenKind;
 use super::finding::{Code, Finding};
 use super::span::{FileId, Span};
 
-/// The most tokens of the files of one load: those of 200,000 rungs with two contacts and two
-/// instructions each.
+/// Maximum number of tokens in all files of one load: enough for 200,000 rungs with two contacts
+/// and two instructions each.
 pub const TOKENS_MAX: usize = 6_000_000;
-/// The most bytes of strings in the files of one load.
+/// Maximum number of string bytes in all files of one load.
 pub const STRING_BYTES_MAX: usize = 32 << 20;
 
-/// What is left for the files of one load.
+/// The room left for further files of one load.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
     tokens: usize,
@@ -32,10 +31,10 @@ impl Default for Room {
 }
 
 impl Room {
-    /// Takes the room that a file needs.
+    /// Subtracts the room that a file needs.
     ///
     /// # Errors
-    /// The finding: there is not enough left. It lies where the room ends.
+    /// A finding if too little room is left; its place is where the room ends.
     pub(super) fn take(&mut self, source: &str, file: FileId) -> Result<(), Box<Finding>> {
         for token in Source::new(source).lex() {
             let (start, end) = (token.span().start(), token.span().end());

@@ -1,8 +1,8 @@
-//! Which keys a file can have, told by its reader itself.
+//! Collects the keys that a file can have, from its reader itself.
 //!
-//! [`super::ladder`] and `controller` read an empty table that notes what they ask for
-//! (`of`): `rungd schema` makes a JSON Schema of it, which therefore cannot know a key that the
-//! reader does not, or the other way round. Each key brings its explanation ([`super::key`]).
+//! [`super::ladder`] and `controller` read an empty table that records the requested keys (`of`).
+//! `rungd schema` makes a JSON Schema of the record, so the schema and the reader know the same
+//! keys. Each key comes with its explanation ([`super::key`]).
 
 use std::cell::{Ref, RefCell};
 use std::rc::Rc;
@@ -13,29 +13,29 @@ use super::key::Key;
 use super::reader::{Doc, Table};
 use super::span::FileId;
 
-/// The keys of a table. A copy is the same shape, not another one.
+/// The keys of a table. A clone shares the same record.
 #[derive(Clone, Debug, Default)]
 pub struct Shape(Rc<RefCell<Noted>>);
 
-/// What was noted of a table.
+/// The record of a table.
 #[derive(Debug, Default)]
 pub struct Noted {
-    /// What the table is, in words (`a rung`).
+    /// The table's kind, in words (`a rung`).
     pub place: &'static str,
     /// Its keys, in the order in which the reader asks for them.
     pub keys: Vec<(Key, ValueForm)>,
-    /// What stands behind any other key (a tag's name, a leg's).
+    /// The value of any other key (a tag's name, a leg's name).
     pub others: Option<(Key, ValueForm)>,
-    /// What holds for the table as a whole, as JSON Schema.
+    /// JSON Schemas for the table as a whole.
     pub together: Vec<&'static str>,
-    /// Keys that must be there.
+    /// Required keys.
     pub required: Vec<&'static str>,
 }
 
-/// What can stand behind a key.
+/// The type of a key's value.
 #[derive(Clone, Debug)]
 pub enum ValueForm {
-    /// The reader looked at the value in a way of its own.
+    /// Any type; the reader inspects the value itself.
     Any,
     /// A string.
     Text,
@@ -64,12 +64,12 @@ impl Shape {
         shape
     }
 
-    /// What was noted.
+    /// The record.
     pub fn noted(&self) -> Ref<'_, Noted> {
         self.0.borrow()
     }
 
-    /// Notes a key; a later note of the same key says it better.
+    /// Records a key; a later record of the same key replaces the earlier one.
     pub(super) fn note(&self, key: Key, form: ValueForm) {
         let mut noted = self.0.borrow_mut();
         match noted.keys.iter_mut().find(|(known, _)| known.name == key.name) {

@@ -11,7 +11,7 @@ pub struct Span {
     pub file: FileId,
     /// First byte.
     pub start: u32,
-    /// Behind the last byte.
+    /// The byte after the last one.
     pub end: u32,
 }
 
@@ -37,12 +37,12 @@ impl SourceFile {
 }
 
 impl Span {
-    /// From the start of one to the end of another, later one of the same file.
+    /// From the start of this place to the end of a later place of the same file.
     pub fn to(self, end: Span) -> Span {
         Span { file: self.file, start: self.start, end: end.end.max(self.start) }
     }
 
-    /// A part of it: bytes `start..end` counted from its own start.
+    /// A part of this place: bytes `start..end`, counted from its start.
     pub fn part(self, start: usize, end: usize) -> Span {
         Span { file: self.file, start: self.start + start as u32, end: self.start + end as u32 }
     }
@@ -53,6 +53,6 @@ impl Span {
 pub struct Located<T> {
     /// The value.
     pub value: T,
-    /// Where it was written.
+    /// Its place.
     pub span: Span,
 }

@@ -1,7 +1,7 @@
-//! Strict TOML 1.0: the parser reads TOML 1.1, and what 1.1 added is refused here, so that a
-//! file means the same to every tool that an engineer may own.
+//! Strict TOML 1.0: the parser reads TOML 1.1, and this module refuses the additions of 1.1, so
+//! that every TOML tool reads a file alike.
 //!
-//! Also the findings of a text that is not TOML at all. Called by the reader, once a file.
+//! Also makes the findings for a text that is not TOML. Called by the reader, once a file.
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use super::finding::{Code, Finding};
 use super::headers;
 use super::reader::Doc;
 
-/// Makes findings of the parser's errors: the first of each line, since the parser goes on after
-/// an error and the later ones are mostly its echo.
+/// Makes findings of the parser's errors, one a line: the parser continues after an error, and
+/// later errors of the line mostly follow from the first.
 pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
     let mut places: Vec<(Range<usize>, &Error)> =
         errors.iter().map(|error| (error.span().unwrap_or(0..0), error)).collect();
@@ -22,7 +22,7 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
     for (range, error) in places {
         let rest = doc.slice(range.start..doc.len());
         let line_end = range.start + rest.find('\n').unwrap_or(rest.len());
-        // On the same line, or the same again further down: an echo.
+        // It follows from an earlier error: it is on the same line, or the same error further down.
         let echo = last.is_some_and(|(end, message)| {
             range.start <= end || (message == error.message() && message.contains("missing"))
         });
@@ -35,7 +35,7 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
             && let Some(finding) = headers::doubled(doc, range)
         {
             doc.find(finding);
-            // All keys up to the next header are echoes of it.
+            // Errors of all keys up to the next header follow from it.
             let rest = doc.slice(line_end..doc.len());
             last = Some((line_end + rest.find("\n[").unwrap_or(rest.len()), error.message()));
             continue;
@@ -60,7 +60,7 @@ fn help(message: &str) -> Option<&'static str> {
     None
 }
 
-/// Walks all values and refuses what TOML 1.0 does not know.
+/// Visits all values and refuses those that are not TOML 1.0.
 pub(super) fn check(doc: Doc<'_>, table: &DeTable<'_>) {
     for (key, value) in table {
         escapes(doc, key.span());
@@ -82,8 +82,8 @@ fn check_value(doc: Doc<'_>, value: &Spanned<DeValue<'_>>) {
     }
 }
 
-/// No line may end between the braces of an inline table except inside a value, and no comma may
-/// follow its last pair.
+/// Refuses a line end between the braces of an inline table (but inside a value), and a comma after
+/// its last pair.
 fn inline_table(doc: Doc<'_>, table: &DeTable<'_>, whole: Range<usize>) {
     let mut leaves = Vec::new();
     collect_leaves(doc, table, &mut leaves);
@@ -128,7 +128,7 @@ fn collect_leaves(doc: Doc<'_>, table: &DeTable<'_>, leaves: &mut Vec<Range<usiz
     }
 }
 
-/// `\e` and `\xHH` are of TOML 1.1.
+/// Refuses `\e` and `\xHH`, which TOML 1.1 added.
 fn escapes(doc: Doc<'_>, range: Range<usize>) {
     let raw = doc.slice(range.clone());
     if !raw.starts_with('"') {

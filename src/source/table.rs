@@ -1,8 +1,8 @@
-//! A TOML table, read by typed getters.
+//! A TOML table, read with typed getters by the readers of ladder and controller files.
 //!
-//! A value of the wrong type becomes a finding, and [`Table::finish`] makes one of every key that
-//! nobody asked for. Reading never stops at the first mistake: a getter that found one returns
-//! `None`, as for a key that is not there.
+//! A value of the wrong type becomes a finding, and [`Table::finish`] makes a finding of every key
+//! that no getter asked for. Reading continues after a mistake: the getter returns `None`, as for
+//! an absent key.
 
 use std::ops::Range;
 
@@ -30,14 +30,14 @@ pub enum Constant {
     Bit(bool),
 }
 
-/// One table, and which of its keys were asked for.
+/// One table, and the keys that were asked for.
 pub struct Table<'a> {
     doc: Doc<'a>,
     table: &'a DeTable<'a>,
     span: Span,
     place: &'static str,
     asked: Vec<&'static str>,
-    /// Where what is asked for is noted: an empty table, read to learn its keys.
+    /// The record of requested keys, if this is an empty table that is read to learn its keys.
     shape: Option<Shape>,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Table<'a> {
         Table { doc, table, span, place: "the file", asked: Vec::new(), shape: None }
     }
 
-    /// The table, noting what it is asked for.
+    /// The table, recording requested keys in `shape`.
     pub(super) fn noting(mut self, shape: &Shape) -> Self {
         self.shape = Some(shape.clone());
         self
@@ -61,12 +61,12 @@ impl<'a> Table<'a> {
         self.doc
     }
 
-    /// The place of its header, or of the whole of an inline table.
+    /// The place of its header, or of the whole inline table.
     pub fn span(&self) -> Span {
         self.span
     }
 
-    /// What it is, in words for a message (`a rung`).
+    /// Its kind, in words for a message (`a rung`).
     pub fn place(&self) -> &'static str {
         self.place
     }
@@ -76,17 +76,17 @@ impl<'a> Table<'a> {
         Span { end: end_of(self.table).max(self.span.end as usize) as u32, ..self.span }
     }
 
-    /// Whether a key is there. Does not count as asking for it.
+    /// Whether a key is present. Does not count as asking for it.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
 
-    /// Whether a key is there and a table.
+    /// Whether a key is present and a table.
     pub fn has_table(&self, key: &str) -> bool {
         self.table.get(key).is_some_and(|value| matches!(value.get_ref(), DeValue::Table(_)))
     }
 
-    /// The place of a key, if it is there.
+    /// The place of a key, if it is present.
     pub fn key_span(&self, key: &str) -> Option<Span> {
         self.table.get_key_value(key).map(|(k, _)| self.doc.span(k.span()))
     }
@@ -104,7 +104,7 @@ impl<'a> Table<'a> {
         self.table.get(key.name)
     }
 
-    /// Notes what holds for the table as a whole, as JSON Schema.
+    /// Records a JSON Schema for the table as a whole.
     pub fn together(&self, schema: &'static str) {
         self.shape.iter().for_each(|shape| shape.note_together(schema));
     }
@@ -118,7 +118,7 @@ impl<'a> Table<'a> {
         self.string_for(key, "a string", ValueForm::Text)
     }
 
-    /// A string that stands for something that a message calls `wanted`.
+    /// A string; `wanted` names its meaning in the finding for a value of another type.
     fn string_for(&mut self, key: Key, wanted: &str, form: ValueForm) -> Option<Text> {
         let value = self.get(key, form)?;
         match value.get_ref() {
@@ -130,13 +130,13 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A string that must be there.
+    /// A required string.
     pub fn required_string(&mut self, key: Key) -> Option<Text> {
         self.require(key.name, "\"…\"");
         self.string(key)
     }
 
-    /// Makes a finding if a key is not there; `example` is a value for the help.
+    /// Makes a finding if a key is absent; `example` is a value for the help.
     pub fn require(&mut self, key: &'static str, example: &str) {
         if let Some(shape) = &self.shape {
             shape.note_required(key);
@@ -250,7 +250,7 @@ impl<'a> Table<'a> {
         Some(Located { value, span: text.span })
     }
 
-    /// An array of strings, with its own place. A bare string is a finding with a help of its own.
+    /// An array of strings, with its place. A bare string is a finding with its own help.
     pub fn strings(&mut self, key: Key) -> Option<Located<Vec<Text>>> {
         let value = self.get(key, ValueForm::Texts)?;
         self.strings_of(value, key.name, "")
@@ -310,7 +310,7 @@ impl<'a> Table<'a> {
         let Some(value) = self.get(key, ValueForm::Any) else { return Vec::new() };
         let array = match value.get_ref() {
             DeValue::Array(array) => array,
-            // A header below one that is missing; the check of the headers has said so.
+            // A header below a missing one: `headers` has already reported it.
             DeValue::Table(_)
                 if headers::is_implicit(self.doc, value) && self.doc.has_headless() =>
             {
@@ -333,8 +333,8 @@ impl<'a> Table<'a> {
         tables
     }
 
-    /// All entries that are tables, by key and in file order: what `[tags]` is made of. An entry
-    /// of another type is a finding whose help comes from `help`.
+    /// All entries that are tables, by key and in file order (the form of `[tags]`). An entry of
+    /// another type is a finding with the text of `help`.
     pub fn entries(
         &mut self,
         any: Key,
@@ -365,8 +365,8 @@ impl<'a> Table<'a> {
         entries
     }
 
-    /// All entries as arrays of strings, by key and in file order: what `leg` is made of. A help
-    /// writes the keys with `prefix`.
+    /// All entries as arrays of strings, by key and in file order (the form of `leg`). Helps write
+    /// the keys with `prefix`.
     pub fn string_arrays(&mut self, any: Key, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
         self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Texts));
         let entries = self.in_file_order();
@@ -377,7 +377,7 @@ impl<'a> Table<'a> {
         arrays.collect()
     }
 
-    /// All entries as integers within a range, by key and in file order: named places.
+    /// All entries as integers within a range, by key and in file order (the form of named places).
     pub fn integers_by_name(&mut self, any: Key, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
         self.shape
             .iter()
@@ -411,14 +411,14 @@ impl<'a> Table<'a> {
         Table { doc: self.doc, table, span, place, asked: Vec::new(), shape: None }
     }
 
-    /// Where keys are noted: a table below this one to note those of it, and their shape.
+    /// If keys are recorded: an empty table below this one, and the shape for its keys.
     fn noted_below(&self, place: &'static str) -> Option<(Table<'a>, Shape)> {
         self.shape.as_ref()?;
         let shape = Shape::of_place(place);
         Some((self.below(self.table, 0..0, place).noting(&shape), shape))
     }
 
-    /// Makes a finding of every key that nobody asked for.
+    /// Makes a finding of every key that no getter asked for.
     pub fn finish(self) {
         for (key, _) in self.in_file_order() {
             let name: &str = key.get_ref();
@@ -436,7 +436,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The byte behind the last key or value of a table and all tables below it.
+/// The byte after the last key or value of a table and all tables below it.
 fn end_of(table: &DeTable<'_>) -> usize {
     let ends = table.iter().map(|(key, value)| key.span().end.max(end_of_value(value)));
     ends.max().unwrap_or(0)

@@ -1,20 +1,19 @@
-//! The bounds of a finding's text: what it quotes may be a name of megabytes, or may hold
-//! characters that a terminal obeys.
+//! Bounds a finding's text: a quoted name may be megabytes long, or hold control characters that a
+//! terminal would execute.
 //!
-//! [`super::finding::Finding`] passes all that it is given through [`bounded`], so that no maker of
-//! a finding has to think of it.
+//! [`super::finding::Finding`] passes all its texts through [`bounded`]; the code that makes
+//! findings need not.
 
-/// The longest stretch without a space that is told whole: longer than any legal name, and than
-/// most paths.
+/// The longest word that is kept whole: longer than any legal name, and than most paths.
 const WORD_CHARS_MAX: usize = 200;
-/// What is left of a longer one, at its two ends.
+/// Number of characters kept at each end of a longer word.
 const WORD_HEAD: usize = 60;
 const WORD_TAIL: usize = 20;
-/// The longest text.
+/// Maximum length of a text, in characters.
 const TEXT_CHARS_MAX: usize = 4_000;
 
-/// The text without control characters (but for ends of lines), its overlong words shortened in the
-/// middle, and itself no longer than a page.
+/// The text with control characters escaped (but line ends), overlong words shortened in the
+/// middle, and cut to `TEXT_CHARS_MAX` characters.
 pub fn bounded(text: String) -> String {
     if text.len() <= WORD_CHARS_MAX && !text.chars().any(is_obeyed) {
         return text;
@@ -31,7 +30,7 @@ pub fn bounded(text: String) -> String {
     told
 }
 
-/// Adds a word and the space behind it; says how long it has become.
+/// Adds a word and the space after it; returns the number of characters added.
 fn push_word(told: &mut String, word: &str) -> usize {
     let length = word.chars().count();
     if length <= WORD_CHARS_MAX {
@@ -43,10 +42,11 @@ fn push_word(told: &mut String, word: &str) -> usize {
     head + 1 + tail
 }
 
-/// Adds a character, escaped if a terminal would obey it.
+/// Adds a character, escaped if a terminal would execute it; returns the number of characters
+/// added.
 fn push(told: &mut String, c: char) -> usize {
     match c {
-        // Of a file with the line ends of Windows.
+        // From a file with Windows line ends.
         '\r' => 0,
         c if is_obeyed(c) => {
             let escaped = c.escape_unicode();
@@ -60,8 +60,8 @@ fn push(told: &mut String, c: char) -> usize {
     }
 }
 
-/// Whether a terminal may do something else with a character than show it: control characters,
-/// and those that turn the direction of a text round.
+/// Whether a terminal may not simply show a character: control characters, and those that reverse
+/// the direction of a text.
 fn is_obeyed(c: char) -> bool {
     let turns =
         matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
