@@ -1,8 +1,8 @@
-//! Addresses: what every bit, word and structure is called, what it holds, who may write it.
+//! Addresses: the names, value ranges and write permissions of every bit, word and structure.
 //!
 //! Stage bits and the `.Running` and `.Done` bits of blocks are addresses too, but their names
-//! belong to a program: the resolver makes those. Nothing here knows where in memory an address
-//! lies: that is the engine's layout. How a text becomes an address is `address_text`.
+//! belong to a program; the resolver handles these. The place of an address in memory is in the
+//! engine's layout. `address_text` turns a text into an address.
 
 use std::fmt;
 
@@ -29,12 +29,12 @@ pub struct ElementId {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct DeviceId(pub u32);
 
-/// A bit that says how a field device is (`docs/devices.md`).
+/// A status bit of a field device (`docs/devices.md`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Health {
     /// Its last exchange succeeded.
     Ok,
-    /// Its last good exchange, or else the start, is longer ago than its `loss-after`.
+    /// The last good exchange (before the first one: the start) is longer ago than `loss-after`.
     Stale,
 }
 
@@ -93,7 +93,7 @@ pub enum Word {
     Pre(u32),
 }
 
-/// Anything that an address can name.
+/// A bit, word or structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs)]
 pub enum Address {
@@ -114,7 +114,8 @@ impl Space {
         }
     }
 
-    /// The space and the number of an address that has its own; a member has its structure's.
+    /// The space and number of an address; for a member, those of its structure. `None` for bits of
+    /// Stages, blocks and devices.
     pub fn of(address: Address) -> Option<(Space, u32)> {
         match address {
             Address::Bit(Bit::Space(space, n)) => Some((Space::Bit(space), n)),
@@ -145,7 +146,7 @@ impl Structure {
         }
     }
 
-    /// The structure of another number in the same space.
+    /// The structure with number `n` in the same space.
     pub fn numbered(self, n: u32) -> Structure {
         match self {
             Structure::Counter(_) => Structure::Counter(n),
@@ -163,7 +164,7 @@ impl Structure {
         }
     }
 
-    /// The member of a name in [`Structure::members`].
+    /// The member with this name, one of [`Structure::members`].
     pub fn member(self, name: &str) -> Option<Address> {
         let flag = |flag| Some(Address::Bit(Bit::Flag(self, flag)));
         let sensaphone = matches!(self, Structure::Sensaphone(_));
@@ -201,7 +202,7 @@ impl Flag {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|(_, flag)| *flag)
     }
 
-    /// The flag's name as written behind the dot.
+    /// The flag's name, as written after the dot.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize].0
     }
@@ -211,7 +212,7 @@ impl Health {
     /// All, in the order of their cells.
     pub const ALL: [Health; 2] = [Health::Ok, Health::Stale];
 
-    /// The name as written behind the dot.
+    /// The name as written after the dot.
     pub fn name(self) -> &'static str {
         match self {
             Health::Ok => "Ok",
@@ -219,27 +220,28 @@ impl Health {
         }
     }
 
-    /// The bit of a name as written.
+    /// The bit with this name.
     pub fn from_name(name: &str) -> Option<Health> {
         Health::ALL.into_iter().find(|health| health.name() == name)
     }
 }
 
 impl Bit {
-    /// Whether a program's instruction may write it: Y, C, MC and MI.
+    /// Whether an instruction may write the space: Y, C, MC and MI.
     pub fn writable_by_ladder(self) -> bool {
         matches!(self, Bit::Space(BitSpace::Y | BitSpace::C | BitSpace::Mc | BitSpace::Mi, _))
     }
 
-    /// Whether a write from outside may change it: what a program may write, and the status bits of
-    /// a Sensaphone counter (seed S3: "can be viewed or changed"; `docs/semantics.md`, section 5).
+    /// Whether a write from outside may change the bit: all bits that an instruction may write, and
+    /// the status bits of a Sensaphone counter (seed S3: "can be viewed or changed";
+    /// `docs/semantics.md`, section 5).
     pub fn writable_from_outside(self) -> bool {
         self.writable_by_ladder() || matches!(self, Bit::Flag(Structure::Sensaphone(_), _))
     }
 }
 
 impl Word {
-    /// Whether a program's instruction, or a queued write, may write it: all but the status words.
+    /// Whether an instruction or a queued write may write the word: all but the status words.
     pub fn writable(self) -> bool {
         !matches!(self, Word::Space(WordSpace::Dst, _))
     }
@@ -263,8 +265,8 @@ impl fmt::Display for Structure {
 }
 
 impl fmt::Display for Bit {
-    /// The address as written; bits of Stages, blocks and devices, which have no address, by
-    /// their number.
+    /// The address as written. Bits of Stages, blocks and devices have no written address: their
+    /// number.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Bit::Space(space, n) => write!(f, "{}{n}", space.name()),

@@ -1,7 +1,8 @@
-//! From a text to an address: `X0`, `D12`, `CT3.Acc`, `N19.ACC`, `N,19,6`, `$FirstScan`.
+//! Parses an address: `X0`, `D12`, `CT3.Acc`, `N19.ACC`, `N,19,6`, `$FirstScan`.
 //!
-//! Numbers are decimal, and the four Modbus spaces begin at 1. A text that does not read as an
-//! address may be a tag; one that does, and is wrong, is told apart by [`AddressError`].
+//! Called by the resolver, for every name that is not a tag. Numbers are decimal; the four Modbus
+//! spaces begin at 1. [`AddressError`] tells a text without the form of an address (it may be a
+//! tag) from an address with a mistake.
 
 use super::address::{Address, Bit, Structure, Word};
 use super::space::{BitSpace, MemorySizes, Space, WordSpace};
@@ -12,9 +13,9 @@ use super::status;
 pub enum AddressError {
     /// It does not have the form of an address (it may be a tag).
     NotAnAddress,
-    /// It would be one in the case given.
+    /// It is an address in other case; this is the correct spelling.
     Case(String),
-    /// Its number has leading zeros; without them it would read so.
+    /// Its number has leading zeros; this is the spelling without them.
     LeadingZero(String),
     /// Its number lies outside `first..=last` of its space.
     BeyondMemory {
@@ -25,19 +26,19 @@ pub enum AddressError {
         /// The last number.
         last: u32,
     },
-    /// The structure has no such member; it has these.
+    /// The structure has no member of this name; these are its members.
     UnknownMember(&'static [&'static str]),
-    /// `$…` that is no status nickname.
+    /// `$…`, but not a status nickname.
     UnknownNickname,
-    /// An element number of `N,n,e` outside 0..6.
+    /// The element number of `N,n,e` is outside 0..6.
     SensaphoneElement,
 }
 
 /// Parses an address: plain, member, Sensaphone element or status nickname.
 ///
 /// # Errors
-/// [`AddressError::NotAnAddress`] when the text does not read as one (it may be a tag); the other
-/// kinds when it does, and is wrong.
+/// [`AddressError::NotAnAddress`] if the text does not have the form of an address (it may be a
+/// tag); the other kinds if it has the form and a mistake.
 pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
     if text.starts_with('$') {
         return parse_nickname(text);
@@ -55,7 +56,7 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
         return Err(AddressError::NotAnAddress);
     }
     if upper != prefix {
-        // In one go: the member's case too.
+        // Corrects the member's case in the same message.
         let right = text.replacen(prefix, &upper, 1);
         return Err(match parse(&right, sizes) {
             Err(AddressError::Case(all)) => AddressError::Case(all),
@@ -76,14 +77,14 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
     }
 }
 
-/// Whether a name would read as an address in any case: such names are forbidden for tags,
-/// blocks and stages.
+/// Whether a name has the form of an address, in upper or lower case. Tags, blocks and stages may
+/// not have such a name.
 pub fn reads_as_address(name: &str) -> bool {
     split_base(name)
         .is_some_and(|(prefix, _)| Space::from_name(&prefix.to_ascii_uppercase()).is_some())
 }
 
-/// Splits `CT12` into `CT` and `12`: letters, then digits, nothing else.
+/// Splits `CT12` into `CT` and `12`; `None` unless the text is letters, then digits.
 fn split_base(base: &str) -> Option<(&str, &str)> {
     let at = base.find(|c: char| c.is_ascii_digit())?;
     let (prefix, digits) = base.split_at(at);
@@ -134,7 +135,7 @@ fn parse_nickname(text: &str) -> Result<Address, AddressError> {
     }
 }
 
-/// `N,19` and `N,19,6`: the Sensaphone manual's way to name a counter and an element of it.
+/// Parses `N,19` and `N,19,6`, the Sensaphone manual's names of a counter and its element.
 fn parse_sensaphone(text: &str) -> Result<Address, AddressError> {
     let mut parts = text.splitn(4, ',').map(str::trim);
     let (Some(n), Some(counter), element, None) =

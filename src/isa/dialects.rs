@@ -1,9 +1,9 @@
-//! Mnemonics of other controllers, and what a rungd ladder has instead.
+//! Mnemonics of other controllers, and the instructions or contacts of a rungd ladder for each.
 //!
 //! Read by `resolve` for the help of an unknown instruction, and by `rungd explain`. None of the
 //! mnemonics here is an instruction of rungd's table.
 
-/// Mnemonics that mean the same, and what to write.
+/// Mnemonics with the same meaning, and the text to write instead.
 type Row = (&'static [&'static str], &'static str);
 
 const ROWS: &[Row] = &[
@@ -51,7 +51,7 @@ const ROWS: &[Row] = &[
     (&["AFI"], "a rung that is never ON has the contact `$Off`"),
 ];
 
-/// What a rungd ladder has instead of a mnemonic of other controllers, in any case.
+/// The text to write in a rungd ladder for a mnemonic of another controller (upper or lower case).
 pub(crate) fn instead_of(name: &str) -> Option<&'static str> {
     let same = |other: &&str| other.eq_ignore_ascii_case(name);
     ROWS.iter().find(|(names, _)| names.iter().any(same)).map(|(_, text)| *text)

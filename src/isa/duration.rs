@@ -1,4 +1,4 @@
-//! Durations as an author writes them: `250ms`, `1m30s`, or the vendor's `HH:MM:SS:mmm`.
+//! Parses and prints durations: `250ms`, `1m30s`, or the vendor's `HH:MM:SS:mmm`.
 //!
 //! A duration is a number of milliseconds within `i32`, the range of a timer's preset
 //! (596 h 31 m 23.647 s). Called by the parsers of ladder, controller and command-line values.
@@ -8,7 +8,7 @@
 pub enum DurationError {
     /// The text does not have the form of a duration at all.
     Form,
-    /// Units out of order or given twice: they descend, each at most once.
+    /// Units out of order or given twice. Units must descend, each at most once.
     Order,
     /// Longer than 2,147,483,647 ms.
     TooLong,
@@ -25,13 +25,14 @@ pub fn parse(text: &str) -> Result<i32, DurationError> {
     i32::try_from(ms).map_err(|_| DurationError::TooLong)
 }
 
-/// Whether a text starts like a duration: a digit, and a unit or a colon somewhere behind it.
+/// Whether a text starts like a duration: a digit, and later a unit or a colon.
 pub fn looks_like(text: &str) -> bool {
     let rest = text.trim_start_matches(|c: char| c.is_ascii_digit());
     rest.len() < text.len() && (rest.starts_with([':', 'h', 'm', 's']))
 }
 
-/// The text with its units in descending order, if each stands in it once: `5m2s` of `2s5m`.
+/// The text with its units in descending order (`2s5m` gives `5m2s`); `None` if a unit occurs
+/// twice.
 pub fn in_order(text: &str) -> Option<String> {
     let mut parts: Vec<(usize, &str)> = Vec::new();
     let mut rest = text;

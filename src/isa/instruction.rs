@@ -1,8 +1,8 @@
 //! The instruction table: every mnemonic with its legs, operands, source and a summary.
 //!
-//! The parser reads the forms from it, the checks ask it for termination and ownership, and
-//! `rungd explain` prints it. What an instruction *does* is `docs/semantics.md`, executed by the
-//! engine; the table holds what can be said about it without running it.
+//! The resolver checks operands against it, the checks ask it for termination and ownership, and
+//! `rungd explain` prints it. The behaviour of an instruction is not here: `docs/semantics.md`
+//! specifies it, and the engine executes it.
 
 /// A leg of a rung: an input of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -17,7 +17,7 @@ pub enum LegName {
 }
 
 impl LegName {
-    /// The key in the ladder file: `when`, or the name behind `leg.`.
+    /// The key in the ladder file: `when`, or the name after `leg.`.
     pub fn key(self) -> &'static str {
         match self {
             LegName::When => "when",
@@ -28,13 +28,13 @@ impl LegName {
         }
     }
 
-    /// The leg of a key behind `leg.`.
+    /// The leg with this key after `leg.`.
     pub fn from_key(key: &str) -> Option<LegName> {
         [LegName::Up, LegName::Dn, LegName::Rst, LegName::En].into_iter().find(|l| l.key() == key)
     }
 }
 
-/// What an operand may be.
+/// The kind of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OperandKind {
     /// A bit that a program may write: Y, C, MC, MI.
@@ -70,15 +70,15 @@ pub enum OperandKind {
 pub struct Operand {
     /// `None`: positional. `Some(key)`: written `key=value`.
     pub key: Option<&'static str>,
-    /// The name by which the resolved instruction holds it; of a keyed operand, the key.
+    /// Its name in the resolved instruction; for a keyed operand, the key.
     pub name: &'static str,
-    /// What it may be.
+    /// Its kind.
     pub kind: OperandKind,
     /// Whether it may be left out.
     pub optional: bool,
 }
 
-/// What a termination pass does to an instruction, in a few words.
+/// The effect of a termination pass on an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Termination {
     /// The bit it drives goes OFF.
@@ -89,18 +89,18 @@ pub enum Termination {
     Kept,
     /// It has no termination logic.
     Untouched,
-    /// As [`Termination::Untouched`], but the time until its next execution does not count.
+    /// As `Untouched`, but the time until its next execution does not count.
     Held,
-    /// As [`Termination::Untouched`], but its enable bit and its edge history go OFF.
+    /// As `Untouched`, but its enable bit and its edge history go OFF.
     EnableOff,
-    /// It is as with its rung OFF.
+    /// The same as an execution with its rung OFF.
     RungOff,
 }
 
 /// One row of the instruction table.
 #[derive(Debug)]
 pub struct Spec {
-    /// Which instruction.
+    /// The instruction.
     pub mnemonic: Mnemonic,
     /// The mnemonic as written.
     pub name: &'static str,
@@ -110,13 +110,13 @@ pub struct Spec {
     pub legs: &'static [LegName],
     /// Its operands, positional ones first.
     pub operands: &'static [Operand],
-    /// Whether it does its work over several scans (the vendor's yellow triangle).
+    /// Whether it needs several scans to finish (the vendor's yellow triangle).
     pub multi_scan: bool,
-    /// What a termination pass does to it.
+    /// The effect of a termination pass on it.
     pub termination: Termination,
-    /// Where its behaviour comes from.
+    /// The source of its behaviour.
     pub source: &'static str,
-    /// What it does, in two or three sentences.
+    /// Its behaviour, in two or three sentences.
     pub summary: &'static str,
 }
 
@@ -298,12 +298,12 @@ impl Mnemonic {
         &TABLE[self as usize]
     }
 
-    /// The instruction of a name, in the case of the table.
+    /// The instruction with this name, in upper case as in the table.
     pub fn from_name(name: &str) -> Option<Mnemonic> {
         TABLE.iter().find(|spec| spec.name == name).map(|spec| spec.mnemonic)
     }
 
-    /// Whether it owns the structure it names: a structure has one owner in a program.
+    /// Whether it owns the structure that it names. A structure has one owner in a program.
     pub fn owns_structure(self) -> bool {
         let structure = matches!(
             self.spec().operands.first().map(|o| o.kind),
@@ -314,7 +314,7 @@ impl Mnemonic {
 }
 
 impl Spec {
-    /// The operand of a name.
+    /// The operand with this name.
     pub fn operand(&self, name: &str) -> Option<&'static Operand> {
         self.operands.iter().find(|o| o.name == name)
     }

@@ -1,9 +1,8 @@
-//! What the controller's language is made of, as data: address spaces, structures and their
-//! members, the instruction table, durations.
+//! The parts of the controller's language, as data: address spaces, structures and their members,
+//! the instruction table, durations.
 //!
-//! Everything above reads this and nothing here reads anything above. The instruction table feeds
-//! the parser, the checks, `rungd explain` and the reference pages, so that a new instruction is
-//! added here first.
+//! Used by nearly every other module; uses none of them. The resolver, the checks, `rungd explain`
+//! and the reference pages read the instruction table, so a new instruction is added here first.
 
 pub mod address;
 pub mod address_text;

@@ -1,8 +1,7 @@
 //! The page of every instruction, for `rungd explain`.
 //!
-//! The texts stand in `docs/instructions/`, and are part of the program, so that it explains its
-//! own instructions and not another version's. A test holds them to the table and draws their
-//! diagrams.
+//! The texts are in `docs/instructions/` and are compiled into the program, so that they belong to
+//! its own version. A test compares them with the instruction table and draws their diagrams.
 
 use super::instruction::Mnemonic;
 

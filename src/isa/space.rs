@@ -1,6 +1,6 @@
 //! The spaces of numbered addresses: their prefixes, their first numbers and their sizes.
 //!
-//! A leaf: `address` makes addresses of them, the controller file sets their sizes.
+//! A leaf module: `address` builds addresses from the spaces, the controller file sets their sizes.
 
 use super::status;
 
@@ -51,7 +51,7 @@ pub enum Space {
     Sensaphone,
 }
 
-/// How many elements each space has.
+/// The number of elements of each space.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct MemorySizes {
@@ -66,12 +66,12 @@ pub struct MemorySizes {
     pub mir: u32,
     pub ct: u32,
     pub t: u32,
-    /// Field devices: each has the bits of [`Health`].
+    /// Number of field devices; each has the bits of [`Health`].
     pub devices: u32,
 }
 
 impl Default for MemorySizes {
-    /// The sizes of `docs/semantics.md`, section 7.
+    /// The default sizes of `docs/semantics.md`, section 7.
     fn default() -> Self {
         MemorySizes {
             x: 2048,
@@ -90,11 +90,11 @@ impl Default for MemorySizes {
     }
 }
 
-/// How many Sensaphone counters there are: `N0`..`N63`.
+/// Number of Sensaphone counters: `N0`..`N63`.
 pub const SENSAPHONE_COUNT: u32 = 64;
 
 impl Space {
-    /// All, the bits first.
+    /// All spaces, the bits first.
     pub const ALL: [Space; 14] = [
         Space::Bit(BitSpace::X),
         Space::Bit(BitSpace::Y),
@@ -123,7 +123,7 @@ impl Space {
         }
     }
 
-    /// The space of a prefix as written.
+    /// The space with this prefix.
     pub fn from_name(name: &str) -> Option<Space> {
         Space::ALL.into_iter().find(|space| space.name() == name)
     }
@@ -150,7 +150,7 @@ impl Space {
 }
 
 impl BitSpace {
-    /// All whose size can be set: all but the status bits.
+    /// The spaces with a size that can be set: all but the status bits.
     pub const SIZED: [BitSpace; 5] =
         [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
 
@@ -185,7 +185,7 @@ impl BitSpace {
 }
 
 impl WordSpace {
-    /// All whose size can be set: all but the status words.
+    /// The spaces with a size that can be set: all but the status words.
     pub const SIZED: [WordSpace; 4] = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir];
 
     /// The space's prefix as written.

@@ -61,7 +61,7 @@ pub const BIT_NICKNAMES: [&str; 10] = [
 /// Nicknames of the status words, by number. `DST4` has none.
 pub const WORD_NICKNAMES: [&str; 4] = ["$ScanCounter", "$ScanTime", "$MinScanTime", "$MaxScanTime"];
 
-/// How many status bits there are: `ST0`..`ST9`.
+/// Number of status bits: `ST0`..`ST9`.
 pub const ST_COUNT: u32 = st::COUNT as u32;
-/// How many status words there are: `DST0`..`DST4`.
+/// Number of status words: `DST0`..`DST4`.
 pub const DST_COUNT: u32 = dst::COUNT as u32;

@@ -1,4 +1,4 @@
-//! Contacts: every name becomes a bit, or a value of a compare.
+//! Resolves contacts: every name becomes a bit, or a value of a compare. Called by `rung`.
 
 use super::Resolver;
 use super::program::{Contact, Value, Written};
@@ -10,7 +10,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
 impl Resolver<'_> {
-    /// A series of contacts; those with mistakes are left out.
+    /// Resolves a series of contacts; contacts with mistakes are left out and reported.
     pub(super) fn contacts(&mut self, contacts: &[written::Contact]) -> Vec<Contact> {
         contacts.iter().filter_map(|contact| self.contact(contact)).collect()
     }
@@ -29,7 +29,7 @@ impl Resolver<'_> {
                 Some(Contact::Edge(*edge, self.bit(&name.value, name.span)?, *span))
             }
             written::Contact::Compare(a, comparison, b, span) => {
-                // Both, so that both are reported.
+                // Resolves both before returning, so that mistakes in both are reported.
                 let (a, b) = (self.value(a), self.value(b));
                 Some(Contact::Compare(a?, *comparison, b?, *span))
             }
@@ -41,7 +41,7 @@ impl Resolver<'_> {
         (contacts.len() == items.len()).then_some(contacts)
     }
 
-    /// A bit by name.
+    /// Resolves a bit.
     fn bit(&mut self, name: &str, span: Span) -> Option<Bit> {
         let thing = self.look_up(name, span)?;
         if let Thing::Address(address @ Address::Bit(bit)) = thing {
@@ -62,7 +62,7 @@ impl Resolver<'_> {
         None
     }
 
-    /// A value: a constant, or a word that can be read.
+    /// Resolves a value: a constant or a word.
     pub(super) fn value(&mut self, atom: &Atom) -> Option<Value> {
         let name = match &atom.kind {
             AtomKind::Integer(n) => return Some(Value::Const(*n, Written::Integer)),
@@ -94,7 +94,7 @@ impl Resolver<'_> {
         None
     }
 
-    /// The finding of a thing that is not what belongs in its place.
+    /// Adds the finding for a thing of the wrong kind.
     pub(super) fn wrong_kind(
         &mut self,
         name: &str,
@@ -111,7 +111,7 @@ impl Resolver<'_> {
         );
     }
 
-    /// What a thing is, in words.
+    /// The kind of a thing, in words.
     pub(super) fn kind_words(&self, thing: Thing) -> &'static str {
         use crate::isa::Structure;
         match thing {

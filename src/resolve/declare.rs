@@ -1,6 +1,7 @@
-//! The names of all tags, blocks and stages: declared before any of them is used.
+//! Declares the names of all tags, blocks, stages and devices, before rungs are resolved.
 //!
-//! Fills the scope and the outer shape of the program (blocks and stages, still without rungs).
+//! Called by `resolve_ladders`. Fills the scope, and the program's blocks and stages, still without
+//! rungs.
 
 use std::collections::HashMap;
 
@@ -15,7 +16,7 @@ use crate::source::nearest::Names;
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 
-/// What a name is to name.
+/// The kind of thing that a name is declared for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Role {
     Tag,
@@ -36,7 +37,7 @@ impl Role {
     }
 }
 
-/// The tasks that nothing starts.
+/// The built-in tasks: no instruction starts them.
 pub(super) const BUILT_IN: [(&str, BlockKind); 4] = [
     ("FirstScan", BlockKind::FirstScan),
     ("TopOfScan", BlockKind::TopOfScan),
@@ -65,7 +66,7 @@ impl Resolver<'_> {
         }
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
-        // A program without a name may be the one that was meant.
+        // A program without a name may be meant as `Main`.
         let has_main = |block: &Block| block.name == "Main" || block.name.is_empty();
         let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);
         let lost = self.misread && !programs;
@@ -74,7 +75,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Those of the controller file, then those that only a ladder file names.
+    /// Declares the devices of the controller file, then those that only a ladder file names.
     fn declare_devices<'l>(
         &mut self,
         ladders: impl Iterator<Item = &'l Ladder>,
@@ -221,15 +222,15 @@ impl Resolver<'_> {
     }
 }
 
-/// The most characters of a name: every record that holds one has room for it.
+/// Maximum number of characters of a name; records that hold a name have room for it.
 pub(super) const NAME_MAX: usize = 128;
 
-/// A name as the program keeps it: of one that is too long, its beginning.
+/// A name as the program keeps it: cut to [`NAME_MAX`] characters.
 pub(super) fn kept(name: &str) -> String {
     name.chars().take(NAME_MAX).collect()
 }
 
-/// The finding of a name that is none, or means something else already.
+/// The finding for an invalid name, or a name that already has another meaning.
 fn forbidden(name: &Text, role: Role) -> Option<Finding> {
     let text = name.text.as_str();
     let what = role.words();

@@ -1,10 +1,9 @@
-//! The resolved instruction: its operands by name and type, so that nothing behind the resolver
-//! looks an operand up.
+//! The resolved instruction, with typed operands: later stages need no look-up.
 //!
-//! The resolver checks operands against the instruction table, one by one, and hands them to
+//! The resolver checks each operand against the instruction table and hands all of them to
 //! [`Action::new`], which matches every mnemonic. The checks and `lower` match every [`Action`].
-//! What can be said of any action without knowing which it is (its operands, the structure it
-//! owns, the bit it drives) is said here once.
+//! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
+//! are answered here once.
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure, Word};
@@ -14,9 +13,9 @@ use crate::source::span::{Located, Span};
 /// A number: a constant or a location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
-    /// A constant; `written` tells how.
+    /// A constant, and the form in which it was written.
     Const(i32, Written),
-    /// A word, read afresh at every execution.
+    /// A word, read again at every execution.
     Word(Word),
 }
 
@@ -27,11 +26,11 @@ pub struct Instruction {
     pub mnemonic: Mnemonic,
     /// The place of its whole text.
     pub span: Span,
-    /// What it does, with its operands.
+    /// Its action, with its operands.
     pub action: Action,
 }
 
-/// What an instruction does, and to what: one variant a shape of operands.
+/// The action of an instruction with its operands; one variant for each shape of operands.
 #[derive(Clone, Debug)]
 pub enum Action {
     /// OUT, SET, RST, PD, ND, PONOFF.
@@ -52,13 +51,13 @@ pub enum Action {
     },
     /// UDC, UDCG.
     UpDownCounter {
-        /// UDC has a reset leg, UDCG has none.
+        /// `true` for UDC, `false` for UDCG.
         has_reset_leg: bool,
         /// The counter.
         ct: Located<Structure>,
-        /// `.Done` compares with it.
+        /// The preset of `.Done`.
         up_preset: Option<Located<Value>>,
-        /// `.DnDone` compares with it.
+        /// The preset of `.DnDone`.
         dn_preset: Option<Located<Value>>,
     },
     /// ONDTMR, OFFDTMR.
@@ -74,7 +73,7 @@ pub enum Action {
     },
     /// TMR, TMRDOWN, TMRA, TMRADOWN, TMRAG.
     Timer {
-        /// What the leg OFF and the reset leg do.
+        /// The effect of the leg OFF, and of the reset leg.
         timer: TimerKind,
         /// The timer.
         t: Located<Structure>,
@@ -87,7 +86,7 @@ pub enum Action {
         counts: Direction,
         /// The Sensaphone counter.
         n: Located<Structure>,
-        /// The preset; one of CTU and CTD may leave it to the other.
+        /// The preset. If a CTU and a CTD share a counter, one of them may omit it.
         preset: Option<Located<Value>>,
     },
     /// RSTCT, RSTT, RES.
@@ -99,7 +98,7 @@ pub enum Action {
     Store {
         /// The number to be stored.
         source: Source,
-        /// The word that takes it.
+        /// The word that it is stored in.
         to: Located<Word>,
     },
     /// RUN.
@@ -123,7 +122,7 @@ pub enum Action {
     Entask {
         /// The Task.
         block: Located<BlockId>,
-        /// Its interval; without one it runs once.
+        /// The interval; `None`: the Task runs once.
         every: Option<Located<Value>>,
     },
     /// JMP (one Stage), SGDIVRG (one or several).
@@ -164,7 +163,7 @@ pub enum Coil {
     Ponoff,
 }
 
-/// Which way a counter counts.
+/// The direction in which a counter counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Direction {
@@ -205,7 +204,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The numbers that it is made of.
+    /// Its numbers: one of MOVE, two of ADD and SUB.
     pub fn values(self) -> impl Iterator<Item = Located<Value>> {
         let (a, b) = match self {
             Source::Value(a) => (a, None),
@@ -216,7 +215,7 @@ impl Source {
 }
 
 impl Value {
-    /// Whether both are the same number, however they are written.
+    /// Whether both are the same number, in any written form.
     pub fn is_as(self, other: Value) -> bool {
         match (self, other) {
             (Value::Const(a, _), Value::Const(b, _)) => a == b,
@@ -269,7 +268,7 @@ operand_types! {
     Stage StageId;
 }
 
-/// OperandList under their names in the instruction table.
+/// Operands with their names in the instruction table.
 #[derive(Clone, Debug, Default)]
 pub struct OperandList(pub(super) Vec<(&'static str, Located<OperandValue>)>);
 
@@ -287,12 +286,12 @@ impl OperandList {
         operands.into_iter().fold(self, |all, operand| all.with(name, operand))
     }
 
-    /// Each of them.
+    /// All operands.
     pub fn each(&self) -> impl Iterator<Item = (&'static str, OperandValue)> {
         self.0.iter().map(|(name, operand)| (*name, operand.value))
     }
 
-    /// Those of a type.
+    /// The operands of one type.
     pub fn of<T: OperandType>(&self) -> impl Iterator<Item = (&'static str, Located<T>)> {
         self.0.iter().filter_map(|(name, operand)| {
             Some((*name, Located { value: T::of(operand.value)?, span: operand.span }))
@@ -309,8 +308,8 @@ impl OperandList {
 }
 
 impl Action {
-    /// The action of a mnemonic with these operands. `None`: an operand is not there that the
-    /// action needs and the table does not ask for.
+    /// The action of a mnemonic with these operands. `None` if a needed operand is absent that the
+    /// table does not require.
     pub(super) fn new(mnemonic: Mnemonic, given: &OperandList) -> Option<Action> {
         use Mnemonic as M;
         let block = || given.get("block");
@@ -387,8 +386,8 @@ impl Action {
         Some(Action::Store { source, to: given.get("to")? })
     }
 
-    /// Its operands, in the table's order; those left out are absent, and several Stages come under
-    /// one name.
+    /// Its operands, in the table's order, without those left out; several Stages have the same
+    /// name.
     pub fn operands(&self) -> OperandList {
         let none = OperandList::default();
         match self {
@@ -467,7 +466,7 @@ mod tests {
     use super::*;
     use crate::isa::instruction::{self, OperandKind, Spec};
 
-    /// OperandList as the resolver would find them.
+    /// Operands as the resolver would find them.
     fn given(spec: &Spec) -> OperandList {
         let operand = |kind| match kind {
             OperandKind::WritableBit => OperandValue::Bit(Bit::Stage(StageId(0))),

@@ -1,7 +1,9 @@
-//! Names → addresses. What it finds is unknown, duplicate, read-only or of the wrong kind.
+//! Resolves names to addresses. Finds names that are unknown, duplicate, read-only or of the wrong
+//! kind.
 //!
-//! [`load_ladders`] takes the texts of one or several ladder files and gives the resolved
-//! [`Program`], which the checks judge and `lower` turns into an engine program. It does no I/O.
+//! [`load_ladders`] takes the texts of one or several ladder files and returns the resolved
+//! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
+//! I/O.
 
 mod contact;
 mod declare;
@@ -27,23 +29,23 @@ use crate::source::span::{FileId, Located, SourceFile, Span};
 use program::{NamedOperand, Program};
 use scope::{Scope, Thing};
 
-/// What a load depends on beside the ladder files.
+/// The inputs of a load besides the ladder files.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// Sizes of the memory blocks.
     pub sizes: MemorySizes,
     /// `order` of a controller file.
     pub order: Option<Located<Vec<Text>>>,
-    /// Whether the ladders are those of a controller file.
+    /// Whether a controller file lists the ladders.
     pub has_controller: bool,
     /// The field devices of a controller file, in its order.
     pub devices: Vec<Text>,
-    /// The number of the first file: spans of the ladder at index k say `first_file + k`.
+    /// The number of the first file: spans of the ladder at index k have the file `first_file + k`.
     pub first_file: FileId,
 }
 
-/// Resolves the ladder files given together as one program. The program is there only if there
-/// is no error among the findings, which come in order of place.
+/// Resolves the ladder files together as one program. The program is `None` if the findings contain
+/// an error. The findings are in order of place.
 pub fn load_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
@@ -53,9 +55,8 @@ pub fn load_ladders(
     (program.filter(|_| !refused), findings)
 }
 
-/// As [`load_ladders`], but gives the program with errors among the findings too, where all files
-/// are TOML: what is wrong is left out of it, so that the rules can judge the rest. Such a program
-/// is for nothing else.
+/// As [`load_ladders`], but returns the program despite errors, if all files are TOML. Parts with
+/// mistakes are left out, so that the rules can check the rest. Such a program must not be lowered.
 pub fn resolve_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
@@ -71,7 +72,7 @@ pub fn resolve_ladders(
     }
     let whole: Vec<(FileId, Ladder)> =
         ladders.into_iter().filter_map(|(id, ladder)| Some((id, ladder?))).collect();
-    // With a file missing, half of the names would be unknown for no fault of theirs.
+    // With a file missing, names that it declares would be reported as unknown.
     if whole.len() < files.len() || whole.is_empty() {
         return (None, in_order(findings));
     }
@@ -82,16 +83,16 @@ pub fn resolve_ladders(
     (Some(program), in_order(findings))
 }
 
-/// What a name stands for in a resolved program: a tag, an address, a member, `Prog.Stage`,
-/// `Block.Running`, `Task.Done` or a `$` nickname. A structure comes as itself.
+/// The address of a name in a resolved program: of a tag, an address, a member, `Prog.Stage`,
+/// `Block.Running`, `Task.Done` or a `$` nickname. The name of a structure gives the structure.
 ///
 /// # Errors
-/// A sentence for people: why it names nothing that can be watched or written.
+/// A sentence for people: the reason why the name has no address.
 pub fn resolve_operand(program: &Program, name: &str) -> Result<Address, String> {
     Scope::of(program).address(name)
 }
 
-/// The names that `allow` knows.
+/// The names of all warnings, valid in `allow`.
 static WARNINGS: LazyLock<Names> = LazyLock::new(|| {
     let rows = TABLE.iter().filter(|row| row.severity == Severity::Warning);
     Names::new(rows.map(|row| row.name))
@@ -102,19 +103,19 @@ fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings
 }
 
-/// One load under way: the names known so far, and what was found.
+/// The state of one load: the names declared so far, and the findings.
 struct Resolver<'a> {
     files: &'a [SourceFile],
     options: &'a LoadOptions,
     scope: Scope,
     findings: Vec<Finding>,
-    /// Whether the readers found something: then a block may be missing for that reason.
+    /// Whether the readers made findings: then a block may be missing because it was not readable.
     misread: bool,
     /// Per tag: whether the ladder names it.
     used: Vec<bool>,
-    /// Bits and words by the names under which the ladder names them, in order of resolving.
+    /// Bits and words with their names as written in the ladder, in order of resolving.
     named: Vec<(Span, NamedOperand)>,
-    /// Where a constant is named by its tag, and the tag's index.
+    /// The places where the ladder names a constant by its tag, and the tag's index.
     constants: Vec<(Span, usize)>,
 }
 
@@ -161,7 +162,7 @@ impl<'a> Resolver<'a> {
         program
     }
 
-    /// The operands by place, each address once, under its first name.
+    /// The operands in order of place, each address once, with its first name.
     fn operands(&mut self) -> Vec<NamedOperand> {
         let mut named = std::mem::take(&mut self.named);
         named.sort_by_key(|(span, _)| (span.file, span.start));
@@ -170,7 +171,7 @@ impl<'a> Resolver<'a> {
         named.into_iter().map(|(_, operand)| operand).collect()
     }
 
-    /// A name of an `allow`, which must be one of a warning.
+    /// Checks a name of an `allow`: it must be the name of a warning.
     fn allowed(&mut self, name: &Text) -> String {
         let message = match Code::from_name(&name.text).map(Code::severity) {
             Some(Severity::Warning) => return name.text.clone(),
@@ -186,7 +187,7 @@ impl<'a> Resolver<'a> {
         self.findings.push(finding);
     }
 
-    /// What a name stands for; a mistake becomes a finding.
+    /// Looks up a name; a mistake becomes a finding.
     fn look_up(&mut self, name: &str, span: Span) -> Option<Thing> {
         match self.scope.look_up(name) {
             Ok(found) => {
@@ -210,11 +211,11 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Notes that the ladder names this bit, word or structure.
+    /// Records that the ladder names this bit, word or structure.
     fn note(&mut self, name: &str, span: Span, address: Address) {
         match address {
             Address::Structure(structure) => {
-                // `N,0` would be two columns of a list: it goes by its other name.
+                // `N,0` would be two columns of a list, so it is recorded as `N0`.
                 let name = if name.contains(',') { structure.to_string() } else { name.to_owned() };
                 for (member, address) in
                     structure.members().iter().zip(structure.member_addresses())
@@ -223,7 +224,7 @@ impl<'a> Resolver<'a> {
                     self.named.push((span, NamedOperand { name, address }));
                 }
             }
-            // So would `N,0,6`.
+            // `N,0,6` would be three columns.
             _ if name.contains(',') => {
                 let name = address.to_string();
                 self.named.push((span, NamedOperand { name, address }));

@@ -1,4 +1,4 @@
-//! Instructions: operands against the instruction table, each of its kind.
+//! Resolves instructions: checks each operand against the instruction table. Called by `rung`.
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
@@ -16,7 +16,7 @@ use crate::source::nearest::did_you_mean;
 use crate::source::span::{Located, Span};
 
 impl Resolver<'_> {
-    /// One instruction; `None` if anything of it is wrong.
+    /// Resolves one instruction; `None` if it has a mistake.
     pub(super) fn instruction(
         &mut self,
         text: &written::Instruction,
@@ -43,7 +43,8 @@ impl Resolver<'_> {
             }
         }
         for row in spec.operands.iter().filter(|row| !row.optional && !given.contains(&row.name)) {
-            // A superfluous operand is often the missing one without its key: one finding will do.
+            // A superfluous operand is often the missing one without its key, so one finding is
+            // enough.
             whole = false;
             if !has_lost(text, spec) {
                 self.find(missing_operand(text, spec, row));
@@ -57,7 +58,7 @@ impl Resolver<'_> {
         })
     }
 
-    /// The row of the instruction table that an operand stands for.
+    /// The operand's row in the instruction table.
     fn row(
         &mut self,
         text: &written::Instruction,
@@ -243,13 +244,13 @@ impl Resolver<'_> {
         None
     }
 
-    /// The thing that an operand names; a constant is a finding.
+    /// Looks up an operand's name; a constant becomes a finding.
     fn thing<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<(&'t str, Thing)> {
         let name = self.name_of(atom, wanted)?;
         Some((name, self.look_up(name, atom.span)?))
     }
 
-    /// The name that an operand is; a constant is a finding.
+    /// The operand's name; a constant becomes a finding.
     fn name_of<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<&'t str> {
         if atom.name().is_none() {
             let message = format!("`{atom}` is a constant, not {wanted}");
@@ -259,7 +260,8 @@ impl Resolver<'_> {
         atom.name()
     }
 
-    /// Any block: whether it may be started or stopped in this way is for the rules to judge.
+    /// Resolves a block of any kind. The rule `block-rule` checks whether the instruction may act
+    /// on it.
     fn block_operand(&mut self, atom: &Atom, kind: OperandKind) -> Option<BlockId> {
         let wanted = kind_words(kind);
         let name = self.name_of(atom, wanted)?;
@@ -315,14 +317,14 @@ impl Resolver<'_> {
     }
 }
 
-/// The part of a name that names the structure: of `CT0.Acc` `CT0`, of `N,0,6` `N,0`.
+/// The part of a name that names the structure: `CT0` in `CT0.Acc`, `N,0` in `N,0,6`.
 fn whole(name: &str) -> &str {
     let mut commas = name.match_indices(',').map(|(at, _)| at);
     let end = name.find('.').or(commas.nth(1)).unwrap_or(name.len());
     &name[..end]
 }
 
-/// The next positional operand, after those given.
+/// The first positional operand that is not given yet.
 fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static Operand> {
     let mut rows = spec.operands.iter().filter(|row| row.key.is_none());
     rows.find(|row| row.kind == OperandKind::Stages || !given.contains(&row.name))
@@ -340,7 +342,7 @@ fn has_lost(text: &written::Instruction, spec: &Spec) -> bool {
 }
 
 fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec) -> Finding {
-    // Of thousands of operands, the first tell enough.
+    // There may be thousands of operands; the first 32 are enough.
     let near = || text.operands.iter().take(32).filter_map(|operand| operand.key.as_ref());
     let is_taken = |key: &str| near().any(|taken| taken.value == key);
     let free = spec.operands.iter().filter_map(|row| row.key).find(|key| !is_taken(key));

@@ -1,8 +1,8 @@
-//! Bits or words in a row, as a map or a list of writes names them.
+//! Resolves consecutive bits or words, as a map or a list of writes names them.
 //!
-//! `X0..X15`, `CT0.Acc..CT7.Acc`, or one bit or word of any kind, a Stage too. Wider than a
-//! [`range`](super::range), which has whole structures and no members. Used by `modbus_server` and
-//! `device`.
+//! `X0..X15`, `CT0.Acc..CT7.Acc`, or one bit or word of any kind, a Stage included. A
+//! [`range`](super::range), in contrast, holds whole structures and no members. Used by
+//! `modbus_server` and `device`.
 
 use super::range::{look_up, other_range};
 use super::scope::{Scope, Thing};
@@ -11,27 +11,27 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// Bits, or words, of one kind, whose numbers follow each other.
+/// Bits or words of one kind with consecutive numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Operands {
-    /// The first: a bit or word, never a whole structure.
+    /// The first bit or word; never a whole structure.
     pub first: Address,
-    /// How many there are; at least one.
+    /// Their number; at least 1.
     pub count: u32,
-    /// As it was written: a Stage or a block has no other name.
+    /// The text as written: a Stage or a block has no other name.
     pub text: String,
     /// Its place.
     pub span: Span,
 }
 
 impl Operands {
-    /// Each of them.
+    /// All addresses, in order.
     pub fn addresses(&self) -> impl Iterator<Item = Address> + '_ {
         let number = number(self.first).unwrap_or(0);
         (0..self.count).map(move |at| numbered(self.first, number + at))
     }
 
-    /// Whether an address is one of them.
+    /// Whether an address is among them.
     pub fn hold(&self, address: Address) -> bool {
         let (Some(first), Some(n)) = (number(self.first), number(address)) else {
             return self.first == address;
@@ -56,7 +56,8 @@ impl std::fmt::Display for Operands {
 /// Resolves `A..B`, or a single bit or word.
 ///
 /// # Errors
-/// The finding: an end that is no bit or word, two kinds, or ends in the wrong order.
+/// A finding: an end is not a bit or word, the ends are of two kinds, or they are in the wrong
+/// order.
 pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, Finding> {
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);
@@ -112,7 +113,7 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
     }
 }
 
-/// The number of an address that has one.
+/// The number of an address; `None` if it has none.
 fn number(address: Address) -> Option<u32> {
     match address {
         Address::Bit(Bit::Space(_, n)) | Address::Word(Word::Space(_, n) | Word::Pre(n)) => Some(n),
@@ -124,7 +125,7 @@ fn number(address: Address) -> Option<u32> {
     }
 }
 
-/// The same with another number.
+/// The address of the same kind with number `n`.
 fn numbered(address: Address, n: u32) -> Address {
     match address {
         Address::Bit(Bit::Space(space, _)) => Address::Bit(Bit::Space(space, n)),

@@ -1,5 +1,5 @@
-//! The scan order: programs in file order, then tasks in file order, unless `order` says
-//! otherwise. Built-in tasks have their own turns.
+//! Determines the scan order: that of `order`, or else programs in file order, then tasks in file
+//! order. Called by `resolve_ladders`. Built-in tasks have fixed turns and are not in it.
 
 use super::Resolver;
 use super::program::{Block, BlockKind, Program};
@@ -10,7 +10,7 @@ use crate::source::reader::Text;
 use crate::source::span::{FileId, Located};
 
 impl Resolver<'_> {
-    /// The scan order of all blocks that have one.
+    /// The scan order of all blocks except the built-in tasks.
     pub(super) fn order(
         &mut self,
         ladders: &[(FileId, Ladder)],

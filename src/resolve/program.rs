@@ -1,9 +1,9 @@
-//! The resolved program: every name has become an address, every operand is of its kind.
+//! The resolved program: every name is an address, and every operand has the right kind.
 //!
-//! Made by the resolver, judged by `check`, turned into an engine program by `lower`. It keeps the
-//! shape that its author gave it (blocks, stages, rungs, branches, contacts in file order) and the
-//! place of everything that a finding may point at. With an error, what is wrong is left out of it,
-//! and it is handed on to be judged, never to be run.
+//! Made by the resolver, checked by `check`, turned into an engine program by `lower`. It keeps the
+//! author's structure (blocks, stages, rungs, branches, contacts in file order) and the place of
+//! every part that a finding may point at. If a ladder has an error, parts with mistakes are left
+//! out; then the program is checked, but never lowered or run.
 
 pub use super::instruction::{Action, Instruction, Value};
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, StageId};
@@ -18,7 +18,7 @@ pub struct Program {
     pub name: String,
     /// `[ladder] doc` of the first file.
     pub doc: Option<String>,
-    /// Memory sizes it was resolved for.
+    /// The memory sizes that it was resolved for.
     pub sizes: MemorySizes,
     /// All blocks: programs and tasks, in file order. `BlockId` is the index.
     pub blocks: Vec<Block>,
@@ -32,24 +32,25 @@ pub struct Program {
     pub devices: Vec<DeviceName>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
-    /// Where the ladder names a constant by its tag, and the tag's index; in order of place.
+    /// The places where the ladder names a constant by its tag, and the tag's index; in order of
+    /// place.
     pub constants: Vec<(Span, usize)>,
-    /// `[ladder] allow`: warnings that are silenced in a whole file.
+    /// `[ladder] allow`: warnings silenced in a whole file.
     pub allow: Vec<(FileId, String)>,
 }
 
-/// A field device that a controller file has, or that a ladder file says it will have.
+/// A field device that a controller file has, or that a ladder file lists in `[ladder] devices`.
 #[derive(Clone, Debug)]
 pub struct DeviceName {
     /// Its name.
     pub name: String,
     /// The place of the name.
     pub span: Span,
-    /// Whether a controller file has it; else a ladder file says that one will.
+    /// Whether a controller file has it; else only a ladder file lists it.
     pub real: bool,
 }
 
-/// What kind of block, and how it comes to execute.
+/// The kind of a block; it determines when the block executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum BlockKind {
@@ -72,7 +73,7 @@ pub struct Block {
     pub name: String,
     /// The place of its name.
     pub span: Span,
-    /// What kind.
+    /// Its kind.
     pub kind: BlockKind,
     /// Whether it runs from the first scan on (`Main`, or `autostart = true`).
     pub autostart: bool,
@@ -106,11 +107,11 @@ pub struct Rung {
     pub name: Option<String>,
     /// `doc`.
     pub doc: Option<String>,
-    /// Names of the warnings that are silenced here.
+    /// Names of the warnings silenced in this rung.
     pub allow: Vec<String>,
     /// The place of the rung's header.
     pub span: Span,
-    /// From its header to the end of its last value: whatever lies within belongs to it.
+    /// From its header to the end of its last value; findings within belong to the rung.
     pub extent: Span,
     /// Its legs, in the order of the instruction's legs.
     pub legs: Vec<Leg>,
@@ -120,10 +121,10 @@ pub struct Rung {
     pub branches: Vec<Branch>,
 }
 
-/// A series of contacts, all of which must be ON.
+/// A series of contacts; all of them must be ON.
 #[derive(Clone, Debug)]
 pub struct Leg {
-    /// Which leg.
+    /// The leg.
     pub name: LegName,
     /// The place of its array.
     pub span: Span,
@@ -131,12 +132,12 @@ pub struct Leg {
     pub contacts: Vec<Contact>,
 }
 
-/// Further contacts behind the rung's own, and what they drive.
+/// Further contacts after the rung's own, and the instructions that they control.
 #[derive(Clone, Debug)]
 pub struct Branch {
     /// The place of the branch's header.
     pub span: Span,
-    /// Its own contacts; ANDed with the rung's power.
+    /// Its contacts; ANDed with the rung's power.
     pub contacts: Vec<Contact>,
     /// `do`, in order.
     pub body: Vec<Instruction>,
@@ -171,9 +172,9 @@ pub struct Tag {
     pub span: Span,
     /// `doc`.
     pub doc: Option<String>,
-    /// What it stands for.
+    /// Its meaning.
     pub meaning: TagMeaning,
-    /// `initial`: what a cold start puts there (a bit: 0 or 1).
+    /// `initial`: the value after a cold start (of a bit: 0 or 1).
     pub initial: Option<(i32, Span)>,
     /// `min`.
     pub min: Option<(i32, Span)>,
@@ -185,11 +186,11 @@ pub struct Tag {
     pub log_changes: bool,
     /// `spare = true`.
     pub spare: bool,
-    /// Whether anything in the ladder names it.
+    /// Whether the ladder names it.
     pub used: bool,
 }
 
-/// What a tag stands for.
+/// The meaning of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TagMeaning {
     /// `at`.
@@ -198,12 +199,12 @@ pub enum TagMeaning {
     Constant(i32, Written),
 }
 
-/// A bit or word by the name under which the ladder first names it.
+/// A bit or word, with the name that the ladder first uses for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedOperand {
     /// The name as written (`part_seen`, `X0`, `bottles.Done`, `Drain.Open`).
     pub name: String,
-    /// What it is: a bit or a word, never a whole structure.
+    /// The bit or word; never a whole structure.
     pub address: Address,
 }
 
@@ -253,7 +254,7 @@ impl Program {
 }
 
 impl Rung {
-    /// Its instructions in file order, each with the branch that it stands in.
+    /// Its instructions in file order, each with its branch.
     pub fn instructions(&self) -> impl Iterator<Item = (Option<&Branch>, &Instruction)> {
         let branches = self.branches.iter();
         let behind = branches.flat_map(|branch| branch.body.iter().map(move |i| (Some(branch), i)));

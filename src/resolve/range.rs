@@ -1,4 +1,4 @@
-//! Ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or a tag of one.
+//! Resolves ranges of a controller file: `Y8..Y9`, `CT8..CT15`, a single address, or its tag.
 
 use super::scope::{Scope, Thing};
 use crate::isa::{Address, Space};
@@ -20,12 +20,12 @@ pub struct Range {
 }
 
 impl Range {
-    /// How many elements it has.
+    /// The number of its elements.
     pub fn count(&self) -> u32 {
         self.last - self.first + 1
     }
 
-    /// What lies in it, in order.
+    /// Its addresses, in order.
     pub fn addresses(&self) -> impl Iterator<Item = Address> {
         let space = self.space;
         (self.first..=self.last).map(move |n| space.address(n))
@@ -47,7 +47,7 @@ impl std::fmt::Display for Range {
     }
 }
 
-/// Whether a text is written as a range. No name has two dots one after the other.
+/// Whether a text has the form of a range: it contains `..`, which no name does.
 pub(crate) fn is_range(text: &str) -> bool {
     text.contains("..")
 }
@@ -55,7 +55,7 @@ pub(crate) fn is_range(text: &str) -> bool {
 /// Resolves `A..B`, or a single address or tag.
 ///
 /// # Errors
-/// The finding: an end that is no address, two different spaces, or ends in the wrong order.
+/// A finding: an end is not an address, the ends are in two spaces, or they are in the wrong order.
 pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);
@@ -87,11 +87,11 @@ pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     Ok(Range { space, first, last, span: text.span })
 }
 
-/// The finding of a range that is written in another way, as `Y8-Y9`.
+/// The finding for a range in another notation, as `Y8-Y9`.
 pub(crate) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     let (low, high) = ["-", ":", "…", ","].iter().find_map(|sign| text.text.split_once(*sign))?;
     let (low, high) = (low.trim(), high.trim());
-    // `Y8-9` too.
+    // Accepts `Y8-9` too.
     let letters = low.trim_end_matches(|c: char| c.is_ascii_digit());
     let highs = [high.to_owned(), format!("{letters}{high}")];
     let high = highs.iter().find(|high| element(scope, high, text.span).is_ok())?;
@@ -100,10 +100,10 @@ pub(crate) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     Some(Finding::new(Code::Controller, text.span, message).help(format!("write `{low}..{high}`")))
 }
 
-/// What a name stands for.
+/// Looks up a name.
 ///
 /// # Errors
-/// The finding.
+/// The finding for an unknown or wrong name.
 pub(super) fn look_up(scope: &Scope, name: &str, span: Span) -> Result<Thing, Finding> {
     match scope.look_up(name) {
         Ok(found) => Ok(found.thing),

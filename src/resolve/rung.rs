@@ -1,4 +1,5 @@
-//! Rungs: legs against the instruction's legs, then contacts and instructions.
+//! Resolves rungs: checks their legs against the instruction's legs, then resolves contacts and
+//! instructions. Called by `resolve_ladders`, once a block.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -14,15 +15,15 @@ use crate::source::nearest::{Names, nearest};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// One row's instructions with what the table says of them; `None` where it knows none.
+/// The table rows of a rung's instructions; `None` for an unknown instruction.
 type Specs = Vec<Option<&'static Spec>>;
 
-/// The instructions that an unknown one may have meant.
+/// The names of all instructions, for the help about an unknown one.
 static INSTRUCTIONS: LazyLock<Names> =
     LazyLock::new(|| Names::new(crate::isa::instruction::TABLE.iter().map(|spec| spec.name)));
 
 impl Resolver<'_> {
-    /// All rungs of a block and its stages.
+    /// Resolves all rungs of a block and its stages.
     pub(super) fn rungs(&mut self, written: &ladder::Block, block: &mut Block) {
         let mut names = HashMap::new();
         block.rungs = self.series(&written.rungs, block.id, &mut names);
@@ -74,7 +75,7 @@ impl Resolver<'_> {
         let legs = match (&rung.when, rung.legs.is_empty()) {
             (Some(when), true) => self.when_rung(rung, when, &specs, &branch_specs),
             (None, false) => self.leg_rung(rung, &specs),
-            // Both or neither: the reader has said so.
+            // Both or neither: the reader has reported it.
             _ => Vec::new(),
         };
         let body = self.body(&rung.body, &specs, block);
@@ -134,7 +135,7 @@ impl Resolver<'_> {
         None
     }
 
-    /// The one leg of a rung with `when`.
+    /// Resolves the leg of a rung with `when`.
     fn when_rung(
         &mut self,
         rung: &ladder::Rung,
@@ -174,7 +175,8 @@ impl Resolver<'_> {
             .help(format!("write its legs instead of `when`:\n{help}"))
     }
 
-    /// The lines that give an instruction its legs: its first one `when`'s contacts.
+    /// The lines of a help that give an instruction its legs; the first leg gets the contacts of
+    /// `when`.
     fn leg_lines(&self, spec: &Spec, when: Option<&ladder::Leg>) -> String {
         let lines = spec.legs.iter().enumerate().map(|(at, leg)| {
             let array = match when {
@@ -204,7 +206,7 @@ impl Resolver<'_> {
             ))
     }
 
-    /// The legs of a rung with `leg.*`, in the order of its instruction's legs.
+    /// Resolves the legs of a rung with `leg.*`, in the order of its instruction's legs.
     fn leg_rung(&mut self, rung: &ladder::Rung, specs: &Specs) -> Vec<Leg> {
         let legged = |spec: &Option<&'static Spec>| {
             spec.as_ref().is_some_and(|spec| spec.legs != [LegName::When])
@@ -256,7 +258,7 @@ impl Resolver<'_> {
         let mut unclear = false;
         for (at, leg) in unknown.iter().enumerate() {
             let message = format!("`{}` has no leg `{}`", spec.name, leg.key.text);
-            // One too many and one too few are one mistake.
+            // One unknown leg and one missing leg are one mistake.
             let last = at + 1 == unknown.len();
             let help = if let Some(help) = reset_elsewhere(spec, instruction, &leg.key.text) {
                 help
@@ -271,7 +273,7 @@ impl Resolver<'_> {
             self.find(Finding::new(Code::UnknownLeg, leg.key.span, message).help(help));
             self.contacts(&leg.contacts);
         }
-        // `$Off` in the place of a leg whose name could not be read would hide it.
+        // If a leg's name is unclear, the help must not suggest `$Off` for it.
         if !unclear {
             missing.iter().for_each(|name| self.find(missing_leg(spec, instruction, *name)));
         }
@@ -284,7 +286,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Which of the missing legs an unknown key stands for.
+/// The missing leg that an unknown key probably means.
 fn leg_meant(key: &str, missing: &[LegName], last: bool) -> Option<LegName> {
     let words = key.to_ascii_lowercase();
     let meant = match words.as_str() {

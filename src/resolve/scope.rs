@@ -1,7 +1,8 @@
-//! The names of a program, and what each stands for.
+//! The names of a program, and the meaning of each.
 //!
-//! Filled while the ladder files are declared, or from a program that is resolved already; asked
-//! for every name in a contact or operand, and by whoever watches or writes by name.
+//! Filled by `declare`, or from a resolved program ([`Scope::of`]). The resolver looks up every
+//! name of a contact or operand here; the controller file's reader, the simulator and the
+//! operator's commands look up the names that they watch or write.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -20,11 +21,11 @@ pub struct Scope {
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
-    /// The names of the blocks that have one.
+    /// The names of all named blocks.
     block_names: HashMap<BlockId, String>,
-    /// Every stage's name with the first block that has such a stage.
+    /// Every stage's name, with the first block that has a stage of this name.
     stages: HashMap<String, BlockId>,
-    /// What an unknown name may have meant: made once, of all names.
+    /// All names, for the help about an unknown name; collected once.
     known: OnceLock<Names>,
     known_blocks: OnceLock<Names>,
 }
@@ -49,12 +50,12 @@ impl BlockNames {
         self.stages.keys().map(String::as_str)
     }
 
-    /// What an unknown stage may have meant.
+    /// The names of all stages, for the help about an unknown stage.
     pub(super) fn known_stages(&self) -> &Names {
         self.known_stages.get_or_init(|| Names::new(self.stage_names()))
     }
 
-    /// What may stand behind the dot of it.
+    /// The names that may follow the block's name and a dot.
     fn known_members(&self) -> &Names {
         let own = if self.kind == BlockKind::Program { &["Running"][..] } else { &BLOCK_BITS };
         self.known_members.get_or_init(|| Names::new(self.stage_names().chain(own.iter().copied())))
@@ -64,7 +65,7 @@ impl BlockNames {
 /// The bits of a task.
 const BLOCK_BITS: [&str; 2] = ["Running", "Done"];
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Thing {
     /// A bit, word or structure.
@@ -77,35 +78,35 @@ pub enum Thing {
     Device(DeviceId),
 }
 
-/// A thing, and the tag by which it was found.
+/// The result of a look-up.
 #[derive(Debug)]
 pub struct Found {
-    /// What it is.
+    /// The thing that the name means.
     pub thing: Thing,
-    /// The tag's index in the program.
+    /// The index of the tag in the program, if the name is a tag.
     pub tag: Option<usize>,
 }
 
-/// Why a name stands for nothing.
+/// The reason why a name has no meaning.
 #[derive(Debug)]
 pub enum Mistake {
-    /// Its tag is in itself wrong, which a finding says already.
+    /// Its tag has a mistake, which is already reported.
     Reported,
-    /// What to say.
+    /// A mistake that is not yet reported.
     New {
-        /// Which finding.
+        /// The code of the finding.
         code: Code,
-        /// What is wrong.
+        /// The mistake.
         message: String,
         /// What to write instead.
         help: Option<String>,
-        /// The names that may have been meant: the nearest, if one is near, is a better help.
+        /// The known names; if one is near, it replaces the help.
         near: Option<Near>,
     },
 }
 
 impl Mistake {
-    /// As a finding at a place; none where a finding says it already.
+    /// The finding at a place; `None` if it is already reported.
     pub(crate) fn finding(self, span: Span) -> Option<Finding> {
         let Mistake::New { code, message, help, near } = self else { return None };
         let finding = Finding::new(code, span, message).near_any(near);
@@ -115,7 +116,8 @@ impl Mistake {
         })
     }
 
-    /// As a sentence for people, about a name that stands in no file: nobody can declare it there.
+    /// A sentence for people, about a name that is not in a file (so without advice to declare it
+    /// there).
     pub fn sentence(self, name: &str) -> String {
         let Some(finding) = self.finding(Span::default()) else {
             return format!("`{name}` stands for nothing");
@@ -180,7 +182,7 @@ impl Scope {
         self.devices.contains_key(name)
     }
 
-    /// The tag's index in the program; none for a tag that is in itself wrong.
+    /// The tag's index in the program; `None` for a tag with a mistake.
     pub(super) fn tag_index(&self, name: &str) -> Option<usize> {
         self.tags.get(name).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
     }
@@ -189,7 +191,7 @@ impl Scope {
         self.blocks.get(name)
     }
 
-    /// What an unknown block may have meant.
+    /// The names of all blocks, for the help about an unknown block.
     pub(super) fn known_blocks(&self) -> &Names {
         self.known_blocks.get_or_init(|| Names::new(self.blocks.keys().map(String::as_str)))
     }
@@ -200,7 +202,7 @@ impl Scope {
         Some((name, block))
     }
 
-    /// What a name stands for, as an address.
+    /// The address that a name means.
     ///
     /// # Errors
     /// A sentence for people.
@@ -220,10 +222,10 @@ impl Scope {
         }
     }
 
-    /// What a name stands for.
+    /// Looks up a name.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The mistake in the name.
     pub fn look_up(&self, name: &str) -> Result<Found, Mistake> {
         match address_text::parse(name, &self.sizes) {
             Ok(address) => return Ok(Found { thing: Thing::Address(address), tag: None }),
@@ -260,7 +262,7 @@ impl Scope {
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
     }
 
-    /// What to do about a name that is near to none.
+    /// The help for a name that is near no known one.
     fn instead(&self, base: &str) -> String {
         if base.contains(',') {
             return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"
@@ -282,7 +284,7 @@ impl Scope {
         "a name is a letter, then letters, digits and `_`".to_owned()
     }
 
-    /// Whether something is called so, or an address reads so.
+    /// Whether this is a declared name or an address.
     fn is_known(&self, name: &str) -> bool {
         address_text::parse(name, &self.sizes).is_ok()
             || self.tags.contains_key(name)
@@ -299,13 +301,13 @@ impl Scope {
     }
 }
 
-/// Whether a text could be the name of a tag.
+/// Whether a text is valid as a tag's name.
 fn is_name(text: &str) -> bool {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
     text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(letters)
 }
 
-/// What people write who are used to other notations.
+/// The help for a name in the notation of another controller.
 fn habit(name: &str) -> Option<String> {
     let help = match name.to_ascii_uppercase().as_str() {
         "AND" => "write `&`",
@@ -322,7 +324,7 @@ fn new(code: Code, message: String, help: Option<String>) -> Mistake {
     Mistake::New { code, message, help, near: None }
 }
 
-/// The mistake of a text that reads as an address and is none.
+/// The mistake in a text that has the form of an address and is not one.
 pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
     let base = name.split('.').next().unwrap_or(name);
     match error {
@@ -445,10 +447,10 @@ fn of_block(base: &str, block: &BlockNames, member: Option<&str>) -> Result<Thin
     Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
 }
 
-/// The most names that a help lists.
+/// Maximum number of names in a help.
 const LISTED_MAX: usize = 12;
 
-/// What may stand behind the dot of a block.
+/// A help: the names that may follow a block's name and a dot.
 fn members_of(base: &str, known: &Names) -> String {
     let first = known.iter().take(LISTED_MAX);
     let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");

@@ -1,4 +1,4 @@
-//! Tags: what each stands for, and which of its keys fit that.
+//! Resolves tags: the meaning of each, and whether its keys fit that meaning. Called by `declare`.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
 
 impl Resolver<'_> {
-    /// Resolves a tag and adds it to the program; gives what it stands for.
+    /// Resolves a tag and adds it to the program; returns its meaning.
     pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
         let meaning = self.meaning(tag)?;
         self.misfits(tag, meaning);
@@ -84,7 +84,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Keys that do not fit what the tag stands for.
+    /// Reports keys that do not fit the tag's meaning.
     fn misfits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) {
         let (bit, word, read_only, what) = match meaning {
             TagMeaning::Constant(..) => (false, false, true, "a constant"),
@@ -139,7 +139,7 @@ impl Resolver<'_> {
         Some((number, value.span))
     }
 
-    /// `min` <= `initial` <= `max`, all within what the location can hold.
+    /// Checks that `min` <= `initial` <= `max`, and that all lie within the location's range.
     fn ranges(&mut self, tag: &Tag) {
         if let TagMeaning::Address(address @ Address::Word(word)) = tag.meaning {
             let (least, most) = word.range();
@@ -164,7 +164,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// One location has one initial value and one pair of limits, however many tags name it.
+    /// Reports two tags of one location with different `initial`, `min` or `max`.
     pub(super) fn check_aliases(&mut self, program: &Program) {
         let mut first: HashMap<(Address, &str), (i32, Span)> = HashMap::new();
         for tag in &program.tags {

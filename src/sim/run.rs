@@ -1,4 +1,4 @@
-//! One simulation, from the cold start to the last row.
+//! Runs one simulation, from the cold start to the last row.
 
 use std::io;
 
@@ -8,23 +8,23 @@ use crate::engine::{self, BitCell, Engine, ScanTimes};
 
 const NS_PER_MS: u64 = 1_000_000;
 
-/// What is simulated.
+/// The parameters of a simulation.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The time between two scans, ms; at least 1.
     pub period_ms: u32,
-    /// How many scans.
+    /// The number of scans.
     pub scans: u64,
-    /// Whether the last of them is the last scan of an orderly stop.
+    /// Whether the simulation ends with an orderly stop; its last scan is then the last of `scans`.
     pub stop: bool,
-    /// Bits that are ON from the first scan on, until a stimulus writes them: devices are well.
+    /// The `.Ok` bits of field devices: ON from the first scan on, until a stimulus writes them.
     pub well: Vec<BitCell>,
-    /// What comes from outside.
+    /// The inputs and queued writes.
     pub stimulus: Stimulus,
 }
 
 impl Plan {
-    /// Whether the time of the last scan can be counted, in nanoseconds of 64 bits.
+    /// Whether the timestamp of the last scan, in ns, fits into 64 bits.
     pub fn fits(&self) -> bool {
         let (scans, period_ns) =
             (self.scans.saturating_sub(1), u64::from(self.period_ms) * NS_PER_MS);
@@ -32,11 +32,11 @@ impl Plan {
     }
 }
 
-/// Runs a program and hands every scan's end to the trace; an orderly stop (asked for, or by the
-/// STOP instruction) adds the row `stop`.
+/// Runs a program and hands the memory at the end of every scan to the trace. An orderly stop (by
+/// the plan or the STOP instruction) adds the row `stop`.
 ///
 /// # Errors
-/// What the trace gives.
+/// The trace's error.
 pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::Result<()> {
     let mut engine = Engine::new(program);
     let times = ScanTimes::default();

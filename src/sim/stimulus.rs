@@ -1,13 +1,14 @@
-//! The stimulus: CSV rows that say which inputs and queued writes come in which scan.
+//! The stimulus of a simulation: CSV rows with the inputs and queued writes of each scan.
 //!
-//! Header `scan,OP,OP,…`; rows ascend by scan; an empty cell is nothing. An X is an input and
-//! holds from that scan on; anything else is one queued write in that scan. Parsing needs to know
-//! what an operand is and what it may hold, so it is handed a [`Lookup`].
+//! Header `scan,OP,OP,…`; rows in ascending order of scans; an empty cell changes nothing. The
+//! value of an X, an input, holds from that scan on; the value of any other operand is one queued
+//! write in that scan. `rungd sim` passes a [`Lookup`], which tells the parser the kind and range
+//! of an operand.
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, MemorySizes, address_text};
 
-/// One change from outside.
+/// One change of an input, or one queued write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// The state of `Xn` from now on.
@@ -18,7 +19,7 @@ pub enum Change {
     Word(WordCell, i32),
 }
 
-/// What an operand of the header is.
+/// The kind of an operand in the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// `Xn`.
@@ -29,10 +30,10 @@ pub enum Target {
     Word(WordCell, (i32, i32)),
 }
 
-/// Tells what an operand's name means, or why it cannot be written.
+/// Resolves an operand's name; the error is the reason why it cannot be written.
 pub type Lookup<'a> = &'a dyn Fn(&str) -> Result<Target, String>;
 
-/// All changes, in the order in which they come.
+/// All changes, in order of scans.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stimulus {
     changes: Vec<(u64, Change)>,
@@ -40,12 +41,12 @@ pub struct Stimulus {
     rows: Vec<(u64, usize)>,
 }
 
-/// What is wrong with a stimulus, and in which line of it (from 1).
+/// A mistake in a stimulus, with its line (from 1).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StimulusError {
     /// The line.
     pub line: usize,
-    /// What is wrong there, and what would be right.
+    /// The mistake, and the correction.
     pub message: String,
 }
 
@@ -53,8 +54,8 @@ impl Stimulus {
     /// Parses a stimulus.
     ///
     /// # Errors
-    /// The first line that is not of the form, names what cannot be written, or holds a value that
-    /// its operand cannot take.
+    /// The first line that has the wrong form, names an operand that cannot be written, or holds a
+    /// value beyond its operand's range.
     pub fn parse(text: &str, lookup: Lookup) -> Result<Stimulus, StimulusError> {
         let mut lines = text.lines().enumerate().map(|(at, line)| (at + 1, line));
         let header = lines.next().map_or("", |(_, line)| line);
@@ -97,7 +98,7 @@ impl Stimulus {
         Ok(())
     }
 
-    /// The first row that a simulation of this length does not reach.
+    /// An error for the first row at or after scan `scans`, which the simulation does not reach.
     pub fn beyond(&self, scans: u64) -> Option<StimulusError> {
         let at = self.rows.partition_point(|(scan, _)| *scan < scans);
         let (scan, line) = *self.rows.get(at)?;
@@ -109,7 +110,8 @@ impl Stimulus {
         Some(StimulusError::new(line, message))
     }
 
-    /// The changes of one scan. Scans are asked for in order, `from` being where the last stopped.
+    /// The changes of one scan. Call it for the scans in order, each time with the same `from`: the
+    /// index where the previous call stopped.
     pub fn of_scan<'a>(&'a self, scan: u64, from: &mut usize) -> impl Iterator<Item = Change> + 'a {
         let start = *from;
         let count = self.changes[start..].iter().take_while(|(at, _)| *at == scan).count();
@@ -124,7 +126,7 @@ impl StimulusError {
     }
 }
 
-/// What to say of `N,3,6` in a list whose commas separate operands.
+/// A sentence about `N,3,6` in a list of operands separated by commas.
 pub fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
     let number = |text: &&str| text.parse::<u32>().is_ok();
     let mut behind = names.skip_while(|name| !name.eq_ignore_ascii_case("N")).skip(1);

@@ -1,8 +1,9 @@
-//! Traces as SVG timing diagrams: a line a bit, a band a word, one column a scan.
+//! Draws traces as SVG timing diagrams: a line for each bit, a band for each word, a column for
+//! each scan.
 //!
-//! The same values as the CSV form, drawn by hand into text that depends on nothing but them, so a
-//! diagram in a document can be held against the program. A column shows the values at the *end*
-//! of its scan: what an input did and what came of it stand above each other.
+//! The text depends only on the traced values, so a test can compare a diagram in a document with
+//! the program. A column shows the values at the *end* of its scan: an input's change and its
+//! effect are in the same column.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -10,7 +11,7 @@ use std::io::{self, Write};
 use super::trace::{RowName, Trace, Watched};
 use crate::engine::{Cell, Image};
 
-/// More columns than a picture can show.
+/// Maximum number of scans in a diagram.
 pub const SCANS_MAX: usize = 1_000;
 
 const COLUMN: usize = 28;
@@ -30,7 +31,7 @@ const STYLE: &str = "text{font:12px monospace;fill:#222}.t,.v{font-size:10.5px;\
     .f{fill:#08774f;fill-opacity:.14}.w{fill:#eaf1fa;stroke:#4a6f9c}.g{stroke:#e6e6e6}\
     .s{fill:#fff4dc}";
 
-/// More scans were asked for than a diagram shows.
+/// The error for more scans than a diagram can show.
 #[derive(Debug)]
 pub struct TooLong;
 
@@ -42,16 +43,16 @@ impl std::fmt::Display for TooLong {
 
 impl std::error::Error for TooLong {}
 
-/// Collects rows, and draws them at the end.
+/// Collects rows, and draws them in [`SvgTrace::finish`].
 pub struct SvgTrace<'a> {
     watched: &'a [Watched],
     columns: Vec<(String, u64)>,
     values: Vec<Vec<i32>>,
 }
 
-/// Where things lie, px.
+/// Positions and sizes in the diagram, px.
 struct Measures {
-    /// Where the first column begins, behind the names.
+    /// The left edge of the first column, right of the names.
     left: usize,
     column: usize,
     width: usize,
@@ -75,10 +76,10 @@ impl<'a> SvgTrace<'a> {
         SvgTrace { watched, columns: Vec::new(), values: vec![Vec::new(); watched.len()] }
     }
 
-    /// Draws what was collected.
+    /// Draws the collected rows.
     ///
     /// # Errors
-    /// What the place it writes to gives.
+    /// The error of `out`.
     pub fn finish(&self, mut out: impl Write) -> io::Result<()> {
         let measures = self.measures();
         let (width, height) = (measures.width, measures.height);
@@ -109,7 +110,7 @@ impl<'a> SvgTrace<'a> {
         out.flush()
     }
 
-    /// Columns are as wide as their widest number wants, as far as the picture allows.
+    /// Columns are as wide as the widest number, as far as the picture's maximum width allows.
     fn measures(&self) -> Measures {
         let name = self.watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
         let words = self.watched.iter().zip(&self.values);
@@ -175,7 +176,7 @@ fn bit_line(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
     let _ = writeln!(svg, "<path class=\"l\" d=\"M{left} {first}{steps}\"/>");
 }
 
-/// A word: a band for as long as it holds one value, with the value where there is room.
+/// A word: a band for each stretch of equal values, with the value if there is room.
 fn word_bands(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
     let mut from = 0;
     for same in values.chunk_by(|a, b| a == b) {

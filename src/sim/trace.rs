@@ -1,13 +1,13 @@
-//! Traces: one row a scan, the values at its end.
+//! Traces: one row for each scan, with the values at its end.
 //!
-//! The CSV form: header `scan,time_ms,` and the operands as they were asked for; bits 0 and 1,
-//! words decimal, time in whole ms. The row behind an orderly stop is called `stop`.
+//! The CSV form: header `scan,time_ms,` and the operands as requested; bits 0 and 1, words decimal,
+//! time in whole ms. The row after an orderly stop is called `stop`.
 
 use std::io::{self, Write};
 
 use crate::engine::{Cell, Image};
 
-/// An operand that is traced: the name for the header, and where it lies.
+/// A traced operand: its name for the header, and its cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Watched {
@@ -15,12 +15,12 @@ pub struct Watched {
     pub cell: Cell,
 }
 
-/// What a row is called.
+/// The name of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowName {
     /// The end of a scan.
     Scan(u64),
-    /// Memory behind the termination passes of an orderly stop.
+    /// Memory after the termination passes of an orderly stop.
     Stop,
 }
 
@@ -53,7 +53,7 @@ impl<'a, W: Write> CsvTrace<'a, W> {
         Ok(CsvTrace { watched, out })
     }
 
-    /// Everything written, flushed.
+    /// Flushes and returns the writer.
     ///
     /// # Errors
     /// What the place it writes to gives.
