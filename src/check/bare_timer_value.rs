@@ -1,5 +1,5 @@
-//! `bare-timer-value`: a timer's preset, an interval, or what a timer's `.Acc` is compared with,
-//! given as an integer without a unit. 0 needs none.
+//! `bare-timer-value`: a timer's preset, an interval, or a value compared with a timer's `.Acc`,
+//! given as an integer without a unit. 0 needs no unit.
 //!
 //! Passes:
 //!
@@ -39,7 +39,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     findings.extend(context.contacts.iter().filter_map(|contact| compare(context, contact)));
 }
 
-/// The tag by which a constant is named within a place.
+/// The tag that names the constant at a place.
 fn tag<'a>(context: &Context<'a>, place: Span) -> Option<&'a Tag> {
     let constants = &context.program.constants;
     let at =
@@ -49,7 +49,8 @@ fn tag<'a>(context: &Context<'a>, place: Span) -> Option<&'a Tag> {
     inside.then(|| &context.program.tags[*tag])
 }
 
-/// The finding of a tag's value without a unit: it is mended where it stands.
+/// The finding for a tag's value without a unit. Its place is the tag's value, where it has to be
+/// corrected.
 fn in_tags(tag: &Tag, place: Span, message: String, number: i32) -> Finding {
     let name = &tag.name;
     let help = choice(number, |ms| format!("{name} = {{ value = \"{}\" }}", duration::print(ms)));
@@ -97,7 +98,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
     Some(Finding::new(Code::BareTimerValue, *span, message).label("read as ms").help(help))
 }
 
-/// A constant without a unit, but for 0 and what no duration can be.
+/// A constant without a unit; `None` for 0 and negative numbers.
 fn bare(value: Value) -> Option<i32> {
     match value {
         Value::Const(number, Written::Integer) if number > 0 => Some(number),
@@ -105,7 +106,7 @@ fn bare(value: Value) -> Option<i32> {
     }
 }
 
-/// Both readings, as they would be written.
+/// Both meanings of the number, as texts to write.
 fn choice(number: i32, write: impl Fn(i32) -> String) -> String {
     match number.checked_mul(1000) {
         Some(s) => format!("`{}`, as it is read now, or `{}`", write(number), write(s)),

@@ -1,8 +1,8 @@
-//! `block-never-started`: from what runs at the start, nothing leads to this program or task.
+//! `block-never-started`: no instruction that can execute starts this program or task.
 //!
-//! `Main`, programs with `autostart = true` and the built-in tasks run at the start; RUN, RESTART
-//! and ENTASK lead on. What only itself, or only another block that is never started, would start
-//! is never started either.
+//! `Main`, programs with `autostart = true` and the built-in tasks run from the start; RUN, RESTART
+//! and ENTASK start further blocks. A block with a RUN, RESTART or ENTASK only in itself, or only
+//! in blocks that are never started, is never started either.
 //!
 //! Passes:
 //!

@@ -1,7 +1,8 @@
-//! `block-rule`: which block may end itself, and which may be started and stopped how.
+//! `block-rule`: EXIT, RUN, RESTART, ENTASK and HALT act only on the blocks that they are made for.
 //!
-//! EXIT ends the program it stands in, never `Main` or a task; RUN and RESTART start programs,
-//! ENTASK starts tasks, and nothing of this names `Main`. Built-in tasks are `built-in-task`.
+//! EXIT ends the program that it stands in, but not `Main`, and not a task. RUN and RESTART start
+//! programs, ENTASK starts tasks; none of these instructions may name `Main`. The rule
+//! `built-in-task` covers built-in tasks.
 //!
 //! Passes:
 //!

@@ -1,5 +1,5 @@
-//! `built-in-task`: FirstScan, TopOfScan, BottomOfScan and LastScan have their times in the scan;
-//! no instruction starts or stops them.
+//! `built-in-task`: no instruction starts or stops FirstScan, TopOfScan, BottomOfScan or LastScan;
+//! each has a fixed time in the scan.
 //!
 //! Passes:
 //!

@@ -1,23 +1,23 @@
-//! Contacts as they would be written, and the conditions that a help offers to paste.
+//! Prints contacts and conditions for the helps of findings, ready to paste.
 //!
-//! What this prints is the ladder's own grammar: a test loads it again. Parentheses are set
-//! wherever `&` and `|` meet.
+//! Called by the rules. The texts follow the grammar of ladder files; a test loads them again.
+//! Parentheses are set wherever `&` and `|` meet.
 
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
 use crate::resolve::program::{Comparison, Contact, Edge, Value, Written};
 
 use super::context::{Context, RungPlace, is_main};
 
-/// Longer than this, a condition is not printed in a help.
+/// A longer condition is not printed in a help (characters).
 const CONDITION_MAX: usize = 72;
 
-/// Of more places than this, a condition is not printed in a help.
+/// A condition of more places is not printed in a help.
 const PLACES_MAX: usize = 6;
 
 /// The bit that is always ON.
 const ON: &str = status::BIT_NICKNAMES[status::st::ON as usize];
 
-/// A series of contacts, behind a bit of its place if there is one; empty: always ON.
+/// A series of contacts, after the bit of its stage or program if it needs one; empty: always ON.
 pub struct Power<'a> {
     /// The bit that leads the series: `Day.Green`, `Drain.Running`.
     pub gate: Option<String>,
@@ -26,7 +26,8 @@ pub struct Power<'a> {
 }
 
 impl Power<'_> {
-    /// As one element of `when`; beside others it takes the parentheses that it needs.
+    /// The text as one element of `when`; with `alone` = false in parentheses where `&` or `|`
+    /// beside it need them.
     fn print(&self, context: &Context, alone: bool) -> String {
         let all = match (&self.gate, self.contacts.as_slice()) {
             (None, []) => return ON.to_owned(),
@@ -52,13 +53,13 @@ impl Power<'_> {
 }
 
 impl<'a> Context<'a> {
-    /// A contact as it would be written.
+    /// A contact as text.
     pub fn contact(&self, contact: &Contact) -> String {
         print(self, contact)
     }
 
-    /// One condition that is ON when any of these has power: what `when = ["…"]` would hold.
-    /// `None` where that is no help: a power cannot be told, it is too long, or always ON.
+    /// One condition that is ON when any of these has power, as the text of `when = ["…"]`. `None`
+    /// if a power is unknown, or the condition is too long or always ON.
     pub fn any_of(
         &self,
         powers: impl ExactSizeIterator<Item = Option<Power<'a>>>,
@@ -78,8 +79,8 @@ impl<'a> Context<'a> {
         (text.len() <= CONDITION_MAX && !terms.iter().any(|term| term == ON)).then_some(text)
     }
 
-    /// What gives a place its power, `$On` left out. `None` in a rung with other legs than `when`,
-    /// and where contacts may have been left out of the program.
+    /// The power of a place, without `$On`. `None` in a rung with legs other than `when`, and if
+    /// contacts may have been left out of the program.
     pub fn power(&self, place: &RungPlace<'a>) -> Option<Power<'a>> {
         if !self.whole {
             return None;
@@ -92,8 +93,8 @@ impl<'a> Context<'a> {
         Some(Power { gate: None, contacts })
     }
 
-    /// What gives a place its power as another block sees it: its stage is ON, its program runs.
-    /// `None` in a task too, whose rungs execute now and then.
+    /// The power of a place for use in another block: with the bit of its stage or program. `None`
+    /// in a task too, because its rungs do not execute in every scan.
     pub fn power_from_outside(&self, place: &RungPlace<'a>) -> Option<Power<'a>> {
         let mut power = self.power(place)?;
         power.gate = match place.stage {
@@ -106,7 +107,7 @@ impl<'a> Context<'a> {
     }
 }
 
-/// A contact that can stand beside `&` and `|`.
+/// A contact as text that can stand beside `&` and `|`.
 fn grouped(context: &Context, contact: &Contact) -> String {
     let text = print(context, contact);
     match contact {
@@ -166,7 +167,7 @@ mod tests {
     use crate::check::context::Context;
     use crate::check::testing::load;
 
-    /// What the contacts of a rung are printed as.
+    /// The contacts of a rung, loaded and printed.
     fn printed(contacts: &[String]) -> Vec<String> {
         let contacts: Vec<String> = contacts.iter().map(|text| format!("\"{text}\"")).collect();
         let ladder = format!(

@@ -1,8 +1,8 @@
-//! `constant-compare`: a compare that gives the same in every scan.
+//! `constant-compare`: a compare with the same result in every scan.
 //!
-//! Two constants, a location with itself, or a constant at or beyond the limits of what the
-//! location can hold. The limits are those of the memory (V 0..65535, D the whole of i32), not a
-//! tag's `min` and `max`: to guard against a value that should not come is no mistake.
+//! It compares two constants, a location with itself, or a location with a constant at or beyond
+//! the limits of its range. The range is that of the memory (V 0..65535, D the whole of i32), not a
+//! tag's `min` and `max`: a compare may guard against values beyond these.
 //!
 //! Passes:
 //!
@@ -48,7 +48,7 @@ fn remedy(left: Value, right: Value) -> &'static str {
     }
 }
 
-/// What the compare always gives, and why.
+/// The constant result of the compare, and the reason.
 fn judge(
     context: &Context,
     left: Value,
@@ -84,7 +84,7 @@ fn judge_range(
         Comparison::Eq | Comparison::Ne if inside => None,
         Comparison::Eq => Some(false),
         Comparison::Ne => Some(true),
-        // An order is constant if it holds at both ends alike.
+        // An order is constant if it has the same result at both ends of the range.
         Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => {
             let at_low = holds(low, comparison, constant);
             (at_low == holds(high, comparison, constant)).then_some(at_low)

@@ -1,9 +1,10 @@
-//! `constant-saturates`: MOVE, ADD or SUB of a constant that its target can never hold.
+//! `constant-saturates`: MOVE, ADD or SUB with a constant so large or small that the result never
+//! fits the target.
 //!
-//! It is legal: what is too large becomes the largest number, and what is too small the smallest;
-//! a tag's `min` and `max` narrow what its address holds.
-//! Whoever writes it mostly thinks of another range. Only what is sure is found: sums whose other
-//! side can still bring them into the range pass.
+//! It is legal: a larger result becomes the target's largest number, a smaller one its smallest. A
+//! tag's `min` and `max` narrow the range of its address. The author mostly has a different range
+//! in mind. Only certain cases are reported: a sum passes if its other operand can bring it into
+//! the range.
 //!
 //! Passes:
 //!
@@ -32,7 +33,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let Action::Store { source, to } = placed.action() else { return None };
     let word = to.value;
-    // Two locations never are one constant's fault.
+    // With two locations, no constant is at fault.
     let place = source.values().filter(|of| matches!(of.value, Value::Const(..))).last()?.span;
     let (low, high) = match source {
         Source::Value(a) => range(a.value),
@@ -68,7 +69,7 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     })
 }
 
-/// Between what a value lies.
+/// The least and greatest number of a value.
 fn range(value: Value) -> (i64, i64) {
     let (low, high) = match value {
         Value::Const(n, _) => (n, n),

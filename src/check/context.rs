@@ -1,9 +1,9 @@
-//! What every rule looks at: the program, and every instruction and contact with its place.
+//! The input of every rule: the program, and every instruction and contact with its place.
 //!
 //! [`Context::new`] walks the program once, in file order; the rules then ask for instructions by
-//! mnemonic, for the drivers of a bit, the owners of a structure, or the compares. Judging is left
-//! to the rules, and names are in `names`. The one idea: an *element* (a block's own rungs, or one
-//! stage) is what a termination pass terminates, so it is the unit in which drivers meet.
+//! mnemonic, for the drivers of a bit, the owners of a structure, or the compares. It makes no
+//! findings; the names in findings come from `names`. Drivers are compared by *element* (a block's
+//! own rungs, or one stage), because a termination pass acts on an element.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
@@ -17,38 +17,38 @@ use crate::resolve::program::{
 use crate::resolve::range::Range;
 use crate::source::span::{Located, Span};
 
-/// The program under the rules, walked.
+/// The program, with its instructions and contacts listed.
 pub struct Context<'a> {
     /// The program.
     pub program: &'a Program,
-    /// Whether nothing is left out of it, be it only a contact of a series.
+    /// Whether the program is complete: not even a contact is left out.
     pub whole: bool,
-    /// What the controller file retains; empty without one.
+    /// The retained ranges of the controller file; empty without a controller file.
     pub retained: &'a [Range],
     /// Every instruction, in file order.
     pub instructions: Vec<Placed<'a>>,
-    /// Every contact, in file order; one that has parts stands before its parts.
+    /// Every contact, in file order; a contact with parts comes before its parts.
     pub contacts: Vec<&'a Contact>,
     drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
     /// The first tag of every address that has one.
     tags: HashMap<Address, &'a Tag>,
-    /// What tags narrow a word to.
+    /// The limits that tags set for words.
     limits: HashMap<Word, Limits<'a>>,
 }
 
-/// What a write may put into a word.
+/// The limits of a write to a word.
 #[derive(Clone, Copy)]
 pub struct Limits<'a> {
     /// The least number.
     pub min: i32,
     /// The greatest number.
     pub max: i32,
-    /// The tag that says so; else the word holds no more.
+    /// The tag that sets the limits; `None`: they are the word's range.
     pub of_tag: Option<&'a Tag>,
 }
 
-/// Where an instruction stands.
+/// The place of an instruction in the program.
 #[derive(Clone, Copy)]
 pub struct RungPlace<'a> {
     /// Its block.
@@ -66,9 +66,9 @@ pub struct RungPlace<'a> {
 /// An instruction and its place.
 #[derive(Clone, Copy)]
 pub struct Placed<'a> {
-    /// Where.
+    /// The place.
     pub place: RungPlace<'a>,
-    /// What.
+    /// The instruction.
     pub instruction: &'a Instruction,
 }
 
@@ -167,7 +167,7 @@ impl<'a> Context<'a> {
         limits.of_tag.get_or_insert(tag);
     }
 
-    /// What MOVE, ADD and SUB may put into a word.
+    /// The limits of the results that MOVE, ADD and SUB store in a word.
     pub fn limits(&self, word: Word) -> Limits<'a> {
         self.limits.get(&word).copied().unwrap_or(Limits::of(word))
     }
@@ -201,7 +201,7 @@ impl<'a> Placed<'a> {
         self.mnemonic().spec().name
     }
 
-    /// What it does.
+    /// Its action.
     pub fn action(&self) -> &'a Action {
         &self.instruction.action
     }

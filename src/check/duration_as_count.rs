@@ -1,7 +1,8 @@
-//! `duration-as-count`: a counter's preset, or what its value is compared with, given as a duration.
+//! `duration-as-count`: a counter's preset, or a value compared with its count, given as a
+//! duration.
 //!
-//! A duration is a number of ms, so `preset=3s` counts to 3000. An author who writes a unit means a
-//! time: a timer belongs there, or a number. The mirror of `bare_timer_value`.
+//! A duration is a number of ms, so `preset=3s` counts to 3000. A unit means a time, so either a
+//! timer or a plain number is right there. The opposite of `bare_timer_value`.
 //!
 //! Passes:
 //!

@@ -1,4 +1,5 @@
-//! `entask-conflict`: a task is enabled recurrently by one ENTASK, or run once from anywhere.
+//! `entask-conflict`: a task with a recurrent ENTASK has a second ENTASK. A task has either one
+//! recurrent ENTASK, or any number of run-once ones.
 //!
 //! Passes:
 //!
@@ -65,7 +66,7 @@ fn finding(context: &Context, name: &str, recurrent: &Placed, other: &Placed) ->
         .help(help)
 }
 
-/// How one ENTASK does for both rungs, where its condition can be told.
+/// The help: one ENTASK for both rungs, with its condition if that is known.
 fn joined(context: &Context, recurrent: &Placed, other: &Placed) -> String {
     let same_element = recurrent.place.element() == other.place.element();
     let both = [recurrent, other].into_iter();

@@ -1,4 +1,4 @@
-//! `jump-outside-stage`: JMP and SGDIVRG leave the stage they stand in, so they stand in one.
+//! `jump-outside-stage`: JMP or SGDIVRG outside a stage. They leave the stage that they stand in.
 //!
 //! Passes: SGSET anywhere in the program.
 //!

@@ -1,7 +1,7 @@
 //! `mixed-and-or`: `&` and `|` side by side without parentheses.
 //!
-//! `&` binds tighter, but two readers may disagree. The parser notes parentheses in the places: a
-//! series that begins before its first contact stands in some.
+//! `&` binds tighter, but readers may not know that. The places show parentheses: a series in
+//! parentheses begins before its first contact.
 //!
 //! Passes:
 //!

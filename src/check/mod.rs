@@ -1,8 +1,9 @@
-//! The rules over the resolved program: what every name alone cannot tell.
+//! The rules over the resolved program as a whole.
 //!
-//! The loader calls [`check`] when the resolver gave a program, and [`silence`] over all findings
-//! of the load. One rule a file; each header shows what passes and what fails. A rule only reads,
-//! says what is wrong where, and what to write instead; it does not stop at another rule's finding.
+//! The loader calls [`check`] after the resolver has made a program, and [`silence`] with all
+//! findings of the load. Each rule has its own file; the file's header shows a ladder that passes
+//! and one that fails. A rule only reads the program and adds findings (the mistake, its place, and
+//! the text to write instead). All rules run, whatever others find.
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use crate::resolve::program::Program;
@@ -45,14 +46,15 @@ pub use silence::silence;
 
 type Rule = fn(&context::Context, &mut Vec<Finding>);
 
-/// What a rule must see of a program for what it says to be true.
+/// The part of a program that a rule needs for correct findings.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Needs {
-    /// What it looks at, and nothing around: a contact, an instruction.
+    /// One contact or instruction by itself.
     Itself,
-    /// Where things stand; what is left out of the program makes it say less, never more.
+    /// The places of instructions. Parts left out of the program hide findings, but cause no false
+    /// ones.
     Place,
-    /// All of it: it says that something is nowhere.
+    /// The whole program: the rule reports that something is missing.
     Whole,
 }
 
@@ -82,13 +84,15 @@ const RULES: &[(Needs, Rule)] = &[
     (Needs::Whole, unused_tag::check),
 ];
 
-/// All findings of the rules, in order of place; `retained` is what the controller file retains.
+/// All findings of the rules, in order of place; `retained` are the controller file's retained
+/// ranges.
 pub fn check(program: &Program, retained: &[Range]) -> Vec<Finding> {
     apply(program, retained, Needs::Whole)
 }
 
-/// The findings that are true of a program from which something is left out, since it is in
-/// itself wrong. Where headers are misplaced, nothing is sure to stand where it was meant.
+/// The correct findings for a program with parts left out because of mistakes. `misplaced`: headers
+/// are misplaced, so that places may not be the intended ones; rules that need places then do not
+/// run.
 pub fn check_partial(program: &Program, retained: &[Range], misplaced: bool) -> Vec<Finding> {
     apply(program, retained, if misplaced { Needs::Itself } else { Needs::Place })
 }

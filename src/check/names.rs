@@ -1,14 +1,14 @@
-//! The words of the findings: addresses by the names that the ladder gives them.
+//! Addresses as findings print them: with the names that the ladder gives them.
 //!
-//! A help is there to be pasted, so a tag is preferred to its address, and a status nickname to its
-//! number. Contacts are printed in `conditions`.
+//! Called by the rules. Prefers a tag to its address and a status nickname to its number, because a
+//! help is pasted into the ladder. `conditions` prints contacts.
 
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace, status};
 
 use super::context::Context;
 
 impl Context<'_> {
-    /// As it would be written in this ladder: the tag if there is one, else the address.
+    /// The name to write in this ladder: the tag if there is one, else the address.
     pub fn name(&self, address: Address) -> String {
         if let Some(tag) = self.tag_at(address) {
             return tag.name.clone();
@@ -38,7 +38,7 @@ impl Context<'_> {
         self.say(Address::Structure(structure))
     }
 
-    /// The first structure of the same kind that nothing owns and no tag names.
+    /// The first structure of the same kind without an owner and without a tag.
     pub fn free_like(&self, structure: Structure) -> Option<Structure> {
         let free =
             |s: &Structure| !self.is_owned(*s) && self.tag_at(Address::Structure(*s)).is_none();
@@ -81,10 +81,10 @@ impl Context<'_> {
     }
 }
 
-/// The most names in one sentence.
+/// Maximum number of names in one sentence.
 const LISTED_MAX: usize = 8;
 
-/// What kind of structure, in a sentence.
+/// The kind of a structure, for a sentence.
 pub fn structure_kind(structure: Structure) -> &'static str {
     match structure {
         Structure::Counter(_) => "counter",
@@ -93,7 +93,7 @@ pub fn structure_kind(structure: Structure) -> &'static str {
     }
 }
 
-/// `` `A`, `B` and `C` ``; of many, the first.
+/// `` `A`, `B` and `C` ``; of more than `LISTED_MAX` names, the first.
 pub fn list(names: &[String]) -> String {
     match names {
         many if many.len() > LISTED_MAX => {

@@ -1,8 +1,8 @@
 //! `out-elsewhere`: two drivers of one bit in different places of the program.
 //!
-//! Whichever executes last in a scan decides, and the termination of one turns the bit OFF behind
-//! the other's back. Stages of one program are left out: they take turns (see
-//! `out-lost-on-jump-back`). What drives is said in `duplicate_out`.
+//! The driver that executes last in a scan determines the bit, and the termination of one driver
+//! turns the bit OFF although the other may have turned it ON. Two stages of one program are
+//! allowed, since they take turns (see `out-lost-on-jump-back`). `duplicate_out` lists the drivers.
 //!
 //! Passes:
 //!
@@ -47,12 +47,12 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-/// The first drivers of a bit, so that a bit with thousands of them is judged in one walk.
+/// The first drivers of a bit, collected so that thousands of drivers are compared in one pass.
 #[derive(Default)]
 struct Firsts<'c> {
-    /// Per block the first driver in its own rungs, and the first in a stage of it.
+    /// For each block: the first driver in its own rungs, and the first in one of its stages.
     of_block: HashMap<BlockId, [Option<(usize, &'c Driver<'c>)>; 2]>,
-    /// The first driver, and the first in another block than that one's.
+    /// The first driver, and the first driver in a different block.
     of_two_blocks: Vec<(usize, &'c Driver<'c>)>,
     count: usize,
 }
@@ -69,7 +69,7 @@ impl<'c> Firsts<'c> {
         self.count += 1;
     }
 
-    /// The first driver in another element, unless both are stages of one program.
+    /// The first driver in a different element, unless both elements are stages of one program.
     fn competitor(&self, driver: &Driver) -> Option<&'c Driver<'c>> {
         let ElementId { block, stage } = driver.placed.place.element();
         let in_block =

@@ -1,11 +1,12 @@
 //! `out-lost-on-jump-back`: a jump to an earlier stage drops a bit that both stages drive.
 //!
-//! In the scan after the jump the earlier stage executes first and drives the bit; then the left
-//! stage's turn comes, and its termination turns the bit OFF: the output drops for one scan. The
-//! same holds for stages that SGCONVRG leaves, and for a bit that the target SETs, where the one
-//! scan may be for good. A jump to a later stage terminates first, and is silent.
+//! In the scan after the jump the earlier stage executes first and drives the bit. Then comes the
+//! turn of the left stage, and its termination turns the bit OFF: the output drops for one scan.
+//! The same holds for stages that SGCONVRG leaves, and for a bit that the target SETs; such a bit
+//! may stay OFF for good. With a jump to a later stage, the termination comes first, so nothing is
+//! lost and nothing is reported.
 //!
-//! Passes: the stages hold no OUT; a program behind them drives the bit.
+//! Passes: the stages hold no OUT; a program later in the file drives the bit.
 //!
 //! ```toml
 //! rung = [ { when = ["Day.Green | Day.Amber"], do = ["OUT Y0"] } ]
@@ -40,20 +41,20 @@ use crate::source::span::Span;
 use super::context::{Context, Placed};
 use super::names::list;
 
-/// The most bits that a finding tells of: no help is pasted that has more.
+/// Maximum number of bits in one finding: a longer help would not be pasted.
 const LOST_MAX: usize = 16;
-/// The most stages that a condition names.
+/// Maximum number of stages in a condition.
 const STAGES_MAX: usize = 16;
 
-/// A stage that a jump leaves, and the one that it enters.
+/// The stage that a jump leaves, and the stage that it enters.
 type Pair = (StageId, StageId);
 
-/// What every stage does to bits.
+/// The bits that each stage writes.
 #[derive(Default)]
 struct Stages {
-    /// The bits that each drives.
+    /// The bits that each stage drives.
     driven: BTreeMap<StageId, BTreeMap<Bit, Vec<Span>>>,
-    /// The bits that each SETs.
+    /// The bits that each stage SETs.
     set: BTreeMap<StageId, BTreeSet<Bit>>,
 }
 
@@ -99,7 +100,7 @@ impl Stages {
         self.set.get(&stage).is_some_and(|bits| bits.contains(&bit))
     }
 
-    /// What the left stage drives, and the target drives or SETs.
+    /// The bits that the left stage drives and the target drives or SETs.
     fn lost(&self, (left, target): Pair) -> Vec<Bit> {
         let bits = self.driven.get(&left).into_iter().flat_map(BTreeMap::keys).copied();
         bits.filter(|bit| self.drives(target, *bit) || self.sets(target, *bit))
@@ -108,8 +109,8 @@ impl Stages {
     }
 }
 
-/// The pairs (left, target) of which the left one terminates behind the target's execution, in
-/// the same scan.
+/// The pairs (left, target) in which the left stage terminates after the target's execution in the
+/// same scan.
 fn jumps_back(context: &Context, jump: &Placed) -> Vec<Pair> {
     let at = |stage: StageId| context.program.stages[stage.0 as usize].1;
     let here = jump.place.stage.map(|stage| stage.id);
@@ -120,7 +121,7 @@ fn jumps_back(context: &Context, jump: &Placed) -> Vec<Pair> {
     } else {
         return Vec::new();
     };
-    // What comes behind the jump in the file has its turn in this scan, the rest in the next.
+    // Stages after the jump in the file have their turn in this scan, the others in the next.
     let this_scan = |stage: StageId| here.is_none_or(|here| at(stage) > at(here));
     let targets: Vec<StageId> = jump.stages_entered().collect();
     let pairs = left.iter().flat_map(|l| targets.iter().map(move |t| (*l, *t)));

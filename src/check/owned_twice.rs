@@ -1,4 +1,5 @@
-//! `owned-twice`: a structure has exactly one owning instruction in the whole program.
+//! `owned-twice`: two instructions own one structure. A structure has exactly one owner in the
+//! whole program.
 //!
 //! Passes: a CTU and a CTD on one Sensaphone counter; RSTCT, contacts and compares anywhere.
 //!

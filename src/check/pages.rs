@@ -1,7 +1,7 @@
 //! The page of every finding, as `rungd explain` prints it.
 //!
-//! The texts stand in `docs/findings/`, and are part of the program, so that it explains its own
-//! findings and not another version's. A test executes what they show.
+//! The texts are in `docs/findings/` and are compiled into the program, so that they belong to its
+//! own version. A test runs their examples.
 
 /// The page of a finding, by its name.
 pub fn page(name: &str) -> Option<&'static str> {

@@ -1,8 +1,9 @@
-//! What is reached from where: for stages that are entered and blocks that are started.
+//! Reachability in a graph. Called by the rules about stages never entered and blocks never
+//! started.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// All that the roots lead to, themselves included. An edge `(None, b)` reaches `b` from outside.
+/// All nodes reachable from the roots, the roots included. An edge `(None, b)` makes `b` a root.
 pub fn reached<T: Ord + Copy>(
     roots: impl IntoIterator<Item = T>,
     edges: &[(Option<T>, T)],
@@ -22,7 +23,7 @@ pub fn reached<T: Ord + Copy>(
     reached
 }
 
-/// From where edges lead to each, itself included.
+/// For each node, the nodes with an edge to it; these may include the node itself.
 pub fn sources<T: Ord + Copy>(edges: &[(Option<T>, T)]) -> BTreeMap<T, BTreeSet<T>> {
     let mut sources: BTreeMap<T, BTreeSet<T>> = BTreeMap::new();
     for (from, to) in edges {

@@ -1,4 +1,4 @@
-//! `reset-without-owner`: RSTCT, RSTT and RES name a structure that an instruction owns.
+//! `reset-without-owner`: RSTCT, RSTT or RES names a structure that no instruction owns.
 //!
 //! Passes:
 //!

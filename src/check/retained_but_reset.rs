@@ -1,9 +1,9 @@
-//! `retained-but-reset`: the controller file retains a structure whose owner resets it at every
+//! `retained-but-reset`: the controller file retains a structure, but its owner resets it at every
 //! stop.
 //!
-//! The termination passes of an orderly stop run before memory is kept, so what is kept of a CNT is
-//! 0. UDCG, TMRAG and the Sensaphone counters have no termination logic. The finding lies at the
-//! owner, where it can be allowed; the range is told beside it.
+//! The termination passes of an orderly stop run before memory is saved, so a CNT is saved as 0.
+//! UDCG, TMRAG and the Sensaphone counters have no termination logic. The finding's place is the
+//! owner, where `allow` can silence it; the range is a related place.
 //!
 //! Passes: `ranges = ["CT0"]` and
 //!
@@ -76,7 +76,7 @@ fn finding(
         .help(help)
 }
 
-/// A retained D that the ladder does not name; else `D0`, which is then to be retained too.
+/// A retained D that the ladder does not name; else `D0`, with words to retain it too.
 fn word(context: &Context) -> (Word, &'static str) {
     let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
     let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));

@@ -1,8 +1,7 @@
-//! `sensaphone-preset`: of the CTU and the CTD of one counter, one states the preset, or both the
-//! same.
+//! `sensaphone-preset`: the CTU and the CTD of one counter state no preset, or different ones.
 //!
-//! A constant is what PRE holds at a cold start, a location is copied at every execution; a
-//! constant beside a location is two different presets too.
+//! A constant is the value of PRE at a cold start; a location is copied to PRE at every execution.
+//! A constant and a location count as different presets.
 //!
 //! Passes:
 //!
@@ -30,14 +29,14 @@ use crate::source::span::Located;
 use super::context::{Context, Placed};
 use super::names::list;
 
-/// The rule's first half: one of them states a preset.
+/// Reports counters without a preset.
 pub fn check_missing(context: &Context, findings: &mut Vec<Finding>) {
     for (structure, owners) in counters(context).filter(|(_, owners)| stated(owners).is_empty()) {
         findings.push(none_stated(context, structure, owners));
     }
 }
 
-/// Its other half: both state none, or the same.
+/// Reports counters with two different presets.
 pub fn check_different(context: &Context, findings: &mut Vec<Finding>) {
     for (structure, owners) in counters(context) {
         if let [first, others @ ..] = stated(owners).as_slice() {
@@ -51,7 +50,7 @@ fn counters<'c>(context: &'c Context<'c>) -> impl Iterator<Item = (Structure, &'
     context.owners().filter(|(structure, _)| matches!(structure, Structure::Sensaphone(_)))
 }
 
-/// The owners that state a preset, with it.
+/// An owner that states a preset, with the preset.
 type Stated<'c> = (&'c Placed<'c>, Located<Value>);
 
 fn stated<'c>(owners: &'c [Placed<'c>]) -> Vec<Stated<'c>> {

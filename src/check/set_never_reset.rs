@@ -1,7 +1,7 @@
-//! `set-never-reset`: a bit is SET, and nothing ever turns it OFF.
+//! `set-never-reset`: a bit is SET, and no instruction turns it OFF.
 //!
-//! RST and PONOFF turn a bit OFF, and so do its drivers (see `duplicate_out`). MC bits are left
-//! out: a Modbus client writes them.
+//! RST, PONOFF and drivers (see `duplicate_out`) turn a bit OFF. MC bits are not reported, since a
+//! Modbus client may write them.
 //!
 //! Passes:
 //!
@@ -36,7 +36,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for placed in &context.instructions {
         let Action::Coil { coil: Coil::Set, bit } = placed.action() else { continue };
         let Located { value: bit, span } = *bit;
-        // One finding a bit is enough: the first SET.
+        // One finding for each bit is enough, at the first SET.
         if matches!(bit, Bit::Space(BitSpace::Mc, _)) || !off.insert(bit) {
             continue;
         }

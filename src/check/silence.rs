@@ -1,8 +1,8 @@
-//! `allow`: which warnings their author silenced, and where.
+//! `allow`: removes the warnings that the author silenced.
 //!
-//! A rung's `allow` silences the warnings that begin in the rung, `[ladder] allow` those of its
-//! file. A warning of several places is silenced at the one that it is reported at. Errors are
-//! never silenced.
+//! Called by the loader with all findings. A rung's `allow` silences the warnings whose place
+//! begins in the rung, `[ladder] allow` those of its file. Related places of a warning do not
+//! count. Errors are never silenced.
 
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use crate::resolve::program::Program;
 use crate::source::finding::{Finding, Severity};
 use crate::source::span::{FileId, Span};
 
-/// The findings without those that are allowed; the readers' warnings may be among them.
+/// The findings without the allowed ones. Warnings of the readers can be allowed too.
 pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
     let allows = rung_allows(program);
     let in_files: HashSet<(FileId, &str)> =
@@ -22,7 +22,7 @@ pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
 }
 
-/// What rungs allow, in order of place: rungs do not overlap.
+/// The `allow` lists of rungs, in order of place: rungs do not overlap.
 struct Allows<'a>(Vec<(Span, &'a [String])>);
 
 fn rung_allows(program: &Program) -> Allows<'_> {
@@ -36,7 +36,7 @@ fn rung_allows(program: &Program) -> Allows<'_> {
 }
 
 impl Allows<'_> {
-    /// Whether the rung that a place begins in allows the finding.
+    /// Whether the rung in which a place begins allows the finding.
     fn hold(&self, name: &str, span: Span) -> bool {
         let place = (span.file, span.start);
         let behind = self.0.partition_point(|(extent, _)| (extent.file, extent.start) <= place);

@@ -1,8 +1,8 @@
-//! `stage-never-entered`: from a program's initial stage and its own rungs, nothing leads to this
-//! stage.
+//! `stage-never-entered`: no instruction that can execute enters this stage.
 //!
-//! JMP, SGSET, SGDIVRG and SGCONVRG lead to a stage. A stage that only itself, or only another
-//! stage without an entry, leads to is never entered either.
+//! The initial stage and the program's own rungs execute. JMP, SGSET, SGDIVRG and SGCONVRG enter
+//! stages. A stage that is entered only from itself, or only from stages that are never entered, is
+//! never entered either.
 //!
 //! Passes:
 //!
@@ -42,7 +42,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Which stage leads to which; from a program's own rungs it is `None`.
+/// The pairs (from, entered stage); `None`: from a program's own rungs.
 fn entries(context: &Context) -> Vec<(Option<StageId>, StageId)> {
     let pairs = context.instructions.iter().flat_map(|p| {
         let from = p.place.stage.map(|stage| stage.id);

@@ -1,7 +1,7 @@
-//! `task-starts-itself`: `ENTASK` of a task stands in that task.
+//! `task-starts-itself`: a task contains the ENTASK that names it.
 //!
-//! It executes only while the task runs already, when a run-once ENTASK has no effect; and a
-//! recurrent one ends with the task that it should enable.
+//! The ENTASK executes only while the task is already running. Then a run-once ENTASK has no
+//! effect, and a recurrent one ends with the task that it should enable.
 //!
 //! Passes:
 //!

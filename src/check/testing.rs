@@ -1,4 +1,4 @@
-//! One door for the tests of all rules: ladder text in, one line a finding out.
+//! Helpers for the tests of all rules: from a ladder text to its findings, printed.
 
 use expect_test::Expect;
 
@@ -10,20 +10,20 @@ use crate::source::finding::Finding;
 use crate::source::reader::Text;
 use crate::source::span::{SourceFile, Span};
 
-/// Loads the ladder, checks it and silences what it allows. Indentation and blank lines around it
-/// do not count.
+/// Loads the ladder, checks it, silences allowed warnings and compares the findings. Indentation
+/// and blank lines around the text do not count.
 pub fn check(ladder: &str, expected: Expect) {
     let lines: Vec<&str> = ladder.trim().lines().map(str::trim_start).collect();
     let ladder = lines.join("\n");
     expected.assert_eq(&print(&ladder, &findings(&ladder)));
 }
 
-/// [`check`] of rungs of `Main`, one inline table a line: rung k stands in line k + 3.
+/// As [`check`], for rungs of `Main`, one inline table on each line: rung k is in line k + 3.
 pub fn check_main(rungs: &str, expected: Expect) {
     check(&format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.trim()), expected);
 }
 
-/// [`check_main`] beside a controller file that retains these ranges.
+/// As [`check_main`], with a controller file that retains these ranges.
 pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
     let rungs: Vec<&str> = rungs.trim().lines().map(str::trim_start).collect();
     let ladder = format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.join("\n"));
@@ -46,13 +46,13 @@ fn findings(ladder: &str) -> Vec<Finding> {
     super::silence(&program, findings)
 }
 
-/// The resolved program of a ladder, and what reading and resolving found.
+/// The resolved program of a ladder, and the findings of reading and resolving it.
 pub fn load(ladder: &str) -> (Option<Program>, Vec<Finding>) {
     let file = SourceFile { name: "test.toml".to_owned(), text: ladder.to_owned() };
     load_ladders(&[file], &LoadOptions::default())
 }
 
-/// `line:col name`, the message and, further in, the help; long lines are folded.
+/// Each finding as `line:col name`, the message and, indented, the help; long lines are folded.
 fn print(ladder: &str, findings: &[Finding]) -> String {
     let file = SourceFile { name: String::new(), text: ladder.to_owned() };
     let mut text = String::new();

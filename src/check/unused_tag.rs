@@ -1,7 +1,7 @@
-//! `unused-tag`: nothing in the ladder names this tag, nor a member of it.
+//! `unused-tag`: the ladder names neither this tag nor a member of it.
 //!
-//! A tag with `alarm` or `log` does its work without being named, and `spare = true` says that it
-//! is meant. A ladder that names the address instead is told so.
+//! Not reported: tags with `alarm` or `log`, which are useful without being named, and tags with
+//! `spare = true`. If the ladder names the tag's address instead, the finding says so.
 //!
 //! Passes:
 //!
@@ -50,7 +50,8 @@ fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
     }
 }
 
-/// The addresses that the ladder names; of a structure that is named or has a member named, all.
+/// The addresses that the ladder names. If it names a structure or one of its members, all
+/// addresses of the structure.
 fn named(context: &Context) -> HashSet<Address> {
     let mut named: HashSet<Address> = context
         .instructions
@@ -64,7 +65,7 @@ fn named(context: &Context) -> HashSet<Address> {
     named
 }
 
-/// The structure that a bit or word is a member of.
+/// The structure of a member.
 fn structure_of(address: Address) -> Option<Structure> {
     match address {
         Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
