@@ -295,7 +295,8 @@ mod tests {
 
             A Modbus client closed its connection, was silent for too long, or was lost.
 
-            What to do: Nothing. If a client comes and goes all the time, look at the client.
+            What to do: Nothing. If a client comes and goes all the time, look at the
+            client.
 
             At most 20 lines at once, then 1 a second; what is left out is counted (lines-withheld).
 

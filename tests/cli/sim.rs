@@ -20,6 +20,9 @@ rung = [
 
 const STIMULUS: &str = "scan,X0,size\n1,1,\n2,0,\n3,1,\n4,,3\n";
 
+/// The same without the row of scan 4, for runs of four scans.
+const WITHIN_FOUR_SCANS: &str = "scan,X0,size\n1,1,\n2,0,\n3,1,\n";
+
 /// A folder of this test's own, with the ladder and the stimulus.
 struct Place(PathBuf);
 
@@ -128,6 +131,7 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
 #[test]
 fn stop_makes_the_last_scan_the_last_and_adds_a_row() {
     let place = Place::new("stop");
+    place.write("parts.csv", WITHIN_FOUR_SCANS);
     let args = "count.toml --stimulus parts.csv --scans 4 --watch $LastScan,full,CT0.Acc,CT0.Reset";
     expect_test::expect![[r#"
         scan,time_ms,$LastScan,full,CT0.Acc,CT0.Reset
@@ -220,6 +224,7 @@ fn a_refused_stimulus_leaves_an_old_trace_alone() {
 #[test]
 fn several_ladder_files_are_one_program() {
     let place = Place::new("several");
+    place.write("parts.csv", WITHIN_FOUR_SCANS);
     place.write(
         "lamp.toml",
         "[[program]]\nname = \"Lamp\"\nautostart = true\n\

@@ -2,17 +2,22 @@
 
 use std::sync::Arc;
 use std::thread::spawn;
+use std::time::Duration;
 
 use crate::liars::{Lie, Script, TIMEOUT, client, poll, pty, serve_rtu};
 use rungd::io::device::{Done, Driver, Trouble};
 use rungd::io::modbus_client::settings::{Client as Settings, Link, Parity, Serial};
 use rungd::io::modbus_client::{Client, Rtu, SerialLines};
 
+/// For a client whose answers come: a busy machine is no failure.
+const PATIENT: Duration = Duration::from_secs(30);
+
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 
 /// A peer that does the same with every request, and a client before it.
 async fn line(
     echo: bool,
+    timeout: Duration,
     settings: impl FnOnce(&mut Settings),
     lie: fn(&[u8], &[u8]) -> Lie,
 ) -> Client<Rtu> {
@@ -23,7 +28,7 @@ async fn line(
     let serial = Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo };
     let mut wanted = client(Link::Serial(serial.clone()));
     settings(&mut wanted);
-    let mut client = Client::new(&wanted, SerialLines::default().link(&serial, TIMEOUT));
+    let mut client = Client::new(&wanted, SerialLines::default().link(&serial, timeout));
     client.connect().await.unwrap();
     client
 }
@@ -56,7 +61,7 @@ fn from_1000(settings: &mut Settings) {
 #[tokio::test]
 async fn behind_an_echo_that_is_told_answers_are_understood() {
     for settings in [|_: &mut Settings| {}, from_1000] {
-        let mut client = line(true, settings, echo_and_answer).await;
+        let mut client = line(true, PATIENT, settings, echo_and_answer).await;
         for on in [1, 0, 1] {
             let inputs = exchange(&mut client, on).await.unwrap();
             // The peer counts from 1000 on, by the low byte of the address.
@@ -67,14 +72,14 @@ async fn behind_an_echo_that_is_told_answers_are_understood() {
 
 #[tokio::test]
 async fn an_echo_that_is_told_confirms_no_write() {
-    let mut client = line(true, |settings| settings.inputs.clear(), echo_alone).await;
+    let mut client = line(true, TIMEOUT, |settings| settings.inputs.clear(), echo_alone).await;
     let trouble = exchange(&mut client, 1).await.unwrap_err();
     assert_eq!(trouble.reason, "writing coil 0 of unit 1: no answer in 400 ms");
 }
 
 #[tokio::test]
 async fn an_echo_that_is_told_and_does_not_come_is_trouble() {
-    let mut client = line(true, |settings| settings.outputs.clear(), answer_alone).await;
+    let mut client = line(true, TIMEOUT, |settings| settings.outputs.clear(), answer_alone).await;
     let trouble = exchange(&mut client, 1).await.unwrap_err();
     let words = "the request did not come back first, as `echo = true` says";
     assert_eq!(trouble.reason, format!("reading input 0..1 of unit 1: {words}"));
@@ -84,7 +89,7 @@ async fn an_echo_that_is_told_and_does_not_come_is_trouble() {
 async fn an_echo_that_nobody_told_is_no_answer_to_a_read_and_its_remedy_is_named() {
     for answer in [echo_alone, echo_and_answer] {
         for settings in [|_: &mut Settings| {}, from_1000] {
-            let mut client = line(false, settings, answer).await;
+            let mut client = line(false, TIMEOUT, settings, answer).await;
             let trouble = exchange(&mut client, 1).await.unwrap_err();
             assert!(trouble.reason.starts_with("reading input "), "{trouble}");
             assert!(trouble.reason.ends_with(REMEDY), "{trouble}");
@@ -94,7 +99,7 @@ async fn an_echo_that_nobody_told_is_no_answer_to_a_read_and_its_remedy_is_named
 
 #[tokio::test]
 async fn a_line_whose_echo_a_read_has_shown_confirms_no_write() {
-    let mut client = line(false, |_| {}, echo_alone).await;
+    let mut client = line(false, TIMEOUT, |_| {}, echo_alone).await;
     exchange(&mut client, 1).await.unwrap_err();
     tokio::time::sleep(TIMEOUT * 2).await;
     let trouble = exchange(&mut client, 0).await.unwrap_err();
