@@ -4,9 +4,9 @@
 #   docker build -t rungd .
 #   docker run --rm rungd                                            # the first controller
 #   docker run --rm -v "$PWD/plant:/etc/rungd:ro" rungd              # plant/controller.toml
-#   docker exec CONTAINER rungd status                               # what it does
+#   docker exec CONTAINER rungd status                               # its state
 #
-# docs/install.md says how to give it a real-time priority. tests/container.sh builds and tries it.
+# docs/install.md describes real-time priority. tests/container.sh builds and tests it.
 FROM rust:1-slim-trixie AS build
 WORKDIR /src
 COPY Cargo.toml Cargo.lock LICENSE-MIT LICENSE-APACHE ./
@@ -16,7 +16,7 @@ COPY docs ./docs
 COPY packaging/third-party.sh ./packaging/
 COPY src ./src
 COPY tests ./tests
-# glibc linked in: for a target that is named, since build scripts and macros must stay dynamic.
+# glibc is linked in, for a named target only, because build scripts and macros must stay dynamic.
 RUN host="$(rustc -vV | sed -n 's/^host: //p')" \
     && RUSTFLAGS="-C target-feature=+crt-static -C strip=symbols" \
         cargo build --release --locked --bin rungd --target "$host" \
@@ -35,7 +35,7 @@ FROM scratch
 COPY --from=build /image /
 USER 6553:6553
 WORKDIR /var/lib/rungd
-# Where the operator's socket is, for the controller and for the commands that speak to it.
+# The folder of the operator's socket, for the controller and for the commands.
 ENV PATH=/usr/bin RUNTIME_DIRECTORY=/run/rungd RUNGD_SOCKET=/run/rungd/rungd.sock
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=3s --start-period=10s --retries=3 CMD ["rungd", "status"]

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Makes the Debian package: the program, its manual pages, completions and schemas, and then the
-# .deb of them. Says where it is on its last line.
+# .deb of them. The last line of the output is its path.
 #
 #   packaging/build-deb.sh                     # target/debian/rungd_VERSION-1_ARCH.deb
-#   packaging/build-deb.sh --version 0.1.1-1   # another version, to try an upgrade
+#   packaging/build-deb.sh --version 0.1.1-1   # a later version, to test an upgrade
 #   packaging/build-deb.sh --output DIR        # elsewhere; target/debian holds the last one only
 #
-# Wants: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils.
+# Needs: cargo-deb (cargo install --locked cargo-deb), dpkg-dev, binutils.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -38,7 +38,7 @@ packaging/third-party.sh >"$made/third-party-licences.txt"
 packaging/sbom.sh >"$made/rungd.cdx.json"
 
 [ -n "$version" ] || version="$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)-1"
-# The changes are CHANGELOG.md's; Debian wants a file of its form that names the version.
+# The changes are those of CHANGELOG.md; Debian requires a file in its own format with the version.
 gzip -9nc >"$made/changelog.Debian.gz" <<EOF
 rungd ($version) unstable; urgency=medium
 

@@ -1,8 +1,8 @@
 #!/bin/sh
-# Prints the software bill of materials: what is built into rungd, with versions, licences, checksums
-# and what wants what, in CycloneDX's JSON (1.5). For the package, and whoever looks for advisories.
+# Prints the software bill of materials: the libraries in rungd, with versions, licences, checksums
+# and dependencies, in CycloneDX's JSON (1.5). For the package, and for checks of advisories.
 #
-# Made of Cargo.lock and `cargo tree`, for the machine that it runs on; the same sources give the
+# Made from Cargo.lock and `cargo tree`, for the machine that it runs on; the same sources give the
 # same bytes.
 set -eu
 cd "$(dirname "$0")/.."
@@ -26,7 +26,7 @@ FILENAME ~ /Cargo.lock$/ {
     if (/^checksum = /) checksum["pkg:cargo/" name "@" version] = words[2]
     next
 }
-# The tree: a package behind its depth; what stands one less deep above it wants it.
+# The tree: a depth, then a package; the last package above with a smaller depth depends on it.
 {
     depth = $1 + 0
     own = purl($2)
