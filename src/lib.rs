@@ -19,6 +19,7 @@ pub mod isa;
 pub mod load;
 pub mod lower;
 pub mod operator;
+pub mod progress;
 pub mod reload;
 pub mod resolve;
 pub mod retain;

@@ -72,7 +72,7 @@ pub fn ladder(bytes: &[u8]) {
     let (program, found) = load_ladders(&files, &LoadOptions::default());
     findings.extend(found);
     if let Some(program) = program {
-        findings.extend(rungd::check::check(&program, &[]));
+        findings.extend(rungd::check::check(&program, rungd::check::Around::of(&[])));
         if findings.iter().all(|finding| finding.severity() != Severity::Error) {
             let _ = lower(&program);
         }

@@ -164,6 +164,7 @@ fn comparison_sign(comparison: Comparison) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use crate::check::Around;
     use crate::check::context::Context;
     use crate::check::testing::load;
 
@@ -180,7 +181,7 @@ mod tests {
         );
         let (program, findings) = load(&ladder);
         let program = program.unwrap_or_else(|| panic!("{findings:?}"));
-        let context = Context::new(&program, &[], true);
+        let context = Context::new(&program, Around::of(&[]), true);
         let when = &program.blocks[0].rungs[0].legs[0];
         when.contacts.iter().map(|contact| context.contact(contact)).collect()
     }

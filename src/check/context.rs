@@ -8,7 +8,9 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
+use super::Around;
 use crate::isa::{Address, Bit, ElementId, Mnemonic, StageId, Structure, Word};
+use crate::progress::Progress;
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
     Action, Block, BlockKind, Branch, Contact, Instruction, Part, Program, Rung, Stage, Tag,
@@ -25,6 +27,8 @@ pub struct Context<'a> {
     pub whole: bool,
     /// The retained ranges of the controller file; empty without a controller file.
     pub retained: &'a [Range],
+    /// Of the load.
+    pub progress: &'a Progress,
     /// Every instruction, in file order.
     pub instructions: Vec<Placed<'a>>,
     /// Every contact, in file order; a contact with parts comes before its parts.
@@ -84,11 +88,13 @@ pub struct Driver<'a> {
 
 impl<'a> Context<'a> {
     /// Walks the program.
-    pub fn new(program: &'a Program, retained: &'a [Range], whole: bool) -> Context<'a> {
+    pub fn new(program: &'a Program, around: Around<'a>, whole: bool) -> Context<'a> {
+        let Around { retained, progress } = around;
         let mut context = Context {
             program,
             whole,
             retained,
+            progress,
             instructions: Vec::new(),
             contacts: Vec::new(),
             drivers: BTreeMap::new(),

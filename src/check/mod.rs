@@ -6,9 +6,10 @@
 //! the text to write instead). All rules run, whatever others find.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+use crate::progress::{Progress, Step};
 use crate::resolve::program::Program;
 use crate::resolve::range::Range;
-use crate::source::finding::Finding;
+use crate::source::finding::{Code, Finding};
 
 mod bare_timer_value;
 mod block_never_started;
@@ -58,49 +59,68 @@ enum Needs {
     Whole,
 }
 
-const RULES: &[(Needs, Rule)] = &[
-    (Needs::Place, owned_twice::check),
-    (Needs::Whole, reset_without_owner::check),
-    (Needs::Place, sensaphone_preset::check_different),
-    (Needs::Whole, sensaphone_preset::check_missing),
-    (Needs::Place, jump_outside_stage::check),
-    (Needs::Itself, built_in_task::check),
-    (Needs::Place, block_rule::check),
-    (Needs::Place, entask_conflict::check),
-    (Needs::Place, duplicate_out::check),
-    (Needs::Place, out_elsewhere::check),
-    (Needs::Whole, out_lost_on_jump_back::check),
-    (Needs::Whole, stage_never_entered::check),
-    (Needs::Whole, block_never_started::check),
-    (Needs::Whole, set_never_reset::check),
-    (Needs::Whole, multi_scan_in_task::check),
-    (Needs::Place, task_starts_itself::check),
-    (Needs::Itself, constant_compare::check),
-    (Needs::Itself, constant_saturates::check),
-    (Needs::Itself, bare_timer_value::check),
-    (Needs::Itself, duration_as_count::check),
-    (Needs::Itself, mixed_and_or::check),
-    (Needs::Place, retained_but_reset::check),
-    (Needs::Whole, unused_tag::check),
+const RULES: &[(Needs, Code, Rule)] = &[
+    (Needs::Place, Code::OwnedTwice, owned_twice::check),
+    (Needs::Whole, Code::ResetWithoutOwner, reset_without_owner::check),
+    (Needs::Place, Code::SensaphonePreset, sensaphone_preset::check_different),
+    (Needs::Whole, Code::SensaphonePreset, sensaphone_preset::check_missing),
+    (Needs::Place, Code::JumpOutsideStage, jump_outside_stage::check),
+    (Needs::Itself, Code::BuiltInTask, built_in_task::check),
+    (Needs::Place, Code::BlockRule, block_rule::check),
+    (Needs::Place, Code::EntaskConflict, entask_conflict::check),
+    (Needs::Place, Code::DuplicateOut, duplicate_out::check),
+    (Needs::Place, Code::OutElsewhere, out_elsewhere::check),
+    (Needs::Whole, Code::OutLostOnJumpBack, out_lost_on_jump_back::check),
+    (Needs::Whole, Code::StageNeverEntered, stage_never_entered::check),
+    (Needs::Whole, Code::BlockNeverStarted, block_never_started::check),
+    (Needs::Whole, Code::SetNeverReset, set_never_reset::check),
+    (Needs::Whole, Code::MultiScanInTask, multi_scan_in_task::check),
+    (Needs::Place, Code::TaskStartsItself, task_starts_itself::check),
+    (Needs::Itself, Code::ConstantCompare, constant_compare::check),
+    (Needs::Itself, Code::ConstantSaturates, constant_saturates::check),
+    (Needs::Itself, Code::BareTimerValue, bare_timer_value::check),
+    (Needs::Itself, Code::DurationAsCount, duration_as_count::check),
+    (Needs::Itself, Code::MixedAndOr, mixed_and_or::check),
+    (Needs::Place, Code::RetainedButReset, retained_but_reset::check),
+    (Needs::Whole, Code::UnusedTag, unused_tag::check),
 ];
 
-/// All findings of the rules, in order of place; `retained` are the controller file's retained
-/// ranges.
-pub fn check(program: &Program, retained: &[Range]) -> Vec<Finding> {
-    apply(program, retained, Needs::Whole)
+/// The data of a check beside the program.
+#[derive(Clone, Copy)]
+pub struct Around<'a> {
+    /// The controller file's retained ranges; empty without one.
+    pub retained: &'a [Range],
+    /// Of the load.
+    pub progress: &'a Progress,
+}
+
+impl<'a> Around<'a> {
+    /// Of a load that nothing ends.
+    pub fn of(retained: &'a [Range]) -> Around<'a> {
+        Around { retained, progress: &crate::progress::UNASKED }
+    }
+}
+
+/// All findings of the rules, in order of place.
+pub fn check(program: &Program, around: Around) -> Vec<Finding> {
+    apply(program, around, Needs::Whole)
 }
 
 /// The correct findings for a program with parts left out because of mistakes. `misplaced`: headers
 /// are misplaced, so that places may not be the intended ones; rules that need places then do not
 /// run.
-pub fn check_partial(program: &Program, retained: &[Range], misplaced: bool) -> Vec<Finding> {
-    apply(program, retained, if misplaced { Needs::Itself } else { Needs::Place })
+pub fn check_partial(program: &Program, around: Around, misplaced: bool) -> Vec<Finding> {
+    apply(program, around, if misplaced { Needs::Itself } else { Needs::Place })
 }
 
-fn apply(program: &Program, retained: &[Range], most: Needs) -> Vec<Finding> {
-    let context = context::Context::new(program, retained, most == Needs::Whole);
+fn apply(program: &Program, around: Around, most: Needs) -> Vec<Finding> {
+    let context = context::Context::new(program, around, most == Needs::Whole);
     let mut findings = Vec::new();
-    for (_, rule) in RULES.iter().filter(|(needs, _)| *needs <= most) {
+    for (_, code, rule) in RULES.iter().filter(|(needs, ..)| *needs <= most) {
+        around.progress.begin(Step::Rule(code.name()));
+        if around.progress.is_over() {
+            break;
+        }
         rule(&context, &mut findings);
     }
     findings.sort_by_key(|finding| (finding.span.file, finding.span.start, finding.code));

@@ -64,6 +64,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut helps: HashMap<(BlockId, Vec<Bit>), String> = HashMap::new();
     let mut losses: HashMap<Pair, Vec<Bit>> = HashMap::new();
     for jump in &context.instructions {
+        if context.progress.is_over() {
+            return;
+        }
         for pair in jumps_back(context, jump) {
             let lost = losses.entry(pair).or_insert_with(|| stages.lost(pair));
             if !lost.is_empty() {

@@ -2,6 +2,7 @@
 
 use expect_test::Expect;
 
+use super::Around;
 use crate::resolve::program::Program;
 use crate::resolve::range::resolve_range;
 use crate::resolve::scope::Scope;
@@ -35,14 +36,14 @@ pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
         resolve_range(&scope, &text).expect("a range")
     };
     let retained: Vec<_> = ranges.iter().map(range).collect();
-    expected.assert_eq(&print(&ladder, &super::check(&program, &retained)));
+    expected.assert_eq(&print(&ladder, &super::check(&program, Around::of(&retained))));
 }
 
 /// The findings of a ladder.
 fn findings(ladder: &str) -> Vec<Finding> {
     let (program, mut findings) = load(ladder);
     let Some(program) = program else { return findings };
-    findings.extend(super::check(&program, &[]));
+    findings.extend(super::check(&program, Around::of(&[])));
     super::silence(&program, findings)
 }
 

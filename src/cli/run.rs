@@ -17,6 +17,7 @@ use crate::daemon::{self, Ending, Failure, Host, Options, config};
 use crate::events::Level;
 use crate::isa::duration;
 use crate::operator::protocol::ModeWanted;
+use crate::progress::Progress;
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
@@ -102,7 +103,9 @@ fn probe_descriptors() -> Result<()> {
 
 fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit> {
     let (path, style) = (args.controller.clone(), style(false));
-    let Some(loaded) = host.unless_stopped(move || config::load(&path, style)) else {
+    let Some(loaded) =
+        host.unless_stopped(move || config::load(&path, style, &Progress::default()))
+    else {
         return Ok(Exit::Ok);
     };
     let (program, setup) = match loaded? {

@@ -20,6 +20,7 @@ use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
+use crate::progress::{Progress, Step};
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::Plan;
 use crate::runtime::exchange::Tempo;
@@ -99,10 +100,11 @@ impl Setup {
 ///
 /// # Errors
 /// A text that names file, place, cause and remedy.
-pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
+pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, Setup), String> {
     let Loaded { files, program: Some(program), controller: Some(controller), .. } = loaded else {
         return Err("nothing was loaded".to_owned());
     };
+    progress.begin(Step::Lowering);
     let (code, symbols) = lower(program);
     let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
@@ -136,12 +138,20 @@ pub fn settle(loaded: &Loaded) -> Result<(engine::Program, Setup), String> {
 ///
 /// # Errors
 /// The controller file cannot be read.
-pub fn load(path: &Path, style: Style) -> Result<Result<(engine::Program, Setup), String>> {
-    let loaded = load::controller_file(path)?;
+pub fn load(
+    path: &Path,
+    style: Style,
+    progress: &Progress,
+) -> Result<Result<(engine::Program, Setup), String>> {
+    let loaded = load::controller_file_within(path, progress)?;
+    if progress.is_over() {
+        return Ok(Err("its time was over".to_owned()));
+    }
     if refuses(&loaded.findings, style) {
+        progress.begin(Step::Findings);
         return Ok(Err(render(&loaded.findings, &loaded.files, style)));
     }
-    Ok(settle(&loaded))
+    Ok(settle(&loaded, progress))
 }
 
 fn wiring(device: &Device, symbols: &Symbols) -> Wiring {

@@ -6,6 +6,8 @@
 //! file names and that cannot be read is one too, at the name. A file named by the caller that
 //! cannot be read is a failure.
 
+#[cfg(test)]
+mod ended;
 mod files;
 #[cfg(test)]
 mod large;
@@ -19,10 +21,11 @@ use anyhow::{Context, Result, bail};
 
 pub use files::read_bytes;
 
-use crate::check::{check, check_partial, silence};
+use crate::check::{Around, check, check_partial, silence};
 use crate::controller::written::WrittenController;
 use crate::controller::{self, Controller, resolve_controller};
 use crate::isa::Address;
+use crate::progress::{Progress, Step};
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::{LoadOptions, resolve_ladders};
 use crate::source::file_kind;
@@ -41,6 +44,7 @@ pub struct Loaded {
     pub program: Option<Program>,
     /// The controller file's settings, where one was loaded.
     pub controller: Option<Controller>,
+    progress: Progress,
 }
 
 /// A file as it was read, once: it may be a pipe.
@@ -103,12 +107,26 @@ pub fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
 /// # Errors
 /// The controller file cannot be read.
 pub fn controller_file(path: &Path) -> Result<Loaded> {
-    Ok(controller_input(&Input::of(path, files::read_regular(path))?))
+    controller_file_within(path, &Progress::default())
+}
+
+/// As [`controller_file`], until `progress` is over; then there is no program and no controller.
+///
+/// # Errors
+/// The controller file cannot be read.
+pub fn controller_file_within(path: &Path, progress: &Progress) -> Result<Loaded> {
+    progress.begin(Step::Reading(path.display().to_string()));
+    let input = Input::of(path, files::read_regular(path))?;
+    Ok(controller(&input, progress))
 }
 
 /// As [`controller_file`].
 pub fn controller_input(input: &Input) -> Loaded {
-    let mut loaded = Loaded::default();
+    controller(input, &Progress::default())
+}
+
+fn controller(input: &Input, progress: &Progress) -> Loaded {
+    let mut loaded = Loaded { progress: progress.clone(), ..Loaded::default() };
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
     if let Some(place) = file_kind::ladder_place(&loaded.files[0].text, id) {
@@ -119,6 +137,10 @@ pub fn controller_input(input: &Input) -> Loaded {
         loaded.findings.push(finding.help(help));
         return loaded;
     }
+    if progress.is_over() {
+        return loaded;
+    }
+    progress.begin(Step::Parsing(loaded.files[0].name.clone()));
     let (written, found) = controller::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
@@ -132,7 +154,8 @@ pub fn controller_input(input: &Input) -> Loaded {
     let first_file = FileId(first as u32);
     let (sizes, order) = (written.memory.clone(), written.order.clone());
     let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
-    let options = LoadOptions { sizes, order, devices, has_controller: true, first_file };
+    let progress = progress.clone();
+    let options = LoadOptions { sizes, order, devices, has_controller: true, first_file, progress };
     loaded.ladders(first, options);
     loaded.settings(&written);
     loaded.judge();
@@ -180,7 +203,11 @@ impl Loaded {
         let mut seen: HashMap<PathBuf, Span> = HashMap::new();
         let mut whole = true;
         for name in names {
+            if self.progress.is_over() {
+                return false;
+            }
             let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
+            self.progress.begin(Step::Reading(path.display().to_string()));
             let real = identity(&path);
             if let Some(first) = seen.get(&real) {
                 let message = format!("`{}` is named twice", name.text);
@@ -212,6 +239,9 @@ impl Loaded {
 
     /// Resolves the files from `first` on.
     fn ladders(&mut self, first: usize, options: LoadOptions) {
+        if self.progress.is_over() {
+            return;
+        }
         // A file that is not text would only bring follow-up findings.
         if self.findings.iter().any(|f| f.span.file.0 as usize >= first) {
             return;
@@ -224,6 +254,10 @@ impl Loaded {
     /// Resolves what the controller file asks for beside its ladders.
     fn settings(&mut self, written: &WrittenController) {
         let of_ladders = |finding: &Finding| finding.span.file != FileId(0);
+        if self.progress.is_over() {
+            return;
+        }
+        self.progress.begin(Step::Settings);
         let whole = self.program.is_some()
             && !self.findings.iter().any(|f| of_ladders(f) && f.severity() == Severity::Error);
         let bare = Program { sizes: written.memory.clone(), ..Program::default() };
@@ -242,21 +276,26 @@ impl Loaded {
     /// Applies the rules to the program, silences what is allowed, and keeps the program only if
     /// nothing refuses it.
     fn judge(&mut self) {
+        if self.progress.is_over() {
+            (self.program, self.controller) = (None, None);
+            return;
+        }
         if let (Some(program), Some(controller)) = (&mut self.program, &self.controller) {
             mark_mapped(program, controller);
         }
         if let Some(program) = &self.program {
             let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);
+            let around = Around { retained, progress: &self.progress };
             if self.has_error() {
                 let misplaced = self.findings.iter().any(|f| f.code == Code::OutOfPlace);
-                self.findings.extend(check_partial(program, retained, misplaced));
+                self.findings.extend(check_partial(program, around, misplaced));
             } else {
-                self.findings.extend(check(program, retained));
+                self.findings.extend(check(program, around));
             }
             self.findings = silence(program, std::mem::take(&mut self.findings));
         }
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
-        if self.has_error() {
+        if self.has_error() || self.progress.is_over() {
             self.program = None;
             self.controller = None;
         }

@@ -20,6 +20,7 @@ mod tags;
 use std::sync::LazyLock;
 
 use crate::isa::{Address, MemorySizes};
+use crate::progress::{Progress, Step};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::ladder::{self, Ladder};
 use crate::source::nearest::Names;
@@ -42,6 +43,8 @@ pub struct LoadOptions {
     pub devices: Vec<Text>,
     /// The number of the first file: spans of the ladder at index k have the file `first_file + k`.
     pub first_file: FileId,
+    /// Of the load.
+    pub progress: Progress,
 }
 
 /// Resolves the ladder files together as one program. The program is `None` if the findings contain
@@ -63,9 +66,10 @@ pub fn resolve_ladders(
 ) -> (Option<Program>, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut ladders = Vec::new();
-    let mut room = Room::default();
+    let mut room = Room::of(options.progress.clone());
     for (at, file) in files.iter().enumerate() {
         let id = FileId(options.first_file.0 + at as u32);
+        options.progress.begin(Step::Parsing(file.name.clone()));
         let (ladder, found) = ladder::read_within(&mut room, &file.text, id);
         findings.extend(found);
         ladders.push((id, ladder));
@@ -76,6 +80,10 @@ pub fn resolve_ladders(
     if whole.len() < files.len() || whole.is_empty() {
         return (None, in_order(findings));
     }
+    if options.progress.is_over() {
+        return (None, Vec::new());
+    }
+    options.progress.begin(Step::Names);
     let mut resolver = Resolver::new(files, options);
     resolver.misread = !findings.is_empty();
     let program = resolver.program(&whole);

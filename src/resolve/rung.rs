@@ -40,6 +40,9 @@ impl Resolver<'_> {
     ) -> Vec<Rung> {
         let mut resolved = Vec::new();
         for rung in rungs {
+            if self.options.progress.is_over() {
+                break;
+            }
             if let Some(name) = &rung.name {
                 self.rung_name(name, names);
             }

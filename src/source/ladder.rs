@@ -280,7 +280,7 @@ fn read_block(mut table: Table<'_>, form: BlockForm) -> Block {
             (key("rung", "Its rungs."), key("stage", "A task contains no stages.").refused())
         }
     };
-    let rungs = table.tables(rungs, "a rung").into_iter().map(read_rung).collect();
+    let rungs = table.tables(rungs, "a rung").into_iter().map_while(read_rung_in_time).collect();
     let mut stages = table.tables(stages, "a stage");
     if !program && let Some(stage) = stages.first() {
         let message = "a task contains no stages";
@@ -303,11 +303,16 @@ fn read_stage(mut table: Table<'_>) -> Stage {
     let rungs = table
         .tables(key("rung", "Its rungs, executed while the stage is ON."), "a rung")
         .into_iter()
-        .map(read_rung)
+        .map_while(read_rung_in_time)
         .collect();
     let span = table.span();
     table.finish();
     Stage { span, name, doc, rungs }
+}
+
+/// `None` when the load is to end.
+fn read_rung_in_time(table: Table<'_>) -> Option<Rung> {
+    (!table.doc().is_over()).then(|| read_rung(table))
 }
 
 fn read_rung(mut table: Table<'_>) -> Rung {

@@ -15,6 +15,7 @@ use super::span::{FileId, Span};
 pub use super::table::{Constant, Table};
 use super::{headers, strict};
 use crate::isa::duration::{self, DurationError};
+use crate::progress::Progress;
 
 /// A file being read: its text, and the list for its findings.
 #[derive(Clone, Copy)]
@@ -22,6 +23,7 @@ pub struct Doc<'a> {
     file: FileId,
     source: &'a str,
     findings: &'a RefCell<Vec<Finding>>,
+    progress: Option<&'a Progress>,
 }
 
 /// A string of a file.
@@ -65,8 +67,11 @@ pub(super) fn document_within<T>(
     if let Err(finding) = room.take(source, file) {
         return (None, vec![*finding]);
     }
+    if room.progress.is_over() {
+        return (None, Vec::new());
+    }
     let (root, errors) = DeTable::parse_recoverable(source);
-    let doc = Doc { file, source, findings: &findings };
+    let doc = Doc { file, source, findings: &findings, progress: Some(&room.progress) };
     if !errors.is_empty() {
         strict::report_syntax(doc, &errors);
         return (None, findings.into_inner());
@@ -81,7 +86,12 @@ pub(super) fn document_within<T>(
 impl<'a> Doc<'a> {
     /// An empty file.
     pub(super) fn of_nothing(file: FileId, findings: &'a RefCell<Vec<Finding>>) -> Self {
-        Doc { file, source: "", findings }
+        Doc { file, source: "", findings, progress: None }
+    }
+
+    /// Whether the load is to end, and the rest of the file to be left out.
+    pub(super) fn is_over(&self) -> bool {
+        self.progress.is_some_and(Progress::is_over)
     }
 
     /// Adds a finding.

@@ -10,6 +10,7 @@ use toml_parser::lexer::TokenKind;
 
 use super::finding::{Code, Finding};
 use super::span::{FileId, Span};
+use crate::progress::Progress;
 
 /// Maximum number of tokens in all files of one load: enough for 200,000 rungs with two contacts
 /// and two instructions each.
@@ -18,25 +19,33 @@ pub const TOKENS_MAX: usize = 6_000_000;
 pub const STRING_BYTES_MAX: usize = 32 << 20;
 
 /// The room left for further files of one load.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Room {
     tokens: usize,
     string_bytes: usize,
+    /// Of the load.
+    pub(super) progress: Progress,
 }
 
 impl Default for Room {
     fn default() -> Room {
-        Room { tokens: TOKENS_MAX, string_bytes: STRING_BYTES_MAX }
+        Room::of(Progress::default())
     }
 }
 
 impl Room {
+    /// All the room, for a load.
+    pub fn of(progress: Progress) -> Room {
+        Room { tokens: TOKENS_MAX, string_bytes: STRING_BYTES_MAX, progress }
+    }
+
     /// Subtracts the room that a file needs.
     ///
     /// # Errors
     /// A finding if too little room is left; its place is where the room ends.
     pub(super) fn take(&mut self, source: &str, file: FileId) -> Result<(), Box<Finding>> {
-        for token in Source::new(source).lex() {
+        let over = self.progress.clone();
+        for token in Source::new(source).lex().take_while(|_| !over.is_over()) {
             let (start, end) = (token.span().start(), token.span().end());
             let place = Span { file, start: start as u32, end: start as u32 };
             let Some(tokens) = self.tokens.checked_sub(1) else {
@@ -48,7 +57,7 @@ impl Room {
                 let limit = format!("{} MiB of texts in quotes", STRING_BYTES_MAX >> 20);
                 return Err(refusal(place, &limit));
             };
-            *self = Room { tokens, string_bytes };
+            (self.tokens, self.string_bytes) = (tokens, string_bytes);
         }
         Ok(())
     }

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 /// The modules, from the top down: a module uses only those behind it.
 #[rustfmt::skip]
-const ORDER: [&str; 21] = [
+const ORDER: [&str; 22] = [
     "main", "cli", "daemon", "operator", "load", "controller", "io", "say", "retain", "runtime",
     "sim", "reload", "lower", "check", "resolve", "source", "engine", "isa", "events",
-    "calendar", "faults",
+    "calendar", "progress", "faults",
 ];
 
 /// Modules that may know tokio.

@@ -101,6 +101,8 @@ fn a_reload_that_takes_too_long_is_refused_and_the_next_one_is_done() {
     let said = live.say("reload");
     assert_eq!(said.code, 1, "{said:?}");
     assert!(said.err.contains("not read and checked within 300ms"), "{said:?}");
+    assert!(said.err.contains("What took longest was "), "{said:?}");
+    assert!(!said.err.contains("disk"), "nothing was wrong with it: {said:?}");
     load(&live, &says(3));
     live.await_values("D0", "3");
 }

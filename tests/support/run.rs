@@ -2,7 +2,7 @@
 
 use std::io;
 
-use rungd::check::check;
+use rungd::check::{Around, check};
 use rungd::engine::{Cell, Image};
 use rungd::isa::{Address, Bit, BitSpace, Word};
 use rungd::lower::{Symbols, lower, lower_with};
@@ -29,7 +29,7 @@ pub fn load(ladder: &str) -> Result<Program, String> {
     let file = SourceFile { name: "case.toml".into(), text: ladder.into() };
     let (program, mut findings) = load_ladders(&[file], &LoadOptions::default());
     if let Some(program) = &program {
-        findings.extend(check(program, &[]));
+        findings.extend(check(program, Around::of(&[])));
     }
     findings.retain(|finding| finding.severity() == Severity::Error);
     let line = |f: &Finding| format!("{}: {}", f.code.name(), f.message);

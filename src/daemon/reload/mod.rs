@@ -33,7 +33,7 @@ use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
 use crate::say::say;
 use dry::DryRuns;
-use reading::Reading;
+use reading::FileReader;
 use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
 
@@ -53,7 +53,7 @@ pub(super) struct Reloads {
     /// Whose turn it is to read files and put in what they say.
     turn: tokio::sync::Mutex<()>,
     dry: DryRuns,
-    reading: Reading,
+    files: FileReader,
     /// A SIGHUP waits for its turn: another one would read the same files.
     hangup_waits: AtomicBool,
     /// Held for a swap, never while files are read.
@@ -112,7 +112,7 @@ impl Reloads {
         Reloads {
             turn: tokio::sync::Mutex::default(),
             dry: DryRuns::new(),
-            reading: Reading::new(limit),
+            files: FileReader::new(limit),
             hangup_waits: AtomicBool::new(false),
             inner: tokio::sync::Mutex::new(inner),
             trial: Mutex::new(None),
@@ -252,7 +252,7 @@ impl Reloads {
         let sizes = of.setup.symbols.layout.sizes().clone();
         let devices = of.setup.symbols.devices.clone();
         let fit = Fit { sizes, devices };
-        let read = self.reading.done(move || ready::read(&path, &fit)).await;
+        let read = self.files.done(move |progress| ready::read(&path, &fit, progress)).await;
         let read = read.map_err(|why| refused(format!("{why} The running program goes on")))?;
         read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))
     }

@@ -1,8 +1,9 @@
-//! Reading files on a thread of its own, within a limit.
+//! Reads and checks files on a thread of its own, within a limit. Called by `daemon::reload`.
 //!
-//! A network mount that stalls holds up whoever reads from it, and nobody can call that off. So a
-//! reload waits for its thread for so long and no longer; the thread may linger until the mount
-//! comes back, and what it then has is dropped. Some may linger, and no more.
+//! When the time is over, the load is told so by its [`Progress`], and its thread ends; the answer
+//! names the step that took longest. A thread within a system call (a network mount that stalls)
+//! cannot be ended: it ends when the mount answers, and its result is dropped. A few such threads
+//! may be left, and no more.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,102 +14,182 @@ use tokio::sync::oneshot;
 use tokio::time::timeout;
 
 use crate::daemon::narration::span;
+use crate::progress::{Progress, Step};
 
-/// How many threads may linger.
-const LINGER_MAX: usize = 4;
+/// How many threads may be left whose time is over.
+const LEFT_MAX: usize = 4;
 /// The stack of a thread that loads, as large as a main thread's.
 const STACK_BYTES: usize = 8 << 20;
 
 /// Where files are read.
-pub(super) struct Reading {
+pub(super) struct FileReader {
     limit: Duration,
     threads: Arc<AtomicUsize>,
 }
 
-/// A thread that is there, until it is over, by a panic too.
-struct There(Arc<AtomicUsize>);
+/// Counts a thread until it ends, by a panic too.
+struct Counted(Arc<AtomicUsize>);
 
-impl Drop for There {
+impl Drop for Counted {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }
 }
 
-impl Reading {
-    pub fn new(limit: Duration) -> Reading {
-        Reading { limit, threads: Arc::default() }
+impl FileReader {
+    pub fn new(limit: Duration) -> FileReader {
+        FileReader { limit, threads: Arc::default() }
     }
 
-    /// Does the work on a thread of its own; `Err` says why there is nothing of it.
+    /// Does the work on a thread of its own; `Err` says why it has no result.
     pub async fn done<T: Send + 'static>(
         &self,
-        work: impl FnOnce() -> T + Send + 'static,
+        work: impl FnOnce(&Progress) -> T + Send + 'static,
     ) -> Result<T, String> {
-        let there = There(Arc::clone(&self.threads));
-        if self.threads.fetch_add(1, Ordering::AcqRel) >= LINGER_MAX {
+        let counted = Counted(Arc::clone(&self.threads));
+        if self.threads.fetch_add(1, Ordering::AcqRel) >= LEFT_MAX {
             return Err(format!(
-                "{LINGER_MAX} reloads before this one still wait for their files: what they lie \
-                 on does not answer"
+                "{LEFT_MAX} earlier reloads still wait for the system to read their files: the \
+                 disk or network mount does not answer."
             ));
         }
         let (tell, told) = oneshot::channel();
+        let progress = Progress::new();
         let named = thread::Builder::new().name("rungd-reload".into()).stack_size(STACK_BYTES);
-        let started = named.spawn(move || {
-            let _there = there;
-            let _ = tell.send(work());
+        let started = named.spawn({
+            let progress = progress.clone();
+            move || {
+                let _counted = counted;
+                let _ = tell.send(work(&progress));
+            }
         });
-        started.map_err(|error| format!("no thread to read the files: {error}"))?;
+        started.map_err(|error| format!("no thread to read the files: {error}."))?;
         match timeout(self.limit, told).await {
             Ok(Ok(done)) => Ok(done),
-            Ok(Err(_)) => Err("a bug in rungd: see the log".to_owned()),
-            Err(_) => Err(format!(
-                "the files were not read and checked within {}: does what they lie on (a network \
-                 mount, say) answer?",
-                span(self.limit.as_nanos() as u64)
-            )),
+            Ok(Err(_)) => Err("a bug in rungd: see the log.".to_owned()),
+            Err(_) => {
+                progress.end();
+                Err(too_long(self.limit, &progress))
+            }
         }
+    }
+}
+
+/// Why there is no result: the limit, and the step that took longest.
+fn too_long(limit: Duration, progress: &Progress) -> String {
+    let limit = span(limit.as_nanos() as u64);
+    match progress.longest() {
+        Some(step @ Step::Reading(_)) => format!(
+            "the files were not read and checked within {limit}. What took longest was {step}: \
+             does the disk or network mount answer?"
+        ),
+        Some(step) => format!(
+            "the files were not read and checked within {limit}. What took longest was {step}."
+        ),
+        None => format!("no thread began to read the files within {limit}."),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::sync::mpsc::channel;
 
-    fn block_on<T>(future: impl Future<Output = T>) -> T {
-        tokio::runtime::Builder::new_current_thread()
-            .enable_time()
-            .build()
-            .unwrap()
-            .block_on(future)
+    use tokio::task::yield_now;
+
+    use super::*;
+
+    /// What `done` says of work that begins these steps and then takes longer than the limit.
+    async fn given_up(
+        reader: &FileReader,
+        wait: impl FnOnce(&Progress) + Send + 'static,
+    ) -> String {
+        let (begun, mut has_begun) = oneshot::channel();
+        let done = reader.done(move |progress| {
+            progress.begin(Step::Names);
+            let _ = begun.send(());
+            wait(progress);
+        });
+        // Virtual time stands still as long as something else is to do: until the step has begun.
+        let begun = async {
+            while has_begun.try_recv().is_err() {
+                yield_now().await
+            }
+        };
+        tokio::join!(done, begun).0.unwrap_err()
     }
 
-    #[test]
-    fn what_does_not_come_in_time_is_given_up_and_some_may_linger() {
-        let reading = Reading::new(Duration::from_millis(20));
-        assert_eq!(block_on(reading.done(|| 7)), Ok(7));
-        let (stalls, mut ends) = (LINGER_MAX, Vec::new());
-        for _ in 0..stalls {
+    /// What `done` says of short work, while virtual time stands still.
+    async fn judged(reader: &FileReader) -> Result<i32, String> {
+        let ended = async {
+            while reader.threads.load(Ordering::Acquire) > 0 {
+                yield_now().await;
+            }
+        };
+        tokio::join!(reader.done(|_| 7), ended).0
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_load_whose_time_is_over_ends_and_its_step_is_named() {
+        let reader = FileReader::new(Duration::from_secs(30));
+        assert_eq!(judged(&reader).await, Ok(7));
+        for _ in 0..=2 * LEFT_MAX {
+            let said = given_up(&reader, |progress| {
+                while !progress.is_over() {
+                    thread::yield_now();
+                }
+            });
+            let said = said.await;
+            let wanted = "within 30s. What took longest was looking up names.";
+            assert!(said.ends_with(wanted), "{said}");
+            while reader.threads.load(Ordering::Acquire) > 0 {
+                thread::yield_now();
+            }
+        }
+        assert_eq!(judged(&reader).await, Ok(7), "a correct file is judged after all of them");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn threads_that_the_system_holds_are_few_and_the_file_is_named() {
+        let reader = FileReader::new(Duration::from_secs(30));
+        let mut ends = Vec::new();
+        for _ in 0..LEFT_MAX {
             let (end, wait) = channel::<()>();
             ends.push(end);
-            let given_up = block_on(reading.done(move || wait.recv())).unwrap_err();
-            assert!(given_up.contains("within 20ms"), "{given_up}");
+            let said = given_up(&reader, move |progress| {
+                progress.begin(Step::Reading("/mnt/line.toml".to_owned()));
+                let _ = wait.recv();
+            });
+            let said = said.await;
+            assert!(said.contains("within 30s"), "{said}");
         }
-        let refused = block_on(reading.done(|| 7)).unwrap_err();
-        assert!(refused.contains("still wait for their files"), "{refused}");
+        let refused = reader.done(|_| 7).await.unwrap_err();
+        assert!(refused.contains("4 earlier reloads still wait for the system"), "{refused}");
         drop(ends);
-        while reading.threads.load(Ordering::Acquire) > 0 {
+        while reader.threads.load(Ordering::Acquire) > 0 {
             thread::yield_now();
         }
-        assert_eq!(block_on(reading.done(|| 7)), Ok(7), "when they are over it is as before");
+        assert_eq!(judged(&reader).await, Ok(7), "when they have ended it is as before");
     }
 
     #[test]
-    fn a_panic_is_told() {
-        let reading = Reading::new(Duration::from_secs(9));
+    fn a_file_that_does_not_come_is_the_disks_cause_and_nothing_else_is() {
+        let said = |step| {
+            let progress = Progress::new();
+            progress.begin(step);
+            too_long(Duration::from_secs(30), &progress)
+        };
+        let read = said(Step::Reading("a.toml".to_owned()));
+        assert!(read.contains("reading `a.toml`: does the disk or network mount"), "{read}");
+        let rule = said(Step::Rule("unused-tag"));
+        assert!(rule.ends_with("What took longest was the rule `unused-tag`."), "{rule}");
+    }
+
+    #[tokio::test]
+    async fn a_panic_is_told() {
+        let reader = FileReader::new(Duration::from_secs(9));
         let hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(|_| {}));
-        let bug: Result<(), String> = block_on(reading.done(|| panic!("no")));
+        let bug: Result<(), String> = reader.done(|_| panic!("no")).await;
         std::panic::set_hook(hook);
         assert!(bug.unwrap_err().contains("a bug in rungd"));
     }

@@ -10,6 +10,7 @@ use crate::daemon::config::{self, Setup};
 use crate::daemon::narration::{Narration, span};
 use crate::engine::Engine;
 use crate::isa::MemorySizes;
+use crate::progress::Progress;
 use crate::reload::{ReloadPlan, Side};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package, Safe};
@@ -30,9 +31,9 @@ pub(super) struct Fit {
 }
 
 /// What the files say now; the text of `Err` has all findings.
-pub(super) fn read(path: &Path, fit: &Fit) -> Result<Running, String> {
+pub(super) fn read(path: &Path, fit: &Fit, progress: &Progress) -> Result<Running, String> {
     let style = Style { color: false, deny_warnings: false };
-    let loaded = config::load(path, style).map_err(|failure| format!("{failure:#}"))?;
+    let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
     let (program, setup) = loaded?;
     if setup.symbols.devices != fit.devices {
         return Err(format!(
