@@ -1,8 +1,8 @@
-//! Programs, Tasks and Stages: their turns, and the instructions that start and stop them.
+//! Executes the turns of Programs, Tasks and Stages, and the instructions that start and stop them.
 //!
-//! Behaviour: `docs/semantics.md`, section 4. A stop only *marks*: the termination pass runs at
-//! the element's next turn, in this scan if that is still to come. So every turn begins by asking
-//! whether a pass is due.
+//! Called by `scan`. Behaviour: `docs/semantics.md`, section 4. A stop only *marks* an element: the
+//! termination pass runs at the element's next turn, which may still come in the same scan. So
+//! every turn begins with the pass, if one is due.
 
 use super::control::{Control, ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, Events};
@@ -13,31 +13,31 @@ use super::program::{BlockRole, ElementCode, Program};
 use super::reach::Reach;
 use crate::isa::{Bit, BlockId, ElementId, StageId};
 
-/// What the engine keeps of a block.
+/// The state of a block.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BlockState {
-    /// Stopped (or completed) since its last turn: its pass is due.
+    /// It was stopped (or completed) since its last turn: its pass is due.
     pub pass_due: bool,
-    /// Started, and not had its first turn yet.
+    /// It was started and has not had its first turn yet.
     pub first_turn: bool,
     /// Its own rungs executed since their last pass.
     pub executed: bool,
-    /// Timestamp of their last execution, whole ms.
+    /// Timestamp of the last execution of its own rungs, whole ms.
     executed_ms: u64,
-    /// A Task that is enabled recurrently.
+    /// It is a Task that is enabled recurrently.
     recurrent: bool,
     /// Timestamp of a recurrent Task's first execution, ns.
     enabled_ns: u64,
     /// The interval, ns; 0: every scan.
     every_ns: u64,
-    /// How many intervals had passed at its last execution.
+    /// Number of intervals that had passed at its last execution.
     intervals: u64,
 }
 
-/// What the engine keeps of a Stage.
+/// The state of a Stage.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StageState {
-    /// Left or turned OFF since its last turn: its pass is due.
+    /// It was left or turned OFF since its last turn: its pass is due.
     pub pass_due: bool,
     /// It executed since its last pass.
     pub executed: bool,
@@ -46,15 +46,15 @@ pub(super) struct StageState {
 }
 
 impl BlockState {
-    /// Its own rungs did not execute since their last pass: time counts from here.
+    /// If its own rungs did not execute since their last pass, lets their time count from `now_ms`.
     pub fn count_from(&mut self, now_ms: u64) {
         if !self.executed {
             self.executed_ms = now_ms;
         }
     }
 
-    /// A Task that is enabled recurrently gets another interval; its multiples count from the same
-    /// first execution.
+    /// Changes the interval of a recurrently enabled Task. Multiples of the new interval count from
+    /// the same first execution.
     pub fn change_interval(&mut self, every_ms: i32, now_ns: u64) {
         if self.recurrent {
             self.every_ns = u64::from(every_ms.max(0).unsigned_abs()) * 1_000_000;
@@ -73,7 +73,7 @@ impl StageState {
     }
 }
 
-/// A program, its memory and the state of its blocks: all that one turn works on.
+/// A program, its memory and the state of its blocks.
 #[derive(Debug)]
 pub(super) struct Machine {
     pub program: Program,
@@ -91,7 +91,7 @@ impl Machine {
         self.memory.image.bit(self.program.layout.bit(bit))
     }
 
-    /// Writes a block's or Stage's bit; these are not to be forced.
+    /// Writes the bit of a block or Stage; these bits cannot be forced.
     pub fn put_bit(&mut self, bit: Bit, on: bool) {
         let BitCell(cell) = self.program.layout.bit(bit);
         self.memory.image.bits[cell as usize] = u8::from(on);
@@ -170,7 +170,7 @@ impl Machine {
         self.execute_own::<R>(id);
     }
 
-    /// A run-once Task executes; unless it halted itself it is done, and its pass is due.
+    /// Executes a run-once Task. Unless it halted itself, it is then done, and its pass is due.
     fn run_once<R: Reach>(&mut self, id: BlockId) {
         if !self.execute_own::<R>(id) {
             return;
@@ -181,7 +181,7 @@ impl Machine {
         self.events.push(BlockEvent::Completed(id));
     }
 
-    /// Executes a block's own rungs; `false`: the block's execution ended in them.
+    /// Executes a block's own rungs; returns `false` if an instruction ended the block's execution.
     fn execute_own<R: Reach>(&mut self, id: BlockId) -> bool {
         let code = &self.program.blocks[id.0 as usize].own;
         let state = &mut self.blocks[id.0 as usize];
@@ -200,7 +200,8 @@ impl Machine {
         self.execute::<R>(&code, ElementId { block, stage: Some(stage) })
     }
 
-    /// Executes an element's batches; `false`: an instruction in it ended its block's execution.
+    /// Executes an element's batches; returns `false` if an instruction ended the block's
+    /// execution.
     fn execute<R: Reach>(&mut self, code: &ElementCode, element: ElementId) -> bool {
         for at in code.batches.clone() {
             let batch = self.program.tables.batches[at as usize];
@@ -220,7 +221,7 @@ impl Machine {
         true
     }
 
-    /// Executes a control instruction; `false`: it ended its block's execution.
+    /// Executes a control instruction; returns `false` if it ended its block's execution.
     fn control(&mut self, control: Control, element: ElementId) -> bool {
         let on = self.memory.image.power(control.leg);
         match control.kind {
@@ -246,7 +247,7 @@ impl Machine {
         true
     }
 
-    /// HALT, EXIT, a disabled Task: OFF at once, the pass at its next turn.
+    /// Stops a block (HALT, EXIT, a disabled Task): OFF at once, the pass at its next turn.
     pub fn halt(&mut self, id: BlockId) {
         if self.is_running(id) {
             self.put_bit(Bit::Running(id), false);
@@ -303,7 +304,7 @@ impl Machine {
         std::mem::replace(history, u8::from(on)) == 0 && on
     }
 
-    /// Turns a Stage's bit ON or OFF; its pass is another matter.
+    /// Turns a Stage's bit ON or OFF. Does not mark its pass as due.
     pub fn switch_stage(&mut self, stage: StageId, on: bool) {
         if self.bit_of(Bit::Stage(stage)) != on {
             self.put_bit(Bit::Stage(stage), on);
@@ -319,7 +320,8 @@ impl Machine {
         }
     }
 
-    /// JMP, SGDIVRG: the Stage they stand in goes OFF and its pass is due, the targets come ON.
+    /// JMP, SGDIVRG: turns the Stage of the instruction OFF, marks its pass as due, and turns the
+    /// targets ON.
     fn jump(&mut self, targets: StageList, element: ElementId) {
         let Some(from) = element.stage else { return };
         self.stage_state(from).pass_due = true;
@@ -330,7 +332,7 @@ impl Machine {
         }
     }
 
-    /// SGCONVRG: once all are ON they go OFF, and the target comes ON.
+    /// SGCONVRG: if all Stages of `from` are ON, turns them OFF and the target ON.
     fn converge(&mut self, from: StageList, to: StageId) {
         let stages = &self.program.tables.stage_lists[from.places()];
         if !stages.iter().all(|stage| self.bit_of(Bit::Stage(*stage))) {
@@ -342,13 +344,13 @@ impl Machine {
         self.switch_stage(to, true);
     }
 
-    /// Tells the log that a pass ran.
+    /// Records the event that a pass ran.
     pub fn terminated(&mut self, element: Element) {
         self.events.push(BlockEvent::Terminated(element));
     }
 }
 
-/// Whole ms from an element's last execution to this one, whose timestamp is noted.
+/// Whole ms from an element's last execution to this one. Stores this execution's timestamp.
 fn elapsed_ms(executed_ms: &mut u64, now_ns: u64) -> i32 {
     let now_ms = now_ns / 1_000_000;
     let elapsed = now_ms.saturating_sub(std::mem::replace(executed_ms, now_ms));

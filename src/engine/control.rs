@@ -1,7 +1,8 @@
-//! Instructions that start, stop and switch blocks and Stages, as data; `blocks` executes them.
+//! Control instructions as data: they start, stop and switch blocks and Stages. `blocks` executes
+//! them.
 //!
-//! Nothing may pass a control operation when operations are put in order: it can end the block's
-//! execution, or turn bits ON and OFF that others read.
+//! The scheduler in `lower` moves no operation past a control operation, because that can end the
+//! block's execution, or switch bits that other operations read.
 
 use super::power::Power;
 use crate::isa::{BlockId, StageId};
@@ -11,11 +12,11 @@ use crate::isa::{BlockId, StageId};
 pub struct Control {
     /// The rung's power.
     pub leg: Power,
-    /// What it does while the rung is ON (ENTASK and RESTART: see there).
+    /// Its action while the rung is ON (ENTASK and RESTART: see their variants).
     pub kind: ControlKind,
 }
 
-/// Several Stages: `first..first + count` of the program's list of Stages that are named together.
+/// Several Stages: `first..first + count` of the program's `stage_lists`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct StageList {
@@ -24,7 +25,7 @@ pub struct StageList {
 }
 
 impl StageList {
-    /// The places in the program's list.
+    /// The indices in `stage_lists`.
     pub fn places(self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
@@ -39,7 +40,7 @@ pub enum ControlKind {
     Restart(RestartState),
     /// HALT of a Program or Task.
     Halt(BlockId),
-    /// EXIT of the Program it stands in.
+    /// EXIT of the Program that it stands in.
     Exit,
     /// Run-once ENTASK: the Task, and the cell of the edge history.
     EnableOnce {
@@ -55,7 +56,7 @@ pub enum ControlKind {
         /// The word of the interval, ms.
         every: u32,
     },
-    /// JMP and SGDIVRG: from the Stage it stands in to these.
+    /// JMP and SGDIVRG: from the instruction's Stage to these Stages.
     Jump(StageList),
     /// SGSET.
     StageOn(StageId),

@@ -1,8 +1,9 @@
 //! The Do-more counters CNT, CNTDN, UDC, UDCG, and RSTCT.
 //!
-//! Behaviour: `docs/semantics.md`, section 2 (seeds S0, S1, S2). The four differ in what a reset
-//! loads and in how `.Done` and `.DnDone` follow from `.Acc`: that is [`CounterRule`], which RSTCT
-//! and the termination pass use too. A loop over one kind knows its rule beforehand.
+//! Behaviour: `docs/semantics.md`, section 2 (seeds S0, S1, S2). The counters differ in the reset
+//! value, and in the conditions of `.Done` and `.DnDone`. [`CounterRule`] holds these differences;
+//! RSTCT and the termination pass use it too. In a loop over operations of one kind, the rule is a
+//! constant.
 
 use super::memory::{OnlyIf, View};
 use super::ops::{Cnt, Cntdn, Operation, Rstct, Udc};
@@ -12,8 +13,8 @@ use super::record::State;
 use super::record::counter_state::{DN, LOADED, PENDING, UP};
 use super::role::{WordRead, WordWritten};
 
-/// A rule with its presets as they were read, once, at the start of an execution: a preset may be
-/// the counter's own `.Acc`.
+/// A rule with the values of its presets. They are read once, at the start of an execution, because
+/// a preset may be the counter's own `.Acc`.
 #[derive(Clone, Copy)]
 enum ReadRule {
     Up(i32),
@@ -22,7 +23,7 @@ enum ReadRule {
 }
 
 impl ReadRule {
-    /// What a reset puts in `.Acc`.
+    /// The value of `.Acc` after a reset.
     #[inline(always)]
     fn reset_value(self) -> i32 {
         match self {
@@ -31,7 +32,7 @@ impl ReadRule {
         }
     }
 
-    /// `.Done` and `.DnDone`.
+    /// The values of `.Done` and `.DnDone`.
     #[inline(always)]
     fn done(self, acc: i32) -> (bool, bool) {
         match self {
@@ -73,13 +74,14 @@ impl Counter {
         view.put_flags(self.at, flags);
     }
 
-    /// RSTCT and the termination pass: the reset value at once, `.Reset` ON.
+    /// Resets the counter (RSTCT, termination pass): the reset value at once, `.Reset` ON.
     pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
         let rule = rule.read(view);
         self.put(view, rule, rule.reset_value(), 1);
     }
 
-    /// The pass: reset, histories OFF, a pending reset gone; CNTDN has had its first load.
+    /// The termination pass: resets the counter, turns histories and a pending reset OFF. Counts as
+    /// the first load of a CNTDN.
     pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: &CounterRule) {
         view.put_state(self.at, State::of([(LOADED, 1)]));
         self.reset(view, rule);
@@ -97,7 +99,7 @@ impl Operation for Cnt {
         view.put_state(self.counter.at, State::of([(UP, leg)]));
         let before = view.word(self.counter.acc());
         let counted = before.wrapping_add(i32::from(counts));
-        // At the limit it stays: what wrapped is less than before.
+        // A sum that is less than before has wrapped: then `.Acc` stays at the limit.
         let acc = counted.wrapping_sub(i32::from(counted < before)).unless(reset);
         self.counter.put(view, ReadRule::Up(preset), acc, reset);
     }

@@ -1,4 +1,5 @@
-//! What happened to blocks and Stages in a scan, for the log: a bounded list, cleared every scan.
+//! The events of blocks and Stages in one scan, for the log: a list of bounded length, cleared at
+//! every scan.
 
 use crate::isa::{BlockId, StageId};
 
@@ -11,7 +12,7 @@ pub enum Element {
     Stage(StageId),
 }
 
-/// One thing that happened to a block or Stage.
+/// One event of a block or Stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlockEvent {
     /// RUN, RESTART or ENTASK started it.
@@ -28,7 +29,7 @@ pub enum BlockEvent {
     StageOff(StageId),
 }
 
-/// How many events of one scan are kept; the rest is counted.
+/// Maximum number of events kept of one scan; further events are only counted.
 const CAPACITY: usize = 256;
 
 /// The events of one scan.

@@ -1,20 +1,20 @@
-//! The memory image: one byte a bit, one `i32` a word, and the mask of what is forced.
+//! The memory image: one byte for each bit, one `i32` for each word, and the masks of forced cells.
 //!
-//! A forced cell keeps its value because every write to it is discarded (`View` in `memory` does
-//! that). Observers read the image between scans.
+//! A forced cell keeps its value because `View` (in `memory`) discards every write to it. Other
+//! parts of the program read the image between scans.
 
 use super::power::Power;
 use super::reach::NEAR;
 
-/// A bit's place in the image.
+/// The number of a bit in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BitCell(pub u32);
 
-/// A word's place in the image.
+/// The number of a word in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct WordCell(pub u32);
 
-/// All memory that a program sees, and the engine's own cells behind it.
+/// The public memory of a program, followed by the engine's own cells.
 #[derive(Clone, Debug)]
 pub struct Image {
     pub(super) bits: Box<[u8]>,
@@ -22,13 +22,13 @@ pub struct Image {
     pub(super) forced_bits: Box<[bool]>,
     pub(super) forced_words: Box<[bool]>,
     forces: u32,
-    /// How many cells the program has; memory may be longer, for [`NEAR`]'s sake.
+    /// Number of the program's bits; the memory is at least [`NEAR`] cells long.
     bit_count: usize,
     word_count: usize,
 }
 
 impl Image {
-    /// An image of so many cells, all OFF and 0.
+    /// An image of `bits` bits and `words` words, all OFF and 0.
     pub(super) fn new(bits: usize, words: usize) -> Image {
         let room = |cells: usize| cells.max(NEAR);
         Image {
@@ -42,7 +42,7 @@ impl Image {
         }
     }
 
-    /// Whether the number of every cell has 16 bits.
+    /// Whether every cell's number fits into 16 bits.
     pub(super) fn is_near(&self) -> bool {
         self.bit_count <= NEAR && self.word_count <= NEAR
     }
@@ -62,28 +62,28 @@ impl Image {
         self.words[cell.0 as usize]
     }
 
-    /// All bits, 0 or 1 each, by cell.
+    /// All bits by cell number, each 0 or 1.
     pub fn bits(&self) -> &[u8] {
         &self.bits[..self.bit_count]
     }
 
-    /// All words, by cell.
+    /// All words by cell number.
     pub fn words(&self) -> &[i32] {
         &self.words[..self.word_count]
     }
 
-    /// How many cells are forced.
+    /// The number of forced cells.
     pub fn forces(&self) -> u32 {
         self.forces
     }
 
-    /// Writes neighbouring bits, but those that are forced.
+    /// Writes consecutive bits, except forced ones.
     pub(super) fn put_bits(&mut self, first: u32, values: &[u8]) {
         let at = first as usize..first as usize + values.len();
         put_unforced(&mut self.bits[at.clone()], &self.forced_bits[at], self.forces, values);
     }
 
-    /// Writes neighbouring words, but those that are forced.
+    /// Writes consecutive words, except forced ones.
     pub(super) fn put_words(&mut self, first: u32, values: &[i32]) {
         let at = first as usize..first as usize + values.len();
         put_unforced(&mut self.words[at.clone()], &self.forced_words[at], self.forces, values);

@@ -1,7 +1,8 @@
-//! Where every address lies in the image: the public cells first, space by space.
+//! The cell of every address in the image: the public cells first, space by space.
 //!
-//! Built once from the memory sizes and the numbers of blocks and Stages. Behind the public bits
-//! follow the program's own (histories, powers); behind the public words, its constants.
+//! Built once for a program by `lower`, from the memory sizes and the numbers of blocks and Stages.
+//! The public bits are followed by the program's own bits (histories, powers), the public words by
+//! its constants.
 
 use super::image::{BitCell, WordCell};
 use super::record::RECORD;
@@ -43,7 +44,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The layout for memory sizes and so many blocks and Stages.
+    /// The layout for these memory sizes and numbers of blocks and Stages.
     pub fn new(sizes: &MemorySizes, blocks: u32, stages: u32) -> Layout {
         let mut next = 0;
         let mut take = |count: u32| {
@@ -67,7 +68,7 @@ impl Layout {
             next += count;
             first
         };
-        // `.Acc` in the order of the records, whose numbers are thereby theirs too.
+        // The `.Acc` words are in the order of the records, so that both have the same numbers.
         let (counter_acc, timer_acc) = (take(sizes.ct), take(sizes.t));
         let sensaphone_acc = take(SENSAPHONE_COUNT);
         let v = take(sizes.v);
@@ -103,17 +104,17 @@ impl Layout {
         }
     }
 
-    /// How many public bits there are.
+    /// The number of public bits.
     pub fn bit_count(&self) -> u32 {
         self.bits
     }
 
-    /// How many public words there are.
+    /// The number of public words.
     pub fn word_count(&self) -> u32 {
         self.words
     }
 
-    /// The memory sizes it was made for.
+    /// The memory sizes that it was made for.
     pub fn sizes(&self) -> &MemorySizes {
         &self.sizes
     }
@@ -153,7 +154,7 @@ impl Layout {
         })
     }
 
-    /// The cell of a bit or word address; a structure as a whole has none.
+    /// The cell of a bit or word; `None` for a whole structure.
     pub fn cell(&self, address: Address) -> Option<Cell> {
         match address {
             Address::Bit(bit) => Some(Cell::Bit(self.bit(bit))),
@@ -167,7 +168,7 @@ impl Layout {
         self.record(structure) * RECORD as u32
     }
 
-    /// Which record of bits is a structure's; its `.Acc` is the word of that number.
+    /// The number of a structure's record; its `.Acc` is the word with the same number.
     pub fn record(&self, structure: Structure) -> u32 {
         let record = RECORD as u32;
         match structure {
@@ -177,7 +178,7 @@ impl Layout {
         }
     }
 
-    /// The bits of a structure: its flags, then what its owner remembers between executions.
+    /// The bits of a structure's record: its flags, then its owner's private state.
     pub fn record_bits(&self, structure: Structure) -> std::ops::Range<u32> {
         let first = self.flags(structure);
         first..first + RECORD as u32
@@ -195,7 +196,7 @@ impl Layout {
     }
 }
 
-/// A bit's or a word's cell.
+/// The cell of a bit or a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 pub enum Cell {

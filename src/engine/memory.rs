@@ -1,10 +1,10 @@
-//! What operations work on: the image, and in it the state that instructions keep.
+//! The memory that operations work on: the image, which also holds the state of instructions.
 //!
-//! A batch borrows all of it as one [`View`] of slices, so that its loop holds the pointers in
-//! registers. Each loop is compiled once for each [`Reach`]: near, far, and with forces. Where
+//! A batch borrows the whole memory as one [`View`] of slices, so that its loop keeps the pointers
+//! in registers. Each loop is compiled for each [`Reach`]: near, far, and with forces. While
 //! nothing is forced, a write is a plain store.
 //!
-//! A view takes cells by their role alone: an operation cannot write a cell that its row in `ops`
+//! The methods of a view take cells by role: an operation cannot write a cell that its row in `ops`
 //! does not declare as written.
 
 use super::image::Image;
@@ -13,17 +13,18 @@ use super::reach::{Cells, Reach, Records};
 use super::record::{FLAGS, RECORD, State};
 use super::role::{BitOwn, BitRole, BitWritten, WordRole, WordWritten};
 
-/// The image, with the state of instructions in it, and how much time passed.
+/// The image with the state of instructions, and the elapsed time.
 #[derive(Debug)]
 pub(super) struct Memory {
     pub image: Image,
-    /// Whole ms between the last execution of the element that executes and this one. All of an
-    /// element's timers share it: where an execution was cut short, a pass comes before the next.
+    /// Whole ms since the previous execution of the element that now executes. All timers of an
+    /// element share it: an execution that was cut short is followed by a pass before the next
+    /// execution.
     pub elapsed_ms: i32,
 }
 
-/// Choosing without a branch: what is chosen differs between neighbours and from scan to scan,
-/// and a mispredicted branch costs more than a whole operation.
+/// Selects a value without a branch. The choice differs between neighbouring operations and from
+/// scan to scan, and a mispredicted branch costs more than a whole operation.
 pub(super) trait OnlyIf {
     /// Itself if the bit (0 or 1) is ON, else 0.
     fn only_if(self, bit: u8) -> Self;
@@ -72,7 +73,7 @@ impl<R: Reach> View<'_, R> {
         self.all(leg)
     }
 
-    /// Whether all of these powers are ON.
+    /// Whether all powers are ON.
     #[inline(always)]
     pub fn all<const N: usize>(&self, powers: &Powers<N>) -> u8 {
         let power = |at: usize| *self.bits.cell(powers.cells[at]) ^ powers.opposites[at];
@@ -97,13 +98,13 @@ impl<R: Reach> View<'_, R> {
         }
     }
 
-    /// Writes a bit that is the program's own, and so never forced.
+    /// Writes one of the program's own bits, which are never forced.
     #[inline(always)]
     pub fn put_own(&mut self, BitOwn(cell): BitOwn, value: u8) {
         *self.bits.cell_mut(cell) = value;
     }
 
-    /// Writes a word, unless it is forced; gives what it then holds.
+    /// Writes a word, unless it is forced; returns its value afterwards.
     #[inline(always)]
     pub fn put_word(&mut self, WordWritten(cell): WordWritten, value: i32) -> i32 {
         let word = self.words.cell_mut(cell);
@@ -119,14 +120,14 @@ impl<R: Reach> View<'_, R> {
         self.bits.record(at)
     }
 
-    /// What the owner of a counter or timer remembers.
+    /// Reads the private state of a counter or timer.
     #[inline(always)]
     pub fn state(&mut self, record: u32) -> State {
         let [_, _, _, _, state @ ..] = *self.record(record);
         State(u32::from_le_bytes(state))
     }
 
-    /// Has it remembered.
+    /// Writes the private state of a counter or timer.
     #[inline(always)]
     pub fn put_state(&mut self, record: u32, state: State) {
         self.record(record)[FLAGS..].copy_from_slice(&state.0.to_le_bytes());
@@ -142,7 +143,7 @@ impl<R: Reach> View<'_, R> {
             }
             return;
         }
-        // A store a flag: packing them into one store takes twice the instructions.
+        // One store for each flag: packing them into one store takes twice the instructions.
         let [done, reset, zero, fourth, ..] = self.record(record);
         (*done, *reset, *zero, *fourth) = flags.into();
     }

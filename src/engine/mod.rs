@@ -1,15 +1,15 @@
-//! The engine: a memory image, operations on it, blocks, and one scan.
+//! The engine: a memory image, operations on it, blocks, and the scan.
 //!
-//! `lower` builds a [`Program`]; the simulator and the scan thread own an [`Engine`] and drive it:
-//! `begin_scan`, inputs and queued writes, `execute`, and `terminate` behind the last scan. Time
-//! is an argument. After [`Engine::new`] nothing is allocated, and nothing here knows a clock, a
-//! log, a file or a name.
+//! `lower` builds a [`Program`]. The simulator and the scan thread own an [`Engine`] and call, for
+//! each scan, `begin_scan`, then inputs and queued writes, then `execute`; after the last scan,
+//! `terminate`. Time is an argument. The engine allocates nothing after [`Engine::new`], and uses
+//! no clock, log, file or name.
 //!
-//! The idea that is not obvious: nothing in a block's rungs is ever skipped (an instruction
-//! executes with its power, OFF included), so a block's own rungs or a Stage are a straight line
-//! of operations without branches. Operations that do not touch what the other writes may change
-//! places unseen; `lower` uses that to lay operations of one kind next to each other, and the
-//! engine runs each such batch in one loop.
+//! No instruction in a block's rungs is skipped: it executes with its power, ON or OFF. So a
+//! block's own rungs, or a Stage, are a straight line of operations without branches. Two
+//! operations may change places if neither writes a cell that the other reads or writes. `lower`
+//! uses this to put operations of one kind next to each other, and the engine runs each such batch
+//! in one loop.
 #![forbid(unsafe_code)]
 
 mod blocks;

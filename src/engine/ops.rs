@@ -1,10 +1,11 @@
-//! The operations: one row a kind, from which its struct, its table and its touches follow.
+//! The operations: one row for each kind, from which a macro makes its struct, its table and its
+//! list of touched cells.
 //!
-//! Contacts become [`And2`]..[`And4`] (an OR is an AND of opposites, read as its opposite), edges
-//! and compares, each writing a private *power* cell; an instruction reads each of its legs as two
-//! powers ANDed. A row gives each field a type that tells its role: what the operation reads and
-//! writes is what its fields say, and nothing else can be said. How an operation runs stands in
-//! `logic`, `counters`, `timers` and `sensaphone`; control is executed by `blocks`.
+//! Contacts become [`And2`]..[`And4`] (an OR is the opposite of an AND of opposites), edges and
+//! compares; each writes a private *power* cell. An instruction reads each of its legs as two
+//! powers ANDed. The type of a row's field gives its role: an operation can read and write only the
+//! cells of its fields. `logic`, `counters`, `timers` and `sensaphone` implement the operations;
+//! `blocks` executes control.
 
 use std::ops::Range;
 
@@ -47,7 +48,7 @@ macro_rules! operations {
         pub enum Op { $($(#[$doc])* $kind($kind),)* /// Blocks and Stages.
             Control(Control) }
 
-        /// All operations of a program, a table a kind, in the order of execution.
+        /// All operations of a program, one table for each kind, in order of execution.
         #[derive(Clone, Debug, Default)]
         #[allow(missing_docs)]
         pub struct OpTables { $(pub $table: Vec<$kind>,)* pub control: Vec<Control> }
@@ -58,15 +59,15 @@ macro_rules! operations {
                 match self { $(Op::$kind(_) => OpKind::$kind,)* Op::Control(_) => OpKind::Control }
             }
 
-            /// Adds what it reads and writes. Control touches what no list says: nothing may
-            /// pass it.
+            /// Adds the cells that it reads and writes. Control adds none: the scheduler moves
+            /// nothing past it.
             pub fn touches(&self, t: &mut Touches) {
                 match self { $(Op::$kind(op) => op.touches(t),)* Op::Control(_) => {} }
             }
         }
 
         impl OpTables {
-            /// Appends an operation to the table of its kind; gives its place there.
+            /// Appends an operation to the table of its kind; returns its index there.
             pub fn push(&mut self, op: Op) -> u32 {
                 match op {
                     $(Op::$kind(op) => { self.$table.push(op); self.$table.len() as u32 - 1 })*
@@ -77,7 +78,7 @@ macro_rules! operations {
                 }
             }
 
-            /// Executes a batch of one kind; not for control.
+            /// Executes a batch of one kind, except control.
             pub(super) fn run<R: Reach>(&self, kind: OpKind, at: Range<usize>, view: View<R>) {
                 match kind {
                     $(OpKind::$kind => run_all::<R, $kind>(&self.$table[at], view),)*
@@ -88,7 +89,7 @@ macro_rules! operations {
     };
 }
 
-/// A function of its own, so that the loop's pointers have all registers to themselves.
+/// Not inlined, so that the loop's pointers can use all registers.
 #[inline(never)]
 fn run_all<R: Reach, O: Operation>(ops: &[O], mut view: View<R>) {
     for op in ops {
@@ -103,25 +104,25 @@ operations! {
     And3 and3 { cell: BitOwn, of: Powers<3> }
     /// `cell = a & b & c & d`.
     And4 and4 { cell: BitOwn, of: Powers<4> }
-    /// `cell` = the bit was OFF at the last evaluation and is ON.
+    /// `cell` = the bit was OFF at the last evaluation and is now ON.
     Rise rise { cell: BitOwn, bit: BitRead, history: BitOwn }
-    /// `cell` = the bit was ON at the last evaluation and is OFF.
+    /// `cell` = the bit was ON at the last evaluation and is now OFF.
     Fall fall { cell: BitOwn, bit: BitRead, history: BitOwn }
-    /// `cell = a == b`. `!=` reads its opposite.
+    /// `cell = a == b`. `!=` is read as its opposite.
     Equal equal { cell: BitOwn, a: WordRead, b: WordRead }
-    /// `cell = a < b`. `>` swaps, `>=` and `<=` read the opposites.
+    /// `cell = a < b`. `>` swaps a and b; `>=` and `<=` are read as opposites.
     Less less { cell: BitOwn, a: WordRead, b: WordRead }
     /// OUT: writes the power, ON and OFF.
     Out out { leg: Leg, bit: BitWritten }
-    /// OUT of a leg that comes down to one power.
+    /// OUT of a leg that is one power.
     OutOne out_one { leg: Powers<1>, bit: BitWritten }
     /// SET: ON while the rung is ON.
     Set set { leg: Leg, bit: BitWritten }
     /// RST: OFF while the rung is ON.
     Rst rst { leg: Leg, bit: BitWritten }
-    /// PD: ON at the execution that sees the rung come ON, written OFF at every other.
+    /// PD: writes ON at the execution in which the rung comes ON, OFF at every other.
     Pd pd { leg: Leg, bit: BitWritten, history: BitOwn }
-    /// ND: ON at the execution that sees the rung go OFF, written OFF at every other.
+    /// ND: writes ON at the execution in which the rung goes OFF, OFF at every other.
     Nd nd { leg: Leg, bit: BitWritten, history: BitOwn }
     /// PONOFF: toggles at the rung's rising edge.
     Ponoff ponoff { leg: Leg, bit: BitWritten, history: BitOwn }
@@ -129,9 +130,9 @@ operations! {
     Cnt cnt { up: Leg, rst: Leg, counter: Counter, preset: WordRead }
     /// CNTDN.
     Cntdn cntdn { dn: Leg, rst: Leg, counter: Counter, preset: WordRead }
-    /// UDC; and UDCG, whose RST leg is `$Off` here.
+    /// UDC; also UDCG, with `$Off` as its RST leg.
     Udc udc { up: Leg, dn: Leg, rst: Leg, counter: Counter, presets: UdcPresets }
-    /// RSTCT of a counter, which acts by its owner's rule.
+    /// RSTCT of a counter, by the rule of the counter's owner.
     Rstct rstct { leg: Leg, counter: Counter, rule: CounterRule }
     /// ONDTMR.
     Ondtmr ondtmr { leg: Leg, timer: Timer, output: BitWritten }
@@ -141,11 +142,11 @@ operations! {
     Tmr tmr { leg: Leg, timer: Timer }
     /// TMRDOWN.
     Tmrdown tmrdown { leg: Leg, timer: Timer }
-    /// TMRA; and TMRAG, whose RST leg is `$Off` here.
+    /// TMRA; also TMRAG, with `$Off` as its RST leg.
     Tmra tmra { en: Leg, rst: Leg, timer: Timer }
     /// TMRADOWN.
     Tmradown tmradown { en: Leg, rst: Leg, timer: Timer }
-    /// RSTT of a timer, which acts by its owner's rule.
+    /// RSTT of a timer, by the rule of the timer's owner.
     Rstt rstt { leg: Leg, timer: Timer, rule: TimerRule }
     /// CTU.
     Ctu ctu { leg: Leg, counter: Sensaphone }

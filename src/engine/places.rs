@@ -1,20 +1,20 @@
-//! What operations act on beside single cells: structures with their presets, and limited words.
+//! The operands of operations besides single cells: structures with their presets, and limited
+//! words.
 //!
-//! Data and roles alone; what is done with them is in `counters`, `timers`, `sensaphone` and
-//! `logic`. A structure's place is the number of its record, which is the cell of its `.Acc` among
-//! the words too.
+//! Data and roles only; `counters`, `timers`, `sensaphone` and `logic` use them. A structure's
+//! place is the number of its record, which is also the cell number of its `.Acc`.
 
 use super::record::{FLAGS, RECORD, SENSAPHONE_FLAGS};
 use super::role::{BitWritten, Role, Touches, WordRead, WordWritten};
 
-/// A counter structure's places.
+/// The place of a counter structure.
 #[derive(Clone, Copy, Debug)]
 pub struct Counter {
-    /// Its record of flags and state, and the cell of `.Acc`.
+    /// The number of its record (flags and state), and of the cell of `.Acc`.
     pub at: u32,
 }
 
-/// The presets of UDC and UDCG: words, and whether each was given.
+/// The presets of UDC and UDCG; `None` for one that is not given.
 #[derive(Clone, Copy, Debug)]
 pub struct UdcPresets {
     /// The word of `up-preset`.
@@ -23,7 +23,7 @@ pub struct UdcPresets {
     pub dn: Option<WordRead>,
 }
 
-/// What a counter's owner makes of `.Acc`.
+/// The rule of a counter's owner: its reset value, and the conditions of `.Done` and `.DnDone`.
 #[derive(Clone, Copy, Debug)]
 pub enum CounterRule {
     /// CNT: the word of the preset.
@@ -34,16 +34,16 @@ pub enum CounterRule {
     UpDown(UdcPresets),
 }
 
-/// A timer structure's places.
+/// The places of a timer structure.
 #[derive(Clone, Copy, Debug)]
 pub struct Timer {
-    /// Its record of flags (Done, Reset, Zero, Timing) and state, and the cell of `.Acc`.
+    /// The number of its record (Done, Reset, Zero, Timing, and state), and of the cell of `.Acc`.
     pub at: u32,
     /// The word of the preset.
     pub preset: WordRead,
 }
 
-/// What a reset puts in `.Acc`.
+/// The value of `.Acc` after a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimerRule {
     /// 0: TMR, TMRA, TMRAG, ONDTMR, OFFDTMR.
@@ -52,25 +52,25 @@ pub enum TimerRule {
     Preset,
 }
 
-/// A Sensaphone counter's places.
+/// The places of a Sensaphone counter.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensaphone {
-    /// Its record of flags (CU, CD, DN, OV, UN) and edge histories, and the cell of ACC.
+    /// The number of its record (CU, CD, DN, OV, UN, and edge histories), and of the cell of ACC.
     pub at: u32,
     /// The cell of PRE.
     pub pre: WordWritten,
-    /// The word that an instruction with a preset from a location copies to PRE.
+    /// The word that is copied to PRE, if the instruction's preset is a location.
     pub preset: Option<WordRead>,
 }
 
-/// The word that MOVE, ADD and SUB write, and what it may hold.
+/// The word that MOVE, ADD and SUB write, with its limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// Its cell.
     pub word: WordWritten,
-    /// Its range, or its tag's `min` and `max`: what is written saturates there.
+    /// The lower bound: of the word's range, or its tag's `min`. Results saturate at the bounds.
     pub min: i32,
-    /// The upper bound.
+    /// The upper bound: of the word's range, or its tag's `max`.
     pub max: i32,
 }
 
@@ -110,7 +110,7 @@ impl Role for Timer {
     }
 }
 
-/// The preset that a rule may load is the timer's.
+/// A rule adds no cells: the preset that it loads is among the timer's.
 impl Role for TimerRule {
     fn touches(&self, _: &mut Touches) {}
 }

@@ -1,13 +1,14 @@
-//! Powers: bits that are read as they are or as their opposites, one by one or ANDed.
+//! Powers: bits read directly or as their opposites, one by one or ANDed.
 //!
-//! A leaf. `lower` makes them of contacts; operations read their legs by them.
+//! A leaf module. `lower` makes powers of contacts; operations read their legs as powers.
 
-/// A bit to be read as it is or as its opposite: twice the cell, plus 1 for the opposite.
+/// A bit to be read directly or as its opposite; encoded as twice the cell, plus 1 for the
+/// opposite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Power(pub u32);
 
 impl Power {
-    /// The bit as it is.
+    /// The bit, read directly.
     pub fn of(cell: u32) -> Power {
         Power(cell << 1)
     }
@@ -28,22 +29,22 @@ impl Power {
     }
 }
 
-/// What an instruction reads of a leg: two powers, both ON where the leg is; of a leg that comes
-/// down to one power, that one twice. So the last AND of a leg is no operation of its own.
+/// A leg as an instruction reads it: two powers, both ON when the leg is ON; a leg of one power has
+/// this power twice. So the last AND of a leg needs no operation.
 pub type Leg = Powers<2>;
 
 impl Leg {
-    /// The leg that is just this power.
+    /// The leg of one power.
     pub fn of(power: Power) -> Leg {
         Powers::new([power, power])
     }
 }
 
-/// Powers to be ANDed, as a loop reads them: cells, and apart from them which are opposites.
+/// Powers to be ANDed, as a loop reads them: the cells, and separately the opposites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Powers<const N: usize> {
     pub(super) cells: [u32; N],
-    /// 1 where the opposite is meant.
+    /// 1 for a cell read as its opposite, else 0.
     pub(super) opposites: [u8; N],
 }
 
@@ -56,7 +57,7 @@ impl<const N: usize> Powers<N> {
         }
     }
 
-    /// Each of them.
+    /// All powers.
     pub fn each(self) -> [Power; N] {
         std::array::from_fn(|at| Power(self.cells[at] << 1 | u32::from(self.opposites[at])))
     }

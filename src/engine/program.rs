@@ -1,6 +1,6 @@
 //! An engine program: tables of operations, batches over them, elements, blocks.
 //!
-//! Made by `lower`, which cannot fail: whatever could be wrong with a ladder was found before.
+//! Made by `lower`, which cannot fail: the resolver and the checks have found every mistake before.
 //! Read-only while it runs.
 
 use std::ops::Range;
@@ -11,7 +11,7 @@ use super::ops::{OpKind, OpTables};
 use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
 use crate::isa::{BlockId, StageId};
 
-/// Operations of one kind that execute one after the other: `first..first + count` of its table.
+/// Operations of one kind that execute one after the other: `first..first + count` of their table.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Batch {
@@ -20,7 +20,7 @@ pub struct Batch {
     pub count: u32,
 }
 
-/// What a termination pass does to one instruction, in file order.
+/// The effect of a termination pass on one instruction.
 #[derive(Clone, Debug)]
 pub enum PassStep {
     /// OUT, PD, ND and output parameters: the bit goes OFF.
@@ -44,7 +44,7 @@ pub enum PassStep {
 /// All operations and terminations of a program.
 #[derive(Clone, Debug, Default)]
 pub struct Tables {
-    /// The operations, a table a kind.
+    /// The operations, one table for each kind.
     pub ops: OpTables,
     /// Batches of all elements, in order of execution.
     pub batches: Vec<Batch>,
@@ -61,11 +61,11 @@ pub struct ElementCode {
     pub batches: Range<u32>,
     /// Its terminations.
     pub terminations: Range<u32>,
-    /// Whether it has a rung at all: what never executes is never terminated.
+    /// Whether it has a rung: an element without rungs is never terminated.
     pub has_rungs: bool,
 }
 
-/// How a block comes to execute.
+/// When a block executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlockRole {
     /// A Program; `autostart`: from the first scan on.
@@ -79,7 +79,7 @@ pub enum BlockRole {
     FirstScan,
     /// Built-in: every scan, before the Programs.
     TopOfScan,
-    /// Built-in: every scan, behind them.
+    /// Built-in: every scan, after the Programs.
     BottomOfScan,
     /// Built-in: once, in the last scan.
     LastScan,
@@ -88,7 +88,7 @@ pub enum BlockRole {
 /// A block.
 #[derive(Clone, Debug)]
 pub struct BlockCode {
-    /// How it comes to execute.
+    /// When it executes.
     pub role: BlockRole,
     /// Its own rungs.
     pub own: ElementCode,
@@ -99,15 +99,15 @@ pub struct BlockCode {
 /// A whole program for an [`Engine`](super::Engine).
 #[derive(Clone, Debug)]
 pub struct Program {
-    /// Where every address lies.
+    /// The cells of all addresses.
     pub layout: Layout,
-    /// Bits in all: the public ones and the program's own.
+    /// Number of all bits: the public ones and the program's own.
     pub bit_count: u32,
-    /// Words in all: the public ones and the program's constants.
+    /// Number of all words: the public ones and the program's constants.
     pub word_count: u32,
-    /// What a cold start puts in bits, else OFF.
+    /// The values of bits after a cold start; all others are OFF.
     pub initial_bits: Vec<(BitCell, bool)>,
-    /// What a cold start puts in words (constants too), else 0.
+    /// The values of words after a cold start (and the constants); all others are 0.
     pub initial_words: Vec<(WordCell, i32)>,
     /// Operations, batches, terminations.
     pub tables: Tables,
@@ -115,12 +115,12 @@ pub struct Program {
     pub blocks: Vec<BlockCode>,
     /// Stages, by `StageId`.
     pub stages: Vec<ElementCode>,
-    /// The order of the turns: built-in tasks in their places, all other blocks once.
+    /// The order of the turns: built-in tasks at their places, all other blocks once.
     pub order: Vec<BlockId>,
 }
 
 impl Program {
-    /// The block of a number.
+    /// The block with this number.
     pub(super) fn block(&self, id: BlockId) -> &BlockCode {
         &self.blocks[id.0 as usize]
     }

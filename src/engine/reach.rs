@@ -1,47 +1,47 @@
 //! How operations address memory: near, far, or with forces. Each loop is compiled for all three.
 //!
-//! Where all cells of a program have 16-bit numbers, and memory has at least 2^16 cells, no number
-//! can be out of range: the compiler sees it, and leaves out the bounds checks. Nothing else
-//! differs; the numbers of longer programs are checked, and so are all while anything is forced.
+//! If all cells of a program have 16-bit numbers and the memory has at least 2^16 cells, no number
+//! can be out of range: the compiler then leaves out the bounds checks. In larger programs, and
+//! while anything is forced, numbers are checked. Nothing else differs.
 
 use super::record::RECORD;
 
-/// So many cells, bits and words, are within near reach; a near image has at least so many.
+/// Number of bits, and of words, within near reach; a near image has at least this many.
 pub(super) const NEAR: usize = 1 << 16;
 
 /// How operations address memory.
 pub(super) trait Reach {
-    /// Whether writes to forced cells are to be discarded.
+    /// Whether writes check for forced cells, to discard such writes.
     const FORCED: bool;
-    /// The bits of the image, one byte each, with the records among them.
+    /// The bits of the image, one byte each, including the records.
     type Bits: Cells<u8> + Records + ?Sized;
     /// The words of the image.
     type Words: Cells<i32> + ?Sized;
 
-    /// The bits to address.
+    /// The bits as this reach addresses them.
     fn bits(bits: &mut [u8]) -> &mut Self::Bits;
-    /// The words to address.
+    /// The words as this reach addresses them.
     fn words(words: &mut [i32]) -> &mut Self::Words;
 }
 
-/// Cells by their number.
+/// Access to cells by number.
 pub(super) trait Cells<T> {
     fn cell(&self, number: u32) -> &T;
     fn cell_mut(&mut self, number: u32) -> &mut T;
 }
 
-/// Structures' records by their number.
+/// Access to structures' records by number.
 pub(super) trait Records {
     fn record(&mut self, number: u32) -> &mut [u8; RECORD];
 }
 
-/// Programs of at most [`NEAR`] bits and words, nothing forced.
+/// For programs of at most [`NEAR`] bits and words, while nothing is forced.
 pub(super) struct Near;
 
-/// Programs of any length, nothing forced.
+/// For programs of any size, while nothing is forced.
 pub(super) struct Far;
 
-/// Programs of any length, something forced.
+/// For programs of any size, while something is forced.
 pub(super) struct Forced;
 
 impl Reach for Near {

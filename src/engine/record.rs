@@ -1,28 +1,28 @@
-//! A structure's record: its flags, and what its instructions remember between executions.
+//! A structure's record: its flags, and the private state of its instructions.
 //!
-//! A leaf: layout, reach and memory address records, counters and timers give their bits a
-//! meaning.
+//! A leaf module: `layout`, `reach` and `memory` address records; `counters`, `timers` and
+//! `sensaphone` use their bits.
 
-/// Bits of one structure, side by side: the flags that a program sees (four; of a Sensaphone
-/// counter five), then what the owning instruction remembers between its executions. One look-up
-/// finds them all, in one cache line. The number of a record is that of the structure's `.Acc`
-/// among the words too.
+/// Number of bits in a record: the public flags (four; five for a Sensaphone counter), then the
+/// private state of the owning instruction. One look-up finds them all, in one cache line. A record
+/// and the structure's `.Acc` have the same number.
 pub(super) const RECORD: usize = 8;
 
-/// How many bits of a record the program sees of a counter or timer; the rest is [`State`].
+/// Number of public flags of a counter or timer; the rest of its record is [`State`].
 pub(super) const FLAGS: usize = 4;
 
-/// How many bits of a Sensaphone counter's record the program sees.
+/// Number of public flags of a Sensaphone counter.
 pub(super) const SENSAPHONE_FLAGS: u32 = 5;
 
-/// What the owner of a counter or timer remembers: four bits, a byte each.
+/// The private state of a counter's or timer's owner: four bits, one byte each.
 ///
-/// Read and written in one go: such loops wait for loads and stores more than for arithmetic.
+/// Read and written at once, since loops over operations wait for loads and stores more than for
+/// arithmetic.
 #[derive(Clone, Copy, Default)]
 pub(super) struct State(pub u32);
 
 impl State {
-    /// The state in which these bits (0 or 1) are as given, all others OFF.
+    /// The state with these bits (0 or 1), all others OFF.
     #[inline(always)]
     pub fn of<const N: usize>(bits: [(u32, u8); N]) -> State {
         State(bits.iter().fold(0, |all, (place, bit)| all | u32::from(*bit) << (8 * place)))
@@ -53,24 +53,24 @@ pub(super) mod counter_state {
     pub const DN: u32 = 1;
     /// A RSTCT reset is pending.
     pub const PENDING: u32 = 2;
-    /// CNTDN: the preset was loaded once, or a pass came first.
+    /// CNTDN: the preset was loaded, or a termination pass came before that.
     pub const LOADED: u32 = 3;
 }
 
 /// The bits of a timer's state.
 pub(super) mod timer_state {
-    /// Time was running at the last execution: the next one adds what has passed since.
-    /// OFFDTMR: it is timing down.
+    /// The timer was timing at the last execution: the next one adds the time since then. OFFDTMR:
+    /// it is timing down.
     pub const RUNNING: u32 = 0;
     /// OFFDTMR: the leg was ON at the last execution.
     pub const LEG: u32 = 1;
     /// A RSTT reset is pending.
     pub const PENDING: u32 = 2;
-    /// TMRADOWN: the preset was loaded once, or a pass came first.
+    /// TMRADOWN: the preset was loaded, or a termination pass came before that.
     pub const LOADED: u32 = 3;
 }
 
-/// Where in a Sensaphone counter's record the edge histories lie.
+/// The edge histories in a Sensaphone counter's record.
 pub(super) mod sensaphone_state {
     /// Of CTU.
     pub const UP: usize = 5;

@@ -1,12 +1,13 @@
 //! The role of a cell in an operation: read, written, or the program's own.
 //!
-//! An operation names each of its cells by a type that tells the role. From these types follow the
-//! cells that the scheduler must keep in order ([`Touches`]), and what the operation may do with a
-//! cell in its `run`. A field whose type has no role does not compile.
+//! The type of each field of an operation gives the cell's role. From these types follow the list
+//! of cells for the scheduler ([`Touches`]), and the access that the operation's `run` has to each
+//! cell. A field whose type has no role does not compile.
 
 use super::power::Powers;
 
-/// What an operation reads and writes, by cell: what the scheduler must keep in order.
+/// The cells that an operation reads and writes. The scheduler keeps the order of operations that
+/// share a written cell.
 #[derive(Clone, Debug, Default)]
 pub struct Touches {
     /// Bits read.
@@ -20,7 +21,7 @@ pub struct Touches {
 }
 
 impl Touches {
-    /// Forgets everything.
+    /// Clears all lists.
     pub fn clear(&mut self) {
         self.bits_read.clear();
         self.bits_written.clear();
@@ -29,7 +30,7 @@ impl Touches {
     }
 }
 
-/// What a field of an operation reads and writes.
+/// The role of an operation's field: the cells that it reads and writes.
 pub(super) trait Role {
     /// Adds its cells.
     fn touches(&self, t: &mut Touches);
@@ -73,7 +74,7 @@ roles! {
     BitRead BitRole bits_read;
     /// A bit that is written; a force holds it.
     BitWritten BitRole bits_written;
-    /// A bit of the program's own that is written: a power or an edge history, never forced.
+    /// One of the program's own bits that is written: a power or an edge history; never forced.
     BitOwn BitRole bits_written;
     /// A word that is read.
     WordRead WordRole words_read;

@@ -1,8 +1,8 @@
-//! The engine and its scan: what the simulator and the scan thread call.
+//! The engine and its scan, as the simulator and the scan thread call them.
 //!
 //! Behaviour: `docs/semantics.md`, section 4 (scan order, stop and start) and 6 (status). The
-//! caller brings the timestamp, the inputs and the queued writes, and takes the image; images,
-//! outputs and statistics (steps 8 and 9) are the caller's.
+//! caller passes the timestamp, the inputs and the queued writes, and reads the image afterwards.
+//! Steps 8 and 9 (publishing images, outputs and statistics) are the caller's work.
 
 use super::blocks::{BlockState, Machine, StageState};
 use super::events::{BlockEvent, Events};
@@ -28,7 +28,7 @@ pub struct ScanTimes {
 /// How a scan ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScanEnd {
-    /// It was the last: `terminate` follows.
+    /// It was the last scan: call `terminate` next.
     pub last: bool,
 }
 
@@ -42,7 +42,7 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Allocates everything; memory is as after a cold start. [`Engine::start`] comes next.
+    /// Allocates everything; memory is as after a cold start. Call [`Engine::start`] next.
     pub fn new(program: Program) -> Engine {
         let mut image = Image::new(program.bit_count as usize, program.word_count as usize);
         for (cell, on) in &program.initial_bits {
@@ -62,13 +62,13 @@ impl Engine {
             memory,
         };
         let mut engine = Engine { machine, start_ns: 0, scans: 0, last: false };
-        // What is always ON is so in STOP too.
+        // `$On` is ON in STOP too.
         let BitCell(on) = engine.machine.program.layout.bit(Bit::Space(BitSpace::St, st::ON));
         engine.machine.memory.image.bits[on as usize] = 1;
         engine
     }
 
-    /// STOP → RUN, with memory as it is: `Main`, autostart Programs and built-in Tasks start.
+    /// STOP → RUN, with memory unchanged: `Main`, autostart Programs and built-in Tasks start.
     pub fn start(&mut self, now_ns: u64) {
         self.start_ns = now_ns;
         self.scans = 0;
@@ -89,12 +89,12 @@ impl Engine {
         }
     }
 
-    /// The scan that is begun next is the last.
+    /// Makes the next scan the last one.
     pub fn request_stop(&mut self) {
         self.machine.stop_requested = true;
     }
 
-    /// Whether a stop was asked for: the scan that is begun next is the last one, or this one was.
+    /// Whether a stop was requested: the next scan is the last one, or the last one has begun.
     pub fn stops(&self) -> bool {
         self.machine.stop_requested
     }
@@ -145,7 +145,8 @@ impl Engine {
         self.machine.memory.view::<Forced>().put_bit(BitWritten(cell.0), u8::from(on));
     }
 
-    /// Step 3: one queued write of a public word; the value is within the word's range.
+    /// Step 3: one queued write of a public word. `value` must be within the word's range.
+    /// Discarded while it is forced.
     pub fn write_word(&mut self, cell: WordCell, value: i32) {
         self.machine.memory.view::<Forced>().put_word(WordWritten(cell.0), value);
     }
@@ -172,8 +173,8 @@ impl Engine {
         }
     }
 
-    /// `LastScan` is Running from the start of the last scan until it has executed, as `FirstScan`
-    /// is in the first.
+    /// Starts `LastScan`. It is Running from the start of the last scan until it has executed, as
+    /// `FirstScan` is in the first scan.
     fn start_last_scan_task(&mut self) {
         for at in 0..self.machine.program.order.len() {
             let id = self.machine.program.order[at];
@@ -183,11 +184,11 @@ impl Engine {
         }
     }
 
-    /// Behind the last scan: every element that executed since its last pass has its pass, in
-    /// scan order; then no block is Running.
+    /// Call after the last scan: runs the pass of every element that executed since its last pass,
+    /// in scan order. Afterwards no block is Running.
     pub fn terminate(&mut self) {
         self.machine.events.clear();
-        // Once in a long time: not compiled for near reach.
+        // Called rarely, so not compiled for near reach.
         match self.machine.memory.image.forces() {
             0 => self.terminate_with::<Far>(),
             _ => self.terminate_with::<Forced>(),
@@ -207,7 +208,7 @@ impl Engine {
         }
     }
 
-    /// Before the first scan: what a cell held when the process before this one kept it.
+    /// Sets a cell to its saved value. Call before the first scan.
     pub fn restore(&mut self, cell: Cell, value: i32) {
         match cell {
             Cell::Bit(bit) => self.machine.memory.image.put_bits(bit.0, &[u8::from(value != 0)]),
@@ -215,8 +216,8 @@ impl Engine {
         }
     }
 
-    /// Before the first scan, where what was restored had no termination pass: everything that has
-    /// termination logic is terminated.
+    /// Terminates everything with termination logic. Call before the first scan, if the restored
+    /// memory was saved without a termination pass.
     pub fn terminate_all(&mut self) {
         let Machine { program, blocks, stages, .. } = &mut self.machine;
         for (state, code) in blocks.iter_mut().zip(&program.blocks) {
@@ -229,7 +230,7 @@ impl Engine {
         self.machine.events.clear();
     }
 
-    /// Forces a public bit: it keeps this value until it is released.
+    /// Forces a public bit: it keeps this value until the force is released.
     pub fn force_bit(&mut self, cell: BitCell, on: bool) {
         self.machine.memory.image.force_bit(cell, on);
         self.show_forces();
@@ -241,19 +242,19 @@ impl Engine {
         self.show_forces();
     }
 
-    /// Ends a bit's force; it keeps its value until something writes it.
+    /// Releases a bit's force; the bit keeps its value until it is written.
     pub fn release_bit(&mut self, cell: BitCell) {
         self.machine.memory.image.release_bit(cell);
         self.show_forces();
     }
 
-    /// Ends a word's force.
+    /// Releases a word's force.
     pub fn release_word(&mut self, cell: WordCell) {
         self.machine.memory.image.release_word(cell);
         self.show_forces();
     }
 
-    /// `$ForcesActive` outside RUN too, where no scan begins.
+    /// Updates `$ForcesActive`, so that it is right in STOP too, where no scan begins.
     pub(super) fn show_forces(&mut self) {
         let active = Bit::Space(BitSpace::St, st::FORCES_ACTIVE);
         let BitCell(cell) = self.machine.program.layout.bit(active);
@@ -261,17 +262,17 @@ impl Engine {
         self.machine.memory.image.put_bits(cell, &[u8::from(on)]);
     }
 
-    /// All memory, as it is now.
+    /// The memory.
     pub fn image(&self) -> &Image {
         &self.machine.memory.image
     }
 
-    /// What happened to blocks and Stages since `begin_scan` (or in `terminate`).
+    /// The events of blocks and Stages since `begin_scan` (or in `terminate`).
     pub fn events(&self) -> &[BlockEvent] {
         self.machine.events.list()
     }
 
-    /// How many such events did not fit.
+    /// The number of events that did not fit into the list.
     pub fn events_dropped(&self) -> u32 {
         self.machine.events.dropped()
     }
@@ -282,7 +283,7 @@ impl Engine {
     }
 }
 
-/// Half the period ON, then half OFF.
+/// A clock bit: ON for the first half of the period, OFF for the second.
 #[inline(always)]
 fn first_half(since_start_ns: u64, period_ms: u64) -> bool {
     let period_ns = period_ms * 1_000_000;

@@ -1,7 +1,8 @@
 //! The Sensaphone SCADA 3000 counters: CTU, CTD, RES.
 //!
 //! Behaviour: `docs/semantics.md`, section 5 (seed S3). One CTU and one CTD may share a counter.
-//! ACC wraps as 16 bits do; OV and UN tell which way.
+//! ACC wraps at 16 bits; A wrap upwards sets OV (or clears UN), a wrap downwards sets UN (or clears
+//! OV).
 
 use super::memory::View;
 use super::ops::{Ctd, Ctu, Operation, Res};
@@ -29,19 +30,19 @@ impl Sensaphone {
         WordWritten(self.at)
     }
 
-    /// The pass over CTU: the rung is false there.
+    /// The termination pass over CTU: as an execution with its rung OFF.
     pub(super) fn terminate_up<R: Reach>(&self, view: &mut View<R>) {
         view.record(self.at)[UP] = 0;
         view.put_bit(self.flag(CU), 0);
     }
 
-    /// The pass over CTD.
+    /// The termination pass over CTD.
     pub(super) fn terminate_down<R: Reach>(&self, view: &mut View<R>) {
         view.record(self.at)[DOWN] = 0;
         view.put_bit(self.flag(CD), 0);
     }
 
-    /// One step up or down, if it counts; and what follows from ACC and PRE.
+    /// Counts one step up or down, if the edge is there; then updates the flags from ACC and PRE.
     #[inline(always)]
     fn step<R: Reach>(&self, view: &mut View<R>, counts: u8, by: i16) {
         if let Some(preset) = self.preset {
@@ -60,7 +61,8 @@ impl Sensaphone {
         view.put_bit(self.flag(DN), u8::from(done));
     }
 
-    /// A step that wraps sets its flag, or clears the other's if that one wrapped before it.
+    /// Handles a step that wraps: it clears the flag of the opposite direction if that is ON, else
+    /// it sets its own.
     fn wrap<R: Reach>(&self, view: &mut View<R>, by: i16) {
         let (own, other) = if by > 0 { (OV, UN) } else { (UN, OV) };
         if view.bit(self.flag(other)) != 0 {

@@ -1,7 +1,7 @@
-//! The termination pass over an element: what each of its instructions leaves behind.
+//! The termination pass over an element. Called by `blocks`, `scan` and `transfer`.
 //!
-//! Behaviour: `docs/semantics.md`, section 4, the table of the pass. Only an element of which at
-//! least one rung executed since its last pass has one.
+//! Behaviour: `docs/semantics.md`, section 4, the table of the pass. An element has a pass only if
+//! at least one of its rungs executed since its last pass.
 
 use super::blocks::Machine;
 use super::events::Element;
@@ -11,7 +11,8 @@ use super::role::{BitOwn, BitWritten};
 use crate::isa::{BlockId, StageId};
 
 impl Machine {
-    /// A block's pass: its own rungs, then the Stages that executed; then its Stages go OFF.
+    /// A block's pass: over its own rungs, then over the Stages that executed; then turns its
+    /// Stages OFF.
     pub fn pass_block<R: Reach>(&mut self, id: BlockId) {
         if std::mem::take(&mut self.blocks[id.0 as usize].executed) {
             let code = self.program.block(id).own.clone();
@@ -27,7 +28,7 @@ impl Machine {
         }
     }
 
-    /// A Stage's pass, if it executed since the last one.
+    /// A Stage's pass, if it executed since its last pass.
     pub fn pass_stage<R: Reach>(&mut self, stage: StageId) {
         if std::mem::take(&mut self.stages[stage.0 as usize].executed) {
             let code = self.program.stages[stage.0 as usize].clone();

@@ -1,9 +1,9 @@
 //! The Do-more timers, and RSTT.
 //!
 //! Behaviour: `docs/semantics.md`, section 3 (seed S0 for ONDTMR and OFFDTMR, vendor help for the
-//! rest). A timer adds the whole milliseconds between its executions' timestamps, so that nothing
-//! drifts; they are its element's executions, so the element counts them for all of its timers. A
-//! preset `<= 0` is treated as 0.
+//! rest). A timer adds the whole milliseconds between the timestamps of its executions, so that it
+//! does not drift. All timers of an element execute together, so the element computes this time
+//! once. A preset `<= 0` is treated as 0.
 
 use super::memory::{OnlyIf, View};
 use super::ops::{Offdtmr, Ondtmr, Operation, Rstt, Tmr, Tmra, Tmradown, Tmrdown};
@@ -24,7 +24,7 @@ impl Timer {
         view.word(WordWritten(self.at))
     }
 
-    /// Writes `.Acc`; gives what it then holds.
+    /// Writes `.Acc`; returns its value afterwards.
     #[inline(always)]
     fn put_acc<R: Reach>(&self, view: &mut View<R>, acc: i32) -> i32 {
         view.put_word(WordWritten(self.at), acc)
@@ -36,7 +36,7 @@ impl Timer {
         view.put_flags(self.at, [flags.done, flags.reset, zero, flags.timing]);
     }
 
-    /// The reset state: the reset value, `.Reset` ON, `.Done` and `.Timing` OFF.
+    /// Writes the reset state: the reset value, `.Reset` ON, `.Done` and `.Timing` OFF.
     #[inline(always)]
     pub(super) fn reset<R: Reach>(&self, view: &mut View<R>, rule: TimerRule) {
         let value = if rule == TimerRule::Preset { self.preset(view) } else { 0 };
@@ -44,13 +44,13 @@ impl Timer {
         self.put_flags(view, acc, Flags { done: 0, reset: 1, timing: 0 });
     }
 
-    /// The pass: the reset state, nothing running, a pending reset gone.
+    /// The termination pass: writes the reset state, stops timing, and clears a pending reset.
     pub(super) fn terminate<R: Reach>(&self, view: &mut View<R>, rule: TimerRule) {
         view.put_state(self.at, State::of([(LOADED, 1)]));
         self.reset(view, rule);
     }
 
-    /// The pass over TMRAG: the time until its next execution does not count.
+    /// The termination pass over TMRAG: the time until its next execution does not count.
     pub(super) fn hold<R: Reach>(&self, view: &mut View<R>) {
         let state = view.state(self.at);
         view.put_state(self.at, state.without(RUNNING));
@@ -64,10 +64,10 @@ struct Flags {
     timing: u8,
 }
 
-/// One execution of an enabled ONDTMR or TMR, or of a reset one; gives `.Done`.
+/// One execution of ONDTMR or TMR, enabled or reset; returns `.Done`.
 ///
-/// Branch-free: which of reset, first and further executions it is, is mixed up between
-/// neighbours and scans, and a mispredicted branch costs more than all of this.
+/// Branch-free: reset, first and further executions are mixed between neighbouring operations and
+/// scans, and a mispredicted branch costs more than this whole function.
 #[inline(always)]
 fn run_up<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
@@ -82,14 +82,14 @@ fn run_up<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     done
 }
 
-/// Time added, saturating: what wrapped is less than before.
+/// Adds time, saturating: a sum that is less than before has wrapped.
 #[inline(always)]
 fn up(acc: i32, elapsed_ms: i32) -> i32 {
     let sum = acc.wrapping_add(elapsed_ms);
     if sum < acc { i32::MAX } else { sum }
 }
 
-/// Time taken away, down to 0 and no further.
+/// Subtracts time, down to 0.
 #[inline(always)]
 fn down(acc: i32, elapsed_ms: i32) -> i32 {
     if acc > elapsed_ms { acc.wrapping_sub(elapsed_ms) } else { 0 }
@@ -117,10 +117,11 @@ one_leg! {
     Tmrdown { } |timer, view, leg| run_down(timer, view, leg);
 }
 
-/// One execution of OFFDTMR: the rows of its table; gives the output.
+/// One execution of OFFDTMR, as its table in `docs/semantics.md` says; returns the output.
 ///
-/// Branch-free, for the reason given at `run_up`. The leg ON, and the first execution with the leg
-/// OFF after it, load the preset; while timing down time is taken away; else `.Acc` is 0.
+/// Branch-free, for the reason given at `run_up`. An execution with the leg ON, and the first one
+/// with the leg OFF after it, load the preset. While timing down, time is subtracted; otherwise
+/// `.Acc` is 0.
 #[inline(always)]
 fn run_off_delay<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let preset = timer.preset(view);
@@ -140,7 +141,7 @@ fn run_off_delay<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     leg | timing
 }
 
-/// One execution of TMRDOWN; gives `.Done`.
+/// One execution of TMRDOWN; returns `.Done`.
 #[inline(always)]
 fn run_down<R: Reach>(timer: &Timer, view: &mut View<R>, leg: u8) -> u8 {
     let state = view.state(timer.at);

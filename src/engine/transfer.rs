@@ -1,8 +1,9 @@
-//! The swap of one program for another between two scans: which cell becomes which.
+//! The swap of one program for a new one between two scans: the new cell for each old cell.
 //!
-//! A [`Transfer`] is made beforehand, by `reload`, which knows the names; here are numbers. The new
-//! engine stands ready with memory as after a cold start. [`Engine::adopt`] lets what disappears
-//! have its termination pass in the old one, and copies what is kept. It allocates nothing.
+//! `reload`, which knows the names, makes a [`Transfer`] beforehand; this module knows only
+//! numbers. The new engine is ready, with memory as after a cold start. [`Engine::adopt`] runs the
+//! termination passes of removed parts in the old engine, and copies the kept state to the new one.
+//! It allocates nothing.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
 
@@ -17,64 +18,65 @@ use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{Bit, BitSpace, BlockId, DeviceId, Health, StageId, Structure, Word, WordSpace};
 
-/// Neighbouring cells that keep what they hold.
+/// Consecutive cells that keep their values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stretch {
-    /// The first in the old program.
+    /// The first cell in the old program.
     pub from: u32,
-    /// The first in the new one.
+    /// The first cell in the new program.
     pub to: u32,
-    /// How many.
+    /// Their number.
     pub count: u32,
 }
 
-/// A Program that may lose the Stages that are ON.
+/// A Program that may need its initial Stage ON after the swap.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Restage {
-    /// It, in the new program.
+    /// The Program's number in the new program.
     pub program: BlockId,
     /// Its initial Stage.
     pub initial: StageId,
-    /// The Stages it loses, in the old program.
+    /// The Stages that it loses, by their numbers in the old program.
     pub lost: Vec<StageId>,
-    /// It had none before.
+    /// Whether it had no Stages before.
     pub had_none: bool,
 }
 
-/// What an engine takes over from the one before it.
+/// The state that a new engine takes over from the old one.
 #[derive(Clone, Debug, Default)]
 pub struct Transfer {
-    /// Public bits by address, then histories, block and Stage bits.
+    /// Bits to copy: public bits by address, then histories, block and Stage bits.
     pub bits: Vec<Stretch>,
-    /// Public words by address.
+    /// Words to copy: public words by address.
     pub words: Vec<Stretch>,
-    /// Records of structures whose owner is new: as after a cold start, `.Acc` too.
+    /// Records of structures with a new owner: the record and `.Acc` become as after a cold start.
     pub fresh: Vec<u32>,
-    /// Bits that begin anew, behind the copies.
+    /// Bits set to a new value, after the copies.
     pub new_bits: Vec<(BitCell, bool)>,
-    /// Words that begin anew, behind the copies.
+    /// Words set to a new value, after the copies.
     pub new_words: Vec<(WordCell, i32)>,
-    /// Blocks that stay: old and new number.
+    /// Blocks in both programs: old and new number.
     pub blocks: Vec<(BlockId, BlockId)>,
-    /// Stages that stay: old and new number.
+    /// Stages in both programs: old and new number.
     pub stages: Vec<(StageId, StageId)>,
-    /// New blocks that run from the start on.
+    /// New blocks that run from the start.
     pub starting: Vec<BlockId>,
-    /// Tasks whose interval is another: number and word, new.
+    /// Tasks with a changed interval: the Task's new number, and the new word of the interval.
     pub intervals: Vec<(BlockId, u32)>,
-    /// Blocks that disappear.
+    /// Removed blocks.
     pub gone_blocks: Vec<BlockId>,
-    /// Single instructions that disappear: their element, and the place of their termination.
+    /// Removed instructions: their element, and the index of their termination.
     pub gone: Vec<(Element, u32)>,
-    /// Instructions with a state that stand in another element of their block now: old, new.
+    /// Instructions with a state that moved to a different element of their block: old and new
+    /// element.
     pub moved: Vec<(Element, Element)>,
     /// Programs that may need their initial Stage.
     pub restages: Vec<Restage>,
 }
 
 impl Transfer {
-    /// The public memory that two layouts share, address by address; Stage and block bits, whose
-    /// addresses are names, are not among it.
+    /// The transfer of the public memory that two layouts share, address by address. Stage and
+    /// block bits are not in it, because they have names instead of addresses.
     pub fn memory(old: &Layout, new: &Layout) -> Transfer {
         let mut transfer = Transfer::default();
         for (space, from, to) in old.shared_bits(new) {
@@ -86,7 +88,7 @@ impl Transfer {
         transfer
     }
 
-    /// Where a public cell of the old program lies in the new one.
+    /// The new cell of a public cell of the old program.
     pub fn cell(&self, cell: Cell) -> Option<Cell> {
         let find = |stretches: &[Stretch], at: u32| {
             let holds = |s: &&Stretch| (s.from..s.from + s.count).contains(&at);
@@ -100,7 +102,7 @@ impl Transfer {
 }
 
 impl Layout {
-    /// Spaces of bits: first cells and sizes, old and new.
+    /// For each space of bits: its first cells and its sizes, in the old and the new layout.
     fn shared_bits(&self, new: &Layout) -> Vec<((u32, u32), u32, u32)> {
         let first =
             |layout: &Layout, space: BitSpace| layout.bit(Bit::Space(space, space.first())).0;
@@ -143,7 +145,7 @@ impl Layout {
         shared
     }
 
-    /// The first structure of each kind, and how many there are.
+    /// For each kind of structure: the first one, and their numbers in the old and the new program.
     fn structures(&self, new: &Layout) -> [(Structure, u32, u32); 3] {
         let (old, new) = (self.sizes(), new.sizes());
         [
@@ -155,9 +157,9 @@ impl Layout {
 }
 
 impl Engine {
-    /// Becomes what `old` was, by a transfer made for the two: what disappears has its pass in the
-    /// old engine, what is kept is copied, `forces` (cells of the old one) hold on. `running`: it
-    /// is to go on scanning. Nothing is allocated.
+    /// Takes over the state of `old`, by a transfer made for these two programs: removed parts have
+    /// their pass in the old engine, kept state is copied, `forces` (cells of the old program) stay
+    /// forced. `running`: whether scans continue. Allocates nothing.
     pub fn adopt(&mut self, old: &mut Engine, transfer: &Transfer, running: bool, forces: &[Cell]) {
         old.terminate_gone(transfer);
         self.copy_memory(old, transfer);
@@ -184,7 +186,7 @@ impl Engine {
         self.show_forces();
     }
 
-    /// The passes of what is not in the new program.
+    /// Runs the passes of the parts that are not in the new program.
     fn terminate_gone(&mut self, transfer: &Transfer) {
         for block in &transfer.gone_blocks {
             self.machine.pass_block::<Forced>(*block);
@@ -230,7 +232,7 @@ impl Engine {
         let (new, old) = (&mut self.machine, &old.machine);
         (new.now_ns, new.stop_requested) = (old.now_ns, old.stop_requested);
         let now_ms = old.now_ns / 1_000_000;
-        // What has no state of its own counts its time from here, should it be given one.
+        // Elements without a state count their time from now, in case they receive one later.
         new.blocks.iter_mut().for_each(|block| block.count_from(now_ms));
         new.stages.iter_mut().for_each(|stage| stage.count_from(now_ms));
         for (from, to) in &transfer.blocks {
@@ -247,8 +249,8 @@ impl Engine {
         }
     }
 
-    /// An element that gets the state of one that executed has a pass to come; one that does not
-    /// execute has it at its next turn.
+    /// Marks elements that receive the state of an element that executed: their pass is still to
+    /// come. If such an element does not run, its pass is at its next turn.
     fn move_elements(&mut self, old: &Engine, transfer: &Transfer) {
         for (from, to) in &transfer.moved {
             let executed = match from {
@@ -267,7 +269,8 @@ impl Engine {
         }
     }
 
-    /// A Program whose Stages that were ON are gone is not left without any.
+    /// Turns the initial Stage ON for a running Program that has no Stage ON after the swap,
+    /// because it lost its Stages or had none.
     fn restage(&mut self, old: &Engine, transfer: &Transfer) {
         for Restage { program, initial, lost, had_none } in &transfer.restages {
             let machine = &mut self.machine;
@@ -281,7 +284,7 @@ impl Engine {
         }
     }
 
-    /// Touches all memory, so that a scan thread meets no page that is not there yet.
+    /// Touches all memory, so that the scan thread has no page faults.
     pub fn touch(&mut self) {
         let image = &mut self.machine.memory.image;
         for bit in &mut image.bits {
@@ -296,7 +299,7 @@ impl Engine {
 }
 
 impl PassStep {
-    /// The record of the structure that it is about.
+    /// The record of the structure that the step acts on.
     pub fn record(&self) -> Option<u32> {
         match self {
             PassStep::Counter(counter, _) => Some(counter.at),
