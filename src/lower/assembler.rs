@@ -1,4 +1,5 @@
-//! What lowering keeps while it goes through the rungs: cells given out, operations, constants.
+//! The state of lowering: allotted cells, operations, constants. Used by the other files of
+//! `lower`.
 
 use std::collections::HashMap;
 
@@ -13,9 +14,9 @@ use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
 
 pub(super) struct Assembler<'p> {
     pub layout: Layout,
-    /// The owning instructions of counters and timers; of a Sensaphone counter, CTU or CTD.
+    /// The owning instructions of structures; for a Sensaphone counter, its CTU or CTD.
     pub owners: HashMap<Structure, &'p Action>,
-    /// `min` and `max` of words, over all tags.
+    /// The limits of words, from `min` and `max` of all their tags.
     limits: HashMap<Word, (i32, i32)>,
     /// The current element's operations, in file order.
     ops: Vec<Op>,
@@ -26,10 +27,10 @@ pub(super) struct Assembler<'p> {
     constants: HashMap<i32, u32>,
     initial_bits: Vec<(BitCell, bool)>,
     initial_words: Vec<(WordCell, i32)>,
-    /// The names of what keeps a state, and where the next such thing stands.
+    /// The names of parts with a state, and the current place in the program.
     pub identity: Identity,
     pub site: Site,
-    /// Where the current element's terminations begin.
+    /// The index of the current element's first termination.
     terminations_from: u32,
 }
 
@@ -60,7 +61,7 @@ impl<'p> Assembler<'p> {
         assembler
     }
 
-    /// Owners, and the constant presets that Sensaphone counters start with.
+    /// Records an owner, and the constant preset of a Sensaphone counter for the cold start.
     fn note_owner(&mut self, instruction: &'p Instruction) {
         let Some(structure) = instruction.owned() else { return };
         self.owners.entry(structure).or_insert(&instruction.action);
@@ -86,13 +87,13 @@ impl<'p> Assembler<'p> {
         }
     }
 
-    /// A new private bit.
+    /// Allots a private bit.
     pub fn private_bit(&mut self) -> u32 {
         self.bits += 1;
         self.bits - 1
     }
 
-    /// The private bit of an edge history, which the termination pass turns OFF.
+    /// Allots the private bit of an edge history. The termination pass turns it OFF.
     pub fn history(&mut self, text: String) -> BitOwn {
         let cell = self.private_bit();
         self.identity.history(BitCell(cell), &self.site, text);
@@ -120,7 +121,7 @@ impl<'p> Assembler<'p> {
         }
     }
 
-    /// What a word may hold: its range, or its tags' `min` and `max`.
+    /// The limits of a word: its range, or its tags' `min` and `max`.
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(&word).copied().unwrap_or(word.range())
     }
@@ -133,15 +134,15 @@ impl<'p> Assembler<'p> {
         self.tables.terminations.push(termination);
     }
 
-    /// Several Stages that one instruction names.
+    /// Stores the Stages that one instruction names.
     pub fn stage_list(&mut self, stages: impl Iterator<Item = StageId>) -> StageList {
         let first = self.tables.stage_lists.len() as u32;
         self.tables.stage_lists.extend(stages);
         StageList { first, count: self.tables.stage_lists.len() as u32 - first }
     }
 
-    /// A leg that nothing can change while its rung executes: inputs and status bits as they
-    /// are, private ones too; of any other bit, a copy.
+    /// Returns a leg that stays the same while its rung executes. Inputs, status bits and private
+    /// bits do; of any other bit it makes a copy.
     pub fn keep(&mut self, leg: Leg) -> Leg {
         let power = self.one_power(leg);
         Leg::of(self.keep_power(power))
@@ -161,7 +162,7 @@ impl<'p> Assembler<'p> {
         Power::of(copy)
     }
 
-    /// Puts the current element's operations in order and closes it.
+    /// Schedules the current element's operations and ends the element.
     pub fn close_element(&mut self, has_rungs: bool) -> ElementCode {
         let first_batch = self.tables.batches.len() as u32;
         for batch in schedule::schedule(std::mem::take(&mut self.ops), self.window) {

@@ -1,4 +1,5 @@
-//! Contacts → powers: ANDs of powers, an OR as the opposite of an AND of opposites.
+//! Turns contacts into powers: an AND becomes an AND of powers, an OR the opposite of an AND of
+//! opposites.
 
 use super::assembler::Assembler;
 use crate::engine::ops::{
@@ -56,7 +57,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// The power that is ON when all of these are; of one, itself.
+    /// The power that is ON when all of these are; a single power is returned itself.
     pub fn and(&mut self, powers: &[Power]) -> Power {
         match *powers {
             [power] => power,

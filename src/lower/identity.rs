@@ -1,5 +1,5 @@
-//! The state that a program keeps from scan to scan, under names that another version of it uses
-//! too.
+//! The state that a program keeps from scan to scan, under names that are the same in all versions
+//! of the program.
 //!
 //! `lower` collects it and stores it in `Symbols`. A reload compares the identities of the old and
 //! the new program. The names do not contain cell numbers, because each lowering gives out its own.
@@ -19,9 +19,10 @@ pub struct Identity {
     pub blocks: Vec<BlockName>,
     /// By `StageId`.
     pub stages: Vec<StageName>,
-    /// The owners of structures, in file order: one each; of a Sensaphone counter up to two.
+    /// The owners of structures, in file order: one for each structure; up to two for a Sensaphone
+    /// counter.
     pub owners: Vec<Owner>,
-    /// Edge histories that are no structure's, in file order.
+    /// Edge histories outside structures, in file order.
     pub histories: Vec<History>,
     /// Rungs, in file order.
     pub rungs: Vec<RungText>,
@@ -29,16 +30,16 @@ pub struct Identity {
     pub written: BTreeSet<Bit>,
     /// Recurrent ENTASKs, in file order.
     pub intervals: Vec<Interval>,
-    /// Every address that the program tags or names (a structure for its members), with the first
-    /// tag that names it.
+    /// Every address that the program tags or names (for a member, its structure), with its first
+    /// tag.
     pub addresses: BTreeMap<Address, Option<String>>,
     /// The address of every tag that has one.
     pub tags: BTreeMap<String, Address>,
-    /// What a cold start puts where, by the tags' `initial`.
+    /// The values after a cold start, from the tags' `initial`.
     pub initial: BTreeMap<Address, i32>,
 }
 
-/// A Program or Task: what it is, and its name.
+/// The kind and name of a Program or Task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct BlockName {
@@ -133,7 +134,7 @@ impl Identity {
         identity
     }
 
-    /// Notes what an instruction owns and writes.
+    /// Records the structure that an instruction owns and the bit that it writes.
     pub(super) fn instruction(&mut self, instruction: &Instruction, element: ElementId) {
         if let Some(structure) = instruction.owned() {
             let operands = instruction.action.operands();
@@ -143,13 +144,13 @@ impl Identity {
         self.written.extend(instruction.action.written_bit().map(|bit| bit.value));
     }
 
-    /// Notes a history.
+    /// Records a history.
     pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
         let Site { element, rung, whole } = site.clone();
         self.histories.push(History { cell, element, rung, whole, text, key: String::new() });
     }
 
-    /// Notes a rung.
+    /// Records a rung.
     pub(super) fn rung(&mut self, element: ElementId, rung: &Rung, whole: &Arc<str>) {
         let (name, whole) = (rung.name.clone(), Arc::clone(whole));
         self.rungs.push(RungText { element, name, whole });
@@ -182,7 +183,7 @@ impl Identity {
     }
 
     /// A bit's name in every version of the program. Bits of Stages and blocks have no address:
-    /// they go by the names of the Stage or block.
+    /// their name contains the name of the Stage or block.
     pub fn bit(&self, bit: Bit) -> String {
         match bit {
             Bit::Stage(id) => self.stage(id),
@@ -198,7 +199,7 @@ impl Identity {
         format!("{word}({})", self.bit(bit))
     }
 
-    /// The text of an instruction with a history: its name and what it acts on.
+    /// The text of an instruction with a history: its mnemonic and operands.
     pub(super) fn edge_instruction(&self, instruction: &Instruction) -> String {
         let (bit, block) = (instruction.action.written_bit(), instruction.action.target_block());
         let bit = bit.map(|bit| self.bit(bit.value));
@@ -207,7 +208,7 @@ impl Identity {
         format!("{} {operand}", instruction.mnemonic.spec().name)
     }
 
-    /// A structure or address with its tag, for people: `parts (CT0)`.
+    /// An address with its tag, for people: `parts (CT0)`.
     pub fn say(&self, address: Address) -> String {
         match self.addresses.get(&address) {
             Some(Some(tag)) => format!("{tag} ({address})"),
@@ -226,7 +227,7 @@ impl Default for Site {
     }
 }
 
-/// Where lowering is.
+/// The current place of lowering.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
     pub element: ElementId,

@@ -1,8 +1,8 @@
-//! Instructions → operations, and the parts that a termination pass leaves of each.
+//! Turns instructions into operations and the steps of termination passes.
 //!
-//! Called by `lower_rung`. Every [`Action`] is matched: an instruction that is added does not
-//! compile here until it is lowered. What a pass does to an instruction is not decided here: the
-//! instruction table names it, and `terminate` picks the part that it names.
+//! Called by `lower_rung`. Every [`Action`] is matched: a new instruction does not compile until it
+//! is lowered here. The instruction table, not this file, determines the effect of a pass;
+//! `terminate` picks the matching step.
 
 use super::assembler::Assembler;
 use super::identity::Interval;
@@ -35,14 +35,14 @@ impl Legs<'_> {
     }
 }
 
-/// An instruction as an operation, and what there is of it for a termination pass to act on.
+/// An instruction as an operation, and the parts of it that a termination pass may act on.
 struct Lowered {
     op: Op,
     /// The bit that it drives, or writes as an output.
     bit: Option<BitWritten>,
     /// The reset of its structure.
     reset: Option<PassStep>,
-    /// What its rung does when it goes OFF, where a pass does that alone.
+    /// The step of its pass, if its termination is `Held`, `EnableOff` or `RungOff`.
     rung_off: Option<PassStep>,
 }
 
@@ -62,7 +62,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// What a termination pass does, as the instruction table says.
+    /// Adds the steps of the termination pass that the instruction table names.
     fn terminate(&mut self, pass: Termination, lowered: &Lowered) {
         let bit = lowered.bit.map(|BitWritten(cell)| PassStep::BitOff(cell));
         let parts = match pass {
@@ -76,7 +76,7 @@ impl Assembler<'_> {
         parts.into_iter().flatten().for_each(|part| self.terminates(part));
     }
 
-    /// `None`: a reset of a structure that nothing owns, which `check` refuses.
+    /// `None` for a reset of a structure without an owner; `check` refuses that.
     fn lowered(&mut self, instruction: &Instruction, legs: Legs) -> Option<Lowered> {
         let history = |assembler: &mut Self| assembler.edge_history(instruction);
         let kind = match &instruction.action {
@@ -222,7 +222,7 @@ impl Assembler<'_> {
         Lowered { reset, rung_off: Some(PassStep::HoldTimer(timer)), ..op.into() }
     }
 
-    /// A Sensaphone counter, with the preset that an instruction of it states.
+    /// A Sensaphone counter, with the preset of one of its instructions.
     fn sensaphone(&self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
         let preset = match preset.map(|preset| preset.value) {
             Some(Value::Word(word)) => Some(WordRead(self.layout.word(word).0)),
@@ -232,7 +232,7 @@ impl Assembler<'_> {
         Sensaphone { at: self.layout.record(n), pre, preset }
     }
 
-    /// RSTCT and RSTT act by the rule of the structure's owner.
+    /// RSTCT and RSTT, by the rule of the structure's owner.
     fn reset(&mut self, structure: Structure, leg: Leg) -> Option<Op> {
         if let Structure::Sensaphone(_) = structure {
             return Some(Op::Res(Res { leg, counter: self.sensaphone(structure, None) }));

@@ -1,8 +1,10 @@
-//! Resolved program → engine program and symbols. Cannot fail: what could be wrong was found.
+//! Turns a resolved program into an engine program and symbols. Cannot fail: the resolver and the
+//! checks have found every mistake before.
 //!
-//! `contacts` and `instructions` turn rungs into operations in file order, `schedule` lays those
-//! of one kind together, `symbols` keeps what the engine must not know: names, limits, texts;
-//! `identity`, by which name another program has the same state, `rungs`, which rungs are the same.
+//! `contacts` and `instructions` turn rungs into operations in file order; `schedule` puts
+//! operations of one kind together. `symbols` keeps the names, limits and texts that the engine
+//! does not know. `identity` and `rungs` name states and rungs, so that a reload finds them in a
+//! new version of the program.
 #![deny(clippy::wildcard_enum_match_arm)]
 
 mod assembler;
@@ -24,13 +26,13 @@ use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
 use instructions::Legs;
 
-/// Lowers a program, with its operations put in order by kind.
+/// Lowers a program, with operations of one kind put together.
 pub fn lower(program: &Program) -> (engine::Program, Symbols) {
     lower_with(program, schedule::WINDOW)
 }
 
-/// As [`lower`], with a window of so many operations within which they may change places; 1 keeps
-/// them in file order. Both give the same scan, which the tests hold against each other.
+/// As [`lower`], with a window: the number of operations among which operations may change places.
+/// 1 keeps them in file order. Scans give the same memory with every window; a test compares them.
 pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols) {
     let mut assembler = Assembler::new(program, window);
     let mut blocks = Vec::new();
@@ -64,7 +66,7 @@ fn role(block: &Block) -> BlockRole {
     }
 }
 
-/// The scan order with the built-in Tasks in their places.
+/// The scan order with the built-in Tasks at their places.
 fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
     let built_in = |kind| program.blocks.iter().filter(move |b| b.kind == kind).map(|b| b.id);
     built_in(BlockKind::FirstScan)
@@ -85,7 +87,8 @@ fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) 
     assembler.close_element(!rungs.is_empty())
 }
 
-/// Contacts give the power; `do` executes with it; each branch adds its contacts after that.
+/// Lowers a rung: its contacts give the power, `do` executes with it, then each branch adds its own
+/// contacts.
 fn lower_rung(assembler: &mut Assembler, rung: &Rung) {
     let legs: Vec<_> = rung
         .legs

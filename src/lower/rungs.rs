@@ -1,7 +1,7 @@
-//! A rung as one text, in addresses: two rungs of the same text do the same thing.
+//! A rung as one text, in addresses: two rungs with the same text do the same.
 //!
-//! Called while a program is lowered; a reload tells by it which rungs nobody edited. Tags,
-//! comments and the way a constant is written are not in it.
+//! Called while a program is lowered. A reload compares the texts to find the unedited rungs. The
+//! text does not contain tags, comments or the written form of constants.
 
 use super::identity::Identity;
 use crate::resolve::instruction::OperandValue;

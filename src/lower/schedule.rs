@@ -1,19 +1,20 @@
-//! Lays operations of one kind next to each other, without anyone being able to tell.
+//! Puts operations of one kind next to each other, without a change of the scan's result.
 //!
-//! A rung's operations do not depend on most other rungs' operations. Two neighbours may change
-//! places when neither writes what the other reads or writes: after both, memory is the same. So
-//! every operation is put into the earliest batch of its kind that stands behind all batches
-//! holding an operation it must follow (within a batch, order is kept, so the same batch will do).
-//! A batch runs in one loop: no dispatch, and nothing for the processor to guess.
+//! Called by `assembler`, once an element. Most operations do not depend on each other. Two
+//! neighbours may change places if neither writes a cell that the other reads or writes: afterwards
+//! memory is the same. So every operation is put into the earliest possible batch of its kind: no
+//! operation that it must follow may be in a later batch (it may be in the same one, because a
+//! batch keeps its order). A batch runs in one loop, without dispatch and without branches to
+//! predict.
 //!
-//! Nothing passes a control operation, and nothing moves by more than the window: what one batch
-//! writes shall still be in the cache when the next reads it.
+//! No operation moves past a control operation, nor farther than the window: the cells that one
+//! batch writes should still be in the cache when the next batch reads them.
 
 use std::collections::HashMap;
 
 use crate::engine::ops::{Op, OpKind, Touches};
 
-/// How many operations are put in order together.
+/// Number of operations that are scheduled together.
 pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each.
@@ -35,7 +36,7 @@ pub fn schedule(ops: Vec<Op>, window: usize) -> Vec<Vec<Op>> {
     batches
 }
 
-/// Which batches touched a cell, by their position + 1; 0: none.
+/// The last batches that touched a cell, by their position + 1; 0: none.
 #[derive(Clone, Copy, Default)]
 struct Uses {
     written: usize,
@@ -73,7 +74,7 @@ impl Segment {
         self.count += 1;
     }
 
-    /// The first position that does not stand before a batch which the operation must follow.
+    /// The first position that is not before a batch with an operation that this one must follow.
     fn earliest(&self) -> usize {
         let behind = |uses: &HashMap<u32, Uses>, read: &[u32], written: &[u32]| {
             let of = |cell: &u32| uses.get(cell).copied().unwrap_or_default();

@@ -1,6 +1,7 @@
-//! What the engine must not know: names of blocks, Stages and tags, alarm texts, limits.
+//! Names of blocks, Stages and tags, alarm texts and limits: everything that the engine does not
+//! know.
 //!
-//! Read by the log writer, the drivers and the simulator.
+//! Made by `lower`; read by the log writer, the drivers and the simulator.
 
 use std::collections::HashMap;
 
@@ -25,14 +26,14 @@ pub struct Alarm {
 pub struct LoggedTag {
     /// The bit or word.
     pub cell: Cell,
-    /// The tag's name; of a structure's member, `tag.Member`.
+    /// The tag's name; for a structure's member, `tag.Member`.
     pub tag: String,
 }
 
-/// Names and texts by number and cell.
+/// Names and texts, by number and cell.
 #[derive(Clone, Debug)]
 pub struct Symbols {
-    /// Where every address lies.
+    /// The cells of all addresses.
     pub layout: Layout,
     /// The program's name.
     pub name: String,
@@ -46,7 +47,7 @@ pub struct Symbols {
     pub alarms: Vec<Alarm>,
     /// Tags whose changes are logged, in file order.
     pub logged: Vec<LoggedTag>,
-    /// What keeps a state, and by which name.
+    /// The names of parts with a state.
     pub identity: Identity,
     limits: HashMap<Word, (i32, i32)>,
 }
@@ -77,8 +78,8 @@ impl Symbols {
         symbols
     }
 
-    /// A logged tag: its bit or word; of a structure, its `.Done` or `DN`, and not `.Acc`, which
-    /// would log every count and every millisecond.
+    /// Adds a logged tag: its bit or word; for a structure its `.Done` or `DN`, but not `.Acc`,
+    /// which would log every count and every millisecond.
     fn log(&mut self, address: Address, tag: &str) {
         let (address, name) = match address {
             Address::Structure(structure) => {
@@ -118,8 +119,8 @@ impl Symbols {
         }
     }
 
-    /// What a write from outside may put into a word: its range, narrowed by `min` and `max` of
-    /// the tags of its address. A write beyond is refused.
+    /// The limits of a write from outside to a word: its range, narrowed by `min` and `max` of its
+    /// tags. A write beyond them is refused.
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(&word).copied().unwrap_or(word.range())
     }

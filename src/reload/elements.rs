@@ -1,4 +1,5 @@
-//! Blocks, Stages, and the instructions with a termination pass: what stays, starts and goes.
+//! Compares blocks, Stages, and instructions with a termination pass: finds the kept, new and
+//! removed ones. Called by `ReloadPlan::new`.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -10,7 +11,7 @@ use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
 use crate::lower::identity::BlockName;
 use crate::resolve::program::BlockKind;
 
-/// The old program's Tasks that lose the recurrent ENTASK which enables them: it has its pass.
+/// The old program's Tasks that lose their recurrent ENTASK. The ENTASK's pass disables them.
 pub(super) fn disabled(names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
     let there = There::of(new);
     let gone = |(element, task): (ElementId, BlockId)| {
@@ -21,7 +22,7 @@ pub(super) fn disabled(names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> HashS
     enabled(old).filter_map(gone).collect()
 }
 
-/// Recurrent ENTASKs: where they stand, and their Tasks.
+/// Recurrent ENTASKs: their elements and their Tasks.
 fn enabled(side: Side<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
     elements(side).flat_map(move |(element, code)| {
         code.terminations.clone().filter_map(move |at| {
@@ -32,7 +33,7 @@ fn enabled(side: Side<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
     })
 }
 
-/// Blocks and Stages by name, with their bits.
+/// Pairs blocks and Stages by name, and transfers their bits.
 pub(super) fn blocks(
     plan: &mut ReloadPlan,
     names: &Names<'_>,
@@ -142,7 +143,7 @@ fn restage(
     }
 }
 
-/// Tasks whose recurrent ENTASK says another interval now.
+/// Tasks whose recurrent ENTASK has a changed interval.
 fn intervals(plan: &mut ReloadPlan, names: &Names<'_>) {
     for before in &names.old.intervals {
         let Some(task) = names.block(before.task) else { continue };
@@ -156,7 +157,7 @@ fn intervals(plan: &mut ReloadPlan, names: &Names<'_>) {
     }
 }
 
-/// Whose instructions with a pass are there: of outputs, and of ENTASK.
+/// The elements of instructions with a pass: those that drive bits, and recurrent ENTASKs.
 #[derive(Default)]
 struct There {
     outputs: HashMap<(BlockId, u32), Vec<ElementId>>,
@@ -187,15 +188,16 @@ impl There {
         there
     }
 
-    /// Where a block drives a bit now: where it did, if it still does there.
+    /// The element in which a block drives a bit: the element `before` if the block still drives it
+    /// there.
     fn driven(&self, block: BlockId, bit: u32, before: Option<ElementId>) -> Option<ElementId> {
         let places = self.outputs.get(&(block, bit))?;
         before.filter(|before| places.contains(before)).or(places.first().copied())
     }
 }
 
-/// What is in the passes of the old program's instructions and not in the new program: it has its
-/// pass alone.
+/// Finds the instructions of the old program that have a step in a pass and are not in the new
+/// program. Each of these steps runs in the swap.
 pub(super) fn terminations(
     plan: &mut ReloadPlan,
     names: &Names<'_>,
@@ -247,8 +249,8 @@ pub(super) fn terminations(
     }
 }
 
-/// Bits that were only SET, RST or toggled (others may go OFF by a pass), and that no instruction
-/// writes in the new program.
+/// Reports bits that no instruction of the new program writes, if they were only SET, RST or
+/// toggled (a pass may turn others OFF).
 pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     let tables = &old.program.tables;
     let driven: HashSet<u32> = tables
@@ -260,7 +262,7 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>)
         })
         .collect();
     for bit in names.old.written.difference(&names.new.written).copied() {
-        // Others go with their block or Stage.
+        // Other bits are removed with their block or Stage.
         let Bit::Space(..) = bit else { continue };
         let cell = old.symbols.layout.bit(bit).0;
         if driven.contains(&cell) {
@@ -273,7 +275,7 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>)
     }
 }
 
-/// The bit that is ON where an instruction executes, as far as bits tell.
+/// The bit that is ON while an element executes: of its Stage, or its block's `.Running`.
 fn active(side: Side<'_>, element: ElementId) -> u32 {
     let bit = element.stage.map_or(Bit::Running(element.block), Bit::Stage);
     side.symbols.layout.bit(bit).0

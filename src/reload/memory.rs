@@ -1,4 +1,5 @@
-//! Structures and data: whose state goes on, and what begins anew.
+//! Compares structures and data: finds the state to keep and the state to begin anew. Called by
+//! `ReloadPlan::new`.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,7 +10,7 @@ use crate::isa::{Address, Bit, BitSpace, ElementId, Mnemonic, Space, Structure, 
 use crate::lower::identity::Owner;
 use crate::resolve::program::Value;
 
-/// The old owners that go on: record, which of CTU and CTD, and where they stand.
+/// The kept owners of the old program: record, CTU or CTD, and element.
 #[derive(Default)]
 pub(super) struct Kept(HashMap<(u32, Option<Mnemonic>), ElementId>);
 
@@ -20,7 +21,7 @@ impl Kept {
         self.0.insert((record, half), owner.element);
     }
 
-    /// Whether the instruction of a termination goes on.
+    /// Whether the instruction of a pass step is kept.
     pub fn goes_on(&self, termination: &PassStep, element: ElementId) -> bool {
         let half = match termination {
             PassStep::CountUp(_) => Some(Mnemonic::Ctu),
@@ -37,8 +38,8 @@ impl Kept {
     }
 }
 
-/// Structures whose owner has the same mnemonic in the same block go on; what another owner has
-/// begins anew.
+/// Keeps the structures whose owner has the same mnemonic in the same block. A structure with a
+/// different owner begins anew.
 pub(super) fn structures(
     plan: &mut ReloadPlan,
     names: &Names<'_>,
@@ -96,7 +97,8 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
     of
 }
 
-/// PRE is memory; a constant preset that was edited is put there, as a cold start would.
+/// Writes an edited constant preset to PRE, as a cold start would. An unedited one leaves PRE as it
+/// is.
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
     structure: Structure,
@@ -149,7 +151,7 @@ fn tell_kept(
     plan.say_of(said, State::Keeps { timer, acc, preset: now_preset, preset_word, into });
 }
 
-/// The Stage that an instruction stands in now and did not before.
+/// The Stage of an instruction, if the instruction is in a different element now.
 fn into(
     plan: &ReloadPlan,
     names: &Names<'_>,
@@ -179,14 +181,15 @@ fn tell_new(
     plan.say(format!("{said} begins anew: {is}, was {was}"));
 }
 
-/// What a tag's `initial` says of an address that the old program knows nothing of.
+/// Applies a tag's `initial` to an address that the old program does not use. Also reports changed
+/// memory sizes.
 pub(super) fn initial(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     for (address, value) in &names.new.initial {
         if names.old.addresses.contains_key(address) {
             continue;
         }
         match new.symbols.layout.cell(*address) {
-            // Inputs are as they are driven.
+            // Inputs keep the state of their terminals.
             _ if matches!(address, Address::Bit(Bit::Space(BitSpace::X, _))) => continue,
             Some(Cell::Bit(cell)) => plan.transfer.new_bits.push((cell, *value != 0)),
             Some(Cell::Word(cell)) => plan.transfer.new_words.push((cell, *value)),
@@ -204,7 +207,8 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, n
     }
 }
 
-/// What a cell of memory begins with, if it does not go on. Memory lies in the same cells in both.
+/// The value that a memory cell begins with; `None` if it keeps its value. Memory has the same
+/// cells in both programs.
 pub(super) fn begins(plan: &ReloadPlan, cell: Cell) -> Option<i32> {
     let transfer = &plan.transfer;
     match cell {

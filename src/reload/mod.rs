@@ -1,8 +1,8 @@
-//! Compares two programs: finds what of the old one goes on in the new one.
+//! Compares two programs: finds the state of the old program that the new one keeps.
 //!
-//! Called by ordinary threads before a swap. The engine gets numbers ([`Transfer`]), by which it
-//! copies between two scans; people get words ([`ReloadPlan::report`]). Nothing here reads a file,
-//! knows a thread, or changes anything.
+//! Called before a swap, never by the scan thread. The result for the engine is a [`Transfer`]
+//! (numbers), by which it copies state between two scans; the result for people is
+//! [`ReloadPlan::report`] (words). Reads no file, uses no thread, and changes neither program.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
 #![deny(clippy::wildcard_enum_match_arm)]
@@ -33,72 +33,75 @@ pub struct Side<'a> {
     pub symbols: &'a Symbols,
 }
 
-/// What goes on, in numbers and in facts.
+/// The plan of a reload: the transfer for the engine, and the differences for people.
 #[derive(Clone, Debug, Default)]
 pub struct ReloadPlan {
     /// For the engine.
     pub transfer: Transfer,
-    /// For people, in order of what they are about.
+    /// For people, grouped by subject.
     pub differences: Vec<Difference>,
-    /// Programs that may begin at their initial Stage, by their new number: that Stage, and when.
+    /// Programs that may begin at their initial Stage, by their new number: that Stage, and the
+    /// condition.
     starts: BTreeMap<BlockId, (StageId, Start)>,
 }
 
-/// One thing that is worth a line of the report.
+/// One difference: at most one line of the report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// What it says for certain.
+    /// The text that holds in every case.
     pub text: String,
-    /// What of the old memory it says too.
+    /// The old memory that the line also depends on.
     pub state: Option<State>,
 }
 
-/// A state in the old program, by its cells.
+/// The state in the old memory on which a line depends, by cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum State {
-    /// A timer or counter that goes on: the text is left out while it has nothing to keep.
+    /// A kept timer or counter: the line is left out while there is nothing to keep.
     Keeps {
         timer: bool,
         acc: u32,
         preset: Option<Value>,
         preset_word: Option<u32>,
-        /// Its instruction stands in another Stage now.
+        /// The new Stage of its instruction, if it moved.
         into: Option<Elsewhere>,
     },
-    /// A block or Stage that is gone: whether it was on, and what it is called if not.
+    /// A removed block or Stage: its bit, and the word for it if the bit is OFF.
     Gone { cell: u32, off: &'static str },
-    /// A block or Stage that stays, told while it is on.
+    /// A kept block or Stage: the line appears while it is ON.
     Stays { cell: u32 },
-    /// A Task that loses the recurrent ENTASK that enabled it, told while it runs.
+    /// A Task that loses its recurrent ENTASK: the line appears while it runs.
     Disabled { running: u32 },
-    /// A bit that a block drives no more, and what is on where that may have executed.
+    /// A bit that a block no longer drives, and the bits that are ON while the removed drivers
+    /// execute.
     Undriven { bit: u32, active: Vec<u32> },
-    /// A Program that may begin at its initial Stage, told if it does.
+    /// A Program that may begin at its initial Stage: the line appears if it does.
     Starts(Start),
     /// An address that begins anew.
     Initial { cell: Cell, value: i32 },
-    /// A tag that has another address now; `begins`: what is put there.
+    /// A tag with a changed address; `begins`: the value that the new address begins with.
     Moved {
         from: Cell,
         to: Cell,
         old: String,
         new: String,
         begins: Option<i32>,
-        /// The new one is an input: it is as it is driven.
+        /// Whether the new address is an input: inputs keep the state of their terminals.
         input: bool,
-        /// What it says of a force that stays on the old one.
+        /// The words about a force that stays on the old address.
         force: String,
     },
-    /// A tag whose address has another name now, or none; `force`: what it says of a force there.
+    /// A tag that was renamed or removed; `force`: the words about a force on its address.
     Named { cells: Vec<Cell>, force: String },
-    /// A word with other limits, told where what it holds, or begins with, is beyond them.
+    /// A word with changed limits: the line appears if its value (or the value that it begins with)
+    /// is beyond them.
     Limits { cell: Cell, begins: Option<i32>, limits: (i32, i32) },
-    /// A bit that no instruction writes any more, told where it is ON.
+    /// A bit that no instruction writes any more: the line appears while it is ON.
     Unwritten { bit: u32 },
 }
 
-/// When a Program begins at its initial Stage.
+/// The condition for a Program to begin at its initial Stage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Start {
@@ -112,18 +115,18 @@ pub struct Start {
     pub had_none: bool,
 }
 
-/// Another Stage that an instruction stands in now.
+/// The new Stage of an instruction that moved.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct Elsewhere {
     pub said: String,
-    /// Its bit, if it was there before.
+    /// Its bit in the old program, if the Stage was there.
     pub stage: Option<u32>,
-    /// It is the initial one of a Program that may begin there.
+    /// The condition, if it is the initial Stage of a Program that may begin there.
     pub start: Option<Start>,
 }
 
-/// The blocks and Stages of both programs by each other.
+/// The pairs of blocks and Stages of both programs.
 struct Names<'a> {
     pub old: &'a Identity,
     pub new: &'a Identity,
@@ -174,7 +177,7 @@ impl<'a> Names<'a> {
         self.stages.iter().find(|(_, to)| **to == new).map(|(from, _)| *from)
     }
 
-    /// Where the same place is in the new program, if it is.
+    /// The same element in the new program, if it exists.
     fn element(&self, old: ElementId) -> Option<ElementId> {
         let block = self.block(old.block)?;
         match old.stage {
@@ -189,7 +192,7 @@ fn element_of(element: ElementId) -> Element {
 }
 
 impl ReloadPlan {
-    /// What goes on from `old` to `new`.
+    /// Compares `old` and `new`.
     pub fn new(old: Side<'_>, new: Side<'_>) -> ReloadPlan {
         let names = Names::new(&old.symbols.identity, &new.symbols.identity);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
@@ -217,7 +220,7 @@ impl ReloadPlan {
         self.differences.push(Difference { text: text.into(), state: Some(state) });
     }
 
-    /// Notes that something with a state stands elsewhere in its block.
+    /// Records that a part with a state moved to a different element of its block.
     fn moves(&mut self, names: &Names<'_>, old: ElementId, new: ElementId) {
         if names.element(old) != Some(new) {
             let pair = (element_of(old), element_of(new));

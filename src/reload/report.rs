@@ -1,33 +1,35 @@
-//! The difference report: the facts of a plan in words, with what memory held.
+//! The difference report: a plan in words, with values of the old memory. Called through
+//! [`ReloadPlan::report`].
 //!
-//! Each line is a claim about what the swap does, or did. Before it, `Seen` is the latest image,
-//! and the lines are a forecast: what happens in a pass hangs on what executed, which no image
-//! shows. Behind it, it has what the passes left as well, and the lines are what happened.
+//! Each line states an effect of the swap. Before the swap, `Seen` holds the latest image, and the
+//! lines are a forecast: the effect of a pass depends on which elements executed, and the image
+//! does not show that. After the swap, `Seen` also holds the memory after the passes, and the lines
+//! state what happened.
 
 use super::{Difference, Elsewhere, ReloadPlan, Start, State};
 use crate::engine::{BitCell, Cell, WordCell};
 use crate::isa::duration;
 use crate::resolve::program::Value;
 
-/// The most lines of a report; the rest is counted.
+/// Maximum number of lines of a report; further lines are only counted.
 const LINES_MAX: usize = 400;
 
-/// By this a line begins that is worth more than a glance.
+/// The beginning of a line that is a warning.
 pub const WARNING: &str = "warning: ";
 
-/// The first line, where there is nothing else to say but what goes on.
+/// The first line of a report without differences; lines about kept state may follow.
 const NONE: &str = "no difference in what the program does";
 
 /// The old program's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
-    /// Its bits before the swap.
+    /// The bits before the swap.
     pub bits: &'a [u8],
-    /// Its words, likewise.
+    /// The words before the swap.
     pub words: &'a [i32],
-    /// What is forced.
+    /// The forced cells.
     pub forces: &'a [Cell],
-    /// Its bits behind the passes, where they have run.
+    /// The bits after the termination passes; `None` before the swap.
     pub passed: Option<&'a [u8]>,
 }
 
@@ -44,7 +46,8 @@ impl Seen<'_> {
         self.forces.contains(&cell)
     }
 
-    /// Whether a bit that was ON is OFF behind the passes; or will be, if that is to be expected.
+    /// Whether a bit that was ON is OFF after the passes. Before the swap: whether that is
+    /// `expected`.
     fn goes_off(&self, cell: u32, expected: impl FnOnce() -> bool) -> bool {
         self.is_on(cell)
             && match self.passed {
@@ -75,7 +78,8 @@ impl Seen<'_> {
 }
 
 impl ReloadPlan {
-    /// A line a difference; or that there is none, before what goes on.
+    /// One line for each difference. If the program only keeps state, the first line says that
+    /// there is no difference.
     pub fn report(&self, seen: &Seen<'_>) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
         let mut differs = false;
@@ -127,7 +131,7 @@ impl State {
             State::Starts(start) => start.asked(bits),
             State::Initial { cell, .. } | State::Limits { cell, .. } => push(*cell, bits, words),
             State::Unwritten { bit } => bits.push(*bit),
-            // Forces are read where they are listed.
+            // Depends on the list of forces only.
             State::Named { .. } => {}
             State::Moved { from, to, .. } => {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
@@ -197,7 +201,7 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
     })
 }
 
-/// A value as people read it.
+/// A value as text for people.
 fn held(cell: Cell, value: i32) -> String {
     match cell {
         Cell::Bit(_) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
@@ -247,7 +251,8 @@ fn moved(text: &str, state: &State, seen: &Seen<'_>) -> String {
     format!("{WARNING}{text}: {is}; {old}'s was {was}{force}")
 }
 
-/// Memory is kept as it is, and what is kept on disk is not restored beyond its limits.
+/// The line about a value beyond its limits. The reload keeps the value, but retentive memory does
+/// not restore a saved value beyond its limits.
 fn beyond(
     text: &str,
     (cell, begins): (Cell, Option<i32>),
@@ -262,7 +267,7 @@ fn beyond(
     (!(min..=max).contains(&value)).then_some(line)
 }
 
-/// Whether two presets are the same, however they are written.
+/// Whether two presets are equal, in any written form.
 pub(super) fn same(a: Value, b: Value) -> bool {
     match (a, b) {
         (Value::Const(a, _), Value::Const(b, _)) => a == b,
@@ -270,7 +275,7 @@ pub(super) fn same(a: Value, b: Value) -> bool {
     }
 }
 
-/// A preset as people read it.
+/// A preset as text for people.
 pub(super) fn preset(value: Value, is_time: bool) -> String {
     match value {
         Value::Const(value, _) => say(value, is_time),

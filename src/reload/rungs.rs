@@ -76,7 +76,7 @@ fn pair(
     count - before.len()
 }
 
-/// Reports whether the blocks of both programs are scanned in another order.
+/// Reports a changed scan order of the blocks that both programs have.
 fn order(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     let before: Vec<_> = old.program.order.iter().filter_map(|id| names.block(*id)).collect();
     let now = new.program.order.iter().copied();

@@ -1,11 +1,11 @@
-//! Tags: those that have another address, another name, other limits.
+//! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
 
 use super::memory::begins;
 use super::{Names, ReloadPlan, Side, State};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 
-/// Tags that have another address now: what the old one held stays where it was.
+/// Tags with a changed address: the value stays at the old address.
 pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     for (tag, to) in &names.new.tags {
@@ -34,7 +34,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     }
 }
 
-/// Tags of the same address by another name.
+/// Renamed tags: the address is the same.
 pub(super) fn renamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let gone = names.old.tags.iter().filter(|(tag, _)| !names.new.tags.contains_key(*tag));
@@ -49,7 +49,7 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     }
 }
 
-/// Tags that are gone, and whose address has no other: told where a force stays on it.
+/// Removed tags whose address has no tag any more: reported if the address is forced.
 pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
@@ -62,7 +62,7 @@ pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
     }
 }
 
-/// All cells of an address: of a structure, its members'.
+/// All cells of an address; for a structure, those of its members.
 fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
     match address {
         Address::Structure(structure) => {
@@ -72,7 +72,7 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
     }
 }
 
-/// Words whose limits are others, told where their value is not within.
+/// Words with changed limits, reported if their value is beyond them.
 pub(super) fn limits(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
     for address in names.new.addresses.keys() {
         let Address::Word(word) = *address else { continue };
@@ -87,7 +87,7 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, ne
     }
 }
 
-/// Where the value of an address is.
+/// The address that holds the value: for a structure, its `.Acc`.
 fn held(address: Address) -> Address {
     match address {
         Address::Structure(structure) => Address::Word(Word::Acc(structure)),
