@@ -1,8 +1,9 @@
-//! How long a scan waits for a reload: the swap of two programs of 1,000 rungs, by itself.
+//! Measures the swap of two programs of 1,000 rungs: the time that a reload adds to a scan.
 //!
-//! `cargo bench --bench reload` makes a fresh engine for every swap, as a reload does, and prints
-//! the times of [`Engine::adopt`] between two scans. `-- N` takes N rungs. A third of the rungs is
-//! edited, a third moved, some are gone and some new. `docs/reload.md` has a figure.
+//! `cargo bench --bench reload` makes a new engine for every swap, as a reload does, and prints the
+//! times of [`Engine::adopt`] between two scans. `-- N` sets the number of rungs. A third of the
+//! rungs is edited, a third is moved, some are removed and some added. `docs/reload.md` has a
+//! result.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -49,7 +50,7 @@ fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
         (0..5).for_each(|_| scan(&mut before));
         let mut after = Engine::new(new.0.clone());
         after.touch();
-        // The old program scans while the new one is made ready.
+        // The old program runs while the new one is prepared.
         (0..3).for_each(|_| scan(&mut before));
         let begin = Instant::now();
         after.adopt(&mut before, &plan.transfer, true, &[]);
@@ -70,8 +71,8 @@ fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
     );
 }
 
-/// Counters, timers and edges in turn, 250 each of 1,000; `edit` gives a preset's change, or no
-/// rung.
+/// A program of counters, timers and edges in turn, 250 each of 1,000. `edit` returns the change of
+/// a preset, or `None` to leave the rung out.
 fn program(
     rungs: usize,
     edit: impl Fn(usize) -> Option<usize>,

@@ -1,8 +1,8 @@
-//! What retentive memory costs: the scan thread, to publish its image; the store's thread, to
-//! gather what is retained and to put it into a slot's bytes.
+//! Measures retentive memory: for the scan thread, publishing its image; for the store's thread,
+//! gathering the retained memory and encoding it as a slot.
 //!
-//! `cargo bench --bench retain` prints a table; `docs/speed.md` has what came out. The image that a
-//! scan publishes is there for everybody: retentive memory adds no copy of its own.
+//! `cargo bench --bench retain` prints a table; `docs/speed.md` has the results. All readers share
+//! the image that a scan publishes: retentive memory adds no copy.
 
 use std::hint::black_box;
 use std::time::Instant;

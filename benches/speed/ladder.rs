@@ -1,4 +1,4 @@
-//! A workload as a ladder file, and the memory sizes that it needs.
+//! Writes a workload as a ladder file, and gives the memory sizes that it needs.
 
 use std::fmt::Write;
 

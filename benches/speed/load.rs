@@ -1,4 +1,4 @@
-//! How long a ladder takes from its text to the first scan, and how much memory that takes.
+//! Measures the time and memory from a ladder's text to its first scan.
 
 use std::process::Command;
 use std::time::Instant;
@@ -9,10 +9,10 @@ use super::ladder;
 use super::scanned::Scanned;
 use super::workload::{Name, Workload};
 
-/// How often each size is loaded.
+/// Number of loads of each size.
 const LOADS: usize = 9;
 
-/// A process a size, so that each has memory of its own.
+/// Runs a process for each size, so that each size has its own memory figures.
 pub fn table() -> anyhow::Result<()> {
     println!("   rungs   text to first scan, ms   most memory resident, MB");
     for n in [1000, 10_000, 100_000] {

@@ -1,8 +1,8 @@
-//! The scan engine's speed beside straight-line native Rust that does the same work.
+//! Measures the speed of the scan engine and of straight-line native Rust that does the same work.
 //!
 //! `cargo bench --bench speed` checks that both give the same outputs, times them in turns and
-//! prints a table; `-- --help` shows how to choose. `docs/speed.md` tells what the workloads are
-//! and what came out; `benches/instructions.sh` counts instructions with `--side`.
+//! prints a table; `-- --help` lists the options. `docs/speed.md` describes the workloads and has
+//! the results; `benches/instructions.sh` counts instructions with `--side`.
 
 mod ladder;
 mod load;
@@ -19,21 +19,21 @@ use rungd::lower::schedule::WINDOW;
 use scanned::Scanned;
 use workload::{Name, Workload};
 
-/// Which side to run alone.
+/// The side to run alone.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Side {
     Native,
     Engine,
-    /// Only what comes from outside, on the engine's side.
+    /// Only the inputs and queued writes, on the engine's side.
     Outside,
-    /// The same on the native side.
+    /// Only the inputs and queued writes, on the native side.
     NativeOutside,
 }
 
 /// The scan engine beside straight-line native Rust.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Only workloads whose name contains this.
+    /// Only workloads with this text in their name.
     #[arg(default_value = "")]
     only: String,
     /// Only this size.
@@ -45,7 +45,7 @@ struct Arguments {
     /// Scans to check before timing; with --side, scans to run.
     #[arg(long, default_value_t = 3000)]
     scans: usize,
-    /// Operations that may change places when they are put in order; 1: none.
+    /// Number of operations that are scheduled together; 1: file order.
     #[arg(long, default_value_t = WINDOW)]
     window: usize,
     /// Run one side for --scans scans, without a table (for instruction counts).
@@ -57,7 +57,7 @@ struct Arguments {
     /// Time loading instead: from text to the first scan.
     #[arg(long)]
     load: bool,
-    /// What `cargo bench` says.
+    /// The option that `cargo bench` passes.
     #[arg(long, hide = true)]
     bench: bool,
 }

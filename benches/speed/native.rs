@@ -1,7 +1,7 @@
 //! The native side: compiles the straight-line Rust, loads it, runs it.
 //!
-//! The only place of the benchmark with `unsafe`: it calls what rustc has just compiled, and the
-//! system's clock. Compiled libraries stay in the target directory under a hash of their source.
+//! The only part of the benchmark with `unsafe`: it calls the compiled code and the system's clock.
+//! Compiled libraries stay in the target directory, named by a hash of their source.
 
 use std::ffi::{CStr, CString, c_void};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -17,7 +17,7 @@ use super::workload::{INPUTS, Outside, WORDS, Workload};
 /// Straight-line code and its memory.
 pub struct Native {
     scan: extern "C" fn(*mut u8, i32),
-    /// As words, so that it is aligned; inputs, data words and coils come first.
+    /// Stored as words for the alignment; begins with inputs, data words and coils.
     memory: Vec<u64>,
     coils: usize,
 }
@@ -51,7 +51,7 @@ impl Native {
         }
     }
 
-    /// One scan, 1 ms after the last.
+    /// One scan, 1 ms after the previous one.
     #[inline]
     pub fn scan(&mut self) {
         (self.scan)(self.memory.as_mut_ptr().cast(), 1);
@@ -73,7 +73,7 @@ impl Native {
     }
 }
 
-/// Compiles a library unless it was; gives its path.
+/// Compiles a library, unless it is compiled already; returns its path.
 fn compile(source: &str) -> anyhow::Result<PathBuf> {
     let mut hasher = DefaultHasher::new();
     source.hash(&mut hasher);

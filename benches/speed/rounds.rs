@@ -1,21 +1,21 @@
-//! Rounds: the native side and the engine take turns, so that both meet the same weather.
+//! Times the native side and the engine in turns, so that disturbances affect both alike.
 //!
-//! Only scans count: what it takes to put in what comes from outside is timed too, and taken off.
-//! (A clock read around each scan would cost as much as a scan of a hundred native rungs.) The
-//! clock is the thread's processor time, so that others who compute at the same time only disturb
-//! the caches.
+//! Only scans count: the time to write inputs and queued writes is measured separately and
+//! subtracted. (Reading the clock around each scan would cost as much as a scan of a hundred native
+//! rungs.) The clock is the thread's processor time, so that other processes disturb only the
+//! caches.
 
 use super::native::{Native, thread_time_s};
 use super::scanned::Scanned;
 use super::workload::{Outside, Workload};
 
-/// Both sides of one workload, as after a start.
+/// Both sides of one workload, just started.
 pub struct Sides {
     pub native: Native,
     pub engine: Scanned,
 }
 
-/// What one workload gave: medians over the rounds.
+/// The results of one workload: medians over the rounds.
 pub struct Figures {
     pub native_ns: f64,
     pub engine_ns: f64,
@@ -24,7 +24,7 @@ pub struct Figures {
     pub ratio_quartiles: [f64; 2],
 }
 
-/// Runs both sides and compares all coils after every scan; gives how often any coil changed.
+/// Runs both sides and compares all coils after every scan; returns the number of changes of coils.
 pub fn check(workload: &Workload, sides: Sides, scans: usize) -> anyhow::Result<usize> {
     let Sides { mut native, mut engine } = sides;
     let mut before = native.coils().to_vec();
@@ -47,7 +47,7 @@ pub fn check(workload: &Workload, sides: Sides, scans: usize) -> anyhow::Result<
 pub fn measure(workload: &Workload, sides: Sides, rounds: usize) -> Figures {
     let Sides { mut native, mut engine } = sides;
     let rungs = workload.rungs_per_scan();
-    // A round of the native side takes a fraction of a millisecond: shorter than a time slice.
+    // A native round takes a fraction of a millisecond: shorter than a time slice.
     let scans = (200_000 / rungs).clamp(8, 2_000);
     let per_rung = |seconds: f64| seconds * 1e9 / (scans * rungs) as f64;
     let mut scene = workload.scene.iter().cycle();
@@ -58,7 +58,7 @@ pub fn measure(workload: &Workload, sides: Sides, rounds: usize) -> Figures {
         let engine_s = scans_alone(&outsides, &mut engine, Scanned::outside, Scanned::scan);
         both.push((per_rung(native_s), per_rung(engine_s)));
     }
-    // The first two warm the caches.
+    // The first two rounds warm the caches.
     let both = &both[2..];
     let ratios = sorted(both.iter().map(|(native, engine)| engine / native));
     Figures {
@@ -69,7 +69,8 @@ pub fn measure(workload: &Workload, sides: Sides, rounds: usize) -> Figures {
     }
 }
 
-/// Seconds that the scans take: with what comes from outside, less what that takes alone.
+/// Seconds for the scans alone: scans with inputs and queued writes, minus the inputs and queued
+/// writes.
 fn scans_alone<S>(
     outsides: &[&Outside],
     side: &mut S,

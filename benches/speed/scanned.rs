@@ -1,4 +1,4 @@
-//! The engine's side: the same workload from its ladder text, as the daemon would load it.
+//! The engine's side: the same workload, loaded from its ladder text as the daemon does.
 
 use anyhow::bail;
 use rungd::engine::{self, Engine, ScanTimes, WordCell};
@@ -24,13 +24,13 @@ pub struct Scanned {
 }
 
 impl Scanned {
-    /// `window`: operations that may change places when they are put in order.
+    /// `window`: number of operations that are scheduled together.
     pub fn new(workload: &Workload, window: usize) -> anyhow::Result<Scanned> {
         let program = resolve(&ladder::text(workload), ladder::sizes(workload))?;
         Ok(Scanned::of(lower::lower_with(&program, window).0, workload.coils()))
     }
 
-    /// From text to an engine that has been started.
+    /// Loads a ladder text and starts its engine.
     pub fn load(text: &str, sizes: MemorySizes, coils: usize) -> anyhow::Result<Scanned> {
         Ok(Scanned::of(lower::lower(&resolve(text, sizes)?).0, coils))
     }
@@ -50,7 +50,7 @@ impl Scanned {
         }
     }
 
-    /// Inputs and queued writes; they do not depend on what `scan` does first.
+    /// Writes inputs and queued writes, apart from `scan`.
     pub fn outside(&mut self, outside: &Outside) {
         for x in &outside.toggles {
             let on = &mut self.inputs[usize::from(*x)];
@@ -62,7 +62,7 @@ impl Scanned {
         }
     }
 
-    /// One scan, 1 ms after the last.
+    /// One scan, 1 ms after the previous one.
     #[inline]
     pub fn scan(&mut self) {
         self.now_ns += 1_000_000;

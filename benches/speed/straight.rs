@@ -1,9 +1,9 @@
-//! A workload as straight-line Rust: what one would write by hand for just these rungs.
+//! Writes a workload as straight-line Rust, as if written by hand for these rungs.
 //!
-//! A byte a bit, an `i32` an accumulator, no flags that nothing reads, no branches but around
-//! Stages; every place is a constant. What a rung remembers lies together: with the histories of
-//! W′ packed byte by byte it took several times as long. Functions of [`RUNGS`] rungs, so that it
-//! compiles fast.
+//! One byte for each bit, one `i32` for each accumulator, no unused flags, branches only around
+//! Stages; every offset is a constant. The state of a rung is stored together: with the histories
+//! of W′ packed byte by byte it took several times as long. Each function has [`RUNGS`] rungs, so
+//! that it compiles fast.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use super::workload::{
     Contact, INPUTS, Input, Kind, Rung, STAGED_COILS, STAGES, Shape, Stage, WORDS, Workload,
 };
 
-/// Rungs of one function.
+/// Number of rungs in a function.
 const RUNGS: usize = 256;
 
 pub fn source(workload: &Workload) -> String {
@@ -103,7 +103,7 @@ fn on_delay(at: usize, coil: usize, preset: i32) -> String {
     )
 }
 
-/// A Stage: the pass where one is due, then its rungs where it is ON.
+/// A Stage: its pass if one is due, then its rungs if it is ON.
 fn staged_rungs(body: &mut String, (program, at): (usize, usize), stage: &Stage) {
     let (coil, id) = (program * STAGED_COILS, program * STAGES + at);
     let next = program * STAGES + (at + 1) % STAGES;
@@ -131,7 +131,7 @@ fn staged_rungs(body: &mut String, (program, at): (usize, usize), stage: &Stage)
     .unwrap();
 }
 
-/// The expression of a leg; what must come before it goes to `body`.
+/// The expression of a leg; adds the statements that it needs to `body`.
 fn leg(body: &mut String, at: usize, contacts: &[Contact]) -> String {
     let mut terms = Vec::new();
     for contact in contacts {

@@ -1,19 +1,19 @@
-//! The workloads as data: which rungs there are, and what comes from outside in each scan.
+//! The workloads as data: their rungs, and the inputs and queued writes of each scan.
 //!
-//! `ladder` writes one as a ladder file, `straight` as Rust; both do the same work. Everything
-//! follows from a seed. W and W′ are flat: rungs of four kinds in Main. S is staged: Programs of
-//! eight Stages, one of which executes.
+//! `ladder` writes a workload as a ladder file, `straight` as Rust; both do the same work. A
+//! workload is generated from a seed. W and W′ are flat: rungs of four kinds in Main. S is staged:
+//! Programs of eight Stages; one Stage of each executes in a scan.
 
-/// How many inputs change, and how many data words compares look at.
+/// Number of inputs that change, and of data words that compares read.
 pub const INPUTS: u64 = 256;
 pub const WORDS: u64 = 64;
-/// Data words that are written from outside in a scan.
+/// Number of data words written from outside in a scan.
 const WRITES_PER_SCAN: usize = 4;
-/// Scans until what comes from outside repeats.
+/// Number of scans until inputs and queued writes repeat.
 const SCENE_SCANS: usize = 1024;
 /// Stages of each Program of S.
 pub const STAGES: usize = 8;
-/// Coils of each Program of S: one that all Stages drive, and two of each Stage's own.
+/// Coils of each Program of S: one that all Stages drive, and two for each Stage.
 pub const STAGED_COILS: usize = 1 + 2 * STAGES;
 
 /// A named workload and its size.
@@ -23,7 +23,7 @@ pub enum Name {
     Ordered,
     /// W, the four kinds mixed.
     Shuffled,
-    /// W′: more and other contacts, kinds mixed.
+    /// W′: more contacts, of more kinds; kinds of rungs mixed.
     Contacts,
     /// S: Programs with Stages.
     Stages,
@@ -42,7 +42,7 @@ impl Name {
     }
 }
 
-/// What a rung is about.
+/// The kind of a rung.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     CountUp,
@@ -67,7 +67,7 @@ pub enum Contact {
     NotRise(u64),
 }
 
-/// A rung of W or W′: contacts, an instruction, a coil. `reset`: two inputs, of counters.
+/// A rung of W or W′: contacts, an instruction, a coil. `reset`: two inputs, for counters.
 #[derive(Clone, Debug)]
 pub struct Rung {
     pub kind: Kind,
@@ -92,7 +92,7 @@ pub enum Shape {
     Staged(Vec<[Stage; STAGES]>),
 }
 
-/// What comes from outside before a scan.
+/// The inputs and queued writes before a scan.
 #[derive(Clone, Debug, Default)]
 pub struct Outside {
     /// Inputs that change.
@@ -131,7 +131,7 @@ impl Workload {
         Workload { name, n, shape, scene }
     }
 
-    /// How many coils there are, from C0 on.
+    /// The number of coils, from C0 on.
     pub fn coils(&self) -> usize {
         match &self.shape {
             Shape::Flat(rungs) => rungs.len(),
@@ -139,7 +139,7 @@ impl Workload {
         }
     }
 
-    /// How many structures of a sort there are at most.
+    /// The maximum number of structures of one kind.
     pub fn structures(&self) -> usize {
         match &self.shape {
             Shape::Flat(rungs) => rungs.len(),
@@ -147,7 +147,7 @@ impl Workload {
         }
     }
 
-    /// How many rungs a scan executes: of S, those of one Stage of each Program.
+    /// The number of rungs that a scan executes; in S, those of one Stage of each Program.
     pub fn rungs_per_scan(&self) -> usize {
         match &self.shape {
             Shape::Flat(rungs) => rungs.len(),

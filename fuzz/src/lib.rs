@@ -1,8 +1,8 @@
-//! What each fuzz target does with its bytes: one function a parser.
+//! The bodies of the fuzz targets: one function for each parser.
 //!
-//! None may panic, and some hold more: what is printed reads back as the same, a reply is a frame.
-//! `fuzz/run` runs them all. A new parser gets a function here, a file of three lines in
-//! `fuzz_targets/`, a row in `Cargo.toml` and in `run`.
+//! No target may panic. Some check more: printed text parses to the same value, a reply is one
+//! frame. `fuzz/run` runs all targets. A new parser gets a function here, a file of three lines in
+//! `fuzz_targets/`, and a row in `Cargo.toml` and in `run`.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
@@ -59,13 +59,13 @@ fn file(bytes: &[u8]) -> (SourceFile, Vec<Finding>) {
     (SourceFile { name: "fuzz.toml".to_owned(), text }, finding.into_iter().collect())
 }
 
-/// Findings are shown to people whatever they are.
+/// Renders the findings: that must not panic either.
 fn show(findings: &[Finding], file: SourceFile) {
     let shown = render(findings, &[file], Style::default());
     assert!(!shown.contains('\u{1b}'), "no escape of the author's reaches the terminal");
 }
 
-/// A ladder file: read, resolved, judged, made into an engine program.
+/// A ladder file: reads, resolves, checks and lowers it.
 pub fn ladder(bytes: &[u8]) {
     let (file, mut findings) = file(bytes);
     let files = [file];
@@ -81,7 +81,7 @@ pub fn ladder(bytes: &[u8]) {
     show(&findings, file);
 }
 
-/// A controller file: read, and resolved against a program.
+/// A controller file: reads it, and resolves it against a program.
 pub fn controller_file(bytes: &[u8]) {
     let (file, mut findings) = file(bytes);
     let (written, found) = controller::read(&file.text, FileId(0));
@@ -209,7 +209,7 @@ fn image(symbols: &Symbols) -> Snapshot {
     }
 }
 
-/// A line of the operator's protocol: what is understood says itself again.
+/// A line of the operator's protocol: an understood request prints as itself.
 pub fn operator(bytes: &[u8]) {
     let Ok(request) = serde_json::from_slice::<Request>(bytes) else { return };
     let line = serde_json::to_vec(&request).expect("it is of plain parts");
@@ -230,7 +230,7 @@ pub fn stimulus(bytes: &[u8]) {
     let _ = Stimulus::parse(text, &lookup);
 }
 
-/// A file of retentive memory, shown and searched for its newest image.
+/// A file of retentive memory: shows it, and searches its newest image.
 pub fn retain(bytes: &[u8]) {
     let mut disk = Disk(bytes.to_vec());
     let _ = rungd::retain::show::show(&mut disk);
@@ -238,14 +238,14 @@ pub fn retain(bytes: &[u8]) {
     if let Some(content) = rungd::retain::content::read(bytes) {
         let _ = format!("{content:?}");
     }
-    // Whatever a slot holds, it reads back as it was written.
+    // Every slot reads back as it was written.
     let stamp = Stamp { sequence: 3, scan: 2, saved_ms: 1, flags: 0 };
     let mut slot = Vec::new();
     put_slot(&mut slot, 7, &stamp, bytes);
     assert_eq!(read_slot(&slot, 7), Ok((stamp, bytes)));
 }
 
-/// A device that is nothing but its bytes.
+/// A storage device in memory.
 struct Disk(Vec<u8>);
 
 impl Device for Disk {
