@@ -11,7 +11,7 @@ use rungd::isa::{BitSpace, MemorySizes, Space};
 use rungd::lower;
 use rungd::resolve::range::Range;
 use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::retain::Plan;
+use rungd::retain::RetainPlan;
 use rungd::retain::format::{Stamp, put_slot};
 use rungd::runtime::command::Forces;
 use rungd::runtime::exchange::Mode;
@@ -40,7 +40,7 @@ fn main() {
         whole(Space::Word(rungd::isa::WordSpace::V), 3071),
         whole(Space::Counter, 127),
     ];
-    let plan = Plan::new(&ranges, &program, &symbols);
+    let plan = RetainPlan::new(&ranges, &program, &symbols);
     let (bits, words) = (vec![0; bits], vec![7; words]);
     let (mut content, mut slot) = (Vec::new(), Vec::new());
     let kib = plan.content_bytes() >> 10;

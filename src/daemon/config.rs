@@ -22,7 +22,7 @@ use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
 use crate::progress::{Progress, Step};
 use crate::resolve::program::{BlockKind, Program};
-use crate::retain::Plan;
+use crate::retain::RetainPlan;
 use crate::runtime::exchange::Tempo;
 use crate::runtime::wiring::{Source, Target, Wiring};
 use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
@@ -195,7 +195,7 @@ fn retain(
     file: &str,
 ) -> Option<Wanted> {
     let retention = &controller.retention;
-    let plan = Plan::new(&controller.retain, program, symbols);
+    let plan = RetainPlan::new(&controller.retain, program, symbols);
     (!plan.is_empty()).then(|| Wanted {
         path: place(retention.file.as_deref(), Path::new(file)),
         plan,

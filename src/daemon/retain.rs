@@ -13,7 +13,7 @@ use crate::retain::format::{FLAG_FINAL, Stamp};
 use crate::retain::keeper::{News, Start};
 use crate::retain::plan::Restoration;
 use crate::retain::show::utc;
-use crate::retain::{Keeper, Plan};
+use crate::retain::{Keeper, RetainPlan};
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
@@ -31,7 +31,7 @@ const FILE_NAME: &str = "retain";
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     pub path: PathBuf,
-    pub plan: Plan,
+    pub plan: RetainPlan,
     pub interval: Duration,
     pub runs_cold: bool,
     /// Whether an operator can run what waits in STOP; set at the start.

@@ -16,7 +16,7 @@ use super::narration::span;
 use super::retain::{Opened, Wanted, now_ms};
 use crate::faults::{self, Point};
 use crate::retain::keeper::Image;
-use crate::retain::{Keeper, Kept, Plan};
+use crate::retain::{Keeper, Kept, RetainPlan};
 use crate::runtime::Generations;
 use crate::runtime::exchange::{Mode, Port};
 use crate::say::say;
@@ -42,7 +42,7 @@ pub(super) struct Retention {
     figures: Arc<Mutex<Figures>>,
     pub wanted: Arc<Wanted>,
     /// What is retained, and what it is called: by program.
-    pub plans: Generations<Plan>,
+    pub plans: Generations<RetainPlan>,
 }
 
 /// How it goes.
@@ -207,7 +207,7 @@ impl std::fmt::Display for NotSaved {
 
 struct Worker {
     keeper: Keeper,
-    plans: Generations<Plan>,
+    plans: Generations<RetainPlan>,
     /// Whose plan the keeper has.
     generation: u32,
     port: Port,
@@ -269,7 +269,7 @@ impl Worker {
         }
         if latest.generation != self.generation {
             self.generation = latest.generation;
-            self.keeper.set_plan(Plan::clone(&self.plans.of(latest.generation)));
+            self.keeper.set_plan(RetainPlan::clone(&self.plans.of(latest.generation)));
         }
         let begin = Instant::now();
         self.tried = Some(begin);

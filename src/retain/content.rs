@@ -1,16 +1,16 @@
-//! What an image holds, as bytes: elements by address, what they are called, who owns them, and
+//! The content of an image, as bytes: elements by address, their tags, their owners, and
 //! their values. `docs/retain-format.md`, *Content*.
 //!
 //! Written by `plan`, read back here. Reading trusts nothing: a content that makes no sense is
-//! refused as a whole, whatever its checksums said.
+//! refused as a whole, even if its checksums are right.
 
 use std::collections::{HashMap, HashSet};
 
-/// What an element is. Its number is what stands in the file.
+/// The kind of an element. The file holds its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 #[allow(missing_docs)]
-pub enum Kind {
+pub enum ElementKind {
     C = 1,
     Mc = 2,
     Mi = 3,
@@ -26,17 +26,17 @@ pub enum Kind {
 /// How many bytes of bits a structure has: those that a program sees, then its owner's own.
 pub const RECORD_BYTES: usize = 8;
 
-const KINDS: [Kind; 10] = [
-    Kind::C,
-    Kind::Mc,
-    Kind::Mi,
-    Kind::V,
-    Kind::D,
-    Kind::Mhr,
-    Kind::Mir,
-    Kind::Ct,
-    Kind::T,
-    Kind::N,
+const KINDS: [ElementKind; 10] = [
+    ElementKind::C,
+    ElementKind::Mc,
+    ElementKind::Mi,
+    ElementKind::V,
+    ElementKind::D,
+    ElementKind::Mhr,
+    ElementKind::Mir,
+    ElementKind::Ct,
+    ElementKind::T,
+    ElementKind::N,
 ];
 
 /// Of a run's flags: its program terminates these elements.
@@ -46,22 +46,22 @@ const TERMINATED: u8 = 1;
 const ELEMENTS_MAX: u64 = 1 << 20;
 
 /// One element: `D5` is kind D, number 5.
-pub type Element = (Kind, u32);
+pub type Element = (ElementKind, u32);
 
 /// Neighbouring elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
     /// Of this kind.
-    pub kind: Kind,
+    pub kind: ElementKind,
     /// From this number on.
     pub first: u32,
-    /// So many.
+    /// The number of elements.
     pub count: u32,
-    /// The program terminates them: they are OFF or reset behind its stop.
+    /// The program terminates them: they are OFF or reset after its stop.
     pub terminated: bool,
 }
 
-/// What an element holds.
+/// The value of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Value {
     /// A bit: 0 or 1; a word; a structure's `.Acc`.
@@ -81,60 +81,60 @@ pub struct Content {
     pub tags: Vec<(String, Element)>,
     /// Which instruction in which block owns a structure.
     pub owners: HashMap<Element, String>,
-    /// What the program that kept them would have terminated at a stop.
+    /// The elements that the program of this image terminates at a stop.
     pub terminated: HashSet<Element>,
 }
 
-impl Kind {
+impl ElementKind {
     /// As addresses are written: `CT`.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::C => "C",
-            Kind::Mc => "MC",
-            Kind::Mi => "MI",
-            Kind::V => "V",
-            Kind::D => "D",
-            Kind::Mhr => "MHR",
-            Kind::Mir => "MIR",
-            Kind::Ct => "CT",
-            Kind::T => "T",
-            Kind::N => "N",
+            ElementKind::C => "C",
+            ElementKind::Mc => "MC",
+            ElementKind::Mi => "MI",
+            ElementKind::V => "V",
+            ElementKind::D => "D",
+            ElementKind::Mhr => "MHR",
+            ElementKind::Mir => "MIR",
+            ElementKind::Ct => "CT",
+            ElementKind::T => "T",
+            ElementKind::N => "N",
         }
     }
 
-    /// What a value is put back as: only an element of the same type takes it.
+    /// The type of a value: only an element of the same type takes it.
     pub fn type_name(self) -> &'static str {
         match self {
-            Kind::C | Kind::Mc | Kind::Mi => "a bit",
-            Kind::V | Kind::Mhr | Kind::Mir => "a 16-bit word",
-            Kind::D => "a 32-bit word",
-            Kind::Ct => "a counter",
-            Kind::T => "a timer",
-            Kind::N => "a Sensaphone counter",
+            ElementKind::C | ElementKind::Mc | ElementKind::Mi => "a bit",
+            ElementKind::V | ElementKind::Mhr | ElementKind::Mir => "a 16-bit word",
+            ElementKind::D => "a 32-bit word",
+            ElementKind::Ct => "a counter",
+            ElementKind::T => "a timer",
+            ElementKind::N => "a Sensaphone counter",
         }
     }
 
     /// How many bytes a value has.
     pub fn value_bytes(self) -> usize {
         match self {
-            Kind::C | Kind::Mc | Kind::Mi => 1,
-            Kind::V | Kind::D | Kind::Mhr | Kind::Mir => 4,
-            Kind::Ct | Kind::T => 4 + RECORD_BYTES,
-            Kind::N => 8 + RECORD_BYTES,
+            ElementKind::C | ElementKind::Mc | ElementKind::Mi => 1,
+            ElementKind::V | ElementKind::D | ElementKind::Mhr | ElementKind::Mir => 4,
+            ElementKind::Ct | ElementKind::T => 4 + RECORD_BYTES,
+            ElementKind::N => 8 + RECORD_BYTES,
         }
     }
 
-    /// What a word of this kind may hold.
+    /// The range of a word of this kind.
     pub fn range(self) -> (i32, i32) {
         match self {
-            Kind::C | Kind::Mc | Kind::Mi => (0, 1),
-            Kind::V | Kind::Mhr | Kind::Mir => (0, 0xFFFF),
-            Kind::D | Kind::Ct | Kind::T => (i32::MIN, i32::MAX),
-            Kind::N => (i32::from(i16::MIN), i32::from(i16::MAX)),
+            ElementKind::C | ElementKind::Mc | ElementKind::Mi => (0, 1),
+            ElementKind::V | ElementKind::Mhr | ElementKind::Mir => (0, 0xFFFF),
+            ElementKind::D | ElementKind::Ct | ElementKind::T => (i32::MIN, i32::MAX),
+            ElementKind::N => (i32::from(i16::MIN), i32::from(i16::MAX)),
         }
     }
 
-    fn of(code: u8) -> Option<Kind> {
+    fn of(code: u8) -> Option<ElementKind> {
         KINDS.into_iter().find(|kind| *kind as u8 == code)
     }
 }
@@ -144,7 +144,7 @@ pub fn address(element: Element) -> String {
     format!("{}{}", element.0.name(), element.1)
 }
 
-/// What stands before the values: the same at every save of a run.
+/// The bytes before the values: the same in every image until the program changes.
 pub(super) fn preamble(
     runs: &[Run],
     tags: &[(String, Element)],
@@ -183,7 +183,7 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     let mut total = 0;
     for _ in 0..reader.u32()? {
         let head = reader.take(4)?;
-        let (kind, terminated) = (Kind::of(head[0])?, head[1] & TERMINATED != 0);
+        let (kind, terminated) = (ElementKind::of(head[0])?, head[1] & TERMINATED != 0);
         let run = Run { kind, first: reader.u32()?, count: reader.u32()?, terminated };
         run.first.checked_add(run.count)?;
         total += u64::from(run.count);
@@ -230,7 +230,7 @@ impl<'a> Reader<'a> {
         let mut texts = Vec::new();
         for _ in 0..self.u32()? {
             let head = self.take(4)?;
-            let kind = Kind::of(head[0])?;
+            let kind = ElementKind::of(head[0])?;
             let length = usize::from(u16::from_le_bytes([head[2], head[3]]));
             let number = self.u32()?;
             let text = self.take(length.next_multiple_of(4))?;
@@ -240,7 +240,7 @@ impl<'a> Reader<'a> {
         Some(texts)
     }
 
-    fn value(&mut self, kind: Kind) -> Option<Value> {
+    fn value(&mut self, kind: ElementKind) -> Option<Value> {
         let (low, high) = kind.range();
         let clamped = |word: i32| word.clamp(low, high);
         let word = match kind.value_bytes() {
@@ -248,10 +248,10 @@ impl<'a> Reader<'a> {
             _ => self.i32()?,
         };
         let mut value = Value { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
-        if kind == Kind::N {
+        if kind == ElementKind::N {
             value.preset = clamped(self.i32()?);
         }
-        if kind >= Kind::Ct {
+        if kind >= ElementKind::Ct {
             for (bit, byte) in value.record.iter_mut().zip(self.take(RECORD_BYTES)?) {
                 *bit = u8::from(*byte != 0);
             }
@@ -266,8 +266,8 @@ mod tests {
 
     #[test]
     fn a_content_that_makes_no_sense_is_refused() {
-        let runs = [Run { kind: Kind::D, first: 3, count: 2, terminated: false }];
-        let tags = [("level".to_owned(), (Kind::D, 4))];
+        let runs = [Run { kind: ElementKind::D, first: 3, count: 2, terminated: false }];
+        let tags = [("level".to_owned(), (ElementKind::D, 4))];
         let mut bytes = preamble(&runs, &tags, &[]);
         bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);
         let content = read(&bytes).unwrap();
@@ -288,13 +288,13 @@ mod tests {
 
     #[test]
     fn values_out_of_range_are_the_nearest_in_it_and_of_an_element_in_two_runs_the_later_counts() {
-        let run = |count| Run { kind: Kind::V, first: 3, count, terminated: false };
+        let run = |count| Run { kind: ElementKind::V, first: 3, count, terminated: false };
         let mut bytes = preamble(&[run(2), run(1)], &[], &[]);
         [-5, 70_000, 9].iter().for_each(|word: &i32| bytes.extend(word.to_le_bytes()));
         let content = read(&bytes).unwrap();
         let words: Vec<_> = content.elements.iter().map(|(at, value)| (at.1, value.word)).collect();
         assert_eq!(words, [(3, 0), (4, 0xFFFF), (3, 9)]);
         let counts: HashMap<_, _> = content.elements.into_iter().collect();
-        assert_eq!(counts[&(Kind::V, 3)].word, 9, "as the plan takes them");
+        assert_eq!(counts[&(ElementKind::V, 3)].word, 9, "as the plan takes them");
     }
 }

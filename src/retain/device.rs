@@ -1,4 +1,4 @@
-//! What slots lie on: bytes that are read, written and made durable.
+//! The device below the slots: bytes that are read, written and made durable.
 //!
 //! A trait, so that a test can be a disk whose power fails, whose calls fail, and which forgets
 //! what it never made durable. `file` has the real one.
@@ -25,18 +25,18 @@ pub trait Device {
     /// The system's.
     fn write_at(&mut self, at: u64, from: &[u8]) -> io::Result<usize>;
 
-    /// Returns once all that was written is durable. After an error nothing is known of what was
-    /// written since the last success, whatever a later call says.
+    /// Returns once all bytes that were written are durable. After an error the bytes written since
+    /// the last success may be lost, even if a later call succeeds.
     ///
     /// # Errors
     /// The system's.
     fn sync(&mut self) -> io::Result<()>;
 
-    /// Makes durable what can be, and lets reads come from the medium rather than from a cache.
+    /// Makes durable as much as it can, and lets reads come from the medium, not from a cache.
     /// As far as that can be had.
     fn settle(&mut self);
 
-    /// Whether it still is what others find under its name.
+    /// Whether its name still leads other processes to this device.
     ///
     /// # Errors
     /// `NotFound`: it is not; else the system's.

@@ -1,8 +1,8 @@
 //! The device that a real file is: locked, made in full beside its place, kept aside if foreign.
 //!
-//! Called by `keeper` and by `rungd retain show`. Says what went wrong; what that means for the
-//! controller is the keeper's to decide. Where the place is a symbolic link, all happens beside
-//! what it points at, and the link stays.
+//! Called by `keeper` and by `rungd retain show`. It reports errors; the keeper decides what they
+//! mean for the controller. If the path is a symbolic link, new files are made beside its target,
+//! and the link stays.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -13,27 +13,27 @@ use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_w
 
 use super::device::Device;
 
-/// The most links behind one another, as the kernel has it.
+/// The longest chain of symbolic links, as in the kernel.
 const LINKS_MAX: usize = 40;
 
-/// A file of retentive memory, open; no other process has it.
+/// An open file of retentive memory, locked against other processes if it is owned.
 #[derive(Debug)]
 pub struct FileDevice {
     path: PathBuf,
     file: File,
 }
 
-/// By which a file that somebody else wrote, cut or replaced is known, without reading it.
+/// The file's metadata: it differs after another process wrote, cut or replaced the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trace {
     file: (u64, u64, u64),
     changed: (i64, i64, i64, i64),
 }
 
-/// What a process may do with the file.
+/// The access of a process to the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// Read and write it, and keep others out.
+    /// Read and write it, and lock it against other processes.
     Own,
     /// Look at it.
     Read,
@@ -46,7 +46,7 @@ impl FileDevice {
     /// The system's; `ResourceBusy` if another process owns it.
     pub fn open(path: &Path, access: Access) -> io::Result<FileDevice> {
         let mut options = OpenOptions::new();
-        // What is no file (a pipe, a terminal) neither blocks nor becomes ours.
+        // A pipe neither blocks here, nor does a terminal become the process's own.
         let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
         options.read(true).write(access == Access::Own).custom_flags(flags.bits() as i32);
         let file = options.open(path)?;
@@ -59,7 +59,7 @@ impl FileDevice {
         Ok(FileDevice { path: path.to_owned(), file })
     }
 
-    /// Which file it is, whatever it is called.
+    /// The device and inode: they stay the same when the file is renamed.
     ///
     /// # Errors
     /// The system's.
@@ -67,7 +67,7 @@ impl FileDevice {
         identity(&self.file.metadata()?)
     }
 
-    /// What a look from outside shows of what has its name: any change of it but the reading.
+    /// The metadata of the file that now has this name: any change but a read shows in it.
     pub fn trace(&self) -> Option<Trace> {
         let named = fs::metadata(&self.path).ok()?;
         let changed = (named.mtime(), named.mtime_nsec(), named.ctime(), named.ctime_nsec());
@@ -80,7 +80,7 @@ impl FileDevice {
     /// The system's; `ResourceBusy` if another process is making one.
     pub fn create_beside(path: &Path) -> io::Result<FileDevice> {
         let path = with_ending(&followed(path), ".new");
-        // What another process is making has its lock; what one left behind has none.
+        // A file that another process is making is locked; one that a process left is not.
         let left = OpenOptions::new().read(true).custom_flags(AS_IT_IS.bits() as i32).open(&path);
         if let Ok(left) = left {
             lock(&left)?;
@@ -110,13 +110,13 @@ impl FileDevice {
         Ok(FileDevice { path, file })
     }
 
-    /// Takes away what [`FileDevice::create_beside`] made.
+    /// Deletes the file that [`FileDevice::create_beside`] made.
     pub fn discard_beside(path: &Path) {
         let _ = fs::remove_file(with_ending(&followed(path), ".new"));
     }
 
-    /// Gives the file, whole and durable by now, its name. Another of that name is replaced only
-    /// by who owns it.
+    /// Gives the file, whole and durable by now, its name. `replaces`: this process owns the file
+    /// that has the name, and replaces it.
     ///
     /// # Errors
     /// The system's; `ResourceBusy` if there is one by now.
@@ -134,7 +134,7 @@ impl FileDevice {
     }
 }
 
-/// Opens what is there and nothing behind it: neither blocks nor follows a link.
+/// Opens the entry itself: neither blocks nor follows a link.
 const AS_IT_IS: rustix::fs::OFlags =
     rustix::fs::OFlags::NONBLOCK.union(rustix::fs::OFlags::NOFOLLOW);
 
@@ -186,7 +186,7 @@ impl Device for FileDevice {
 
     fn sync(&mut self) -> io::Result<()> {
         self.file.sync_data()?;
-        // Bytes of a file that has no name any more are durable for nobody.
+        // The bytes of a file without a name cannot be read after a restart.
         self.in_place()
     }
 
@@ -205,7 +205,8 @@ impl Device for FileDevice {
     }
 
     fn reopen(&mut self) -> io::Result<()> {
-        // The lock goes with the old file; nobody can want it in between who was refused before.
+        // The lock is given up first, since the new opening takes it again. No other process waits
+        // for it: one that was refused has ended.
         flock(&self.file, FlockOperation::Unlock)?;
         match FileDevice::open(&self.path, Access::Own) {
             Ok(opened) => *self = opened,
@@ -218,8 +219,8 @@ impl Device for FileDevice {
     }
 }
 
-/// Gives a file another name, which nothing has: it is never overwritten. The file is the one that
-/// was `seen`, and nobody else's meanwhile.
+/// Renames a file to a free name, so that it is never overwritten. It must be the file that was
+/// `seen`, and no other process may own it.
 ///
 /// # Errors
 /// The system's; `ResourceBusy` if it is another process's.
@@ -231,7 +232,7 @@ pub fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
     rename_aside(path)
 }
 
-/// The same of a file that is owned already.
+/// As [`keep_aside`], for a file that this process owns.
 ///
 /// # Errors
 /// The system's.

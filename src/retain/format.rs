@@ -10,7 +10,7 @@
 
 /// Headers and slots begin and end at multiples of this; it is a multiple of any sector's size.
 pub const BLOCK_BYTES: usize = 4096;
-/// The header stands in so many blocks, one copy each; slots follow.
+/// The number of copies of the header, one block each; slots follow.
 pub const HEADER_COPIES: usize = 2;
 /// The version that this program reads and writes.
 pub const VERSION: u32 = 1;
@@ -18,11 +18,11 @@ pub const VERSION: u32 = 1;
 pub const SLOT_BYTES_MAX: u32 = 64 << 20;
 /// The most slots.
 pub const SLOTS_MAX: u32 = 64;
-/// The fewest slots: one is written while another is known to be durable.
+/// The fewest slots: one is written while a second one is known to be durable.
 pub const SLOTS_LEAST: u32 = 3;
 /// As many slots as a new file has.
 pub const SLOTS_DEFAULT: u32 = 4;
-/// Flag: written after an orderly stop, behind the termination passes.
+/// Flag: written after an orderly stop and its termination passes.
 pub const FLAG_FINAL: u32 = 1;
 
 const MAGIC: [u8; 16] = *b"rungd retain\r\n\x1a\n";
@@ -39,11 +39,11 @@ pub struct Geometry {
     pub slot_bytes: u32,
     /// How many slots.
     pub slots: u32,
-    /// A number that no other file has: a slot of another file is none of this one's.
+    /// A number that no other file has: it tells the slots of this file from those of others.
     pub id: u64,
 }
 
-/// What is known of an image beside its content.
+/// The numbers of an image, without its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamp {
     /// Images of a file are numbered from 1 on; the highest is the newest.
@@ -76,7 +76,7 @@ pub enum BadSlot {
     Cut,
     /// Something else stands there.
     NoImage,
-    /// An image of another file.
+    /// The image belongs to a different file.
     OtherFile,
     /// Its beginning is damaged.
     Head,
@@ -87,7 +87,7 @@ pub enum BadSlot {
 }
 
 impl Geometry {
-    /// A geometry for contents of so many bytes, with a quarter to spare.
+    /// A geometry for contents of this length, with a quarter to spare.
     pub fn for_content(content_bytes: usize, id: u64) -> Geometry {
         let wanted = slot_bytes(content_bytes + content_bytes / 4);
         Geometry { slot_bytes: wanted as u32, slots: SLOTS_DEFAULT, id }
@@ -103,7 +103,7 @@ impl Geometry {
         (HEADER_COPIES * BLOCK_BYTES) as u64 + slot as u64 * u64::from(self.slot_bytes)
     }
 
-    /// Whether a slot holds contents of so many bytes.
+    /// Whether a content of this length fits into a slot.
     pub fn fits(&self, content_bytes: usize) -> bool {
         slot_bytes(content_bytes) <= self.slot_bytes as usize
     }

@@ -1,4 +1,4 @@
-//! The keeper: what is found at the start, and what is written while the controller runs.
+//! The keeper: reads the file at the start, and writes images while the controller runs.
 //!
 //! Owned by the daemon's thread for retentive memory, which brings images, the time and the log.
 //! A file that cannot be used is never written over: it is kept aside, or left alone. A file that
@@ -10,19 +10,19 @@ use std::path::{Path, PathBuf};
 use super::content;
 use super::file::{Access, FileDevice, Trace, keep_aside, rename_aside};
 use super::format::{BadSlot, FLAG_FINAL, Geometry, Stamp};
-use super::plan::{Plan, Restoration};
+use super::plan::{Restoration, RetainPlan};
 use super::slots::{Found, Slots, Survey, Unusable, survey};
 
 /// Keeps one controller's memory in one file.
 pub struct Keeper {
     path: PathBuf,
-    plan: Plan,
+    plan: RetainPlan,
     slots: Option<Slots<FileDevice>>,
     gathered: Vec<u8>,
-    /// What is durable.
+    /// The image that is durable.
     kept: Option<Kept>,
     kept_content: Vec<u8>,
-    /// What the file looked like from outside when it was last known to hold that.
+    /// The file's metadata when the file was last known to hold that image.
     trace: Option<Trace>,
     /// Another process turned out to own the file.
     busy: Option<io::Error>,
@@ -37,11 +37,11 @@ pub struct Kept {
     pub bytes: usize,
 }
 
-/// What the start found.
+/// The result of the start.
 pub struct Start {
-    /// The image, and what becomes of it; or why there is none.
+    /// The image and its restoration, or the reason why there is none.
     pub image: Result<(Stamp, Restoration), String>,
-    /// What else is to be told.
+    /// Further news for the log.
     pub news: Vec<News>,
 }
 
@@ -50,7 +50,7 @@ pub struct Start {
 pub enum News {
     /// A slot that should hold an image does not.
     Slot(usize, BadSlot),
-    /// A file was there, and is kept under another name.
+    /// There was a file; it is kept under this new name.
     Aside(PathBuf),
     /// A new file was made.
     Made(Geometry),
@@ -58,7 +58,7 @@ pub enum News {
     NotWritable(String),
 }
 
-/// What is to be kept: the image of one scan.
+/// The image of one scan, to be kept.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
     /// Complete scans of the process.
@@ -74,12 +74,12 @@ pub struct Image<'a> {
 }
 
 impl Keeper {
-    /// Opens the file, reads what it has, and makes a new one where it cannot be used. What cannot
-    /// be had now is tried again at every save.
+    /// Opens the file and reads its newest image, or makes a new file if it cannot be used. If that
+    /// fails, every save tries again.
     ///
     /// # Errors
     /// Another process owns the file.
-    pub fn open(path: &Path, plan: Plan, id: u64) -> io::Result<(Keeper, Start)> {
+    pub fn open(path: &Path, plan: RetainPlan, id: u64) -> io::Result<(Keeper, Start)> {
         let mut keeper = Keeper {
             path: path.to_owned(),
             plan,
@@ -109,14 +109,14 @@ impl Keeper {
         }
     }
 
-    /// What is retained.
-    pub fn plan(&self) -> &Plan {
+    /// The plan of the elements that are retained.
+    pub fn plan(&self) -> &RetainPlan {
         &self.plan
     }
 
-    /// From the next save on something else is retained: the program has changed. A longer file is
-    /// made where one is needed.
-    pub fn set_plan(&mut self, plan: Plan) {
+    /// The program has changed: the next save follows this plan. It makes a longer file if it needs
+    /// one.
+    pub fn set_plan(&mut self, plan: RetainPlan) {
         self.plan = plan;
     }
 
@@ -158,12 +158,12 @@ impl Keeper {
         // Longer slots are needed, or the file was cut: a new one takes the image along first. The
         // old one is ours until then.
         self.make((id, survey.newest.as_ref()), true, news);
-        // Without a new one the old one stays, and with it what keeps others out.
+        // Without a new file the old one stays, and its lock with it.
         self.slots.get_or_insert(slots);
         image
     }
 
-    /// What a look at all slots comes to.
+    /// The newest image of a survey and its restoration; damaged slots become news.
     fn judge(&self, survey: &Survey, news: &mut Vec<News>) -> Result<(Stamp, Restoration), String> {
         for (at, slot) in survey.slots.iter().enumerate() {
             if let Err(bad) = slot
@@ -179,7 +179,7 @@ impl Keeper {
         Ok((newest.stamp, self.plan.restore(&content, is_final)))
     }
 
-    /// Where the file may be read and not written: what it has is restored all the same.
+    /// Restores from a file that may be read and not written.
     fn read_only(&mut self, news: &mut Vec<News>) -> Result<(Stamp, Restoration), String> {
         let opened = FileDevice::open(&self.path, Access::Read);
         let mut device = opened.map_err(|error| format!("it cannot be opened: {error}"))?;
@@ -197,7 +197,7 @@ impl Keeper {
                 self.make((id, None), false, news);
             }
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy => self.busy = Some(error),
-            // It went while it was looked at: only another process's start does that.
+            // The file vanished after it was opened: another process has started with it.
             Err(error) if error.kind() == io::ErrorKind::NotFound => self.busy = Some(error),
             Err(error) => {
                 news.push(News::NotWritable(format!("it cannot be renamed: {error}")));
@@ -230,7 +230,7 @@ impl Keeper {
         let made = Slots::format(device, Geometry::for_content(longest, id));
         let whole = made.and_then(|mut slots| {
             if let Some(first) = first {
-                // The image keeps its number. Behind the last number, a new file begins at 1.
+                // The image keeps its number. After the last number, a new file begins at 1.
                 if first.stamp.sequence < u64::MAX {
                     slots.continue_from(first.stamp.sequence - 1);
                 }
@@ -240,14 +240,14 @@ impl Keeper {
             Ok(slots)
         });
         if whole.is_err() {
-            // On a full disk half a file would be in everybody's way.
+            // On a full disk half a file would take the room that a next try needs.
             FileDevice::discard_beside(&self.path);
         }
         whole
     }
 
-    /// Whether somebody did something to the file since it was known to hold what is kept: a look
-    /// from outside, for a time in which nothing is written.
+    /// Whether another process has changed the file since it was known to hold the kept image. It
+    /// compares metadata, for a time in which nothing is written.
     pub fn is_disturbed(&self) -> bool {
         self.kept.is_some() && self.trace_now() != self.trace
     }
@@ -256,12 +256,12 @@ impl Keeper {
         self.slots.as_ref().and_then(|slots| slots.device().trace())
     }
 
-    /// Writes an image if what is retained of it is not what is durable already, which is looked
-    /// at in the file; returns once it is, and tells what was written.
+    /// Writes an image unless the durable one has the same content, which is checked in the file.
+    /// Returns once the image is durable; `None`: it was durable before.
     ///
     /// # Errors
-    /// The system's. What was durable before still is, but for `NotFound`: the file is gone, or is
-    /// not what was written there. The next save, which may come at once, makes it good.
+    /// The system's. The previous image stays durable, but for `NotFound`: the file is gone, or its
+    /// bytes were changed. The next save, which may follow at once, repairs it.
     pub fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };
@@ -286,7 +286,7 @@ impl Keeper {
                 Ok(self.kept)
             }
             Err(error) => {
-                // A file that has lost its name is of no use; any other is opened anew.
+                // A file that has lost its name is given up; after other errors it is reopened.
                 if error.kind() != io::ErrorKind::NotFound {
                     self.slots = Some(slots);
                 }
@@ -295,7 +295,7 @@ impl Keeper {
         }
     }
 
-    /// Whether what is kept still is in the file. What is not there is not kept.
+    /// Whether the kept image is still in the file. If not, it counts as not kept.
     fn is_there(&mut self) -> io::Result<bool> {
         let Some((kept, slots)) = self.kept.zip(self.slots.as_mut()) else { return Ok(false) };
         if slots.is_doubted() {

@@ -18,7 +18,7 @@ pub(super) struct Limits(HashMap<Element, Limit>);
 struct Limit {
     min: i32,
     max: i32,
-    /// What a cold start puts there.
+    /// The value after a cold start.
     initial: i32,
 }
 
@@ -47,7 +47,7 @@ impl Limits {
     /// Why a value is not for a word; none where it is.
     pub fn refuse(&self, element: Element, value: i32) -> Option<String> {
         let Limit { min, max, initial } = *self.0.get(&element)?;
-        // What a cold start gives anyway is no value that was dropped.
+        // A value that a cold start gives anyway does not count as dropped.
         if (min..=max).contains(&value) || value == initial {
             return None;
         }

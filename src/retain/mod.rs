@@ -1,9 +1,9 @@
-//! Retentive memory: what a restart keeps, from a scan's image to the bytes of a file and back.
+//! Retentive memory: from a scan's image to the bytes of a file and back after a restart.
 //!
 //! `plan` knows what is retained and what it is called, `content` is that in bytes, `format` the
 //! header and the slots around it, `slots` writes and finds them on a [`Device`], `file` is the
 //! device that a real file is, `keeper` decides when something is written. The daemon gives the
-//! thread and the log; `docs/retain-format.md` is the page for who writes a reader of his own.
+//! thread and the log; `docs/retain-format.md` is the page for the authors of other readers.
 //!
 //! The idea: an image is written beside the last ones, never over the one that is known to be
 //! durable, and it is whole or it is nothing: whatever an interrupted write leaves behind, what is
@@ -25,4 +25,4 @@ pub mod slots;
 
 pub use device::Device;
 pub use keeper::{Keeper, Kept};
-pub use plan::Plan;
+pub use plan::RetainPlan;

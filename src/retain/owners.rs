@@ -23,7 +23,7 @@ pub(super) enum Preset {
     Location,
 }
 
-/// What the termination passes of a program switch OFF or reset.
+/// The elements that the termination passes of a program switch OFF or reset.
 pub(super) fn terminated(program: &Program) -> HashSet<Element> {
     let all = program.instructions().map(|(_, instruction)| instruction);
     let terminates = |one: &&Instruction| match one.mnemonic.spec().termination {

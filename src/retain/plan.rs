@@ -1,15 +1,15 @@
-//! What a controller retains, where it lies in the image, and how values come back to it.
+//! The elements that a controller retains: their places in the image, and the way back there.
 //!
 //! Made once at the start from the ranges of the controller file and the program. `keeper` gathers
-//! with it what an image has; the daemon restores by it before the first scan.
+//! the retained values of an image with it; the daemon restores by it before the first scan.
 //!
 //! Values come back by tag, and by address where neither side has a tag: a tag that has moved to
-//! another address takes its value along, and an address that means something else now is not
-//! given what it meant before.
+//! a new address takes its value along, and an address whose meaning has changed does not get its
+//! old value.
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{self, Content, Element, Kind, RECORD_BYTES, Run, Value, address};
+use super::content::{self, Content, Element, ElementKind, RECORD_BYTES, Run, Value, address};
 use super::limits::Limits;
 use super::owners::{Preset, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
@@ -18,9 +18,9 @@ use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::range::Range;
 
-/// What is retained.
+/// The elements that are retained.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct RetainPlan {
     layout: Layout,
     limits: Limits,
     runs: Vec<Run>,
@@ -29,16 +29,16 @@ pub struct Plan {
     preamble: Vec<u8>,
 }
 
-/// What becomes of an image that was found.
+/// The effect of an image that was found.
 #[derive(Clone, Debug, Default)]
 pub struct Restoration {
-    /// Cells and what is put there.
+    /// Cells and their restored values.
     pub puts: Vec<(Cell, i32)>,
     /// How many elements were restored.
     pub restored: usize,
-    /// What was not, and why: tags one by one, addresses in runs.
+    /// The elements that were not restored, and why: tags one by one, addresses in runs.
     pub dropped: Vec<Dropped>,
-    /// What was restored and may surprise, in words.
+    /// Remarks on restored values that may surprise.
     pub notes: Vec<String>,
     /// How many had a value that their program would have reset at a stop, and are OFF or 0: the
     /// image was taken in RUN.
@@ -56,9 +56,9 @@ pub struct Dropped {
     pub why: String,
 }
 
-impl Plan {
-    /// What ranges of a program come to.
-    pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> Plan {
+impl RetainPlan {
+    /// The plan for ranges of a program.
+    pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> RetainPlan {
         let runs = runs(ranges, &terminated(program));
         let is_kept = |element: &Element| runs.iter().any(|run| holds(run, *element));
         let mut tags = Vec::new();
@@ -73,10 +73,10 @@ impl Plan {
         let preamble = content::preamble(&runs, &tags, &owners);
         let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
         let limits = Limits::new(program, symbols, element_of);
-        Plan { layout: symbols.layout.clone(), limits, runs, tags, owners, preamble }
+        RetainPlan { layout: symbols.layout.clone(), limits, runs, tags, owners, preamble }
     }
 
-    /// What is retained, in order: `C0..C7 D100`.
+    /// The retained ranges in order: `C0..C7 D100`.
     pub fn ranges(&self) -> String {
         let said = self.runs.iter().map(|run| match (run.kind, run.first + run.count - 1) {
             (_, last) if last == run.first => address((run.kind, last)),
@@ -136,11 +136,11 @@ impl Plan {
         into.extend_from_slice(&bits[record.start as usize..record.end as usize]);
     }
 
-    /// What of a content goes where; `is_final`: the termination passes of its own program have
+    /// The restoration of a content; `is_final`: the termination passes of its own program have
     /// run over it.
     ///
-    /// What that program would have terminated is terminated here: today's may have changed, and
-    /// know nothing of it.
+    /// Otherwise the elements that its program terminates are terminated here: today's program may
+    /// have changed, and not terminate them.
     pub fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
@@ -195,8 +195,8 @@ impl Plan {
         {
             to.puts.push((Cell::Word(self.layout.word(Word::Pre(n))), value.preset));
         }
-        // Flags are the structure's, what follows them is its owner's.
-        let flags = if element.0 == Kind::N { 5 } else { 4 };
+        // The flags belong to the structure, the bits after them to its owner.
+        let flags = if element.0 == ElementKind::N { 5 } else { 4 };
         let same_owner = owner.is_some() && owner == self.owners.get(&element).map(String::as_str);
         let kept = if same_owner { RECORD_BYTES } else { flags };
         let cells = self.layout.record_bits(structure);
@@ -256,7 +256,7 @@ impl Plan {
 
 /// A value as a stop would have left it.
 fn terminate(element: Element, found: &Content, value: &mut Value) {
-    if element.0 == Kind::N {
+    if element.0 == ElementKind::N {
         // The count stays; the enable bits and histories are of a rung that is false.
         let enabled_and_histories = [0, 1, 5, 6, 7];
         enabled_and_histories.into_iter().for_each(|at| value.record[at] = 0);
@@ -345,7 +345,7 @@ fn holds(run: &Run, element: Element) -> bool {
     run.kind == element.0 && (run.first..run.first + run.count).contains(&element.1)
 }
 
-/// Ranges in order, without overlaps, divided by what a stop terminates.
+/// Ranges in order, without overlaps, divided where termination at a stop begins or ends.
 fn runs(ranges: &[Range], terminated: &HashSet<Element>) -> Vec<Run> {
     let mut divided: Vec<Run> = Vec::new();
     for run in merged(ranges) {
@@ -361,7 +361,7 @@ fn runs(ranges: &[Range], terminated: &HashSet<Element>) -> Vec<Run> {
 }
 
 fn merged(ranges: &[Range]) -> Vec<Run> {
-    let mut all: Vec<(Kind, u32, u32)> =
+    let mut all: Vec<(ElementKind, u32, u32)> =
         ranges.iter().filter_map(|r| Some((kind_of(r.space)?, r.first, r.last))).collect();
     all.sort_unstable();
     let mut runs: Vec<Run> = Vec::new();
@@ -378,18 +378,18 @@ fn merged(ranges: &[Range]) -> Vec<Run> {
     runs
 }
 
-fn kind_of(space: Space) -> Option<Kind> {
+fn kind_of(space: Space) -> Option<ElementKind> {
     Some(match space {
-        Space::Bit(BitSpace::C) => Kind::C,
-        Space::Bit(BitSpace::Mc) => Kind::Mc,
-        Space::Bit(BitSpace::Mi) => Kind::Mi,
-        Space::Word(WordSpace::V) => Kind::V,
-        Space::Word(WordSpace::D) => Kind::D,
-        Space::Word(WordSpace::Mhr) => Kind::Mhr,
-        Space::Word(WordSpace::Mir) => Kind::Mir,
-        Space::Counter => Kind::Ct,
-        Space::Timer => Kind::T,
-        Space::Sensaphone => Kind::N,
+        Space::Bit(BitSpace::C) => ElementKind::C,
+        Space::Bit(BitSpace::Mc) => ElementKind::Mc,
+        Space::Bit(BitSpace::Mi) => ElementKind::Mi,
+        Space::Word(WordSpace::V) => ElementKind::V,
+        Space::Word(WordSpace::D) => ElementKind::D,
+        Space::Word(WordSpace::Mhr) => ElementKind::Mhr,
+        Space::Word(WordSpace::Mir) => ElementKind::Mir,
+        Space::Counter => ElementKind::Ct,
+        Space::Timer => ElementKind::T,
+        Space::Sensaphone => ElementKind::N,
         Space::Bit(_) | Space::Word(WordSpace::Dst) => return None,
     })
 }
@@ -398,9 +398,9 @@ pub(super) fn element_of(at: Address) -> Option<Element> {
     Some(match at {
         Address::Bit(Bit::Space(space, n)) => (kind_of(Space::Bit(space))?, n),
         Address::Word(Word::Space(space, n)) => (kind_of(Space::Word(space))?, n),
-        Address::Structure(Structure::Counter(n)) => (Kind::Ct, n),
-        Address::Structure(Structure::Timer(n)) => (Kind::T, n),
-        Address::Structure(Structure::Sensaphone(n)) => (Kind::N, n),
+        Address::Structure(Structure::Counter(n)) => (ElementKind::Ct, n),
+        Address::Structure(Structure::Timer(n)) => (ElementKind::T, n),
+        Address::Structure(Structure::Sensaphone(n)) => (ElementKind::N, n),
         Address::Bit(_) | Address::Word(_) => return None,
     })
 }
@@ -409,21 +409,21 @@ fn address_of((kind, n): Element) -> Address {
     let bit = |space| Address::Bit(Bit::Space(space, n));
     let word = |space| Address::Word(Word::Space(space, n));
     match kind {
-        Kind::C => bit(BitSpace::C),
-        Kind::Mc => bit(BitSpace::Mc),
-        Kind::Mi => bit(BitSpace::Mi),
-        Kind::V => word(WordSpace::V),
-        Kind::D => word(WordSpace::D),
-        Kind::Mhr => word(WordSpace::Mhr),
-        Kind::Mir => word(WordSpace::Mir),
-        Kind::Ct | Kind::T | Kind::N => Address::Structure(structure(kind, n)),
+        ElementKind::C => bit(BitSpace::C),
+        ElementKind::Mc => bit(BitSpace::Mc),
+        ElementKind::Mi => bit(BitSpace::Mi),
+        ElementKind::V => word(WordSpace::V),
+        ElementKind::D => word(WordSpace::D),
+        ElementKind::Mhr => word(WordSpace::Mhr),
+        ElementKind::Mir => word(WordSpace::Mir),
+        ElementKind::Ct | ElementKind::T | ElementKind::N => Address::Structure(structure(kind, n)),
     }
 }
 
-fn structure(kind: Kind, n: u32) -> Structure {
+fn structure(kind: ElementKind, n: u32) -> Structure {
     match kind {
-        Kind::Ct => Structure::Counter(n),
-        Kind::T => Structure::Timer(n),
+        ElementKind::Ct => Structure::Counter(n),
+        ElementKind::T => Structure::Timer(n),
         _ => Structure::Sensaphone(n),
     }
 }

@@ -1,17 +1,17 @@
-//! A file of retentive memory, told to a person: its slots, and what its newest image holds.
+//! A file of retentive memory, printed for a person: its slots and its newest image.
 //!
 //! Called by `rungd retain show`. Reads through a [`Device`] and writes nothing.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::content::{self, Content, Element, Kind, Value, address};
+use super::content::{self, Content, Element, ElementKind, Value, address};
 use super::device::Device;
 use super::format::{BadSlot, FLAG_FINAL, Stamp};
 use super::slots::{Unusable, survey};
 use crate::calendar::Utc;
 
-/// What the file holds, as lines.
+/// The lines that describe the file.
 ///
 /// # Errors
 /// Why it cannot be shown.
@@ -82,19 +82,21 @@ fn values(text: &mut String, content: &Content) {
     }
 }
 
-fn held(kind: Kind, value: &Value) -> String {
+fn held(kind: ElementKind, value: &Value) -> String {
     let flags: &[&str] = match kind {
-        Kind::C | Kind::Mc | Kind::Mi => {
+        ElementKind::C | ElementKind::Mc | ElementKind::Mi => {
             return if value.word != 0 { "ON" } else { "OFF" }.to_owned();
         }
-        Kind::V | Kind::D | Kind::Mhr | Kind::Mir => return value.word.to_string(),
-        Kind::Ct => &["Done", "Reset", "Zero", "DnDone"],
-        Kind::T => &["Done", "Reset", "Zero", "Timing"],
-        Kind::N => &["CU", "CD", "DN", "OV", "UN"],
+        ElementKind::V | ElementKind::D | ElementKind::Mhr | ElementKind::Mir => {
+            return value.word.to_string();
+        }
+        ElementKind::Ct => &["Done", "Reset", "Zero", "DnDone"],
+        ElementKind::T => &["Done", "Reset", "Zero", "Timing"],
+        ElementKind::N => &["CU", "CD", "DN", "OV", "UN"],
     };
     let on = flags.iter().zip(value.record).filter(|(_, on)| *on != 0).map(|(flag, _)| *flag);
     let mut text = value.word.to_string();
-    if kind == Kind::N {
+    if kind == ElementKind::N {
         let _ = write!(text, " of {}", value.preset);
     }
     on.for_each(|flag| {

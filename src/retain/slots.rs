@@ -3,10 +3,10 @@
 //! Called by `keeper` and `show`, and by the tests that are disks. Never written over: the image
 //! whose durability was acknowledged last.
 //!
-//! The idea that is not obvious: a failed sync says nothing good for ever. Linux drops what it
-//! could not write and calls it clean, so that the next sync succeeds over data that is on no disk.
-//! So after an error what was written to that slot counts as nothing, the device is opened anew,
-//! and the image is written again, whole, to another slot.
+//! The idea that is not obvious: after a failed sync, a later success proves nothing. Linux drops
+//! the pages that it could not write and calls them clean, so the next sync succeeds although the
+//! data is on no disk. So after an error the bytes in that slot count as lost, the device is opened
+//! anew, and the whole image is written to a different slot.
 
 use std::io;
 
@@ -22,7 +22,7 @@ const NOT_OURS: &str = "it is not what was written there";
 pub struct Slots<D> {
     device: D,
     geometry: Geometry,
-    /// What each slot holds: a sequence; 0: nothing that counts.
+    /// The sequence of each slot's image; 0: no whole image.
     held: Vec<u64>,
     /// The slot whose image is known to be durable: it is not written.
     durable: Option<usize>,
@@ -40,11 +40,11 @@ pub struct Found {
     pub slot: usize,
     /// Its numbers.
     pub stamp: Stamp,
-    /// What it holds.
+    /// Its content.
     pub content: Vec<u8>,
 }
 
-/// What a look at all slots gave.
+/// The state of all slots.
 #[derive(Clone, Debug)]
 pub struct Survey {
     /// How the file is divided.
@@ -122,7 +122,7 @@ impl<D: Device> Slots<D> {
         self.geometry.fits(content_bytes) && self.sequence < u64::MAX
     }
 
-    /// The device, for who watches it.
+    /// The device.
     pub fn device(&self) -> &D {
         &self.device
     }
@@ -132,7 +132,7 @@ impl<D: Device> Slots<D> {
         &mut self.device
     }
 
-    /// Gives the next image the number behind this one.
+    /// The next image gets the number after this one.
     pub fn continue_from(&mut self, sequence: u64) {
         self.sequence = self.sequence.max(sequence);
     }
@@ -150,7 +150,7 @@ impl<D: Device> Slots<D> {
         if self.doubted {
             self.open_anew()?;
         } else if read_geometry(&mut self.device)? != Ok(self.geometry) {
-            // Emptied or written over by somebody: what is durable now would not be found again.
+            // Emptied or overwritten from outside: the next start would not find the image.
             return Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS));
         }
         let slot = self.next_slot();
@@ -195,12 +195,12 @@ impl<D: Device> Slots<D> {
         Ok(read_slot(&self.buffer[..count], self.geometry.id) == Ok((*stamp, content)))
     }
 
-    /// Whether a write failed, so that nobody knows which image a start would find.
+    /// Whether a write failed, so that it is not known which image a start would find.
     pub fn is_doubted(&self) -> bool {
         self.doubted
     }
 
-    /// What is found on the device now.
+    /// The newest image that is on the device now.
     ///
     /// # Errors
     /// The device's; `NotFound`: it is not ours any more.

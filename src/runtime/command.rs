@@ -4,7 +4,7 @@
 //! two scans (in STOP and FAULT: at a tick), in order, and answers each once what it did is
 //! published. Both ways are rings; what is behind a `Mutex` here is the world's alone.
 //!
-//! Deliberately absent: who may give commands, and what they are called.
+//! Deliberately absent: the right to give commands, and their names.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -18,10 +18,10 @@ use crate::engine::Cell;
 /// The most commands that wait for the scan thread; one more is denied.
 pub const COMMANDS_MAX: usize = 64;
 
-/// How many answers are kept for who asked.
+/// How many answers are kept for those that asked.
 const ANSWERS_KEPT: usize = 4 * COMMANDS_MAX;
 
-/// What the scan thread is told.
+/// A command to the scan thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// STOP or FAULT → RUN, with memory as it is.
@@ -32,14 +32,14 @@ pub enum Command {
     Force {
         /// Which.
         cell: Cell,
-        /// To what.
+        /// The value.
         value: i32,
     },
     /// Ends a force.
     Release(Cell),
     /// Ends all forces.
     ReleaseAll,
-    /// Goes on with another program, whose package waits.
+    /// Goes on with a new program, whose package waits.
     Swap {
         /// Which.
         generation: u32,
@@ -55,7 +55,7 @@ pub enum Denial {
     QueueFull,
     /// The scan thread is held up, or gone.
     ScanThreadStuck,
-    /// The engine met a state that cannot be: what its memory is worth is not known.
+    /// The engine met a state that cannot be: its memory cannot be trusted.
     EngineBroken,
     /// The process is about to end.
     Ending,
@@ -67,7 +67,7 @@ pub enum Denial {
     NoProgram,
 }
 
-/// What became of a command.
+/// The outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// It is done, and published; this is how it was before.
@@ -170,10 +170,10 @@ impl Orders {
         self.taken.push(Answered { id: id.0, answer });
     }
 
-    /// Gives the answers of this step, behind what it published.
+    /// Gives the answers of this step, after its images are published.
     pub fn give(&mut self) {
         for answered in self.taken.drain(..) {
-            // `next` saw a free place, and nobody else fills it.
+            // `next` saw a free place, and no other thread fills it.
             let _ = self.answers.push(answered);
         }
     }
@@ -185,7 +185,7 @@ impl Answers {
         self.0.slots()
     }
 
-    /// Makes so many of them visible.
+    /// Makes this number of them visible.
     pub fn show(&mut self, count: usize, desk: &mut Desk) {
         for _ in 0..count {
             if let Ok(answered) = self.0.pop() {

@@ -58,7 +58,7 @@ pub enum Write {
 }
 
 impl Write {
-    /// What a word becomes by a mask.
+    /// The value of a word after a mask.
     pub fn masked(value: i32, (and, or): (u16, u16), signed: bool) -> i32 {
         let bits = value as u16 & and | or & !and;
         if signed { i32::from(bits as i16) } else { i32::from(bits) }
@@ -80,7 +80,7 @@ pub enum Refused {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Ticket(pub u64);
 
-/// What became of a batch.
+/// The outcome of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// No complete scan has seen it yet.
@@ -100,7 +100,7 @@ pub struct Batch {
     pub writes: Vec<Write>,
 }
 
-/// What a driver holds. Cheap to clone.
+/// A driver's end of the exchange. Cheap to clone.
 #[derive(Clone)]
 pub struct Port {
     pub(super) shared: Arc<Shared>,
@@ -155,7 +155,7 @@ struct Door {
 #[derive(Default)]
 struct Refusals {
     tickets: VecDeque<u64>,
-    /// The scan thread will not answer any more: what is pending is refused.
+    /// The scan thread will not answer any more: pending writes and commands are refused.
     all_pending: bool,
 }
 
@@ -235,7 +235,7 @@ impl Port {
         self.until(move |port| Some(port.latest()).filter(|latest| wanted(latest)))
     }
 
-    /// Ends with what `look` finds. It looks now, and each time that something was shown.
+    /// Ends with the result of `look`, which is called now and each time that something was shown.
     fn until<T, L: FnMut(&Port) -> Option<T>>(
         &self,
         mut look: L,
@@ -255,7 +255,7 @@ impl Port {
         })
     }
 
-    /// Has all who wait look again. Called by the monitor, behind what it has shown.
+    /// Wakes all that wait, so that they look again. The monitor calls it after it has shown news.
     fn wake(&self) {
         let waiting = std::mem::take(&mut *locked(&self.shared.waiting));
         waiting.into_iter().for_each(Waker::wake);
@@ -298,7 +298,7 @@ impl Port {
         })
     }
 
-    /// What became of a batch.
+    /// The outcome of a batch.
     pub fn outcome(&self, ticket: Ticket) -> Outcome {
         // `latest` first: what it shows as done was entered among the refused before it.
         let seen = ticket.0 <= self.latest().tickets_done;
@@ -377,7 +377,7 @@ impl Port {
         self.wake();
     }
 
-    /// Until the scan thread is heard of again: what is pending is refused, and it is told nothing.
+    /// Until the scan thread is heard of again: pending requests are refused.
     pub(super) fn refuse_pending(&self) {
         self.shared.running.store(false, Ordering::Release);
         self.shared.stuck.store(true, Ordering::Release);
@@ -385,7 +385,7 @@ impl Port {
     }
 }
 
-/// A lock that a panic elsewhere does not spoil: what it guards is whole after every statement.
+/// A lock that a panic elsewhere does not spoil: its data is whole after every statement.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

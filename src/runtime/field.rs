@@ -32,7 +32,7 @@ pub struct Ends {
 /// The scan's side: all devices.
 pub(super) struct Field {
     devices: Vec<Device>,
-    /// What each Y does outside RUN.
+    /// The safe state of each Y, outside RUN.
     safe: Vec<Safe>,
     /// The cell of Y0.
     first_output: usize,
@@ -96,7 +96,7 @@ fn device(wiring: &Wiring, now_ns: u64) -> (Device, Ends) {
 }
 
 impl Field {
-    /// The input step: every device's newest image, or what its loss makes of it.
+    /// The input step: every device's newest image, or the values that its loss gives.
     pub fn bring_in<M: Machine>(
         &mut self,
         machine: &mut M,
@@ -121,7 +121,7 @@ impl Field {
         self.devices.iter().any(|device| device.local.is_some())
     }
 
-    /// The output step behind a complete scan: local devices.
+    /// The output step after a complete scan: local devices.
     pub fn bring_out<M: Machine>(&mut self, machine: &M) {
         let (image, first_output) = (machine.image(), self.first_output);
         for device in &mut self.devices {
@@ -159,7 +159,7 @@ impl Field {
         }
     }
 
-    /// Exchanges what each Y does outside RUN. `safe_now`: RUN is over already, so changed safe
+    /// Exchanges the safe states of all Y. `safe_now`: RUN is over already, so changed safe
     /// values are written at once; a held output stays as it is.
     pub fn exchange_safe(&mut self, safe: &mut Vec<Safe>, safe_now: bool) {
         std::mem::swap(&mut self.safe, safe);
@@ -176,7 +176,7 @@ struct Taken {
 }
 
 impl Device {
-    /// Takes what is there.
+    /// Takes the newest image, if there is one.
     fn take(&mut self, now_ns: u64) -> Taken {
         // Read before the image, so that this is at least as new: a device that is well by this has
         // all of its last exchange there. Trouble is read behind it, too: an image of a part comes
@@ -198,7 +198,7 @@ impl Device {
         Taken { stale: self.is_lost(good_ns.max(self.start_ns), now_ns), troubled }
     }
 
-    /// Whether what was read then is too old to count.
+    /// Whether an image of that time is too old to count.
     fn is_lost(&self, read_ns: u64, now_ns: u64) -> bool {
         now_ns.saturating_sub(read_ns) > self.wiring.loss_after_ns
     }
@@ -227,7 +227,7 @@ impl Device {
     }
 }
 
-/// What a scan sees of a device.
+/// A device as a scan sees it.
 struct Seen {
     exchanged: bool,
     stale: bool,
@@ -236,7 +236,7 @@ struct Seen {
 }
 
 impl State {
-    /// What is to be told of this scan.
+    /// The news of this scan.
     fn step(&mut self, seen: Seen) -> Option<DeviceEdge> {
         let Seen { exchanged, stale, now_ns, scan } = seen;
         let (next, edge) = match *self {

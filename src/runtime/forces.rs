@@ -1,14 +1,14 @@
 //! The list of forced bits and words.
 //!
-//! The scan thread keeps one, each snapshot holds a copy. Nothing here allocates behind the start.
-//! The values are memory's: a forced cell of the engine keeps what it was forced to.
+//! The scan thread keeps one, each snapshot holds a copy. Nothing here allocates after the start.
+//! The values are in memory: a forced cell of the engine keeps its forced value.
 
 use crate::engine::{BitCell, Cell};
 
 /// The most bits and words that may be forced at a time.
 pub const FORCES_MAX: usize = 256;
 
-/// What is forced: allocated once, copied from snapshot to snapshot.
+/// The forced cells: allocated once, copied from snapshot to snapshot.
 #[derive(Clone, Debug)]
 pub struct Forces {
     cells: Box<[Cell]>,
@@ -64,7 +64,7 @@ impl Forces {
         self.count = kept;
     }
 
-    /// Becomes as another, without allocating.
+    /// Becomes a copy, without allocating.
     pub(super) fn copy_from(&mut self, other: &Forces) {
         self.cells[..other.count].copy_from_slice(other.list());
         self.count = other.count;

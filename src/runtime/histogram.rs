@@ -1,7 +1,7 @@
 //! A histogram of durations with a fixed number of buckets, so that counting never allocates.
 //!
 //! One thread counts; any may read meanwhile, and then sees each count as it was at some moment.
-//! To count is a plain load and store: nobody waits for anybody.
+//! To count is a plain load and store: no thread waits.
 //!
 //! Buckets grow with the value: 32 of them for every doubling, so a percentile is at most about
 //! three per cent above the true one, from nanoseconds to a minute.

@@ -1,6 +1,6 @@
-//! The image that the world sees: memory behind one complete scan, and what belongs to it.
+//! The image that the world sees: memory after one complete scan, with its mode and forces.
 //!
-//! `link` fills it, `exchange` hands it out. Nobody changes one that was handed out.
+//! `link` fills it, `exchange` hands it out. An image that was handed out is never changed.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::forces::Forces;
 use super::mode::Mode;
 use crate::engine::{BitCell, Cell, WordCell};
 
-/// What the world sees: the image of the last complete scan, whole.
+/// The image of the last complete scan, whole, for the world.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     /// Which program's: one more with every reload. Cells are that program's.
@@ -31,9 +31,9 @@ pub struct Snapshot {
     pub outputs: Box<[u8]>,
     /// Every batch with a ticket up to this one has been seen by a complete scan or refused.
     pub tickets_done: u64,
-    /// What is forced.
+    /// The forced cells.
     pub forces: Forces,
-    /// What each Y does outside RUN.
+    /// The safe state of each Y, outside RUN.
     pub safe: Arc<[Safe]>,
 }
 
@@ -57,7 +57,7 @@ impl Snapshot {
     }
 }
 
-/// What an output does outside RUN.
+/// The safe state of an output, outside RUN.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Safe {
     /// OFF.

@@ -1,4 +1,4 @@
-//! The world's end of a device's inputs: a driver's task hands in what it has read.
+//! The world's end of a device's inputs: a driver's task hands in the values that it has read.
 //!
 //! Images pass whole (`latest`) to the scan's end (`field`), each input with the time at which it
 //! was read. No age is judged here: a task cannot claim to be well for longer than it is.
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use super::latest::{Input, Writer};
 use super::wiring::Target;
 
-/// What both ends know of a device's exchanges.
+/// The state of a device's exchanges, known to both ends.
 #[derive(Default)]
 pub(super) struct Pulse {
     /// When the last good one ended (CLOCK_MONOTONIC); 0: there was none.
@@ -47,7 +47,7 @@ impl InputEnd {
         let mut any = false;
         for ((known, target), read) in self.known.iter_mut().zip(&self.targets).zip(inputs) {
             if let Some(value) = read {
-                // Never beyond what its cell holds.
+                // Never beyond the range of its cell.
                 *known = Input { value: target.held(*value), read_ns: now_ns.max(1) };
                 any = true;
             }

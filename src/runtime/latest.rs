@@ -66,7 +66,7 @@ impl Writer {
 }
 
 impl Reader {
-    /// Takes what was written since, if anything was.
+    /// Takes the newest image, if one was written since the last call.
     pub fn refresh(&mut self) {
         if self.buffers.between.load(Ordering::Relaxed) & NEW != 0 {
             let before = self.buffers.between.swap(self.own, Ordering::AcqRel);

@@ -39,11 +39,11 @@ pub struct Shape {
     pub first_output: usize,
     /// The cell of `$ForcesActive`.
     pub forces_active: usize,
-    /// What each Y does outside RUN.
+    /// The safe state of each Y, outside RUN.
     pub safe: Vec<Safe>,
 }
 
-/// What the scan thread hands over.
+/// The objects that the scan thread hands over.
 #[derive(Debug)]
 pub enum Publication {
     /// A complete scan, or the memory after the passes of a stop.
@@ -54,7 +54,7 @@ pub enum Publication {
     Outlived(Arc<Snapshot>),
 }
 
-/// What the scan thread publishes beside its image.
+/// The atomics that the scan thread publishes beside its image.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Facts<'a> {
@@ -84,7 +84,7 @@ pub struct ScanSide {
     returns: Producer<Returned>,
     spares: Consumer<Arc<Snapshot>>,
     published: Producer<Publication>,
-    /// What this scan applies.
+    /// The writes that this scan applies.
     taken: Vec<Batch>,
     /// The last ticket that was applied.
     applied: u64,
@@ -222,7 +222,7 @@ impl ScanSide {
         }
     }
 
-    /// Outside RUN: refuses what came in while the mode changed.
+    /// Outside RUN: refuses the batches that came in while the mode changed.
     pub fn refuse_waiting(&mut self) {
         while self.next_batch(usize::MAX).is_some() {}
         self.answer(false);
@@ -274,7 +274,7 @@ impl ScanSide {
 }
 
 impl WorldSide {
-    /// Makes visible what came from the scan thread. True if anything did.
+    /// Makes the news of the scan thread visible. True if there were any.
     pub fn pump(&mut self) -> bool {
         let mut any = false;
         // An answer comes behind what it is about: those that are there now, behind all of it.
@@ -290,7 +290,7 @@ impl WorldSide {
             self.drain_returns();
             match publication {
                 Publication::Image(snapshot) => self.show(snapshot),
-                // What the monitor called a fault is one since then.
+                // A fault that the monitor reported is one since then.
                 Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
                 Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
                 Publication::Outlived(_) => {}
@@ -305,7 +305,7 @@ impl WorldSide {
         any
     }
 
-    /// Shows a fault that the scan thread cannot tell of itself, and refuses what is pending.
+    /// Shows a fault that the scan thread cannot report itself, and refuses pending requests.
     pub fn trip(&mut self, reason: FaultReason, now_ns: u64) {
         self.port.refuse_pending();
         self.show_fault(reason, Some(now_ns));
@@ -346,7 +346,7 @@ impl WorldSide {
         self.swap(snapshot);
     }
 
-    /// In FAULT the image stays the last complete scan's, but for what was forced since.
+    /// In FAULT the image stays the last complete scan's, but for the cells forced since.
     fn keep_image(&self, fresh: &mut Snapshot, latest: &Snapshot) {
         let forced = fresh.forces.list().iter().map(|cell| (*cell, fresh.value(*cell)));
         let active = Cell::Bit(BitCell(self.forces_active as u32));

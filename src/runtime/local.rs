@@ -51,7 +51,7 @@ pub enum LocalFailure {
     },
 }
 
-/// What the two ends share.
+/// The state that the two ends share.
 #[derive(Default)]
 struct Word {
     /// 0: in use, or none was given, or it was told; else why it was let go of.
@@ -84,7 +84,7 @@ pub(super) struct LocalSide {
     inputs: Vec<i32>,
     reading: Vec<i32>,
     outputs: Vec<Source>,
-    /// What is to go out, and what went out last.
+    /// The values that are to go out, and those that went out last.
     values: Vec<i32>,
     written: Vec<i32>,
     is_written: bool,
@@ -152,7 +152,7 @@ impl LocalEnd {
         Some(failure)
     }
 
-    /// What its outputs are to begin with: the safe values.
+    /// The outputs' first values: the safe ones.
     pub fn safe_values(&self, image: &Snapshot) -> Vec<i32> {
         let mut values = vec![0; self.rescue.outputs.len()];
         last_words(&self.rescue.outputs, image, &mut values);
@@ -164,7 +164,7 @@ impl LocalEnd {
         !self.rescue.outputs.is_empty()
     }
 
-    /// What has been exchanged so far.
+    /// The exchanges so far.
     pub fn exchanged(&self) -> Exchanged {
         let Word { exchanges, last_ns, slowest_ns, .. } = &*self.word;
         let [count, last_ns, slowest_ns] =
@@ -172,7 +172,7 @@ impl LocalEnd {
         Exchanged { count, last_ns, slowest_ns }
     }
 
-    /// What makes its outputs safe from outside.
+    /// The means to make its outputs safe from outside.
     pub fn rescue(&self) -> Rescue {
         self.rescue.clone()
     }

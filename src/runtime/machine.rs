@@ -1,11 +1,11 @@
-//! What the scanner scans: the engine, seen through the few calls that a scan consists of.
+//! The machine that the scanner scans: the engine, through the few calls of a scan.
 //!
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
 use crate::engine::{BitCell, BlockEvent, Cell, Engine, ScanTimes, Transfer, WordCell};
 
-/// What is scanned: the engine, or a stand-in in tests.
+/// The machine that is scanned: the engine, or a stand-in in tests.
 pub trait Machine {
     /// RUN begins.
     fn start(&mut self, now_ns: u64);
@@ -23,7 +23,7 @@ pub trait Machine {
     fn request_stop(&mut self);
     /// Whether a stop was asked for, by a caller or by the program.
     fn stops(&self) -> bool;
-    /// The termination passes behind the last scan.
+    /// The termination passes after the last scan.
     fn terminate(&mut self);
     /// Forces a bit or word: it keeps this value until it is released.
     fn force(&mut self, cell: Cell, value: i32);
@@ -36,7 +36,7 @@ pub trait Machine {
         Self: Sized;
     /// All bits and words.
     fn image(&self) -> (&[u8], &[i32]);
-    /// What happened to blocks in the last scan or in `terminate`, and how much more did.
+    /// The changes of blocks in the last scan or in `terminate`, and the number of further ones.
     fn events(&self) -> (&[BlockEvent], u32);
 }
 

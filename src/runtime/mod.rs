@@ -6,7 +6,7 @@
 //! any knowledge of names.
 //!
 //! The idea: one thread owns the engine and nothing else does. All it says leaves it by rings,
-//! all it hears comes by rings and atomics, so that nobody can make it wait.
+//! all it hears comes by rings and atomics, so that no other thread can make it wait.
 
 mod beat;
 pub mod command;
@@ -51,7 +51,7 @@ pub use monitor::{Monitor, Observer};
 pub use posture::{Grant, Held, Policy, Posture, Refusal};
 pub use record::{Carried, DeviceEdge, Record, Watched, What};
 pub use scanner::{Pace, Report, Scanner};
-pub use statistics::{Meter, Reading, Spread, Statistics};
+pub use statistics::{Meter, MeterReading, Spread, Statistics};
 pub use swap::{Contents, Generations, Package, Reloader, Swapped};
 pub use sys::monotonic_ns;
 
@@ -68,9 +68,9 @@ pub struct Settings {
     pub pace: Pace,
     /// Sizes of memory, and the safe values.
     pub memory: Memory,
-    /// What the log wants to know of.
+    /// The cells whose changes the log reports.
     pub watched: Watched,
-    /// What is asked of the machine.
+    /// The posture that is asked of the machine.
     pub posture: Posture,
     /// The field devices, by number.
     pub field: Vec<Wiring>,
@@ -89,7 +89,7 @@ pub struct Memory {
     pub first_output: usize,
     /// The cell of `$ForcesActive`.
     pub forces_active: usize,
-    /// What each Y does outside RUN.
+    /// The safe state of each Y, outside RUN.
     pub safe: Vec<Safe>,
 }
 
@@ -106,7 +106,7 @@ pub struct Prepared {
     lines: Vec<Ends>,
 }
 
-/// What can be read of the two threads from outside, beside the images. Cheap to clone.
+/// The state of the two threads for observers, beside the images. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Gauge {
     /// The statistics since the start of RUN.
@@ -128,7 +128,7 @@ pub enum State {
     Running,
     /// The scan thread has ended as it should, and all it left was handed on.
     Over,
-    /// The monitor is gone (a bug): what the world sees stands still.
+    /// The monitor has ended (a bug): the images of the world stand still.
     Blind,
 }
 
@@ -256,12 +256,12 @@ where
 }
 
 impl Prepared {
-    /// What was asked of the machine, and its answers.
+    /// The posture that was asked of the machine, and its answers.
     pub fn grants(&self) -> &[Grant] {
         &self.grants
     }
 
-    /// What can be read from outside.
+    /// The state for observers.
     pub fn gauge(&self) -> Gauge {
         self.gauge.clone()
     }
@@ -299,7 +299,7 @@ impl Runtime {
         self.beat.request_stop();
     }
 
-    /// Complete scans, and ticks in STOP and FAULT, so far: what grows is alive.
+    /// Complete scans, and ticks in STOP and FAULT, so far: it grows while the thread is alive.
     pub fn pulses(&self) -> u64 {
         self.beat.pulses()
     }

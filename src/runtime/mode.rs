@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-/// What the controller does at present.
+/// The mode of the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// It scans, and outputs are driven.

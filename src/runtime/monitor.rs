@@ -1,4 +1,4 @@
-//! The world's thread beside the scan thread: it shows what was scanned, and it watches.
+//! The world's thread beside the scan thread: it shows the images, and it watches the scan.
 //!
 //! A few hundred times a second it makes the latest image visible in the port, hands records to
 //! the [`Observer`] (which must not block: the log's own writer sees to that), and looks whether
@@ -20,7 +20,7 @@ use super::record::{JournalReader, Record};
 use super::statistics::Statistics;
 use crate::faults::{self, Point};
 
-/// Who wants to know: the log writer. Called on the monitor thread; none of it may block.
+/// The observer: the log writer. Called on the monitor thread; none of it may block.
 pub trait Observer: Send {
     /// Something happened.
     fn record(&mut self, record: &Record);

@@ -37,7 +37,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 let _ = self.beat.arrive();
                 self.fail(FaultReason::EnginePanic, now_ns);
             } else if self.stopping.is_none() && self.publish(now_ns) {
-                // A stop is answered behind its last scan, which is next.
+                // A stop is answered after its last scan, which is next.
                 self.side.orders.give();
             }
         }
@@ -63,9 +63,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             (Command::Swap { resume: true, .. }, _) if self.beat.stop_requested() => {
                 Some(Denial::Ending)
             }
-            // No program: those that nobody waits for any more go back to the world.
+            // No program: packages that were given up go back to the world.
             (Command::Swap { generation: NO_PROGRAM, .. }, _) => None,
-            // Behind a panic the engine is not called again, and no program goes on with a memory
+            // After a panic the engine is not called again, and no program goes on with a memory
             // that it left half done.
             (_, Mode::Fault(FaultReason::EnginePanic)) => Some(Denial::EngineBroken),
             (Command::Stop, Mode::Fault(_)) => Some(Denial::Faulted),

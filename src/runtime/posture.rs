@@ -1,4 +1,4 @@
-//! The real-time posture: what the controller file asks of the machine, and what it grants.
+//! The real-time posture: the requests of the controller file, and the machine's answers.
 //!
 //! Part of it belongs to the process (locked memory, the wake-up latency of idle CPUs held down by
 //! an open file), part to the scan thread alone (scheduler, CPUs, timer slack): a policy set
@@ -10,14 +10,14 @@ use std::io::{self, Write};
 
 use super::sys;
 
-/// What is asked for. By default nothing that needs a privilege.
+/// The requested posture. By default nothing that needs a privilege.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Posture {
     /// How the scan thread, and no other, is scheduled.
     pub policy: Policy,
     /// `mlockall`.
     pub lock_memory: bool,
-    /// Hold `/dev/cpu_dma_latency` at so many microseconds: no deeper sleep of idle CPUs.
+    /// Hold `/dev/cpu_dma_latency` at this number of microseconds: no deeper sleep of idle CPUs.
     pub cpu_latency_us: Option<i32>,
     /// Keep the scan thread on these CPUs; none: wherever the process may run.
     pub cpus: Vec<u32>,
@@ -40,7 +40,7 @@ pub enum Policy {
 /// One thing that was asked for, and the answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grant {
-    /// What, in a few words.
+    /// The request, in a few words.
     pub what: String,
     /// Why not, if it was refused.
     pub refused: Option<Refusal>,
@@ -49,13 +49,13 @@ pub struct Grant {
 /// Why something was not granted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
-    /// What the machine said.
+    /// The machine's answer.
     pub why: String,
     /// How it can be granted.
     pub remedy: String,
 }
 
-/// What the process holds for as long as it runs.
+/// The resources that the process holds for as long as it runs.
 #[derive(Debug, Default)]
 pub struct Held {
     _cpu_latency: Option<File>,
@@ -66,7 +66,7 @@ const DMA_LATENCY: &str = "/dev/cpu_dma_latency";
 const PREFAULT_BYTES: usize = 256 * 1024;
 
 impl Posture {
-    /// What concerns the process; called once, before threads are started.
+    /// The process's part; called once, before threads are started.
     pub fn apply_to_process(&self) -> (Held, Vec<Grant>) {
         let mut grants = Vec::new();
         let mut held = Held::default();
@@ -86,7 +86,7 @@ impl Posture {
         (held, grants)
     }
 
-    /// What concerns the scan thread; called on it. The policy comes last.
+    /// The scan thread's part; called on it. The policy comes last.
     pub fn apply_to_scan_thread(&self) -> Vec<Grant> {
         prefault_stack();
         let slack = sys::set_timer_slack_ns(1);

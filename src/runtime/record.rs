@@ -1,4 +1,4 @@
-//! What the scan thread tells the log: small records through a ring that never blocks it.
+//! Messages of the scan thread to the log: small records through a ring that never blocks it.
 //!
 //! The scan thread writes numbers; names and sentences are made by whoever reads the ring. Where
 //! the reader is too slow, records are dropped and counted. Alarms and logged tags are compared
@@ -17,7 +17,7 @@ use crate::engine::{BitCell, BlockEvent, WordCell};
 const RECORDS_MAX: usize = 4096;
 /// The same for reports of statistics, of which there is one in many seconds.
 const REPORTS_MAX: usize = 4;
-/// Overruns behind the first are summed up over this time.
+/// Overruns after the first are summed up over this time.
 const OVERRUN_SUMMARY_NS: u64 = 10_000_000_000;
 
 /// Something that happened, and in which scan.
@@ -27,7 +27,7 @@ pub struct Record {
     pub scan: u64,
     /// CLOCK_MONOTONIC.
     pub at_ns: u64,
-    /// What.
+    /// The event.
     pub what: What,
 }
 
@@ -39,7 +39,7 @@ pub struct Carried {
     pub words: Vec<Option<u32>>,
 }
 
-/// What happened.
+/// The event of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum What {
@@ -51,7 +51,7 @@ pub enum What {
     EventsLost(u32),
     /// A watched bit, by its position in [`Watched::bits`]; how long it was in its old state.
     Bit { watch: u32, on: bool, after_ns: u64 },
-    /// From here on all numbers are those of another program.
+    /// From here on all numbers belong to the new program.
     Swapped { generation: u32, swap_ns: u64 },
     /// A field device, by its number.
     Device { device: u32, edge: DeviceEdge },
@@ -62,7 +62,7 @@ pub enum What {
     Overruns { count: u32, skipped: u64, scan_ns_max: u64, late_ns_max: u64 },
 }
 
-/// What happened to a field device, as the scan sees it.
+/// The event of a field device, as the scan sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeviceEdge {
     /// Its first good exchange.
@@ -75,12 +75,12 @@ pub enum DeviceEdge {
     Back {
         /// After so long.
         lost_ns: u64,
-        /// And so many scans.
+        /// And this number of scans.
         scans: u64,
     },
 }
 
-/// What the log wants to know of every change: alarms and tags with `log = "change"`.
+/// The cells of which the log reports every change: alarms and tags with `log = "change"`.
 #[derive(Clone, Debug, Default)]
 #[allow(missing_docs)]
 pub struct Watched {
@@ -125,7 +125,7 @@ impl Journal {
     }
 }
 
-/// The last known state of what is watched.
+/// The last known state of the watched cells.
 pub(super) struct Watches {
     bits: Vec<(BitCell, bool, u64)>,
     words: Vec<(WordCell, i32)>,
@@ -191,13 +191,13 @@ impl OverrunSummary {
         self.late_ns_max = self.late_ns_max.max(late_ns);
     }
 
-    /// What is to be told now: the first overrun at once, then sums.
+    /// The report that is due: the first overrun at once, then sums.
     pub fn due(&mut self, now_ns: u64) -> Option<What> {
         let quiet = self.told_ns.is_some_and(|told| now_ns < told + OVERRUN_SUMMARY_NS);
         if self.count == 0 || quiet { None } else { self.take(now_ns) }
     }
 
-    /// What has not been told yet.
+    /// The overruns that have not been reported.
     pub fn take(&mut self, now_ns: u64) -> Option<What> {
         if self.count == 0 {
             return None;

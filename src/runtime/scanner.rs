@@ -31,7 +31,7 @@ pub(super) const TICK_NS_MAX: u64 = 100_000_000;
 /// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
 const LAST_TICKS_MAX: u32 = 1000;
 
-/// What the scanner is told at start.
+/// The scanner's settings at the start.
 #[derive(Clone, Debug)]
 pub struct Pace {
     /// How often scans come, and how long one may take.
@@ -45,7 +45,7 @@ pub struct Pace {
     pub start_in_stop: Option<StopReason>,
 }
 
-/// What remains of a scan thread that has ended.
+/// The remains of a scan thread that has ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Report {
     /// The mode at the end.
@@ -87,7 +87,7 @@ pub struct Scanner<M, C> {
     ended_ns: u64,
 }
 
-/// What a scanner is put together from.
+/// The parts of a scanner.
 pub(super) struct Parts<M, C> {
     pub machine: M,
     pub clock: C,
@@ -151,12 +151,12 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.enter_run(now_ns);
     }
 
-    /// Goes on with another program; the package takes the old one away.
+    /// Goes on with the new program; the package takes the old one away.
     pub(super) fn swap(&mut self, mut package: Box<Package<M>>, resume: bool, now_ns: u64) {
         let begin_ns = self.clock.now_ns();
         let faulted = matches!(self.mode, Mode::Fault(_)) && resume;
         if self.mode == Mode::Run && self.scans == 0 {
-            // What started has not been told yet, and its numbers are the old program's.
+            // The blocks that started are not reported yet, and have the old program's numbers.
             self.tell_events(now_ns);
         }
         let running = self.mode == Mode::Run || faulted;
@@ -201,7 +201,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.enter(Mode::Run, now_ns);
     }
 
-    /// Waits for the next grid point and does what is due; false once the thread is to end.
+    /// Waits for the next grid point and does its work; false once the thread is to end.
     pub fn step(&mut self) -> bool {
         faults::point(Point::Thread);
         let deadline_ns = self.grid.deadline_ns();
@@ -229,12 +229,12 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         !self.is_over()
     }
 
-    /// The statistics since the start of RUN, for who looks from outside.
+    /// The statistics since the start of RUN, for observers.
     pub fn meter(&self) -> Meter {
         self.books.meter()
     }
 
-    /// What remains at the end.
+    /// The remains at the end.
     pub fn report(&self) -> Report {
         let statistics = self.books.whole(self.ended_ns);
         Report { mode: self.mode, scans: self.scans, statistics }
@@ -327,7 +327,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         if in_time { Ok(()) } else { Err(too_long(took_ns)) }
     }
 
-    /// Behind the last scan: the passes, then STOP.
+    /// After the last scan: the passes, then STOP.
     fn stop(&mut self, now_ns: u64) {
         self.side.set_running(false);
         match self.terminate(now_ns) {
@@ -438,7 +438,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
     }
 
-    /// What changed in memory outside RUN.
+    /// Publishes the changes of memory outside RUN.
     pub(super) fn tell_changes(&mut self, now_ns: u64) {
         let Scanner { machine, journal, watches, scans, .. } = self;
         watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
@@ -460,9 +460,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// Calls what may meet a bug; `None` if it did.
+    /// Makes a call that may panic; `None` if it did.
     pub(super) fn guarded<T>(&mut self, call: impl FnOnce(&mut Self) -> T) -> Option<T> {
-        // Behind a panic the engine is not called again, so no broken state is seen.
+        // After a panic the engine is not called again, so no broken state is seen.
         catch_unwind(AssertUnwindSafe(|| call(self))).ok()
     }
 

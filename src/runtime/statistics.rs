@@ -1,4 +1,4 @@
-//! What the scan thread measures of itself: execution time, wake-up lateness, overruns.
+//! Measurements of the scan thread: execution time, wake-up lateness, overruns.
 //!
 //! Kept twice, since the last report and since the start of RUN, in memory that was allocated at
 //! start. A [`Statistics`] is a copy of one of the two with its percentiles worked out. The figures
@@ -24,7 +24,7 @@ pub struct Spread {
     pub p999_ns: u64,
 }
 
-/// What a report of statistics tells.
+/// A report of statistics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
     /// Whether it is about the whole time since the start of RUN, or since the last report.
@@ -66,14 +66,14 @@ struct Since {
     skipped: AtomicU64,
 }
 
-/// The statistics since the start of RUN, for who looks from outside. Cheap to clone.
+/// The statistics since the start of RUN, for observers. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Meter(Arc<Since>);
 
-/// What a [`Meter`] shows. The scan thread counts on meanwhile: figures of one reading may be a
-/// scan apart.
+/// The figures of a [`Meter`]. The scan thread counts on during the reading: they may be a scan
+/// apart.
 #[derive(Clone, Debug)]
-pub struct Reading {
+pub struct MeterReading {
     /// The figures.
     pub statistics: Statistics,
     /// How the scans' execution times are spread.
@@ -84,9 +84,9 @@ pub struct Reading {
 
 impl Meter {
     /// Reads it. Walks a few thousand counts: not for the scan thread.
-    pub fn read(&self, now_ns: u64) -> Reading {
+    pub fn read(&self, now_ns: u64) -> MeterReading {
         let since = &self.0;
-        Reading {
+        MeterReading {
             statistics: Statistics { whole: true, ..since.statistics(now_ns) },
             execution: since.execution.histogram.bars(),
             lateness: since.lateness.histogram.bars(),
@@ -112,7 +112,7 @@ impl Books {
         Books { report: since(), whole: Arc::new(since()), mean: FilteredMean(None) }
     }
 
-    /// The whole, for who looks from outside.
+    /// The figures since the start of RUN, for observers.
     pub fn meter(&self) -> Meter {
         Meter(Arc::clone(&self.whole))
     }
@@ -151,7 +151,7 @@ impl Books {
         self.whole.execution.last_ns.load(Relaxed)
     }
 
-    /// What DST1..DST4 show.
+    /// The values of DST1..DST4.
     pub fn scan_times(&self) -> ScanTimes {
         let us = |ns: &AtomicU64| i32::try_from(ns.load(Relaxed) / 1000).unwrap_or(i32::MAX);
         let execution = &self.whole.execution;

@@ -25,22 +25,22 @@ pub(super) const NO_PROGRAM: u32 = u32::MAX;
 
 /// A program with all that it needs to be scanned.
 pub struct Package<M> {
-    /// The new machine; behind the swap, the old one.
+    /// The new machine; after the swap, the old one.
     pub machine: M,
-    /// What it takes over.
+    /// The cells that it takes over.
     pub transfer: Transfer,
     /// Its number: one more than that of any program before it.
     pub generation: u32,
     /// How often it is scanned.
     pub tempo: Tempo,
-    /// Cells of the old machine, and what they held before it.
+    /// Cells of the old machine, and their values before it.
     pub asked: Vec<(Cell, i32)>,
-    /// What is known of the swap, behind it.
+    /// The facts of the swap, after it.
     pub swapped: Option<Swapped>,
     pub(super) watches: Watches,
     /// By watch: which watch of the old program it goes on from.
     pub(super) carried: Carried,
-    /// What each Y does outside RUN.
+    /// The safe state of each Y, outside RUN.
     pub(super) safe: Vec<Safe>,
     /// Snapshots of its shape.
     pub(super) fresh: Vec<Arc<Snapshot>>,
@@ -55,10 +55,10 @@ pub struct Swapped {
     pub mode: Mode,
 }
 
-/// What a package is made of beside its machine.
+/// The parts of a package beside its machine.
 #[derive(Clone, Debug)]
 pub struct Contents {
-    /// What is taken over.
+    /// The cells that are taken over.
     pub transfer: Transfer,
     /// Its number.
     pub generation: u32,
@@ -66,7 +66,7 @@ pub struct Contents {
     pub tempo: Tempo,
     /// Cells of the old machine that the report asks for.
     pub asked: Vec<Cell>,
-    /// What the log wants to know of.
+    /// The cells whose changes the log reports.
     pub watched: Watched,
     /// Which of that it wanted to know before.
     pub carried: Carried,
@@ -74,12 +74,12 @@ pub struct Contents {
     pub bits: usize,
     /// Public words.
     pub words: usize,
-    /// What each Y does outside RUN.
+    /// The safe state of each Y, outside RUN.
     pub safe: Vec<Safe>,
 }
 
 impl<M: Machine> Package<M> {
-    /// Notes what is asked for, as it is. Nothing is allocated.
+    /// Notes the present values of the cells that are asked for. Nothing is allocated.
     pub(super) fn note(&mut self, old: &M) {
         let (bits, words) = old.image();
         for (cell, value) in &mut self.asked {
@@ -203,17 +203,17 @@ impl<T> Clone for Generations<T> {
 }
 
 impl<T> Generations<T> {
-    /// With what belongs to the first program, number 0.
+    /// Begins with the data of the first program, number 0.
     pub fn new(first: T) -> Generations<T> {
         Generations(Arc::new(Mutex::new(vec![(0, Arc::new(first))])))
     }
 
-    /// Enters what belongs to a program, before it is handed in.
+    /// Enters the data of a program, before the program is handed in.
     pub fn insert(&self, generation: u32, of: T) {
         self.locked(|list| list.push((generation, Arc::new(of))));
     }
 
-    /// What belongs to a program (one that is not known any more: to the last).
+    /// The data of a program (of the last one, if this one is no longer known).
     pub fn of(&self, generation: u32) -> Arc<T> {
         self.locked(|list| {
             let known = list.iter().find(|(of, _)| *of == generation).or(list.last());

@@ -8,25 +8,25 @@ use super::image::Safe;
 use super::machine::Machine;
 use crate::engine::{BitCell, Cell, WordCell};
 
-/// What an input moves.
+/// The target of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// An input, by its number.
     Input(u32),
     /// A bit.
     Bit(BitCell),
-    /// A word, and what it can hold.
+    /// A word, and its range.
     Word {
         /// The word.
         cell: WordCell,
-        /// The least value; what is below becomes this.
+        /// The least value; a lower one becomes this.
         min: i32,
         /// The greatest.
         max: i32,
     },
 }
 
-/// What goes out to a point.
+/// The source of an output point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// An output, as driven: by its number.
@@ -73,7 +73,7 @@ impl Target {
     }
 }
 
-/// What goes out now: in RUN the last complete scan's values, else the safe ones.
+/// The values that go out now: in RUN those of the last complete scan, else the safe ones.
 pub fn outgoing(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
     let safe = image.mode != Mode::Run;
     for (value, source) in values.iter_mut().zip(sources) {
@@ -85,7 +85,7 @@ pub fn outgoing(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
     }
 }
 
-/// What goes out at the end of the process, whatever the mode still says.
+/// The values that go out at the end of the process, in every mode.
 pub fn last_words(sources: &[Source], image: &Snapshot, values: &mut [i32]) {
     outgoing(sources, image, values);
     for (value, source) in values.iter_mut().zip(sources) {

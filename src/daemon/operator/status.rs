@@ -259,7 +259,7 @@ fn posture(grant: &Grant) -> Posture {
     }
 }
 
-fn scan(reading: &runtime::Reading) -> Scan {
+fn scan(reading: &runtime::MeterReading) -> Scan {
     let statistics = &reading.statistics;
     Scan {
         over_ms: statistics.over_ns / 1_000_000,

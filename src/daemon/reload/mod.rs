@@ -101,6 +101,15 @@ struct OwnFault {
     reason: FaultReason,
 }
 
+/// Where a swap leads.
+#[derive(Clone, Copy, Default)]
+struct Direction {
+    /// Back to the program before.
+    back: bool,
+    /// Out of FAULT.
+    resume: bool,
+}
+
 type Done<T> = Result<T, Refusal>;
 
 impl Reloads {
@@ -239,7 +248,7 @@ impl Reloads {
             let report = [report, settings].concat();
             return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
-        let (report, swap_us) = self.swap(&mut inner, ready, (false, false)).await?;
+        let (report, swap_us) = self.swap(&mut inner, ready, Direction::default()).await?;
         let report = [report, settings].concat();
         let done = Reloaded { restart, ..self.reloaded(setup, report, Some(swap_us)) };
         tell::done(who, &done, setup, self.on_trial().map(|(_, trial)| trial));
@@ -289,7 +298,8 @@ impl Reloads {
         };
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
         let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
-        let (report, swap_us) = self.swap(&mut inner, ready, (true, fault.is_some())).await?;
+        let direction = Direction { back: true, resume: fault.is_some() };
+        let (report, swap_us) = self.swap(&mut inner, ready, direction).await?;
         let report = [report, settings].concat();
         let done = self.reloaded(&previous.setup, report, Some(swap_us));
         tell::rolled_back(who, &done, fault.map(|fault| fault.reason));
@@ -301,10 +311,10 @@ impl Reloads {
         &self,
         inner: &mut Inner,
         ready: Ready,
-        // Whether it is the way back, and whether it leaves FAULT.
-        (back, resume): (bool, bool),
+        direction: Direction,
     ) -> Done<(Vec<String>, f64)> {
         let Ready { running, plan, package, .. } = ready;
+        let Direction { back, resume } = direction;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
         inner.generation = generation;

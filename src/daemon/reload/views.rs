@@ -6,7 +6,7 @@ use crate::daemon::operator::{AboutParts, View};
 use crate::io::modbus::settings::Modbus;
 use crate::io::{modbus, plant};
 use crate::resolve::program::Program;
-use crate::retain::Plan;
+use crate::retain::RetainPlan;
 use crate::runtime::Generations;
 
 /// By generation, each for its reader.
@@ -34,7 +34,7 @@ impl Views {
         }
         if let Some(retention) = &self.about.retention {
             // Where nothing is to be retained any more, nothing is written: the last image stays.
-            let nothing = || Plan::new(&[], &Program::default(), &setup.symbols);
+            let nothing = || RetainPlan::new(&[], &Program::default(), &setup.symbols);
             let plan = setup.retain.as_ref().map_or_else(nothing, |wanted| wanted.plan.clone());
             retention.plans.insert(generation, plan);
         }
