@@ -1,17 +1,17 @@
-//! Faults on purpose: named points at which a test has rungd panic or stall.
+//! Injected faults: named points at which a test makes rungd panic or stall.
 //!
-//! How rungd ends when it meets a bug can be shown only by a bug. In a build with debug
-//! assertions, and where the environment's `RUNGD_FAULTS` names a file, the name of a point that
-//! is written into that file is a fault there, once. A release build has none of this: its points
-//! are empty, and `.ci/run` looks that no word of it is in there.
+//! A test of rungd's behaviour after a bug needs a bug. In a build with debug assertions, the
+//! environment variable `RUNGD_FAULTS` can name a file. A point whose name a test writes into that
+//! file then has a fault, once. A release build has none of this: its points are empty, and
+//! `.ci/run` checks that the binary contains no word of it.
 
-/// Where.
+/// The point of an injected fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Point {
-    /// A panic in the scan, as the engine's would be.
+    /// A panic within the scan, like a bug of the engine.
     Scan = 1,
-    /// The scan takes a second longer.
+    /// The scan takes one second longer.
     Stall,
     /// A panic in the scan thread, between two scans.
     Thread,
@@ -21,7 +21,7 @@ pub enum Point {
     Device,
     /// A panic in the shell, on the main thread.
     Shell,
-    /// The disk of retentive memory takes a second longer.
+    /// The disk of retentive memory takes one second longer.
     Disk,
 }
 
@@ -55,15 +55,15 @@ mod armed {
         ("shell", Point::Shell),
         ("disk", Point::Disk),
     ];
-    /// How often the file is looked at.
+    /// The interval at which the file is read.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
-    /// How long a scan, or the disk, stalls.
+    /// The time for which a scan, or the disk, stalls.
     const STALL: Duration = Duration::from_secs(1);
 
-    /// The point that is a fault when it is reached next; 0: none.
+    /// The point that has a fault when it is reached next; 0: none.
     static ARMED: AtomicU8 = AtomicU8::new(0);
 
-    /// Waits for faults that are asked for, on a thread of its own.
+    /// Starts a thread that waits for requested faults.
     pub fn listen() {
         let Some(file) = std::env::var_os("RUNGD_FAULTS") else { return };
         let named = thread::Builder::new().name("rungd-faults".into());
@@ -83,7 +83,7 @@ mod armed {
         }
     }
 
-    /// A fault, if one was asked for here.
+    /// A fault, if one was requested for this point.
     pub fn point(point: Point) {
         let (own, order) = (point as u8, Ordering::AcqRel);
         if ARMED.load(Ordering::Relaxed) != own

@@ -1,4 +1,4 @@
-//! `say!`: a line of the log, at the level that its event's row says.
+//! `say!`: writes a line of the log, at the level in its event's row.
 //!
 //! ```text
 //! say!(ALARM_ON, %tag, scan, "alarm ON: {text}");
@@ -8,11 +8,11 @@
 //!
 //! The event is a constant of [`crate::events`]; fields and sentence are those of `tracing`. `io`,
 //! `daemon` and `cli` use this macro; no other code logs. Besides this file, only the daemon's log
-//! names `tracing`: it makes lines of what is said here.
+//! names `tracing`: it turns these events into lines.
 
 use crate::events;
 
-/// Says that an event has happened: constant, fields, sentence.
+/// Logs an event: constant, fields, sentence.
 macro_rules! say {
     (* $event:ident at $level:ident, $($rest:tt)+) => {
         ::tracing::event!(
@@ -39,7 +39,7 @@ macro_rules! say {
 
 pub(crate) use say;
 
-/// A row's level as `tracing` has it.
+/// A row's level as a `tracing` level.
 pub(crate) const fn level(level: events::Level) -> tracing::Level {
     match level {
         events::Level::Error => tracing::Level::ERROR,

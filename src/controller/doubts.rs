@@ -1,6 +1,6 @@
-//! Settings that can be and are seldom meant: warnings that want the settings and the program.
+//! Warnings for settings that are valid but seldom meant. They need the settings and the program.
 //!
-//! Called by `resolve_controller` once both are there. Refuses nothing.
+//! Called by `resolve_controller` once it has both. Refuses nothing.
 
 use super::written::WrittenController;
 use super::{Controller, RETAINABLE};
@@ -9,10 +9,10 @@ use crate::isa::{Bit, BitSpace};
 use crate::resolve::program::{Instruction, Program};
 use crate::source::finding::{Code, Finding};
 
-/// A longer period is seldom meant.
+/// The longest period without a warning, ms.
 const PERIOD_MS_MAX: u32 = 1000;
 
-/// All doubts about a controller.
+/// All warnings for a controller.
 pub(super) fn doubts(
     written: &WrittenController,
     controller: &Controller,
@@ -24,7 +24,7 @@ pub(super) fn doubts(
     findings
 }
 
-/// `10m` for `10ms`.
+/// The warning for a long period, as after writing `10m` for `10ms`.
 fn long_period(written: &WrittenController, controller: &Controller) -> Option<Finding> {
     if controller.period_ms <= PERIOD_MS_MAX {
         return None;
@@ -36,7 +36,7 @@ fn long_period(written: &WrittenController, controller: &Controller) -> Option<F
     Some(finding.help("most plants want milliseconds: `period = \"10ms\"`"))
 }
 
-/// Outputs whose `hold` is undone by a termination pass.
+/// The warnings for outputs whose `hold` a termination pass overrides.
 fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
     let mut found = Vec::new();
     for held in &controller.outputs_hold {
@@ -72,7 +72,7 @@ fn terminates(instruction: &Instruction) -> bool {
     }
 }
 
-/// A controller that waits in STOP for an operator who has no way in.
+/// The warning for a controller that waits in STOP for a command, and has no socket to take it.
 fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option<Finding> {
     let retains = controller.retain.iter().any(|range| RETAINABLE.contains(&range.space));
     if controller.operator.enabled || controller.retention.runs_cold || !retains {

@@ -1,9 +1,10 @@
-//! The controller file: its keys as written, and the settings that they make.
+//! The controller file: its keys as written, and the settings made from them.
 //!
-//! [`read`] takes the file's text; [`resolve_controller`] takes what it gave and the program of the
-//! ladders, and gives [`Controller`] to the daemon. One folder a driver: its keys, its points, what
-//! is found wrong with them. The settings' types are the drivers' own (`io::NAME::settings`). Does
-//! no I/O: whether a port is free or a priority is granted shows at run time.
+//! [`read`] takes the file's text and gives a [`WrittenController`]. [`resolve_controller`] takes
+//! that and the program of the ladders, and gives a [`Controller`] to the daemon. Each driver has
+//! a folder with its keys, its points and their findings. The settings' types belong to the drivers
+//! (`io::NAME::settings`). Does no I/O: only run time shows whether a port is free or a priority
+//! is granted.
 
 mod claims;
 pub mod device;
@@ -28,8 +29,8 @@ use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
 
-/// What may survive a restart: bits and words that only programs and clients write, and
-/// structures.
+/// The spaces that may survive a restart: bits and words that only programs and clients write,
+/// and structures.
 const RETAINABLE: [Space; 10] = [
     Space::Bit(BitSpace::C),
     Space::Bit(BitSpace::Mc),
@@ -43,8 +44,8 @@ const RETAINABLE: [Space; 10] = [
     Space::Sensaphone,
 ];
 
-/// Resolves a controller file against the program of its ladders. Whether it can be used is told
-/// by the findings: with an error among them, parts may be missing.
+/// Resolves a controller file against the program of its ladders. The result can be used only if
+/// no finding is an error; otherwise parts may be missing.
 pub fn resolve_controller(
     written: &WrittenController,
     program: &Program,
@@ -97,7 +98,7 @@ pub fn resolve_controller(
     resolver.findings.extend(claims::moved_twice(&controller));
     resolver.findings.extend(device::moved_twice(&controller));
     if controller.devices.len() == written.devices.len() {
-        // Else a Y may go out by the device that is missing.
+        // Only without errors: a device that is missing after an error may take the Y.
         resolver.findings.extend(device::unmapped_outputs(&controller, program));
     }
     (controller, resolver.findings)

@@ -1,6 +1,5 @@
-//! `[operator]`: its keys, and the settings that they make: a path that fits, permissions as a
-//! number. Whether the group exists, and whether the socket can be made, shows at
-//! run time.
+//! `[operator]`: its keys, and the settings made from them: a path of a valid length, permissions
+//! as a number. Only run time shows whether the group exists and the socket can be made.
 
 use crate::source::finding::{Code, Finding};
 use crate::source::key::key;
@@ -22,12 +21,12 @@ pub struct WrittenOperator {
     pub group: Option<Text>,
 }
 
-/// The operator's socket, as a controller file asks for it.
+/// The settings of the operator's socket.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Operator {
-    /// Whether there is to be one.
+    /// Whether there is a socket.
     pub enabled: bool,
-    /// Its path, relative to the controller file; else the daemon looks where it belongs.
+    /// Its path, relative to the controller file; if not given, the daemon's default path.
     pub socket: Option<String>,
     /// Its permissions.
     pub mode: u32,
@@ -41,12 +40,13 @@ impl Default for Operator {
     }
 }
 
-/// The longest path: the system lets a socket have 107 bytes, and it is made under a longer name.
+/// The longest path. The system's limit is 107 bytes, and the socket is made under a longer,
+/// temporary name.
 pub const SOCKET_BYTES_MAX: usize = 103;
 
 /// Reads `[operator]` where it is.
 pub(super) fn read_in(root: &mut Table<'_>) -> Option<WrittenOperator> {
-    let explained = key("operator", "The socket by which operators ask and command.");
+    let explained = key("operator", "The socket for operators' questions and commands.");
     root.table(explained, "`[operator]`").map(read)
 }
 
@@ -56,14 +56,16 @@ fn read(mut table: Table<'_>) -> WrittenOperator {
         enabled: table
             .boolean(key("enabled", "Whether there is a socket; true if not given."))
             .is_none_or(|enabled| enabled.value),
-        socket: table
-            .string(key("socket", "Its path, relative to this file; else where systemd wants it.")),
+        socket: table.string(key(
+            "socket",
+            "Its path, relative to this file; if not given, in systemd's runtime folder.",
+        )),
         mode: table.string(
             key("mode", "Its permissions in octal digits; 0660 if not given.")
                 .limited(r#"{"pattern":"^(0o)?0?[0-7]{3}$"}"#),
         ),
         group: table
-            .string(key("group", "Its group, by name or number: its members may change things.")),
+            .string(key("group", "Its group, by name or number; members may give commands.")),
     };
     table.finish();
     operator

@@ -1,7 +1,7 @@
-//! `[realtime]` of a controller file: what is asked of the operating system.
+//! `[realtime]` of a controller file: the requests to the operating system.
 //!
-//! Called by [`super::written`]. Judges the form and what keys mean together; whether the
-//! machine grants it shows at run time, in `runtime::posture`.
+//! Called by [`super::written`]. Judges each key and their combination. `runtime::posture` shows at
+//! run time whether the machine grants the requests.
 
 use crate::runtime::{Policy, Posture};
 use crate::source::finding::{Code, Finding};
@@ -10,13 +10,12 @@ use crate::source::reader::{Table, Text};
 
 /// The most CPUs that a set of the kernel's usual size names.
 const CPU_MAX: i64 = 1023;
-/// A second: no CPU sleeps deeper than this.
+/// A second: no CPU takes longer to wake up.
 const LATENCY_US_MAX: i64 = 1_000_000;
 
 /// Reads `[realtime]` where it is.
 pub(super) fn read_in(root: &mut Table<'_>) -> Posture {
-    let table =
-        root.table(key("realtime", "What is asked of the operating system."), "`[realtime]`");
+    let table = root.table(key("realtime", "Requests to the operating system."), "`[realtime]`");
     table.map_or_else(Posture::default, read)
 }
 
@@ -60,7 +59,7 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
         }
         Some((policy, "other")) => {
             if number.is_some() {
-                let message = "`priority` means nothing with policy `other`";
+                let message = "`priority` has no effect with policy `other`";
                 let finding = Finding::new(Code::Controller, place(policy), message);
                 table.find(finding.help("write `policy = \"fifo\"`, or take `priority` out"));
             }
@@ -74,7 +73,7 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
         }
         None => {
             if let (Some(priority), false) = (&priority, says) {
-                let message = "`priority` says nothing without a `policy`";
+                let message = "`priority` has no effect without a `policy`";
                 let finding = Finding::new(Code::MissingKey, priority.span, message);
                 table.find(finding.help("give it one: `policy = \"fifo\"`"));
             }
@@ -84,9 +83,10 @@ fn read_policy(table: &mut Table<'_>) -> Policy {
 }
 
 fn read_cpus(table: &mut Table<'_>) -> Vec<u32> {
-    let Some(cpus) = table
-        .integers(key("cpus", "Where the scan thread may run.").limited(NOT_EMPTY), (0, CPU_MAX))
-    else {
+    let Some(cpus) = table.integers(
+        key("cpus", "The CPUs that the scan thread may use.").limited(NOT_EMPTY),
+        (0, CPU_MAX),
+    ) else {
         return Vec::new();
     };
     let mut numbers: Vec<u32> = cpus.value.iter().filter_map(|n| u32::try_from(*n).ok()).collect();

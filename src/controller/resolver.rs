@@ -1,4 +1,4 @@
-//! What the tables of a controller file are resolved with: the names of the ladders, and findings.
+//! The tools that resolve the tables of a controller file: the ladders' names, and the findings.
 
 use crate::isa::Space;
 use crate::isa::{Address, Bit};
@@ -8,14 +8,14 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Located;
 
-/// What ranges may be of.
+/// The spaces that a key's ranges may name.
 pub struct Wanted<'a> {
     pub spaces: &'a [Space],
     pub words: &'static str,
     pub code: Code,
 }
 
-/// What resolving needs, and what it finds.
+/// The names that resolving needs, and the findings that it makes.
 pub struct Resolver {
     pub scope: Scope,
     pub findings: Vec<Finding>,

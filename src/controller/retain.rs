@@ -1,5 +1,5 @@
-//! `[retain]`: its keys, and the settings that they make, but for its ranges. Whether the file can
-//! be made shows at run time.
+//! `[retain]`: its keys, and the settings made from them; [`super`] resolves the ranges. Only run
+//! time shows whether the file can be made.
 
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{LEAST_1MS, key};
@@ -13,16 +13,16 @@ pub struct WrittenRetain {
     pub ranges: Vec<Text>,
     /// `file`: its path, relative to the controller file.
     pub file: Option<Text>,
-    /// `interval`, ms: at most so often it is written.
+    /// `interval`, ms: the shortest time between two writes.
     pub interval_ms: Located<i32>,
-    /// `cold-start`: what happens where nothing is found.
+    /// `cold-start`: the mode after a start that finds no memory.
     pub cold_start: Option<Text>,
-    /// `budget-mb-per-day`: more is worth a warning.
+    /// `budget-mb-per-day`: the MB per day above which the log warns.
     pub budget_mb: u32,
 }
 
 impl WrittenRetain {
-    /// What holds where there is no such table.
+    /// The values without a `[retain]` table.
     fn absent(file: FileId) -> WrittenRetain {
         let nowhere = Span { file, start: 0, end: 0 };
         WrittenRetain {
@@ -35,22 +35,22 @@ impl WrittenRetain {
     }
 }
 
-/// How retentive memory is kept.
+/// The settings of retentive memory's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Retention {
-    /// Its file, relative to the controller file; else the daemon puts it where it belongs.
+    /// Its file, relative to the controller file; if not given, the daemon's default path.
     pub file: Option<String>,
-    /// It is written at most so often, ms; at least 1.
+    /// The shortest time between two writes, ms; at least 1.
     pub interval_ms: u32,
-    /// Whether the controller runs where nothing was found to be restored.
+    /// Whether a start that finds no memory goes to RUN.
     pub runs_cold: bool,
-    /// More MB a day than this are worth a warning.
+    /// The MB per day above which the log warns.
     pub budget_mb: u32,
 }
 
 /// Reads `[retain]` where it is.
 pub(super) fn read_in(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
-    let table = root.table(key("retain", "What a restart keeps."), "`[retain]`");
+    let table = root.table(key("retain", "Memory that a restart keeps."), "`[retain]`");
     table.map_or_else(|| WrittenRetain::absent(file), |table| read(table, file))
 }
 
@@ -60,7 +60,7 @@ fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
     if !table.has("ranges") {
         nothing(&table, table.span(), "without `ranges` this keeps nothing");
     }
-    // A list of what is no text has findings of its own.
+    // A list with items that are not texts has its findings already.
     if let Some(list) = ranges.as_ref().filter(|list| list.value.is_empty())
         && !table.doc().has_finding_in(list.span)
     {
@@ -70,24 +70,27 @@ fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
         ranges: ranges.map_or(Vec::new(), |texts| texts.value),
         file: table.string(key(
             "file",
-            "Where they are kept; else where systemd keeps state, or beside this file.",
+            "The file; if not given, in systemd's state folder, or beside this file.",
         )),
         interval_ms: table
             .duration(
                 key(
                     "interval",
-                    "They are written when changed, at most so often; 1s if not given.",
+                    "The shortest time between two writes of changes; 1s if not given.",
                 )
                 .limited(LEAST_1MS),
             )
             .unwrap_or(absent.interval_ms),
         cold_start: table.string(
-            key("cold-start", "Whether to run where nothing was found; `stop` if not given.")
+            key("cold-start", "The mode after a start that finds no memory; `stop` if not given.")
                 .limited(r#"{"enum":["run","stop"]}"#),
         ),
         budget_mb: table
             .integer(
-                key("budget-mb-per-day", "More written than this is a warning; 2000 if not given."),
+                key(
+                    "budget-mb-per-day",
+                    "The log warns when more MB are written in a day; 2000 if not given.",
+                ),
                 (1, 10_000_000),
             )
             .and_then(|budget| u32::try_from(budget.value).ok())
@@ -115,7 +118,7 @@ pub(super) fn resolve(written: &WrittenRetain, findings: &mut Vec<Finding>) -> R
         None | Some(("stop", _)) => false,
         Some(("run", _)) => true,
         Some((other, span)) => {
-            let message = format!("`{other}` is not what a cold start can be");
+            let message = format!("`{other}` is no mode of a cold start");
             let finding = Finding::new(Code::Controller, span, message);
             findings.push(finding.help("write `cold-start = \"stop\"` or `\"run\"`"));
             false

@@ -1,4 +1,4 @@
-//! The settings that a controller file makes, for the daemon.
+//! The settings of a controller file, for the daemon.
 
 use super::device::settings::Device;
 use super::operator::Operator;
@@ -8,33 +8,33 @@ use crate::io::plant::settings::Rule;
 use crate::resolve::range::Range;
 use crate::runtime::Posture;
 
-/// What a controller file asks for, beside its ladders.
+/// The settings of a controller file, beside its ladders.
 #[derive(Clone, Debug)]
 pub struct Controller {
     /// Scan period, ms; at least 1.
     pub period_ms: u32,
-    /// One scan longer than this is a fault, ms; at least 1.
+    /// A scan longer than this is a fault, ms; at least 1.
     pub watchdog_ms: u32,
-    /// What is asked of the operating system.
+    /// The requests to the operating system.
     pub realtime: Posture,
     /// Outputs that are ON in the safe state: ranges of Y.
     pub outputs_on: Vec<Range>,
     /// Outputs that keep their state: ranges of Y.
     pub outputs_hold: Vec<Range>,
-    /// What survives a restart.
+    /// The ranges that survive a restart.
     pub retain: Vec<Range>,
-    /// How it is kept.
+    /// The settings of their file.
     pub retention: Retention,
     /// The Modbus server, if there is one.
     pub modbus: Option<Modbus>,
-    /// Rules by which inputs move; at most one an input.
+    /// Rules of simulated inputs; at most one per input.
     pub rules: Vec<Rule>,
     /// Field devices.
     pub devices: Vec<Device>,
     /// The operator's socket.
     pub operator: Operator,
-    /// How often statistics are logged, ms; 0: never.
+    /// The time between two log lines of statistics, ms; 0: never.
     pub statistics_ms: u32,
-    /// How long a reloaded program is on trial, ms; 0: not at all.
+    /// The time for which a reloaded program is on trial, ms; 0: no trial.
     pub probation_ms: u32,
 }

@@ -1,5 +1,5 @@
-//! `[[simulated-device]]`: the keys of a rule, and what they mean. A rule moves one input: it is a
-//! part of a simulated plant, between the input and the bits that drive it (`io::plant::rules`).
+//! `[[simulated-device]]`: the keys of a rule, and their meaning. A rule moves one input: it is a
+//! part of a simulated plant between the input and the bits that drive it (`io::plant::rules`).
 
 use super::resolver::Resolver;
 use crate::io::plant::settings::{Motion, Rule};
@@ -9,7 +9,7 @@ use crate::source::key::key;
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
-/// `[[simulated-device]]`: one rule by which an input moves.
+/// `[[simulated-device]]`: a rule that moves one input.
 #[derive(Clone, Debug)]
 pub struct WrittenRule {
     /// The place of its header.
@@ -34,7 +34,7 @@ pub struct WrittenRule {
     pub invert: bool,
 }
 
-/// Of a rule as a whole.
+/// The schema's condition on a whole rule.
 const PULSES_OR_FOLLOWS: &str = r#"{"oneOf":[
             {"required":["pulse","every"],
              "not":{"anyOf":[{"required":["after"]},{"required":["release"]}]}},
@@ -53,14 +53,15 @@ fn read(mut table: Table<'_>) -> WrittenRule {
     let rule = WrittenRule {
         span: table.span(),
         input: table.required_string(key("input", "The input that moves: an X, or a tag of one.")),
-        pulse_ms: table.duration(key("pulse", "How long it is ON in each `every`.")),
-        every_ms: table.duration(key("every", "How often it pulses.")),
+        pulse_ms: table.duration(key("pulse", "The length of each pulse.")),
+        every_ms: table.duration(key("every", "The time between the beginnings of two pulses.")),
         offset_ms: table.duration(key("offset", "When the first pulse begins.")),
         follows: table.string(key("follows", "The bit that it follows.")),
-        after_ms: table.duration(key("after", "How long that bit is ON before the input is.")),
+        after_ms: table
+            .duration(key("after", "How long that bit is ON before the input comes ON.")),
         release_ms: table.duration(key(
             "release",
-            "How long that bit is OFF before the input is; else as `after`.",
+            "How long that bit is OFF before the input goes OFF; `after` if not given.",
         )),
         while_on: table.string(key("while", "It moves only while this bit is ON.")),
         invert: table
@@ -124,13 +125,13 @@ impl Resolver {
             return Some(Motion::Follow { bit: bit?, after_ms, release_ms });
         }
         let (Some(width_ms), Some(every_ms)) = (ms(&rule.pulse_ms), ms(&rule.every_ms)) else {
-            let message = "a rule that does not say how the input moves";
+            let message = "a rule without `pulse` or `follows` moves nothing";
             self.findings.push(Finding::new(Code::MissingKey, rule.span, message).help(help));
             return None;
         };
         if width_ms == 0 || width_ms >= every_ms {
             let span = rule.pulse_ms.as_ref().map_or(rule.span, |pulse| pulse.span);
-            let message = "a pulse is longer than nothing and shorter than `every`";
+            let message = "`pulse` must be above 0ms and below `every`";
             self.findings.push(Finding::new(Code::Controller, span, message));
             return None;
         }

@@ -1,7 +1,7 @@
 //! A controller file as its author wrote it: its ladders, its period, its tables.
 //!
-//! [`read`] takes the file's text. Names and ranges are still texts here, since tags can stand in
-//! them: the resolver makes addresses of them once the ladders are loaded.
+//! [`read`] takes the file's text. Names and ranges are still texts here, because they can contain
+//! tags: the resolver turns them into addresses once the ladders are loaded.
 
 use super::device::driver::WrittenDevice;
 use super::device::keys as device;
@@ -43,7 +43,7 @@ pub struct WrittenController {
     pub devices: Vec<WrittenDevice>,
     /// `[operator]`.
     pub operator: Option<WrittenOperator>,
-    /// `[log] statistics`: how often scan statistics are logged, ms; 0: never.
+    /// `[log] statistics`: the time between two log lines of scan statistics, ms; 0: never.
     pub statistics_ms: i32,
     /// `[reload] probation`, ms; 0: none.
     pub probation_ms: i32,
@@ -52,9 +52,9 @@ pub struct WrittenController {
 /// `[outputs]`.
 #[derive(Clone, Debug, Default)]
 pub struct SafeOutputs {
-    /// `on`: ON in the safe state.
+    /// `on`: outputs that are ON in the safe state.
     pub on: Vec<Text>,
-    /// `hold`: as they were, in the safe state.
+    /// `hold`: outputs that keep their values in the safe state.
     pub hold: Vec<Text>,
 }
 
@@ -104,7 +104,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
 
 fn read_outputs(root: &mut Table<'_>) -> SafeOutputs {
     let explained =
-        key("outputs", "The safe values of outputs, in STOP and FAULT; OFF where not said.");
+        key("outputs", "The safe values of outputs, in STOP and FAULT; OFF if not given.");
     let Some(mut table) = root.table(explained, "`[outputs]`") else {
         return SafeOutputs::default();
     };
@@ -117,22 +117,24 @@ fn read_outputs(root: &mut Table<'_>) -> SafeOutputs {
 }
 
 fn read_statistics(root: &mut Table<'_>) -> i32 {
-    let Some(mut table) = root.table(key("log", "What the log tells by itself."), "`[log]`") else {
+    let Some(mut table) = root.table(key("log", "Settings of the log."), "`[log]`") else {
         return STATISTICS_MS;
     };
-    let statistics =
-        table.duration(key("statistics", "How often scan statistics are logged; 0ms: never."));
+    let statistics = table.duration(key(
+        "statistics",
+        "The time between two log lines of scan statistics; 0ms: never.",
+    ));
     table.finish();
     statistics.map_or(STATISTICS_MS, |statistics| statistics.value)
 }
 
 fn read_probation(root: &mut Table<'_>) -> i32 {
-    let Some(mut table) = root.table(key("reload", "How a reload goes."), "`[reload]`") else {
+    let Some(mut table) = root.table(key("reload", "Settings of reloads."), "`[reload]`") else {
         return PROBATION_MS;
     };
     let probation = table.duration(key(
         "probation",
-        "A program that faults so soon after its reload is taken back; 0ms: never.",
+        "A program that faults within this time after its reload is taken back; 0ms: never.",
     ));
     table.finish();
     probation.map_or(PROBATION_MS, |probation| probation.value)
@@ -158,11 +160,11 @@ fn strings(table: &mut Table<'_>, key: Key) -> Vec<Text> {
 fn read_memory(root: &mut Table<'_>) -> MemorySizes {
     let mut sizes = MemorySizes::default();
     let Some(mut table) =
-        root.table(key("memory", "How many elements each space of memory has."), "`[memory]`")
+        root.table(key("memory", "The number of elements of each space of memory."), "`[memory]`")
     else {
         return sizes;
     };
-    // Modbus numbers its elements with 16 bits, and the others need no more than that either.
+    // Modbus numbers its elements with 16 bits; the other spaces need no more.
     let blocks: [(Key, &mut u32); 11] = [
         (key("X", "Inputs."), &mut sizes.x),
         (key("Y", "Outputs."), &mut sizes.y),
@@ -191,12 +193,16 @@ fn read_scan(root: &mut Table<'_>, file: FileId) -> Scan {
         period_ms: Located { value: 10, span: nowhere },
         watchdog_ms: Located { value: 200, span: nowhere },
     };
-    let Some(mut table) = root.table(key("scan", "How often, and how long at most."), "`[scan]`")
+    let Some(mut table) =
+        root.table(key("scan", "The scan's period and its longest time."), "`[scan]`")
     else {
         return scan;
     };
     scan.period_ms = table
-        .duration(key("period", "From one scan to the next; 10ms if not given.").limited(LEAST_1MS))
+        .duration(
+            key("period", "The time between the beginnings of two scans; 10ms if not given.")
+                .limited(LEAST_1MS),
+        )
         .unwrap_or(scan.period_ms);
     scan.watchdog_ms = table
         .duration(

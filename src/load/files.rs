@@ -1,8 +1,9 @@
-//! The bytes of a file, and of nothing that only looks like one.
+//! Reads the bytes of regular files, 256 MiB at most.
 //!
-//! A FIFO that nobody fills, a device or a socket would be waited for without end, so a file that
-//! another file names, and what a controller is started from, is a regular one. What the caller of
-//! a command holds open already (`/dev/stdin`, `/dev/fd/63` of `<(…)`) may be a pipe.
+//! Reading a FIFO without a writer, a device or a socket could wait without end. So a controller
+//! file that the daemon starts from, and every file named in another file, must be a regular file.
+//! A file that the caller of a command holds open already (`/dev/stdin`, `/dev/fd/63` of `<(…)`)
+//! may be a pipe.
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
@@ -12,13 +13,13 @@ use std::path::Path;
 /// Largest file that is read.
 const FILE_BYTES_MAX: u64 = 256 << 20;
 
-/// By these a process names what it was given open.
+/// The paths of files that the process was given open.
 const GIVEN: [&str; 3] = ["/dev/stdin", "/dev/fd/", "/proc/self/fd/"];
 
 /// Reads a file of 256 MiB at most that the caller of a command names.
 ///
 /// # Errors
-/// It cannot be read, is larger, or is no file.
+/// The file cannot be read, is larger, or is not a file.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     if GIVEN.iter().any(|given| path.to_str().is_some_and(|path| path.starts_with(given))) {
         return read(File::open(path)?);
@@ -31,10 +32,10 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// # Errors
 /// As [`read_bytes`].
 pub(super) fn read_regular(path: &Path) -> Result<Vec<u8>> {
-    // Before it is opened, since that alone may mean something to a device.
+    // Checked before opening: opening a device can have an effect on it.
     refuse(std::fs::metadata(path)?.file_type())?;
     let file = OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(path)?;
-    // And behind it: another may have taken its place.
+    // Checked again after opening: a different file may have taken its place.
     refuse(file.metadata()?.file_type())?;
     read(file)
 }

@@ -1,5 +1,5 @@
-//! Tests with files that no person wrote: what a load does for each finding, counted, and how long
-//! an answer may become. Nothing here goes by time: `benches/check.py` has the figures.
+//! Tests with very large generated files: the work of a load per finding, counted, and the length
+//! of its messages. No test measures time: `benches/check.py` does.
 
 use crate::load::{Input, Loaded, ladder_inputs};
 use crate::source::finding::Code;
@@ -24,7 +24,7 @@ fn tags(n: usize) -> String {
     (0..n).map(|k| format!("tag_number_{k} = {{ at = \"C0\", spare = true }}\n")).collect()
 }
 
-/// Distances computed by the load, and by showing what it found.
+/// The number of edit distances computed by the load, and by showing its findings.
 #[track_caller]
 fn distances(text: &str, code: Code) -> (usize, usize) {
     counted::take();
@@ -120,7 +120,7 @@ fn no_name_is_longer_than_a_name_may_be() {
     let long = tag(&format!("{fits}n"));
     assert!(long.program.is_none() && long.findings[0].code == Code::ForbiddenName);
     assert!(shown(&long).contains("at most 128"), "{}", shown(&long));
-    // Its uses are no mistakes of their own.
+    // The uses of the tag are no further mistakes.
     let name = format!("{fits}n");
     let used = load(&format!(
         "[tags]\n{name} = {{ at = \"C0\" }}\n{MAIN}{}",

@@ -1,14 +1,14 @@
-//! The file of retentive memory, held against the files that a controller has beside it.
+//! Checks that the file of retentive memory is none of the controller's other files.
 //!
-//! Called by `load` with what the controller file says. A start would move the ladder aside and put
-//! memory in its place; whether the file can be made is not looked at here.
+//! Called by `load` with the controller file's settings. Without this check, a start would move a
+//! ladder file aside and put memory in its place. Whether the file can be made is not checked.
 
 use std::path::{Path, PathBuf};
 
 use crate::controller::written::WrittenController;
 use crate::source::finding::{Code, Finding};
 
-/// A finding where memory would take the place of a file that is something else.
+/// A finding if memory would take the place of a controller's other file.
 pub(super) fn finding(controller: &Path, written: &WrittenController) -> Option<Finding> {
     let file = written.retain.file.as_ref()?;
     let beside = |name: &str| controller.parent().unwrap_or(Path::new("")).join(name);
@@ -29,7 +29,7 @@ pub(super) fn finding(controller: &Path, written: &WrittenController) -> Option<
         .then(|| finding("the operator's socket").related(socket.span, "named here"))
 }
 
-/// What tells a file from all others, also one that is yet to be made.
+/// The identity of a file, also of a file that does not exist yet.
 fn place(path: &Path) -> PathBuf {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let folder = parent.unwrap_or(Path::new(".")).canonicalize();

@@ -1,10 +1,9 @@
-//! Files → a checked program, and what a controller file asks for: the same for `rungd check`,
-//! `rungd sim`, the daemon's start and its reload.
+//! Files → a checked program and a controller's settings. The same for `rungd check`, `rungd sim`
+//! and the daemon's start and reload.
 //!
-//! The only thing done here beside calling the reader, the resolver and the rules in their order
-//! is reading the files. What is wrong *in* a file is a finding; a ladder file that a controller
-//! file names and that cannot be read is one too, at the name. A file named by the caller that
-//! cannot be read is a failure.
+//! This module reads the files, and calls the reader, the resolver and the rules in this order.
+//! A mistake *in* a file is a finding. A ladder file that cannot be read is a finding too, at its
+//! name in the controller file. A file that the caller names and that cannot be read is a failure.
 
 #[cfg(test)]
 mod ended;
@@ -33,7 +32,7 @@ use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, SourceFile, Span};
 
-/// What came of a load. Program and controller are there exactly when no finding is an error.
+/// The result of a load. It has a program and a controller exactly if no finding is an error.
 #[derive(Debug, Default)]
 pub struct Loaded {
     /// All files that were read, by their numbers.
@@ -42,12 +41,12 @@ pub struct Loaded {
     pub findings: Vec<Finding>,
     /// The program, resolved and judged.
     pub program: Option<Program>,
-    /// The controller file's settings, where one was loaded.
+    /// The controller file's settings, if one was loaded.
     pub controller: Option<Controller>,
     progress: Progress,
 }
 
-/// A file as it was read, once: it may be a pipe.
+/// A file's path and bytes. It is read only once, since it may be a pipe.
 #[derive(Debug)]
 pub struct Input {
     path: PathBuf,
@@ -101,8 +100,8 @@ pub fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
     Ok(loaded)
 }
 
-/// Loads a controller file and the ladder files that it names; all are read anew at a reload, so
-/// all are regular files.
+/// Loads a controller file and the ladder files that it names. All of them must be regular files,
+/// because a reload reads them again.
 ///
 /// # Errors
 /// The controller file cannot be read.
@@ -162,7 +161,8 @@ fn controller(input: &Input, progress: &Progress) -> Loaded {
     loaded
 }
 
-/// A tag of what a device moves or takes does its work, whether or not the ladder names it.
+/// Marks the tags of all addresses that a device moves or takes as used, whether or not the
+/// ladder names them.
 fn mark_mapped(program: &mut Program, controller: &Controller) {
     let devices = &controller.devices;
     let inputs = devices.iter().flat_map(|device| &device.inputs).map(|input| input.address);
@@ -175,7 +175,7 @@ fn mark_mapped(program: &mut Program, controller: &Controller) {
     }
 }
 
-/// What tells a file from all others, however its path is spelt.
+/// The identity of a file, the same for all spellings of its path.
 fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
@@ -198,7 +198,7 @@ impl Loaded {
         id
     }
 
-    /// Reads the ladder files that a controller file names; says whether all could be read.
+    /// Reads the ladder files that a controller file names; true if all could be read.
     fn named_files(&mut self, controller: &Path, names: &[Text]) -> bool {
         let mut seen: HashMap<PathBuf, Span> = HashMap::new();
         let mut whole = true;
@@ -213,7 +213,7 @@ impl Loaded {
                 let message = format!("`{}` is named twice", name.text);
                 let finding = Finding::new(Code::Controller, name.span, message);
                 let finding = finding.related(*first, "the same file");
-                self.findings.push(finding.help("take one of the two away"));
+                self.findings.push(finding.help("remove one of the two"));
                 whole = false;
                 continue;
             }
@@ -242,7 +242,7 @@ impl Loaded {
         if self.progress.is_over() {
             return;
         }
-        // A file that is not text would only bring follow-up findings.
+        // A file that is not text would only produce follow-up findings.
         if self.findings.iter().any(|f| f.span.file.0 as usize >= first) {
             return;
         }
@@ -251,7 +251,7 @@ impl Loaded {
         self.program = program;
     }
 
-    /// Resolves what the controller file asks for beside its ladders.
+    /// Resolves the settings of the controller file.
     fn settings(&mut self, written: &WrittenController) {
         let of_ladders = |finding: &Finding| finding.span.file != FileId(0);
         if self.progress.is_over() {
@@ -263,7 +263,7 @@ impl Loaded {
         let bare = Program { sizes: written.memory.clone(), ..Program::default() };
         let program = self.program.as_ref().unwrap_or(&bare);
         let (controller, mut found) = resolve_controller(written, program);
-        // A tag that is in itself wrong, or in a file that could not be read, is no news.
+        // A tag that is itself wrong, or in a file that could not be read, has its finding already.
         found.retain(|finding| whole || finding.code != Code::UnknownName);
         self.findings.extend(found);
         self.controller = Some(controller);
@@ -302,8 +302,8 @@ impl Loaded {
     }
 }
 
-/// The text of a file; where it is not UTF-8, a text in which marks stand for the rest, and the
-/// finding that says so.
+/// The text of a file. If it is not UTF-8, marks replace the wrong bytes, and a finding names
+/// them.
 pub fn decode(bytes: &[u8], file: FileId) -> (String, Option<Finding>) {
     match std::str::from_utf8(bytes) {
         Ok(text) => (text.to_owned(), None),
@@ -314,7 +314,7 @@ pub fn decode(bytes: &[u8], file: FileId) -> (String, Option<Finding>) {
             let message = format!("the file is not UTF-8 text: byte {at} is 0x{byte:02X}");
             let finding = Finding::new(Code::TomlSyntax, span, message)
                 .label("here")
-                .help("save the file as UTF-8; it may be Latin-1, or no text at all");
+                .help("save the file as UTF-8; now it may be Latin-1, or not a text");
             (String::from_utf8_lossy(bytes).into_owned(), Some(finding))
         }
     }

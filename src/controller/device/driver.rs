@@ -1,8 +1,8 @@
-//! What a driver is to the controller file: keys of its own in `[[device]]` and its map, points in
-//! a notation of its own, and the settings that both make.
+//! A driver's part in the controller file: its keys in `[[device]]` and in the map's rows, the
+//! notation of its points, and the settings made from both.
 //!
-//! Each driver's folder implements [`DriverKeys`]; `drivers` has a row for each. The rest of a
-//! device, the same for all drivers, is `keys` and [`super`].
+//! Each driver's folder implements [`DriverKeys`]; `drivers` has a row for each driver. `keys` and
+//! [`super`] have the keys and rules that all drivers share.
 
 use std::fmt::Debug;
 
@@ -20,34 +20,34 @@ pub struct WrittenDevice {
     pub span: Span,
     /// `name`.
     pub name: Option<Text>,
-    /// `driver`, where it is one, with its keys.
+    /// `driver`, if a driver has this name, with the driver's keys.
     pub driver: Option<Box<dyn DriverKeys>>,
-    /// `poll`, ms: from exchange to exchange.
+    /// `poll`, ms: the time between exchanges.
     pub poll_ms: Option<Located<i32>>,
-    /// `on-loss`: what becomes of its inputs.
+    /// `on-loss`: the values of its inputs after a loss.
     pub on_loss: Option<Text>,
-    /// `loss-after`, ms: how old its last good exchange may become.
+    /// `loss-after`, ms: the age of the last good exchange at which the device is lost.
     pub loss_after_ms: Option<Located<i32>>,
     /// `map`, in file order.
     pub map: Vec<MapRow>,
 }
 
-/// One row of a map: a stretch of points and the memory that goes with it.
+/// One row of a map: a stretch of points and the memory that belongs to it.
 #[derive(Clone, Debug)]
 pub struct MapRow {
     /// The place of its table.
     pub span: Span,
-    /// `from`: where the values come from.
+    /// `from`: the source of the values.
     pub from: Option<Text>,
-    /// `to`: where they go.
+    /// `to`: their destination.
     pub to: Option<Text>,
-    /// `safe`: what an output that is no Y is outside RUN.
+    /// `safe`: the value outside RUN of an output that is not a Y.
     pub safe: Option<Located<Constant>>,
-    /// `hold`: an output that is no Y stays outside RUN as it was.
+    /// `hold`: an output that is not a Y keeps its value outside RUN.
     pub hold: Option<Located<bool>>,
 }
 
-/// A driver's keys in one `[[device]]`, and what they mean.
+/// A driver's keys in one `[[device]]`, and their meaning.
 pub trait DriverKeys: Debug {
     /// Reads the keys of the next row of the map.
     fn read_row(&mut self, row: &mut Table<'_>);
@@ -55,13 +55,14 @@ pub trait DriverKeys: Debug {
     /// Reads the keys of the device.
     fn read(&mut self, table: &mut Table<'_>);
 
-    /// Whether a text is in the notation of the driver's points: this decides a row's direction.
+    /// Whether a text is in the notation of the driver's points. This decides a row's direction.
     fn is_point(&self, text: &str) -> bool;
 
     /// A point as written, for a help.
     fn example(&self) -> &'static str;
 
-    /// The settings, with the points of all rows in their order; what makes no sense is a finding.
+    /// The settings, with the points of all rows in their order; a key or point that makes no sense
+    /// becomes a finding.
     fn resolve(
         &self,
         device: &WrittenDevice,
@@ -74,13 +75,13 @@ pub trait DriverKeys: Debug {
         true
     }
 
-    /// The place of an output that is no row of the map.
+    /// The place of an output that the map has no row for (a watchdog's register).
     fn other_output(&self) -> Option<Span> {
         None
     }
 }
 
-/// Which way a row's values go.
+/// The direction of a row's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// From the device to memory.
@@ -91,15 +92,15 @@ pub enum Direction {
 
 /// A row of a map, its addresses resolved.
 pub struct Row<'a> {
-    /// Its number in the map, by which its driver finds its keys.
+    /// Its number in the map; the driver finds the row's keys by it.
     pub at: usize,
     /// As written.
     pub written: &'a MapRow,
-    /// Which way its values go.
+    /// The direction of its values.
     pub direction: Direction,
-    /// The driver's own text: which points.
+    /// The points, in the driver's notation.
     pub points: &'a Text,
-    /// One a point, in their order.
+    /// One address per point, in the order of the points.
     pub addresses: Vec<Address>,
     /// The addresses as written.
     pub text: &'a Text,
@@ -117,7 +118,7 @@ impl Row<'_> {
     }
 }
 
-/// What a text names, of those that there are; `what` they are, for a finding.
+/// The item of `known` that a text names; `what` is the finding's noun for these items.
 pub fn named<T: Copy>(
     table: &Table<'_>,
     text: &Text,
@@ -136,7 +137,7 @@ pub fn named<T: Copy>(
     None
 }
 
-/// The meaning of a word that a key has, of those that it can have.
+/// The meaning of a key's word, looked up among the words that the key accepts.
 pub fn one_word<T: Copy>(
     key: &str,
     text: Option<&Text>,

@@ -1,15 +1,15 @@
-//! The drivers: a row each.
+//! The table of drivers.
 //!
-//! A driver is a folder beside this file, and a row here; `daemon/devices.rs` starts it.
+//! A driver has a folder beside this file and a row here; `daemon/devices.rs` starts it.
 
 use super::driver::DriverKeys;
 use super::{gpio, modbus, simulated};
 
 /// A driver.
 pub struct DriverRow {
-    /// What `driver` calls it, and its variants.
+    /// The words for `driver` that select it: one for each variant.
     pub names: &'static [&'static str],
-    /// Its keys, unread, by one of its names; without a name, those of all its variants.
+    /// Its keys, still unread, for one of its names; without a name, the keys of all its variants.
     pub keys: fn(Option<&str>) -> Box<dyn DriverKeys>,
 }
 
@@ -25,7 +25,7 @@ pub fn names() -> Vec<&'static str> {
     DRIVERS.iter().flat_map(|driver| driver.names).copied().collect()
 }
 
-/// The unread keys of a named driver; of all drivers where the name is none.
+/// The unread keys of a named driver; of all drivers if no driver has this name.
 pub fn keys_of(name: Option<&str>) -> Vec<Box<dyn DriverKeys>> {
     let is_named = |driver: &&DriverRow| name.is_none_or(|name| driver.names.contains(&name));
     DRIVERS.iter().filter(is_named).map(|driver| (driver.keys)(name)).collect()

@@ -1,9 +1,9 @@
 //! `[[device]]` of a controller file as its author wrote it: a field device, its driver's keys, and
-//! the map from its points to memory.
+//! the map between its points and memory.
 //!
-//! Called by [`super::super::written`]. Keys of all drivers are read here, a driver's own keys in
-//! its folder; a key of another driver is as unknown as a misspelt one. What names, points and
-//! ranges mean is the resolver's business.
+//! Called by [`super::super::written`]. This file reads the keys that all drivers share; each
+//! driver's folder reads the driver's own keys. A key of a different driver is an unknown key, as a
+//! misspelt one is. The resolver judges names, points and ranges.
 
 use super::driver::{DriverKeys, MapRow, WrittenDevice, named};
 use super::drivers;
@@ -23,26 +23,26 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
         key("name", "Its name: `NAME.Ok` and `NAME.Stale` are its bits.").limited(BLOCK_NAME),
     );
     table.require("driver", "\"modbus-tcp\"");
-    let text = table.string(key("driver", "How it is reached.").one_of(drivers::names));
+    let text = table.string(key("driver", "The driver that reaches it.").one_of(drivers::names));
     let known = drivers::names().into_iter().map(|name| (name, name)).collect::<Vec<_>>();
     let name_of_driver = text.and_then(|text| named(&table, &text, "driver", &known));
     let mut drivers = drivers::keys_of(name_of_driver);
     let poll_ms = table
-        .duration(key("poll", "From exchange to exchange; 20ms if not given.").limited(LEAST_1MS));
+        .duration(key("poll", "The time between exchanges; 20ms if not given.").limited(LEAST_1MS));
     let on_loss = table.string(
-        key("on-loss", "What becomes of its inputs when it is lost; `hold` if not given.")
+        key("on-loss", "The values of its inputs when it is lost; `hold` if not given.")
             .one_of(|| words(&OnLoss::NAMES)),
     );
     let loss_after_ms = table.duration(
-        key("loss-after", "So old may its last good exchange be; 1s if not given.")
+        key("loss-after", "It is lost when its last good exchange is this old; 1s if not given.")
             .limited(LEAST_1MS),
     );
     let map = table
-        .tables(key("map", "Which of its points goes with which bit or word."), "a device's map");
+        .tables(key("map", "Rows that connect its points with bits and words."), "a device's map");
     let map = map.into_iter().map(|row| read_row(row, &mut drivers)).collect();
     drivers.iter_mut().for_each(|driver| driver.read(&mut table));
     table.finish();
-    // Keys of all drivers were read where none is named: there is nothing to be made of them.
+    // Without a named driver, the keys of all drivers were read; no settings can be made of them.
     let driver = drivers.pop().filter(|_| name_of_driver.is_some());
     WrittenDevice { span, name, driver, poll_ms, on_loss, loss_after_ms, map }
 }
@@ -52,15 +52,15 @@ fn read_row(mut table: Table<'_>, drivers: &mut [Box<dyn DriverKeys>]) -> MapRow
         span: table.span(),
         from: table.required_string(key(
             "from",
-            "Where the values come from: points of the device, or bits and words.",
+            "The source of the values: points of the device, or bits and words.",
         )),
-        to: table.required_string(key("to", "Where they go.")),
+        to: table.required_string(key("to", "The destination of the values.")),
         safe: table.constant(key(
             "safe",
-            "What an output that is no Y is in STOP and FAULT; 0 if not given.",
+            "The value in STOP and FAULT of an output that is not a Y; 0 if not given.",
         )),
         hold: table
-            .boolean(key("hold", "An output that is no Y stays in STOP and FAULT as it was.")),
+            .boolean(key("hold", "An output that is not a Y keeps its value in STOP and FAULT.")),
     };
     drivers.iter_mut().for_each(|driver| driver.read_row(&mut table));
     table.finish();

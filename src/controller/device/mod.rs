@@ -1,9 +1,10 @@
-//! Field devices, resolved: every row of a map is a list of points and of addresses, equally long.
+//! Field devices, resolved: every row of a map becomes a list of points and a list of addresses of
+//! the same length.
 //!
-//! Called by [`super`] once the names are known. What is the same for all drivers is
-//! settled here: names, directions, addresses, safe values, and who moves what (`wiring`). What a
-//! text like `coil 0..7` means, only a driver's own file knows: it is handed rows whose addresses
-//! are resolved, and gives points in the same order.
+//! Called by [`super`] once the names are known. This module settles what all drivers share: names,
+//! directions, addresses, safe values, and the one mover of each input (`wiring`). Only a driver's
+//! own folder knows the meaning of a text like `coil 0..7`: it takes rows with resolved addresses,
+//! and gives the points in the same order.
 
 pub mod driver;
 pub mod drivers;
@@ -35,7 +36,7 @@ pub(super) fn resolve(
     scope: &Scope,
     findings: &mut Vec<Finding>,
 ) -> Vec<Device> {
-    // Numbers are those of the names, as the resolver of the ladders saw them.
+    // A device has the number that its name had when the ladders were resolved.
     let named = devices.iter().filter_map(|device| Some((device, device.name.as_ref()?)));
     let numbered = named.enumerate();
     let resolved = numbered.filter_map(|(at, (device, name))| {
@@ -61,7 +62,7 @@ fn one(
         .filter_map(|(at, written)| row((device, at, written), scope, findings))
         .collect();
     if device.map.is_empty() {
-        let message = format!("`{}` exchanges nothing: it has no map", name.text);
+        let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
         let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
         findings.push(Finding::new(Code::Controller, device.span, message).help(help));
     }
@@ -125,7 +126,7 @@ fn row<'a>(
     Some(Row { at, written, direction, points, addresses, text })
 }
 
-/// What cannot be moved by a device.
+/// The finding for an address that a device cannot move.
 fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option<Finding> {
     use BitSpace::{C, Mc, Mi, X};
     use WordSpace::{D, Mhr, Mir, V};
@@ -147,7 +148,7 @@ fn inputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Input> {
     for row in rows() {
         if let Some(safe) = &row.written.safe {
             let message = "an input has no safe value";
-            let help = "what becomes of it when the device is lost, `on-loss` of the device says";
+            let help = "the device's `on-loss` sets its value when the device is lost";
             findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
         }
     }
@@ -170,22 +171,23 @@ fn outputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
     outputs
 }
 
-/// `hold` where it means nothing.
+/// The finding for a `hold` that has no meaning.
 fn misplaced_hold(row: &Row<'_>) -> Option<Finding> {
     let hold = row.written.hold.as_ref().filter(|hold| hold.value)?;
     let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let (message, help) = match row.direction {
         Direction::In => (
             "an input has no safe value".to_owned(),
-            "what becomes of it when the device is lost, `on-loss` of the device says",
+            "the device's `on-loss` sets its value when the device is lost",
         ),
         Direction::Out if row.addresses.iter().any(is_y) => (
-            format!("`[outputs]` says what `{}` is when safe", row.text.text),
+            format!("the safe value of `{}` is set in `[outputs]`", row.text.text),
             "write it in `[outputs]`: `hold = [\"Y1\"]`",
         ),
-        Direction::Out if row.written.safe.is_some() => {
-            ("`hold` and `safe` in one row".to_owned(), "one of the two: what it was, or a value")
-        }
+        Direction::Out if row.written.safe.is_some() => (
+            "`hold` and `safe` in one row".to_owned(),
+            "write one of the two: `hold` keeps its value, `safe` gives one",
+        ),
         Direction::Out => return None,
     };
     Some(Finding::new(Code::Controller, hold.span, message).help(help))
@@ -213,7 +215,7 @@ fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> S
     };
     if is_output {
         let help = "write it in `[outputs]`: `on = [\"Y0\"]`, `hold = [\"Y1\"]`; else it is OFF";
-        return refuse(format!("`[outputs]` says what `{address}` is when safe"), help.into());
+        return refuse(format!("the safe value of `{address}` is set in `[outputs]`"), help.into());
     }
     let value = match safe.value {
         Constant::Integer(value) | Constant::Duration(value) => value,
@@ -225,7 +227,8 @@ fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> S
     SafeValue::Value(value)
 }
 
-/// How old the last good exchange may be: always more than a poll, which it takes to know better.
+/// The age of the last good exchange at which a device is lost, ms. It is more than `poll`: a
+/// younger exchange cannot be expected.
 fn loss_after(device: &WrittenDevice, poll_ms: u32, findings: &mut Vec<Finding>) -> u32 {
     let default_ms = poll_ms.saturating_mul(3).max(1000);
     let loss_after = device.loss_after_ms.as_ref();
@@ -237,9 +240,9 @@ fn loss_after(device: &WrittenDevice, poll_ms: u32, findings: &mut Vec<Finding>)
         let message = format!("lost after {loss_after_ms} ms, and polled every {poll_ms} ms");
         let finding = Finding::new(Code::Controller, written.span, message);
         findings.push(
-            finding.label("it would be lost between any two exchanges").help(
-                "`loss-after` is longer than `poll`: three times as long is a good beginning",
-            ),
+            finding
+                .label("it would be lost between any two exchanges")
+                .help("`loss-after` must be longer than `poll`: start with three times `poll`"),
         );
     }
     loss_after_ms

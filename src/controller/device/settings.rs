@@ -1,4 +1,4 @@
-//! Field devices as the daemon starts them: what each moves and takes, and its driver's settings.
+//! The settings of field devices, for the daemon: inputs, outputs, and the driver's settings.
 
 use crate::io::gpio::settings::Gpio;
 use crate::io::modbus_client::settings::Client;
@@ -9,45 +9,45 @@ use crate::source::span::Span;
 /// A field device.
 #[derive(Clone, Debug)]
 pub struct Device {
-    /// Its number, which names its bits.
+    /// Its number; its bits `Ok` and `Stale` are known by it.
     pub id: DeviceId,
     /// Its name.
     pub name: String,
     /// The place of its name.
     pub span: Span,
-    /// From exchange to exchange, ms; at least 1.
+    /// The time between exchanges, ms; at least 1.
     pub poll_ms: u32,
-    /// What becomes of its inputs when it is lost.
+    /// The values of its inputs when it is lost.
     pub on_loss: OnLoss,
-    /// How old its last good exchange may become before it is lost, ms; at least 1.
+    /// The age of the last good exchange at which it is lost, ms; at least 1.
     pub loss_after_ms: u32,
-    /// What it moves, point by point.
+    /// The bits and words that it moves, one per point.
     pub inputs: Vec<Input>,
-    /// What it takes, point by point.
+    /// The bits and words that go out to it, one per point.
     pub outputs: Vec<Output>,
-    /// Which driver, and its points in the same order.
+    /// The driver's settings, with its points in the same order.
     pub driver: DriverSettings,
 }
 
-/// What becomes of the inputs of a lost device.
+/// The values of a lost device's inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnLoss {
-    /// They stay as they were read last.
+    /// Inputs keep the values that were read last.
     #[default]
     Hold,
-    /// They are OFF and 0.
+    /// Inputs are OFF and 0.
     Zero,
 }
 
 impl OnLoss {
-    /// All by name.
+    /// All values with their names.
     pub const NAMES: [(&'static str, OnLoss); 2] = [("hold", OnLoss::Hold), ("zero", OnLoss::Zero)];
 }
 
 /// A bit or word that a device moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// Which; X, C, MC, MI, V, D, MHR or MIR.
+    /// Its address; X, C, MC, MI, V, D, MHR or MIR.
     pub address: Address,
     /// The place of its row.
     pub span: Span,
@@ -56,29 +56,30 @@ pub struct Input {
 /// A bit or word that goes to a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// Which; never a structure.
+    /// Its address; never a structure.
     pub address: Address,
-    /// What goes out instead, outside RUN.
+    /// The value that goes out instead, outside RUN.
     pub safe: SafeValue,
     /// The place of its row.
     pub span: Span,
 }
 
-/// What an output is outside RUN.
+/// The value of an output outside RUN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SafeValue {
-    /// A Y: what `[outputs]` says of it.
+    /// A Y: the value that `[outputs]` gives it.
     AsOutput,
-    /// This.
+    /// This value.
     Value(i32),
-    /// What it was last.
+    /// Its last value.
     Hold,
 }
 
-/// A driver's settings, with its points; no places, since these move with every edit of the file.
+/// A driver's settings, with its points. No places: these change with every edit of the file, and a
+/// reload compares settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DriverSettings {
-    /// Remote I/O over Modbus, by TCP or a serial line.
+    /// Remote I/O over Modbus, over TCP or a serial line.
     Modbus(Client),
     /// Local lines.
     Gpio(Gpio),

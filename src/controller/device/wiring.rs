@@ -1,8 +1,8 @@
-//! Who moves what: every input has one mover, every Y one way out.
+//! Conflicts of wiring: every input has one mover, and every Y goes to one device.
 //!
-//! Two movers of one input would each undo the other's value now and then, unseen; and a Y in two
-//! maps is two contactors where the ladder means one. The rules hold over all of the controller
-//! file: devices, simulated inputs, the Modbus server's image.
+//! Two movers of one input would overwrite each other's value, and nothing would show it. A Y in
+//! two maps switches two contactors where the ladder means one. The rules hold for the whole
+//! controller file: devices, simulated inputs, the Modbus server's image.
 //!
 //! ```toml
 //! # passes: each of X0 and Y0 stands in one map
@@ -24,8 +24,8 @@ use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
-/// A finding for every input that two devices move, or a device and something else, and for
-/// every Y that stands in two maps.
+/// A finding for every input that a device moves and something else too, and for every Y that
+/// stands in two maps.
 pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut movers = Seen::default();
@@ -47,7 +47,7 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
         }
         let outputs = device.outputs.iter().filter(|output| is_y(output.address));
         for output in outputs {
-            let help = "a Y goes to one place; a second contactor wants an output of its own";
+            let help = "a Y goes to one place; give a second contactor its own output";
             let place = (output.address, output.span);
             takers.enter(device, place, "goes out twice", help, &mut findings);
         }
@@ -55,7 +55,7 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     findings
 }
 
-/// A warning for every Y that the ladder names and no device takes, where devices have outputs.
+/// A warning for every Y that the ladder names and no device takes, if any device has outputs.
 pub(in crate::controller) fn unmapped_outputs(
     controller: &Controller,
     program: &Program,
@@ -84,7 +84,7 @@ pub(in crate::controller) fn unmapped_outputs(
     lost.map(|operand| finding(&operand.name)).collect()
 }
 
-/// Addresses, and where each was met first.
+/// Addresses, with the place at which each was met first.
 #[derive(Default)]
 struct Seen {
     first: HashMap<Address, (Span, String)>,
@@ -104,7 +104,7 @@ impl Seen {
             self.first.insert(address, here);
             return;
         };
-        // One finding a place: a range that clashes does so in all its elements.
+        // One finding per place: a range that clashes does so in all its elements.
         if findings.iter().any(|finding| finding.span == span) {
             return;
         }

@@ -1,7 +1,7 @@
 //! `[modbus-server]` of a controller file, as its author wrote it.
 //!
-//! Called by `written`. Operands, clients and the words of a map entry are still texts:
-//! the resolver judges them, with the program's names at hand.
+//! Called by `written`. Operands, clients and the words of a map entry are still texts here: the
+//! resolver judges them, since it has the program's names.
 
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus::settings::Table as ModbusTable;
@@ -15,15 +15,15 @@ use crate::source::span::{Located, Span};
 pub struct ModbusServer {
     /// The place of its header.
     pub span: Span,
-    /// `listen`, where it is given.
+    /// `listen`, if it is given.
     pub listen: Option<Text>,
-    /// `units`: the unit identifiers that are answered; else all.
+    /// `units`: the unit identifiers that are answered; all if not given.
     pub units: Option<Located<Vec<i64>>>,
-    /// `standard-map`: whether MC, MI, MHR and MIR have their places.
+    /// `standard-map`: whether MC, MI, MHR and MIR have their standard places.
     pub standard_map: bool,
-    /// `writable`: what every client may write.
+    /// `writable`: the ranges that every client may write.
     pub writable: Vec<Text>,
-    /// `[[modbus-server.write]]`: what some clients may write.
+    /// `[[modbus-server.write]]`: the ranges that certain clients may write.
     pub writes: Vec<WriteList>,
     /// `[[modbus-server.map]]`, in file order.
     pub maps: Vec<MapEntry>,
@@ -31,11 +31,11 @@ pub struct ModbusServer {
     pub inputs: Option<Mapping>,
     /// `image.outputs`: outputs that show as discrete inputs.
     pub outputs: Option<Mapping>,
-    /// `connections`: how many at a time.
+    /// `connections`: the most connections at a time.
     pub connections: u32,
-    /// `frame-timeout`, ms: a request that begins must be whole by then.
+    /// `frame-timeout`, ms: the time limit for a whole request, from its first byte.
     pub frame_timeout_ms: i32,
-    /// `idle-timeout`, ms: a connection without requests ends then.
+    /// `idle-timeout`, ms: a connection without requests ends after this time.
     pub idle_timeout_ms: i32,
 }
 
@@ -44,9 +44,9 @@ pub struct ModbusServer {
 pub struct WriteList {
     /// The place of its header.
     pub span: Span,
-    /// `ranges`: what may be written.
+    /// `ranges`: the ranges that may be written.
     pub ranges: Vec<Text>,
-    /// `clients`: by whom.
+    /// `clients`: the addresses of the clients that may write them.
     pub clients: Vec<Text>,
 }
 
@@ -61,11 +61,11 @@ pub struct MapEntry {
     pub table: Option<Text>,
     /// `address`: the protocol address of the first element, from 0.
     pub address: Option<Located<i64>>,
-    /// `type`: what a register's bits are as a number.
+    /// `type`: the number type of its registers.
     pub kind: Option<Text>,
-    /// `word-order`: which of two registers has the higher 16 bits.
+    /// `word-order`: the register of a pair that has the higher 16 bits.
     pub word_order: Option<Text>,
-    /// `unit`: it is there for this unit identifier alone.
+    /// `unit`: only this unit identifier shows it.
     pub unit: Option<Located<i64>>,
 }
 
@@ -80,12 +80,12 @@ pub struct Mapping {
     pub to: Option<Text>,
 }
 
-/// Unit identifiers are a byte.
+/// A unit identifier is one byte.
 const UNITS: (i64, i64) = (0, 255);
 
 /// Reads `[modbus-server]` where it is.
 pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Option<ModbusServer> {
-    let explained = key("modbus-server", "A Modbus TCP server; none where this is absent.");
+    let explained = key("modbus-server", "A Modbus TCP server; without this table there is none.");
     root.table(explained, "`[modbus-server]`").map(read)
 }
 
@@ -103,12 +103,12 @@ fn read(mut table: Table<'_>) -> ModbusServer {
         standard_map: table
             .boolean(key(
                 "standard-map",
-                "MC, MI, MHR and MIR have their places; true if not given.",
+                "MC, MI, MHR and MIR have their standard places; true if not given.",
             ))
             .is_none_or(|flag| flag.value),
         writable: strings(
             &mut table,
-            key("writable", "What every client may write: ranges; else nothing."),
+            key("writable", "The ranges that every client may write; none if not given."),
         ),
         writes: Vec::new(),
         maps: Vec::new(),
@@ -117,34 +117,37 @@ fn read(mut table: Table<'_>) -> ModbusServer {
         connections: 8,
         frame_timeout_ms: time(
             &mut table,
-            key("frame-timeout", "A request that begins must be whole by then."),
+            key("frame-timeout", "The time limit for a whole request, from its first byte."),
             2_000,
         ),
         idle_timeout_ms: time(
             &mut table,
-            key("idle-timeout", "A connection without requests ends then."),
+            key("idle-timeout", "A connection without requests ends after this time."),
             60_000,
         ),
     };
-    if let Some(connections) =
-        table.integer(key("connections", "How many at a time; 8 if not given."), (1, 1024))
+    if let Some(connections) = table
+        .integer(key("connections", "The most connections at a time; 8 if not given."), (1, 1024))
     {
         server.connections = u32::try_from(connections.value).unwrap_or(8);
     }
     let maps = table
         .tables(key("map", "Further places for any bits and words."), "an entry of the Modbus map");
     server.maps = maps.into_iter().map(read_entry).collect();
-    let writes = table.tables(key("write", "What some clients may write."), "a list of writes");
+    let writes = table
+        .tables(key("write", "The ranges that certain clients may write."), "a list of writes");
     server.writes = writes.into_iter().map(read_list).collect();
     if let Some(mut image) =
         table.table(key("image", "Inputs and outputs that clients see."), "`[modbus-server.image]`")
     {
-        server.inputs = image
-            .table(key("inputs", "Coils copied to inputs."), "`inputs`")
-            .map(|table| read_mapping(table, ["A range of MC.", "A range of X, equally long."]));
-        server.outputs = image
-            .table(key("outputs", "Outputs copied to discrete inputs."), "`outputs`")
-            .map(|table| read_mapping(table, ["A range of Y.", "A range of MI, equally long."]));
+        server.inputs =
+            image.table(key("inputs", "Coils copied to inputs."), "`inputs`").map(|table| {
+                read_mapping(table, ["A range of MC.", "A range of X of the same length."])
+            });
+        server.outputs =
+            image.table(key("outputs", "Outputs copied to discrete inputs."), "`outputs`").map(
+                |table| read_mapping(table, ["A range of Y.", "A range of MI of the same length."]),
+            );
         image.finish();
     }
     table.finish();
@@ -158,7 +161,7 @@ fn read_entry(mut table: Table<'_>) -> MapEntry {
         "A bit or word, or a range of them: `CT0.Acc`, `X0..X15`, a tag.",
     ));
     let kind_of_table = table.required_string(
-        key("table", "Of bits `coil` or `discrete`, of words `holding` or `input`.")
+        key("table", "For bits `coil` or `discrete`, for words `holding` or `input`.")
             .one_of(|| ModbusTable::ALL.map(ModbusTable::name).to_vec()),
     );
     table.require("address", "4000");
@@ -171,14 +174,17 @@ fn read_entry(mut table: Table<'_>) -> MapEntry {
             (0, 65_535),
         ),
         kind: table.string(
-            key("type", "Of words: 16 bits are one register, 32 two; else what fits.")
-                .one_of(|| words(&NumberType::NAMES[..4])),
+            key(
+                "type",
+                "For words: 16 bits are one register, 32 are two; the type that fits if not given.",
+            )
+            .one_of(|| words(&NumberType::NAMES[..4])),
         ),
         word_order: table.string(
-            key("word-order", "Of 32 bits: which half comes first; `high-first` if not given.")
+            key("word-order", "For 32 bits: the half that comes first; `high-first` if not given.")
                 .one_of(|| words(&WordOrder::NAMES)),
         ),
-        unit: table.integer(key("unit", "It is there for this unit identifier alone."), UNITS),
+        unit: table.integer(key("unit", "Only this unit identifier shows it."), UNITS),
     };
     table.finish();
     entry
@@ -188,10 +194,11 @@ fn read_list(mut table: Table<'_>) -> WriteList {
     let span = table.span();
     table.require("ranges", "[\"MHR10..MHR19\"]");
     table.require("clients", "[\"192.168.1.0/24\"]");
-    let ranges = not_empty(&mut table, key("ranges", "What they may write.").limited(NOT_EMPTY));
+    let ranges =
+        not_empty(&mut table, key("ranges", "The ranges that they may write.").limited(NOT_EMPTY));
     let clients = not_empty(
         &mut table,
-        key("clients", "Who: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.").limited(NOT_EMPTY),
+        key("clients", "The clients: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.").limited(NOT_EMPTY),
     );
     table.finish();
     WriteList { span, ranges, clients }

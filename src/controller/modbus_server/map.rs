@@ -1,6 +1,6 @@
-//! The explicit map of the Modbus server: which operand is where, and that no two share a place.
+//! The explicit map of the Modbus server, resolved: a place for each operand, no place for two.
 //!
-//! Called by [`super`]; the server's own map is built of what comes out.
+//! Called by [`super`]; the server builds its own map from the entries resolved here.
 //!
 //! ```toml
 //! # passes: two registers from 4000 on, four discrete inputs from 0 on where MI1 is moved away
@@ -29,7 +29,7 @@ use crate::source::span::{Located, Span};
 /// Protocol addresses are 16 bits.
 const ADDRESSES: u32 = 65_536;
 
-/// The entries that can be; what is wrong with the others and between them are findings.
+/// The valid entries; the others, and conflicts between entries, become findings.
 pub(super) fn resolve(
     server: &written::ModbusServer,
     (scope, sizes): (&Scope, &MemorySizes),
@@ -56,7 +56,7 @@ pub(super) fn resolve(
     entries
 }
 
-/// How many elements the standard map has in a table, from address 0.
+/// The number of elements that the standard map has in a table, from address 0.
 fn standard(table: Table, sizes: &MemorySizes) -> u32 {
     match table {
         Table::Coils => sizes.mc,
@@ -85,7 +85,7 @@ fn overlap(one: &Entry, other: &Entry) -> bool {
     units && one.table == other.table && common
 }
 
-/// Where an entry lies, in words.
+/// An entry's table and addresses, for a message.
 fn place(entry: &Entry) -> String {
     let (first, length) = (u32::from(entry.address), entry.length());
     let unit = entry.unit.map_or(String::new(), |unit| format!(" of unit {unit}"));
@@ -95,7 +95,7 @@ fn place(entry: &Entry) -> String {
     }
 }
 
-/// The finding of an entry for a unit that is not answered.
+/// The finding for an entry of a unit that is not answered.
 fn beside_units(units: Option<&Located<Vec<i64>>>, unit: Option<&Located<i64>>) -> Option<Finding> {
     let (units, unit) = (units?, unit?);
     if units.value.contains(&unit.value) {
@@ -161,7 +161,7 @@ fn no_such(text: &Text, what: &str, help: &str) -> Finding {
     Finding::new(Code::Controller, text.span, message).help(format!("write {help}"))
 }
 
-/// The finding of words among bits, or bits among words.
+/// The finding for words in a table of bits, or bits in a table of words.
 fn fits_table(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
     let bits = matches!(entry.table, Table::Coils | Table::DiscreteInputs);
     let Operands { first, span, .. } = &entry.operands;
@@ -193,10 +193,10 @@ fn fits_addresses(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
     }
     let span = map.address.as_ref().map_or(map.span, |address| address.span);
     let length = entry.length();
-    let message = format!("{length} addresses from {} on end beyond 65535", entry.address);
+    let message = format!("{length} addresses from {} reach beyond 65535", entry.address);
     let finding = Finding::new(Code::OutOfRange, span, message);
     Some(match ADDRESSES.checked_sub(length) {
-        Some(last) => finding.help(format!("begin at {last} at most")),
+        Some(last) => finding.help(format!("the highest first address is {last}")),
         None => finding,
     })
 }

@@ -1,7 +1,7 @@
-//! `[modbus-server]`, resolved: what is where, who may write it, and how clients are bounded.
+//! `[modbus-server]`, resolved: the map, the write permissions, and the limits of clients.
 //!
-//! Called by [`super`]. The entries of the explicit map are `map`'s. Whether an address can be
-//! listened at shows at run time.
+//! Called by [`super`]. `map` resolves the entries of the explicit map. Only run time shows whether
+//! the server can listen at the address.
 
 pub mod keys;
 mod map;
@@ -20,7 +20,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Located;
 
-/// Loopback, and no port that wants a privilege as 502 does.
+/// Loopback, and a port that needs no privilege, unlike 502.
 const LISTEN_DEFAULT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 1502);
 
 impl Resolver {
@@ -68,7 +68,7 @@ impl Resolver {
         Some(units.value.iter().filter_map(|unit| u8::try_from(*unit).ok()).collect())
     }
 
-    /// `writable`, and the lists behind it.
+    /// `writable`, followed by the lists of `[[modbus-server.write]]`.
     fn lists(&mut self, server: &written::ModbusServer, modbus: &Modbus) -> Vec<WriteList> {
         let writable = self.writable(&server.writable, modbus);
         let mut lists = vec![WriteList { ranges: writable, clients: None }];
@@ -133,7 +133,7 @@ impl Resolver {
     }
 }
 
-/// The finding of what no client may write.
+/// The finding for operands that no client can write.
 fn may_be_listed(operands: &Operands) -> Option<Finding> {
     let why = match operands.first {
         Address::Bit(Bit::Space(BitSpace::C | BitSpace::Mc | BitSpace::Mi, _)) => return None,
@@ -154,7 +154,7 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
     Some(finding.help("list C, MC, MI, V, D, MHR, MIR, or an `.Acc`"))
 }
 
-/// The finding of what is listed and stands at no coil or holding register.
+/// The finding for listed operands that have no coil or holding register.
 fn has_a_place(operands: &Operands, modbus: &Modbus) -> Option<Finding> {
     let standard = matches!(
         operands.first,
@@ -166,7 +166,7 @@ fn has_a_place(operands: &Operands, modbus: &Modbus) -> Option<Finding> {
     if mapped || (standard && modbus.standard_map) {
         return None;
     }
-    let message = format!("`{operands}` is listed, and no coil or holding register is it");
+    let message = format!("`{operands}` is listed, and it has no coil or holding register");
     let finding = Finding::new(Code::Controller, operands.span, message);
     Some(finding.help("give it a place by `[[modbus-server.map]]`"))
 }

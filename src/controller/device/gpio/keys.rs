@@ -5,23 +5,23 @@ use crate::source::key::{key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::Located;
 
-/// What a `[[device]]` says of its chip.
+/// The keys of a `[[device]]` about its chip.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
-    /// Whether the device names this driver: then a key can be missing.
+    /// Whether the device names this driver; only then can a required key be missing.
     pub is_named: bool,
-    /// `chip`: its character device, or its label.
+    /// `chip`: the chip's character device, or its label.
     pub chip: Option<Text>,
-    /// `budget-us`: how long an exchange may take.
+    /// `budget-us`: the longest time an exchange may take.
     pub budget_us: Option<Located<i64>>,
-    /// Of each row of the map.
+    /// The keys of each row of the map.
     pub rows: Vec<RowKeys>,
 }
 
-/// What a row of the map says of its lines.
+/// The keys of a row of the map about its lines.
 #[derive(Clone, Debug, Default)]
 pub struct RowKeys {
-    /// `active-low`: ON is a low level.
+    /// `active-low`: a low level is ON.
     pub active_low: bool,
     /// `debounce`, ms.
     pub debounce_ms: Option<Located<i32>>,
@@ -32,7 +32,7 @@ pub struct RowKeys {
 }
 
 impl Keys {
-    /// Unread.
+    /// Keys that have not been read yet.
     pub fn of(name: Option<&str>) -> Keys {
         Keys { is_named: name.is_some(), ..Keys::default() }
     }
@@ -43,10 +43,10 @@ impl Keys {
         }
         self.chip = table.string(key(
             "chip",
-            "`gpio`: its character device, or `label:` and what the chip calls itself.",
+            "`gpio`: the chip's character device, or `label:` and the chip's label.",
         ));
         self.budget_us = table.integer(
-            key("budget-us", "`gpio`: so long may an exchange take; 200 if not given."),
+            key("budget-us", "`gpio`: the longest time an exchange may take; 200 if not given."),
             (1, 1_000_000),
         );
     }
@@ -56,14 +56,14 @@ impl RowKeys {
     pub(super) fn read(row: &mut Table<'_>) -> RowKeys {
         RowKeys {
             active_low: row
-                .boolean(key("active-low", "`gpio`: ON is a low level."))
+                .boolean(key("active-low", "`gpio`: a low level is ON."))
                 .is_some_and(|low| low.value),
             debounce_ms: row.duration(key(
                 "debounce",
-                "`gpio`: a level lasts so long before it counts; at most 10s.",
+                "`gpio`: a level must last this long to count; at most 10s.",
             )),
             bias: row.string(
-                key("bias", "`gpio`: what holds the line where nothing drives it.")
+                key("bias", "`gpio`: the resistor that holds the line when nothing drives it.")
                     .one_of(|| words(&Bias::NAMES)),
             ),
             drive: row.string(

@@ -1,4 +1,4 @@
-//! The lines of a chip, and how they are asked for.
+//! The keys of local lines, resolved: the lines of a chip and their settings.
 //!
 //! ```toml
 //! # passes
@@ -21,7 +21,7 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::{Table, Text};
 use crate::source::span::Span;
 
-/// How long an exchange may take where nothing is said.
+/// The longest time an exchange may take if `budget-us` is not given, µs.
 const BUDGET_US: u32 = 200;
 /// The longest debounce.
 const DEBOUNCE_MS_MAX: i32 = 10_000;
@@ -69,7 +69,7 @@ fn lines_of(
     if let Some(poll) = &device.poll_ms {
         let message = "lines of a chip are read and written by every scan";
         let finding = Finding::new(Code::Controller, poll.span, message);
-        findings.push(finding.help("take `poll` out; `[scan] period` says how often"));
+        findings.push(finding.help("remove `poll`; `[scan] period` sets the rate"));
     }
     let mut gpio = Gpio {
         chip: chip(keys.chip.as_ref()?, findings),
@@ -111,7 +111,7 @@ fn chip(text: &Text, findings: &mut Vec<Finding>) -> Chip {
     Chip::Path(text.text.clone())
 }
 
-/// The lines of a row: as many as it has addresses.
+/// The lines of a row: one for each of its addresses.
 fn lines(row: &Row<'_>) -> Result<Vec<At>, Finding> {
     if row.is_words() {
         let message = format!("a line is ON or OFF, and `{}` is a word", row.text.text);
@@ -147,7 +147,7 @@ fn fits(lines: usize, row: &Row<'_>) -> Result<(), Finding> {
         return Ok(());
     }
     let (points, text) = (&row.points.text, &row.text.text);
-    let message = format!("`{points}` and `{text}` are not equally many");
+    let message = format!("`{points}` and `{text}` differ in number");
     let counts = format!("they are {lines} and {}: write as many of both", row.addresses.len());
     Err(row.find(message).help(counts))
 }

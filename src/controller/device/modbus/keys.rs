@@ -6,24 +6,24 @@ use crate::source::key::{LEAST_1MS, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
-/// What `driver` calls the clients: by TCP, and by a serial line.
+/// The words for `driver`: the client over TCP, and over a serial line.
 pub const NAMES: [&str; 2] = [TCP, RTU];
 const TCP: &str = "modbus-tcp";
 const RTU: &str = "modbus-rtu";
 
 const UNITS: (i64, i64) = (0, 255);
 const REGISTERS: (i64, i64) = (0, 65_535);
-/// More bridged registers than this would make requests longer than they may be.
+/// The limits of `gap`: more registers would exceed the length of a request.
 const GAPS: (i64, i64) = (0, 100);
 const BAUDS: (i64, i64) = (50, 4_000_000);
 const FACTORS: (i64, i64) = (-1_000_000, 1_000_000);
 const DIVISORS: (i64, i64) = (1, 1_000_000);
 const OFFSETS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 
-/// What a `[[device]]` says of its line.
+/// The keys of a `[[device]]` about its line.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
-    /// By what the peer is reached, where the device names it.
+    /// The medium to the peer, if the device names a driver.
     pub medium: Option<Medium>,
     /// `address`: IP address and port.
     pub address: Option<Text>,
@@ -39,23 +39,23 @@ pub struct Keys {
     pub stop_bits: Option<Located<i64>>,
     /// `echo`: the adapter sends requests back.
     pub echo: Option<Located<bool>>,
-    /// `unit` of the rows that name none.
+    /// `unit` of the rows without a `unit` of their own.
     pub unit: Option<Located<i64>>,
-    /// `timeout`, ms: of one answer.
+    /// `timeout`, ms: the time limit of one answer.
     pub timeout_ms: Option<Located<i32>>,
     /// `write-every`, ms; 0: on change only.
     pub write_every_ms: Option<Located<i32>>,
-    /// `writes`: which functions.
+    /// `writes`: the function codes of writes.
     pub writes: Option<Text>,
-    /// `gap`: registers that are read though nobody asked.
+    /// `gap`: the most unmapped registers that one request reads along between two points.
     pub gap: Option<Located<i64>>,
     /// `watchdog`.
     pub watchdog: Option<Watchdog>,
-    /// Of each row of the map.
+    /// The keys of each row of the map.
     pub rows: Vec<RowKeys>,
 }
 
-/// By what a peer is reached.
+/// The medium to a peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Medium {
     /// `modbus-tcp`.
@@ -64,10 +64,10 @@ pub enum Medium {
     Serial,
 }
 
-/// `watchdog`: a register that is fed.
+/// `watchdog`: a register that the client writes a counter to.
 #[derive(Clone, Debug)]
 pub struct Watchdog {
-    /// Its place.
+    /// The place of its table.
     pub span: Span,
     /// `register`.
     pub register: Option<Located<i64>>,
@@ -77,7 +77,7 @@ pub struct Watchdog {
     pub unit: Option<Located<i64>>,
 }
 
-/// What a row of the map says of its points.
+/// The keys of a row of the map about its points.
 #[derive(Clone, Debug, Default)]
 pub struct RowKeys {
     /// `unit`; else the device's.
@@ -95,7 +95,7 @@ pub struct RowKeys {
 }
 
 impl Keys {
-    /// Unread; without a name, those of both media.
+    /// Keys that have not been read yet; without a name, the keys of both media.
     pub fn of(name: Option<&str>) -> Keys {
         let medium = name.map(|name| if name == RTU { Medium::Serial } else { Medium::Tcp });
         Keys { medium, ..Keys::default() }
@@ -105,12 +105,12 @@ impl Keys {
         if self.medium != Some(Medium::Serial) {
             self.address = table.string(key(
                 "address",
-                "`modbus-tcp`: its IP address and port; port 502 if not given.",
+                "`modbus-tcp`: the peer's IP address and port; port 502 if not given.",
             ));
             self.connect_timeout_ms = table.duration(
                 key(
                     "connect-timeout",
-                    "`modbus-tcp`: a connection is made by then; 1s if not given.",
+                    "`modbus-tcp`: the time limit for connecting; 1s if not given.",
                 )
                 .limited(LEAST_1MS),
             );
@@ -125,7 +125,7 @@ impl Keys {
                     .one_of(|| words(&Parity::NAMES)),
             );
             self.stop_bits = table.integer(
-                key("stop-bits", "`modbus-rtu`: 1 if not given, without parity 2."),
+                key("stop-bits", "`modbus-rtu`: stop bits; 1 if not given, 2 without parity."),
                 (1, 2),
             );
             self.echo = table.boolean(key(
@@ -134,25 +134,28 @@ impl Keys {
             ));
         }
         self.unit = table.integer(
-            key("unit", "Modbus: the unit of rows that name none; 1 if not given."),
+            key("unit", "Modbus: the unit of rows without `unit`; 1 if not given."),
             UNITS,
         );
         self.timeout_ms = table.duration(
-            key("timeout", "Modbus: an answer is whole by then; 200ms if not given.")
+            key("timeout", "Modbus: the time limit for a whole answer; 200ms if not given.")
                 .limited(LEAST_1MS),
         );
         self.write_every_ms = table.duration(key(
             "write-every",
-            "Modbus: all outputs are written so often; 1s if not given; 0ms: never.",
+            "Modbus: the interval at which all outputs are written; 1s if not given; 0ms: never.",
         ));
         self.writes = table.string(
-            key("writes", "Modbus: functions 5 and 6, 15 and 16, or which fits.")
-                .one_of(|| words(&Writes::NAMES)),
+            key(
+                "writes",
+                "Modbus: write by functions 5 and 6, by 15 and 16, or by those that fit.",
+            )
+            .one_of(|| words(&Writes::NAMES)),
         );
         self.gap = table.integer(
             key(
                 "gap",
-                "Modbus: registers between two points that are read with them; 0 if not given.",
+                "Modbus: the most unmapped registers read between two points; 0 if not given.",
             ),
             GAPS,
         );
@@ -170,11 +173,14 @@ impl Watchdog {
         table.require("register", "100");
         let watchdog = Watchdog {
             span: table.span(),
-            register: table.integer(key("register", "Its protocol address, from 0."), REGISTERS),
+            register: table
+                .integer(key("register", "The register's protocol address, from 0."), REGISTERS),
             every_ms: table.duration(
-                key("every", "How often it is fed; 500ms if not given.").limited(LEAST_1MS),
+                key("every", "The interval at which it is written; 500ms if not given.")
+                    .limited(LEAST_1MS),
             ),
-            unit: table.integer(key("unit", "Its unit; else the device's."), UNITS),
+            unit: table
+                .integer(key("unit", "The register's unit; the device's if not given."), UNITS),
         };
         table.finish();
         watchdog
@@ -184,26 +190,29 @@ impl Watchdog {
 impl RowKeys {
     pub(super) fn read(row: &mut Table<'_>) -> RowKeys {
         RowKeys {
-            unit: row.integer(key("unit", "Modbus: whose points; else the device's."), UNITS),
+            unit: row.integer(
+                key("unit", "Modbus: its points' unit; the device's if not given."),
+                UNITS,
+            ),
             kind: row.string(
                 key(
                     "type",
-                    "Modbus: what the bits of a register, or two, are; `u16` if not given.",
+                    "Modbus: the number type of a register, or a pair; `u16` if not given.",
                 )
                 .one_of(|| words(&NumberType::NAMES)),
             ),
             word_order: row.string(
-                key("word-order", "Modbus: which of two registers has the higher 16 bits.")
+                key("word-order", "Modbus: the register of a pair that has the higher 16 bits.")
                     .one_of(|| words(&WordOrder::NAMES)),
             ),
             multiply: row.integer(
-                key("multiply", "Modbus: the number is multiplied by it.")
+                key("multiply", "Modbus: the factor that the number is multiplied by.")
                     .limited(r#"{"not":{"const":0}}"#),
                 FACTORS,
             ),
-            divide: row.integer(key("divide", "Modbus: then divided by it."), DIVISORS),
+            divide: row.integer(key("divide", "Modbus: the divisor of the product."), DIVISORS),
             offset: row
-                .integer(key("offset", "Modbus: then this is added: what memory has."), OFFSETS),
+                .integer(key("offset", "Modbus: is then added; memory holds the sum."), OFFSETS),
         }
     }
 }

@@ -1,7 +1,7 @@
-//! The points of a Modbus client, and how its peer is reached.
+//! The keys of a Modbus client, resolved: its points and the way to its peer.
 //!
-//! Called by [`super`], which has resolved the addresses of memory. What a text like `coil 0..7`
-//! says is `points`, what devices of one peer must not do to each other `peers`.
+//! Called by [`super`], which has resolved the addresses of memory. `points` reads texts like
+//! `coil 0..7`; `peers` finds devices of one peer that conflict with each other.
 
 pub mod keys;
 mod peers;
@@ -119,7 +119,7 @@ fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> O
     let baud = keys.baud.as_ref().map_or(19_200, |baud| baud.value as u32);
     let parity =
         one_word("parity", keys.parity.as_ref(), &Parity::NAMES, findings).unwrap_or(Parity::Even);
-    // As the specification has it: eleven bits a character.
+    // The specification wants eleven bits per character.
     let usual = if parity == Parity::None { 2 } else { 1 };
     let stop_bits = keys.stop_bits.as_ref().map_or(usual, |bits| bits.value as u8);
     let Some(port) = &keys.port else {
@@ -128,7 +128,7 @@ fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> O
     };
     if !port.text.starts_with('/') {
         let message = format!("`{}` is no path of a serial line", port.text);
-        let help = "write it as `/dev/ttyUSB0`, or `/dev/serial/by-id/…`, which stays the same";
+        let help = "write it as `/dev/ttyUSB0`, or as `/dev/serial/by-id/…`, which never changes";
         findings.push(Finding::new(Code::Controller, port.span, message).help(help));
         return None;
     }
@@ -136,7 +136,7 @@ fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> O
     Some(Link::Serial(Serial { port: port.text.clone(), baud, parity, stop_bits, echo }))
 }
 
-/// What is read of one device.
+/// The reader of one device's keys and rows.
 struct Reader<'a> {
     keys: &'a Keys,
     device: &'a WrittenDevice,
@@ -168,7 +168,8 @@ impl Reader<'_> {
         let poll_ms = self.device.poll_ms.as_ref().map_or(20, |ms| ms.value.unsigned_abs());
         if every_ms < poll_ms {
             let span = watchdog.every_ms.as_ref().map_or(watchdog.span, |every| every.span);
-            let message = format!("a watchdog is fed at exchanges: `poll` is {poll_ms}ms");
+            let message =
+                format!("the watchdog is written at exchanges, and `poll` is {poll_ms}ms");
             let help = format!("write `every = \"{poll_ms}ms\"`, or more");
             self.find(span, (message, Some(help)));
         }
@@ -176,7 +177,7 @@ impl Reader<'_> {
         Some(Watchdog { unit, register, every_ms })
     }
 
-    /// The points of a row, one an address.
+    /// The points of a row, one for each address.
     fn row(&mut self, row: &Row<'_>, unit: u8) -> Option<Vec<Point>> {
         let stretch = match points::parse(&row.points.text) {
             Ok(stretch) => stretch,
@@ -209,7 +210,7 @@ impl Reader<'_> {
         Some((stretch.first..last).step_by(width as usize).map(point).collect())
     }
 
-    /// What the keys of a row make of its registers.
+    /// The number type of a row's registers, by the row's keys.
     fn number(&mut self, keys: &RowKeys, is_bits: bool) -> Option<Number> {
         let before = self.findings.len();
         let places = [&keys.kind, &keys.word_order].map(|text| text.as_ref().map(|t| t.span));
@@ -229,8 +230,8 @@ impl Reader<'_> {
             one_word("word-order", keys.word_order.as_ref(), &WordOrder::NAMES, self.findings);
         let is_one = kind.is_some_and(|kind| kind.registers() == 1);
         if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
-            let help = "`word-order` is of `u32`, `i32` and `f32`".to_owned();
-            self.find(text.span, ("one register has no order".to_owned(), Some(help)));
+            let help = "only `u32`, `i32` and `f32` have a `word-order`".to_owned();
+            self.find(text.span, ("a single register has no word order".to_owned(), Some(help)));
         }
         if let Some(zero) = keys.multiply.as_ref().filter(|multiply| multiply.value == 0) {
             self.find(zero.span, ("`multiply` by 0 leaves nothing".to_owned(), None));
@@ -298,8 +299,9 @@ fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
 /// The elements of a table.
 const ELEMENTS: u32 = 65_536;
 
-/// The help where the points do not fit between the first one and the end of the table: the last
-/// stretch that does fit. `end` counts the elements of the table (of bits of registers, the bits).
+/// The help for points that do not fit between the first point and the end of the table: it names
+/// the last stretch that fits. `end` is the number of elements in the table, or of bits for bits of
+/// registers.
 fn no_room(name: &str, width: u32, addresses: u32, end: u32) -> String {
     let what = match (width, addresses) {
         (2, 1) => "a number of this type takes two registers".to_owned(),

@@ -1,10 +1,10 @@
-//! What devices of one peer must not do to each other: write the same place, want the serial line
-//! in two ways, or ask the same unit of it.
+//! Conflicts between devices of one peer: two outputs write one place, two devices set one serial
+//! line differently, or two devices ask one unit of it.
 //!
-//! Two outputs in one place would each undo the other's value at every write; a watchdog's
-//! register is an output too. Bits of one register may be outputs side by side, within one
-//! device: they are written together. And since answers on a serial line do not say to which
-//! question they belong, a unit of it has one who asks.
+//! Two outputs in one place would overwrite each other's value at every write; a watchdog's
+//! register is an output too. Bits of one register may be outputs side by side within one
+//! device: they are written together. An answer on a serial line does not name its request, so only
+//! one device may ask a unit.
 //!
 //! ```toml
 //! # passes
@@ -40,8 +40,8 @@ struct Writer {
     span: Span,
 }
 
-/// A finding for every output whose place another has already, and for every line that two devices
-/// want in two ways.
+/// A finding for every output whose place has an output already, and for every line that two
+/// devices set differently.
 pub(in crate::controller::device) fn at_odds(
     devices: &[Device],
     written: &[WrittenDevice],
@@ -54,7 +54,7 @@ pub(in crate::controller::device) fn at_odds(
             let PeerElement { unit, table, at, .. } = element;
             let (bits, span) = (writer.bits, writer.span);
             let taken = writers.entry(element).or_default();
-            // Two devices would each write the whole register.
+            // Each of two devices would write the whole register.
             let is_other = |other: &&Writer| other.device != device.id || other.bits & bits != 0;
             if let Some(first) = taken.iter().find(is_other)
                 && !findings.iter().any(|finding| finding.span == span)
@@ -115,7 +115,7 @@ fn bits(point: &Point) -> u16 {
     }
 }
 
-/// Devices of serial lines, with all that they say of them.
+/// The devices on serial lines, with their clients and lines.
 fn lines<'a>(devices: &'a [Device]) -> Vec<(&'a Device, &'a Client, &'a Serial)> {
     let serial = |(device, client): (_, &'a Client)| match &client.link {
         Link::Serial(serial) => Some((device, client, serial)),
@@ -151,9 +151,9 @@ fn two_ways(devices: &[Device]) -> Vec<Finding> {
         let is_other = |other: &Serial| other.port == line.port && other != *line;
         let mut differing = others.filter(|(_, _, other)| is_other(other));
         if let Some((other, ..)) = differing.next() {
-            let message = format!("`{}` wants `{}` in another way", device.name, line.port);
+            let message = format!("`{}` sets `{}` differently", device.name, line.port);
             let finding = Finding::new(Code::Controller, device.span, message);
-            let finding = finding.related(other.span, "this device has it");
+            let finding = finding.related(other.span, "this device has the line already");
             let help = "devices on one line have the same `baud`, `parity`, `stop-bits` and `echo`";
             findings.push(finding.help(help));
         }

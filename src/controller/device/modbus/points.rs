@@ -1,28 +1,28 @@
 //! The notation of a Modbus device's points: `coil 0..7`, `holding 100`, `holding 5.3`.
 //!
-//! Called by the driver's resolver a row at a time. Addresses are those of the protocol, from 0,
-//! as they stand in the bytes of a request. What a row's type makes of registers is not known
-//! here: a stretch is bits, or registers.
+//! Called by the driver's resolver for each row. Addresses are those of the protocol, from 0, as in
+//! the bytes of a request. This file does not know the number type of registers: a stretch is bits
+//! or registers.
 
 use crate::io::modbus::settings::Table;
 use crate::source::nearest::did_you_mean;
 
-/// What a text names: bits, or registers, one behind the other.
+/// The bits or registers that a text names: consecutive addresses of one table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stretch {
     pub table: Table,
-    /// The first, of registers' bits as 16 times the register and the bit.
+    /// The first address; for bits of registers, 16 times the register plus the bit.
     pub first: u32,
     pub count: u32,
     /// Bits of registers: `holding 5.0..5.7`.
     pub is_bits_of_registers: bool,
 }
 
-/// Why a text names no points, and what to write instead.
+/// The message for a text that names no points, and the text to write instead.
 pub(super) type Mistake = (String, Option<String>);
 
-/// Whether a text is in this notation, rightly or not: no address of memory has a space before a
-/// digit, or is a number alone.
+/// Whether a text is meant in this notation, with or without mistakes: no address of memory has a
+/// space before a digit, and none is a bare number.
 pub(super) fn is_point(text: &str) -> bool {
     if is_vendor_number(text) {
         return true;
@@ -77,7 +77,7 @@ fn look_up(name: &str) -> Result<Table, Mistake> {
     Err((format!("no table of a Modbus device is called `{name}`"), Some(help)))
 }
 
-/// `5`, or `5.3` as 16 times 5 and 3, and which of the two.
+/// Reads `5` as 5, and `5.3` as 16 * 5 + 3; the flag says whether the text names a bit.
 fn element(text: &str) -> Option<(u32, bool)> {
     let Some((register, bit)) = text.split_once('.') else {
         return Some((number(text)?, false));
@@ -92,7 +92,7 @@ fn number(text: &str) -> Option<u32> {
     text.parse().ok().filter(|n| is_plain && *n <= u32::from(u16::MAX))
 }
 
-/// `400001` is the first holding register, 0 in the protocol.
+/// The mistake of a vendor's number: `400001` is the first holding register, 0 in the protocol.
 fn vendor(text: &str) -> Mistake {
     let message = format!("`{text}` is a vendor's number");
     let (table, element) = text.split_at(1);

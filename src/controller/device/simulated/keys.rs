@@ -1,21 +1,21 @@
 //! The keys of the simulated plant (`simulated`) in a `[[device]]`: its parts and faults.
 //!
-//! A part's keys are those of its kind: a table tells which key is of what form and whose. What
-//! they mean together, and what their texts name, is the resolver's business.
+//! The kind of a part decides its keys: a table gives each key's form and kinds. The resolver
+//! judges the keys together, and the names in their texts.
 
 use super::super::driver::named;
 use crate::source::key::{Key, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
 
-/// What a `[[device]]` says of its plant.
+/// The keys of a `[[device]]` about its plant.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
     /// `[[device.part]]`, in file order.
     pub parts: Vec<Part>,
     /// `[[device.fault]]`, in file order.
     pub faults: Vec<Fault>,
-    /// `seed`: of what is random.
+    /// `seed` of the noise.
     pub seed: Option<Located<i64>>,
 }
 
@@ -28,21 +28,21 @@ pub struct Part {
     pub name: Option<Text>,
     /// `kind`, where it is one.
     pub kind: Option<PartKind>,
-    /// Keys that name the point by which a command is driven.
+    /// Keys that name the point that drives a command.
     pub driven: Vec<(&'static str, Text)>,
-    /// Its keys that are durations, ms.
+    /// Its durations, ms, by key.
     pub times: Vec<(&'static str, Located<i32>)>,
-    /// Its keys that are numbers.
+    /// Its numbers, by key.
     pub numbers: Vec<(&'static str, Located<i64>)>,
-    /// Its keys that are a pair of numbers.
+    /// Its pairs of numbers, by key.
     pub pairs: Vec<(&'static str, Located<Vec<i64>>)>,
-    /// `eyes` of a conveyor, `switches` of a tank: a name, and where it is.
+    /// `eyes` of a conveyor, `switches` of a tank: a name and its place.
     pub places: Vec<(Text, Located<i64>)>,
     /// `invert`.
     pub invert: bool,
 }
 
-/// What a part is.
+/// The kind of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum PartKind {
@@ -61,11 +61,11 @@ pub struct Fault {
     pub span: Span,
     /// `name`.
     pub name: Option<Text>,
-    /// `point`: whose value it falsifies.
+    /// `point`: the point whose value it falsifies.
     pub point: Option<Text>,
     /// `kind`, where it is one.
     pub kind: Option<FaultKind>,
-    /// `when`: the point that brings it about.
+    /// `when`: the point that causes it.
     pub when: Option<Text>,
     /// `value` of `stuck`.
     pub value: Option<Located<i64>>,
@@ -77,7 +77,7 @@ pub struct Fault {
     pub by_ms: Option<Located<i32>>,
 }
 
-/// What a fault does.
+/// The effect of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum FaultKind {
@@ -96,88 +96,96 @@ const PART_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}"#;
 /// The name of a fault.
 const FAULT_NAME: &str = r#"{"pattern":"^[a-z][A-Za-z0-9_]*$"}"#;
 
-/// What stands behind a part's key.
+/// The form of a part's key.
 enum PartKeyForm {
-    /// The point by which the command of this name is driven.
+    /// The point that drives the command of this name.
     Driven,
     Time,
     Number(i64, i64),
     Pair,
-    /// Named places, from and to.
+    /// Named places.
     Places,
 }
 
 const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 const NUMBER: i64 = i32::MAX as i64;
 
-/// The keys of a part beside `name`, `kind` and `invert`, and whose they are.
+/// The keys of a part beside `name`, `kind` and `invert`, and the kinds of part that have them.
 const KEYS: [(Key, PartKeyForm, &[PartKind]); 27] = {
     use PartKeyForm::{Driven, Number, Pair, Places, Time};
     use PartKind::{Conveyor, Delay, Motor, Pulse, Sensor, Tank};
     [
         (
-            key(
-                "in",
-                "A delay's: the point of the plant that it follows, if no row of the map is.",
-            ),
+            key("in", "A delay's: the point of the plant that it follows, if no row drives it."),
             Driven,
             &[Delay],
         ),
         (key("of", "A sensor's: the point of the plant that it measures."), Driven, &[Sensor]),
-        (key("run", "The point of the plant by which it runs."), Driven, &[Motor, Conveyor, Pulse]),
-        (key("trip", "A motor's: the point of the plant by which it trips."), Driven, &[Motor]),
-        (key("reset", "A motor's: the point of the plant by which it is reset."), Driven, &[Motor]),
         (
-            key("feed", "A conveyor's: the point of the plant by which a part is laid on."),
+            key("run", "The point of the plant that makes it run."),
+            Driven,
+            &[Motor, Conveyor, Pulse],
+        ),
+        (key("trip", "A motor's: the point of the plant that trips it."), Driven, &[Motor]),
+        (key("reset", "A motor's: the point of the plant that resets it."), Driven, &[Motor]),
+        (
+            key("feed", "A conveyor's: the point of the plant that lays a part on the belt."),
             Driven,
             &[Conveyor],
         ),
         (
-            key("jam", "A conveyor's: the point of the plant by which its parts stand."),
+            key("jam", "A conveyor's: the point of the plant that jams its parts."),
             Driven,
             &[Conveyor],
         ),
         (key("fill", "A tank's: the point of the plant that opens its inlet."), Driven, &[Tank]),
         (key("drain", "A tank's: the point of the plant that opens its outlet."), Driven, &[Tank]),
         (
-            key("after", "So long it must be told to be ON before it is."),
+            key("after", "How long its command must be ON before it comes ON."),
             Time,
             &[Delay, Motor, Sensor],
         ),
         (
-            key("release", "So long it must be told to be OFF before it is; else as `after`."),
+            key(
+                "release",
+                "How long its command must be OFF before it goes OFF; `after` if not given.",
+            ),
             Time,
             &[Delay, Motor, Sensor],
         ),
         (key("pulse", "How long a pulse is ON."), Time, &[Pulse]),
         (
-            key("every", "From pulse to pulse; from one part on the belt to the next."),
+            key("every", "The time between pulses, or between parts on the belt."),
             Time,
             &[Pulse, Conveyor],
         ),
         (key("offset", "When the first pulse begins."), Time, &[Pulse]),
-        (key("length", "A conveyor's, in mm."), Number(1, 100_000), &[Conveyor]),
-        (key("speed", "A conveyor's, in mm/s."), Number(1, 10_000), &[Conveyor]),
+        (key("length", "A conveyor's length, in mm."), Number(1, 100_000), &[Conveyor]),
+        (key("speed", "A conveyor's speed, in mm/s."), Number(1, 10_000), &[Conveyor]),
         (
-            key("part-length", "Of the parts on a conveyor, in mm; 100 if not given."),
+            key("part-length", "The length of the parts on a conveyor, in mm; 100 if not given."),
             Number(10, 100_000),
             &[Conveyor],
         ),
-        (key("eyes", "A conveyor's eyes: names, and where they look, in mm."), Places, &[Conveyor]),
-        (key("capacity", "What a tank holds."), Number(1, NUMBER), &[Tank]),
         (
-            key("fill-rate", "What comes in each second while the inlet is open."),
+            key("eyes", "A conveyor's eyes: names and places on the belt, in mm."),
+            Places,
+            &[Conveyor],
+        ),
+        (key("capacity", "The most that a tank holds."), Number(1, NUMBER), &[Tank]),
+        (
+            key("fill-rate", "The inflow per second while the inlet is open."),
             Number(0, NUMBER),
             &[Tank],
         ),
         (
-            key("drain-rate", "What goes out each second while the outlet is open."),
+            key("drain-rate", "The outflow per second while the outlet is open."),
             Number(0, NUMBER),
             &[Tank],
         ),
-        (key("initial", "What is in the tank at the start."), Number(0, NUMBER), &[Tank]),
+        (key("initial", "The tank's level at the start."), Number(0, NUMBER), &[Tank]),
         (
-            key("switches", "A tank's switches: names, and the levels from which they are ON."),
+            key("switches", "A tank's switches: names and the levels from which they are ON."),
             Places,
             &[Tank],
         ),
@@ -187,12 +195,12 @@ const KEYS: [(Key, PartKeyForm, &[PartKind]); 27] = {
             &[Sensor],
         ),
         (
-            key("off-at", "It is OFF below this value; else as `on-at`."),
+            key("off-at", "It is OFF below this value; `on-at` if not given."),
             Number(ANY.0, ANY.1),
             &[Sensor],
         ),
-        (key("range", "What a sensor measures, from and to."), Pair, &[Sensor]),
-        (key("raw", "What it tells of that, from and to."), Pair, &[Sensor]),
+        (key("range", "The ends of the range that a sensor measures."), Pair, &[Sensor]),
+        (key("raw", "The sensor's values at these ends."), Pair, &[Sensor]),
     ]
 };
 
@@ -251,11 +259,13 @@ impl Keys {
     pub(super) fn read_device(&mut self, table: &mut Table<'_>) {
         let parts = table.tables(key("part", "`simulated`: the parts of its plant."), "a part");
         self.parts = parts.into_iter().map(read_part).collect();
-        let faults =
-            table.tables(key("fault", "`simulated`: what goes wrong, on demand."), "a fault");
+        let faults = table.tables(
+            key("fault", "`simulated`: the faults of its plant, caused on demand."),
+            "a fault",
+        );
         self.faults = faults.into_iter().map(read_fault).collect();
         self.seed = table.integer(
-            key("seed", "`simulated`: another number, another noise; 1 if not given."),
+            key("seed", "`simulated`: the seed of the noise; 1 if not given."),
             (0, i64::MAX),
         );
     }
@@ -287,7 +297,7 @@ fn read_part(mut table: Table<'_>) -> Part {
     }
     if is_of(&[PartKind::Delay, PartKind::Sensor]) {
         part.invert = table
-            .boolean(key("invert", "ON where it would be OFF."))
+            .boolean(key("invert", "Whether its output is inverted."))
             .is_some_and(|invert| invert.value);
     }
     table.finish();
@@ -319,9 +329,8 @@ impl Part {
 
 fn read_fault(mut table: Table<'_>) -> Fault {
     use FaultKind::{Late, Lost, Noisy, Stuck};
-    let name = table.required_string(
-        key("name", "Its name: `fault.NAME` brings it about.").limited(FAULT_NAME),
-    );
+    let name =
+        table.required_string(key("name", "Its name: `fault.NAME` causes it.").limited(FAULT_NAME));
     table.require("kind", "\"stuck\"");
     let text = table.string(key("kind", "What it does.").one_of(|| words(&FaultKind::NAMES)));
     let kind = text.and_then(|text| named(&table, &text, "kind of fault", &FaultKind::NAMES));
@@ -331,7 +340,7 @@ fn read_fault(mut table: Table<'_>) -> Fault {
         name,
         point: None,
         kind,
-        when: table.string(key("when", "The point of the plant that brings it about.")),
+        when: table.string(key("when", "The point of the plant that causes it.")),
         value: None,
         every_ms: None,
         amplitude: None,
@@ -341,16 +350,17 @@ fn read_fault(mut table: Table<'_>) -> Fault {
         fault.point = table.string(key("point", "The point of the plant that it falsifies."));
     }
     if is_of(Stuck) {
-        fault.value = table.integer(key("value", "What a stuck point is; else what it was."), ANY);
+        fault.value = table
+            .integer(key("value", "The value of a stuck point; its last value if not given."), ANY);
     }
     if is_of(Noisy) {
         fault.every_ms =
-            table.duration(key("every", "How often noise is another; 20ms if not given."));
-        fault.amplitude =
-            table.integer(key("amplitude", "By how much a number is off, at most."), (1, NUMBER));
+            table.duration(key("every", "How often the noise changes; 20ms if not given."));
+        fault.amplitude = table
+            .integer(key("amplitude", "The largest deviation of a noisy number."), (1, NUMBER));
     }
     if is_of(Late) {
-        fault.by_ms = table.duration(key("by", "By how long a point is late."));
+        fault.by_ms = table.duration(key("by", "The delay of a late point."));
     }
     table.finish();
     fault

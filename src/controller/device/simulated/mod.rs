@@ -1,8 +1,8 @@
-//! A simulated plant, resolved: its parts, the points they have, and what drives each command.
+//! A simulated plant, resolved: its parts, their points, and the driver of each command.
 //!
-//! Called by [`super`] with the rows of the map; `io::plant` makes a model of it. Points are
-//! numbered through the plant: a part's commands first, then what it tells, in the order of
-//! `points`; behind those of the parts, one for each fault.
+//! Called by [`super`] with the rows of the map; `io::plant` makes a model of it. Points have one
+//! numbering for the whole plant: of each part first the commands, then the outputs, in the order
+//! of `points`; after the points of all parts, one for each fault.
 //!
 //! ```toml
 //! # passes: what stands at a motor's contactor, and its answer
@@ -27,7 +27,7 @@ use crate::io::plant::settings::{Fault, Part, PartSettings, Plant};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Table;
 
-/// A plant takes a step at least so often.
+/// The longest time between two steps of a plant, ms.
 const POLL_MS_MAX: i32 = 1000;
 
 impl DriverKeys for Keys {
@@ -55,7 +55,8 @@ impl DriverKeys for Keys {
     }
 }
 
-/// Whether a text reads as a point of a plant: two names with a dot between, the second one small.
+/// Whether a text reads as a point of a plant: two names with a dot between, the second one in
+/// lower case.
 fn is_point(text: &str) -> bool {
     text.split_once('.').is_some_and(|(part, point)| {
         points::is_name(part) && points::is_name(point) && point.starts_with(char::is_lowercase)
@@ -75,7 +76,7 @@ fn plant(
         findings.push(finding.help(help));
     }
     if let Some(poll) = device.poll_ms.as_ref().filter(|poll| poll.value > POLL_MS_MAX) {
-        let message = "a plant takes a step at least every second";
+        let message = "`poll` of a plant is at most 1s";
         let finding = Finding::new(Code::OutOfRange, poll.span, message);
         findings.push(finding.help("write `poll = \"20ms\"`"));
     }
@@ -84,7 +85,7 @@ fn plant(
     let points = points::Points::new(keys, findings);
     let (commands, undriven) = wires::commands(keys, rows, &points, findings);
     if rows.len() == device.map.len() {
-        // Else the row that is left out may be the one that drives it.
+        // If a row was left out, it may be the row that drives the command.
         findings.extend(undriven);
     }
     let inputs = wires::inputs(rows, &points, findings);

@@ -1,14 +1,14 @@
-//! The measures of a part: its keys → what it is.
+//! A part's keys → its settings.
 
 use super::keys::{Part, PartKind};
 use crate::io::plant::settings::{Delays, PartSettings, Scale};
 use crate::source::finding::{Code, Finding};
 use crate::source::span::{Located, Span};
 
-/// How long a part on a belt is where nothing is said, mm.
+/// The length of a part on a belt if `part-length` is not given, mm.
 const PART_MM: u32 = 100;
 
-/// What a part is, if its keys make sense.
+/// A part's settings, if its keys make sense.
 pub fn resolve(part: &Part, findings: &mut Vec<Finding>) -> Option<PartSettings> {
     let mut reader = Reader { part, findings };
     let delays = reader.delays();
@@ -48,7 +48,7 @@ impl Reader<'_> {
         self.part.number(key).map(|number| small(number.value))
     }
 
-    /// A time that must be there, and more than nothing.
+    /// A required time of at least 1 ms.
     fn some_time(&mut self, key: &str) -> Option<u32> {
         match self.part.time(key) {
             Some(ms) if ms.value < 1 => {
@@ -99,7 +99,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Where the named places are: none of them beyond the end.
+    /// The named places, with a finding for each one beyond the end.
     fn places(&mut self, what: &str, end: Option<u32>) -> Vec<u32> {
         let Some(end) = end else { return Vec::new() };
         let part = self.part;
@@ -116,8 +116,8 @@ impl Reader<'_> {
         let on_at = at("on-at").unwrap_or(1);
         let off_at = at("off-at").unwrap_or(on_at);
         if let Some(written) = self.part.number("off-at").filter(|_| off_at > on_at) {
-            let message = "a sensor lets go at or below the value at which it comes ON";
-            let help = "for one that is ON below a value, add `invert = true`";
+            let message = "`off-at` must be at or below `on-at`";
+            let help = "for a sensor that is ON below a value, add `invert = true`";
             self.find(Code::Controller, written.span, message, help);
         }
         let (range, raw) = (self.pair("range"), self.pair("raw"));
@@ -153,8 +153,8 @@ impl Reader<'_> {
         let (width_ms, every_ms) = (width?, every?);
         if let Some(Located { span, .. }) = self.part.time("pulse").filter(|_| width_ms > every_ms)
         {
-            let message = "a pulse is no longer than the time from one to the next";
-            self.find(Code::Controller, *span, message, "take less for `pulse`");
+            let message = "`pulse` is longer than `every`";
+            self.find(Code::Controller, *span, message, "make `pulse` shorter");
         }
         Some(PartSettings::Pulse {
             width_ms,
@@ -164,7 +164,7 @@ impl Reader<'_> {
     }
 }
 
-/// A number that its reader has found to be none below 0 and not beyond 32 bits.
+/// A number as 32 bits; its reader has checked that it is not negative and that it fits.
 fn small(number: i64) -> u32 {
     u32::try_from(number).unwrap_or(u32::MAX)
 }

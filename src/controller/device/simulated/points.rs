@@ -12,12 +12,12 @@ use crate::source::span::Span;
 /// The part to which the commands of faults belong.
 pub const FAULT: &str = "fault";
 
-/// What a point holds.
+/// The type of a point's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
     /// ON or OFF.
     Bit,
-    /// 0 to 1000 thousandths; a bit is nothing or all.
+    /// 0 to 1000 thousandths; a bit that drives it is 0 or 1000.
     Opening,
     /// A number.
     Word,
@@ -32,14 +32,14 @@ struct Fixed {
     role: Role,
 }
 
-/// Which way a point goes.
+/// The role of a point: command or output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// To the part, which makes no sense without.
+    /// A command that must be driven.
     Needed,
-    /// To the part; where nothing drives it, it is this.
+    /// A command with the value that it has if nothing drives it.
     Command(i32),
-    /// From the part.
+    /// An output of the part.
     Told,
 }
 
@@ -65,7 +65,7 @@ const fn point(name: &'static str, holds: Holds, role: Role) -> Fixed {
     Fixed { name, holds, role }
 }
 
-/// The points of a kind, as `io::plant` counts them; named places follow.
+/// The points of a kind, in the order of `io::plant`; named places follow.
 fn fixed(kind: PartKind) -> &'static [Fixed] {
     match kind {
         PartKind::Delay => &DELAY,
@@ -121,7 +121,7 @@ pub fn is_name(text: &str) -> bool {
 }
 
 impl Points {
-    /// The points of all parts, and of all faults behind them.
+    /// The points of all parts, followed by those of all faults.
     pub fn new(keys: &Keys, findings: &mut Vec<Finding>) -> Points {
         let mut points = Points { all: Vec::new(), firsts: Vec::new(), by_name: HashMap::new() };
         let mut names = Vec::new();
@@ -166,7 +166,7 @@ impl Points {
     ) {
         let (name, id) = (format!("{part}.{point}"), self.next());
         if self.by_name.insert(name.clone(), id).is_some() && part != FAULT {
-            // Of two parts of one name, the second has had its finding.
+            // The second of two parts with one name has its finding already.
             let message = format!("`{name}` is there already");
             if !findings.iter().any(|finding| finding.span == span) {
                 findings.push(Finding::new(Code::DuplicateName, span, message));
@@ -175,7 +175,7 @@ impl Points {
         self.all.push(Point { name, holds, role, span });
     }
 
-    /// A point that a text names, or the finding.
+    /// The point that a text names, or the finding.
     pub fn find(&self, text: &Text) -> Result<(PointId, &Point), Finding> {
         if let Some(id) = self.by_name.get(&text.text) {
             return Ok((*id, &self.all[id.0 as usize]));

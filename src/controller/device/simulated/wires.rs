@@ -1,4 +1,5 @@
-//! What drives each command of a plant, which points come in, and what the faults work on.
+//! The wires of a plant: the driver of each command, the points that come in, and the points that
+//! faults falsify.
 
 use std::collections::HashMap;
 
@@ -10,25 +11,25 @@ use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
-/// The longest that a fault keeps a value back, ms.
+/// The longest delay that a fault causes, ms.
 const LATE_MS_MAX: i32 = 60_000;
-/// How often noise is another where nothing is said, ms.
+/// The time between changes of noise if `every` is not given, ms.
 const NOISE_MS: u32 = 20;
 
-/// What was found to drive commands so far.
+/// The drivers of commands found so far.
 struct Wires<'a> {
     points: &'a Points,
     feeds: HashMap<u32, (Command, Span)>,
     findings: &'a mut Vec<Finding>,
 }
 
-/// The rows of what goes out.
+/// The rows of outputs.
 pub fn outgoing<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = &'a Row<'a>> {
     rows.iter().filter(|row| row.direction == Direction::Out)
 }
 
-/// What drives each command, in the order of the points, and the findings of what nothing drives:
-/// these hold where no row of the map is left out.
+/// The driver of each command, in the order of the points, and the findings for commands without a
+/// driver. These findings are valid only if no row of the map was left out.
 pub fn commands(
     keys: &Keys,
     rows: &[Row<'_>],
@@ -60,8 +61,8 @@ impl Wires<'_> {
             Err(finding) => return self.findings.push(finding),
         };
         if point.role == Role::Told {
-            let message = format!("`{}` is what the plant tells", point.name);
-            let help = "what goes out drives commands, as `run`, `fill` and `in`";
+            let message = format!("`{}` is an output of the plant", point.name);
+            let help = "a row that goes out drives a command, as `run`, `fill` or `in`";
             return self.findings.push(row.find(message).help(help));
         }
         if point.holds == Holds::Bit && row.is_words() {
@@ -72,7 +73,7 @@ impl Wires<'_> {
     }
 
     fn by_point(&mut self, command: &str, from: &Text) {
-        // A command is missing where its part has a finding of its own.
+        // A command is missing if its part has a finding of its own.
         let text = Text { text: command.to_owned(), span: from.span, exact: false };
         let Ok((id, point)) = self.points.find(&text) else { return };
         let (source, told) = match self.points.find(from) {
@@ -81,7 +82,7 @@ impl Wires<'_> {
         };
         if point.holds == Holds::Bit && told.holds != Holds::Bit {
             let message = format!("`{}` is a number, and `{command}` is a bit", told.name);
-            let help = "a part of kind `sensor` makes a bit of it";
+            let help = "a part of kind `sensor` turns a number into a bit";
             let finding = Finding::new(Code::Controller, from.span, message);
             return self.findings.push(finding.help(help));
         }
@@ -133,7 +134,7 @@ fn undriven(point: &Point) -> Finding {
     Finding::new(Code::Controller, point.span, message).help(help)
 }
 
-/// A bit that drives an opening opens it all.
+/// The factor from a driver's value to the point's: a bit opens an opening fully.
 fn gain(point: &Point, from_bit: bool) -> i32 {
     if point.holds == Holds::Opening && from_bit { opening::FULL } else { 1 }
 }
@@ -141,7 +142,7 @@ fn gain(point: &Point, from_bit: bool) -> i32 {
 fn one_point<'a>(row: &Row<'_>, points: &'a Points) -> Result<(PointId, &'a Point), Finding> {
     if row.addresses.len() != 1 {
         let message =
-            format!("`{}` is one point, and `{}` are more", row.points.text, row.text.text);
+            format!("`{}` is one point, and `{}` is more than one", row.points.text, row.text.text);
         return Err(row.find(message).help("write a row each"));
     }
     points.find(row.points)
@@ -234,7 +235,7 @@ fn effect(fault: &written::Fault, kind: FaultKind, points: &Points) -> Result<Ef
             let by = fault.by_ms.as_ref().ok_or_else(|| missing("by", "\"200ms\""))?;
             let by_ms = at_least_1ms("by", Some((by.value, by.span)))?.unwrap_or(1);
             if by.value > LATE_MS_MAX {
-                let message = "a fault keeps a value back for a minute at most";
+                let message = "a fault delays a value by 60s at most";
                 return Err(Finding::new(Code::OutOfRange, by.span, message));
             }
             Effect::Late { point: id, by_ms }
