@@ -1,14 +1,14 @@
-//! A future whose panic is an answer: for what must go on behind a bug in a part of it.
+//! Turns a panic of a future into a value, so that a task can go on after a bug in one part of it.
 //!
-//! The panic itself is in the log already: the daemon's hook puts it there.
+//! Does not log the panic: the daemon's hook has done so.
 
 use std::future::{Future, poll_fn};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::pin;
 use std::task::Poll;
 
-/// What the call gives; `None` if it panics. It is not polled again then, so that nobody sees what
-/// it left half done; what it borrowed, its caller has to judge.
+/// The call's value; `None` if it panics. The future is not polled again then, so no code sees its
+/// half-done state. The caller has to judge the state of everything that the future borrowed.
 pub async fn caught<T>(call: impl Future<Output = T>) -> Option<T> {
     let mut call = pin!(call);
     poll_fn(|context| match catch_unwind(AssertUnwindSafe(|| call.as_mut().poll(context))) {

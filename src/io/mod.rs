@@ -1,9 +1,9 @@
-//! Drivers: what moves inputs and takes outputs, written against the runtime's exchange alone.
+//! Drivers: they move inputs and take outputs. They depend on the runtime's exchange alone.
 //!
-//! The daemon starts them with what the controller file says. A driver sees the scan through a
-//! port (inputs in, batches of writes in, the last complete scan's image out) and knows nothing
-//! of ladders, tags and modes but what an image shows. That no two drivers move one input was
-//! seen to when the controller file was resolved.
+//! The daemon starts them with the controller file's settings. A driver sees the scan through a
+//! port (inputs in, batches of writes in, the last complete scan's image out). It knows of ladders,
+//! tags and modes only the values in an image. `controller` has made sure that no two drivers move
+//! one input.
 
 pub(crate) mod caught;
 pub mod device;

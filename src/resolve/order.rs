@@ -32,7 +32,7 @@ impl Resolver<'_> {
             } else if let Some(other) = &controller {
                 Finding::new(Code::Order, order.span, "`order` is given twice")
                     .related(other.span, "the controller file gives it here")
-                    .help("take one of the two away")
+                    .help("remove one of the two")
             } else {
                 return Some(order.clone());
             };

@@ -1,4 +1,4 @@
-//! What a driver is: the few things that only it knows of its peer.
+//! The trait of a driver: the operations that only a driver can do with its peer.
 //!
 //! A new driver is one file that implements [`Driver`] (or, for lines that answer at once,
 //! `runtime::local::Local`); the recipe is in `CONTRIBUTING.md`. A driver may wait, but for no
@@ -12,41 +12,42 @@ use std::future::Future;
 /// Why an exchange takes place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occasion {
-    /// No scan is complete yet: read all inputs, so that the first scan sees them. Nothing is
-    /// written, and no watchdog is fed.
+    /// No scan is complete yet: read all inputs, so that the first scan sees them. Write nothing,
+    /// and feed no watchdog.
     First,
-    /// `poll` is over, or the exchange before it ended in part: write what changed or is due, feed
-    /// a watchdog, read all inputs that are not read yet.
+    /// `poll` is over, or the previous exchange ended in part: write the outputs that changed or
+    /// are due, feed a watchdog, read all inputs that are not read yet.
     Poll,
-    /// An output changed: write what changed. Inputs are not looked at.
+    /// An output changed: write the changed outputs. Inputs are not looked at.
     Change,
-    /// The last one: write all outputs, which are safe values. Inputs are not looked at.
+    /// The last exchange: write all outputs, which have their safe values. Inputs are not looked
+    /// at.
     Last,
 }
 
-/// How far an exchange came.
+/// The extent of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Done {
-    /// To its end.
+    /// The exchange is complete.
     Whole,
-    /// Some inputs are not read yet, since something else was urgent. The next one, at once, goes
-    /// on from there; each reads at least something, so that all are read in the end.
+    /// Some inputs are not read yet, because a write was urgent. The next exchange follows at once
+    /// and continues from there. Each reads at least one group, so all inputs are read in the end.
     Part,
 }
 
-/// One exchange, as a driver is asked for it.
+/// A request for one exchange.
 pub struct Exchange<'a> {
-    /// Why.
+    /// The reason for the exchange.
     pub occasion: Occasion,
-    /// All outputs, one a point in the order of the map; bits are 0 and 1.
+    /// All outputs, one per point in the order of the map; bits are 0 and 1.
     pub outputs: &'a [i32],
-    /// All inputs, one a point in the order of the map, to be filled in; `None`: not read yet. The
-    /// scan sees them when the exchange is over: all together where it succeeds; those that were
-    /// read where it fails and the connection stays. Values beyond what the memory holds are
-    /// brought to its nearest.
+    /// All inputs, one per point in the order of the map, to be filled in; `None`: not read yet.
+    /// The scan sees them when the exchange is over: all together if it succeeds, and those that
+    /// were read if it fails and the connection stays. A value beyond the memory's range becomes
+    /// the nearest value in that range.
     pub inputs: &'a mut [Option<i32>],
-    /// Whether other outputs than these are to be written by now, or the end has come: inputs that
-    /// are not read yet have time.
+    /// Whether outputs have changed since, or the end has come: then the inputs that are not read
+    /// yet can wait.
     pub is_urgent: &'a (dyn Fn() -> bool + Send + Sync),
 }
 
@@ -55,29 +56,29 @@ pub struct Exchange<'a> {
 pub struct Trouble {
     /// A clause for the log: `no answer in 200 ms`.
     pub reason: String,
-    /// The connection is of no use any more: connect again.
+    /// The connection cannot be used any more: connect again.
     pub is_disconnected: bool,
 }
 
-/// A peer that is reached beside the scan.
+/// A driver that exchanges with its peer beside the scan.
 pub trait Driver: Send + 'static {
-    /// Reaches the peer, after the start and after every trouble that disconnects; at the end of
-    /// the process it may be abandoned. The next exchange writes all outputs.
+    /// Connects to the peer, after the start and after every trouble that disconnects. The call may
+    /// be abandoned at the end of the process. The next exchange writes all outputs.
     fn connect(&mut self) -> impl Future<Output = Result<(), Trouble>> + Send;
 
-    /// Exchanges once. At the end of the process it may be abandoned at any point where it waits;
+    /// Exchanges once. At the end of the process the call may be abandoned at any await;
     /// `disconnect` follows then.
     fn exchange(
         &mut self,
         exchange: Exchange<'_>,
     ) -> impl Future<Output = Result<Done, Trouble>> + Send;
 
-    /// Lets go of the peer.
+    /// Closes the connection to the peer.
     fn disconnect(&mut self);
 }
 
 impl Trouble {
-    /// Trouble that the connection outlives: an exception, a value that makes no sense.
+    /// Trouble after which the connection stays: an exception, a value that makes no sense.
     pub fn kept(reason: impl Into<String>) -> Trouble {
         Trouble { reason: reason.into(), is_disconnected: false }
     }

@@ -1,8 +1,9 @@
-//! How a device is, for the log and `status`: shared by its task or keeper and its readers.
+//! The condition of a device, for the log and `status`. Shared by its task or keeper and its
+//! readers.
 //!
-//! The log has two lines of an outage: its begin with the first reason, its end with how often what
-//! failed. In between, `status` shows the latest reason. A device that comes and goes all the time
-//! is limited by itself, and so hides no other device's lines.
+//! The log has two lines per outage: its begin with the first reason, and its end with the number
+//! of failures for each reason. In between, `status` shows the latest reason. Each device has its
+//! own limit of lines, so a device that comes and goes hides no other device's lines.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -12,14 +13,14 @@ use crate::events::limit::Budget;
 use crate::runtime::local::Exchanged;
 use crate::say::say;
 
-/// How a device is. Cheap to clone.
+/// A handle to a device's condition. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Health {
     inner: Arc<Mutex<Condition>>,
     lines: Arc<Mutex<Lines>>,
 }
 
-/// What the log knows of it, and how much more it may be told.
+/// The outage that the log knows of, and the budget of further lines.
 #[derive(Debug)]
 struct Lines {
     started: Instant,
@@ -28,21 +29,21 @@ struct Lines {
     outage: Option<Outage>,
 }
 
-/// The most reasons of an outage that are counted apart.
+/// The most reasons of an outage that are counted separately.
 const REASONS_MAX: usize = 4;
 
-/// From the first exchange that failed to the next good one.
+/// An outage: from the first exchange that failed to the next good one.
 #[derive(Debug)]
 struct Outage {
     since: Instant,
-    /// The log has a line of it.
+    /// Whether the log has a line about it.
     is_told: bool,
     failures: u64,
-    /// How many of them for each of the first reasons.
+    /// The number of failures for each of the first reasons.
     reasons: Vec<(u64, String)>,
 }
 
-/// How a device is, as `status` and the log show it.
+/// A device's condition, as `status` and the log show it.
 #[derive(Clone, Debug, Default)]
 pub struct Condition {
     /// Its name.
@@ -55,20 +56,20 @@ pub struct Condition {
     pub exchanges: u64,
     /// Exchanges and connections that failed.
     pub failures: u64,
-    /// How long the last good exchange took.
+    /// The duration of the last good exchange.
     pub took: Duration,
-    /// How long the slowest one took.
+    /// The duration of the slowest good exchange.
     pub took_max: Duration,
-    /// It is open, for the scan itself to exchange; not said of a device beside the scan.
+    /// Whether a local device is open, so that the scan can exchange; false for all others.
     pub is_open: bool,
-    /// Why the last one failed; nothing once one has succeeded again.
+    /// The reason why the last exchange failed; `None` after an exchange has succeeded again.
     pub trouble: Option<String>,
-    /// The last one failed in part: inputs were read all the same.
+    /// Whether the last exchange failed in part: inputs were read all the same.
     pub is_in_part: bool,
 }
 
 impl Health {
-    /// Of a device that has not exchanged yet.
+    /// The condition of a device that has not exchanged yet.
     pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
         let condition = Condition { name: name.to_owned(), driver, peer, ..Condition::default() };
         let (started, budget) = (Instant::now(), Budget::new(Limit::DEVICE));
@@ -76,18 +77,19 @@ impl Health {
         Health { inner: Arc::new(Mutex::new(condition)), lines: Arc::new(Mutex::new(lines)) }
     }
 
-    /// As it is now.
+    /// The present condition.
     pub fn condition(&self) -> Condition {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Whether an exchange has succeeded since the start, or the first scan's will.
+    /// Whether an exchange has succeeded since the start, or the first scan will exchange.
     pub fn has_exchanged(&self) -> bool {
         let condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
         condition.exchanges > 0 || condition.is_open
     }
 
-    /// Whether a line of trouble may be written, and what it adds of those that were not.
+    /// Whether a line about trouble may be written. The text to add to it names the number of lines
+    /// that were left out.
     pub fn may_tell(&self) -> Option<String> {
         let mut lines = self.lines();
         let now_ns = lines.now_ns();
@@ -101,7 +103,7 @@ impl Health {
         })
     }
 
-    /// An exchange succeeded.
+    /// Notes that an exchange succeeded.
     pub(super) fn good(&self, took: Duration) {
         {
             let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
@@ -113,7 +115,7 @@ impl Health {
         self.tell_well("exchanges again");
     }
 
-    /// It is open; `exchanged`: what the scan has exchanged by now.
+    /// Notes that the device is open; `exchanged`: the scan's exchanges so far.
     pub(super) fn open(&self, exchanged: Exchanged) {
         {
             let mut condition = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
@@ -125,7 +127,7 @@ impl Health {
         self.tell_well("is open again");
     }
 
-    /// Its task is gone, for this reason: nothing is exchanged any more.
+    /// Notes that its task has ended, for this reason: there are no exchanges any more.
     pub fn end(&self, reason: &str) {
         self.bad(reason);
         let condition = self.condition();
@@ -133,13 +135,13 @@ impl Health {
         say!(DEVICE_ENDED, %device, %peer, "{device}: {reason}");
     }
 
-    /// An exchange failed, or it could not be reached or opened.
+    /// Notes that an exchange failed, or that the device could not be reached or opened.
     pub(super) fn trouble(&self, reason: &str) {
         self.bad(reason);
         self.tell_trouble(reason);
     }
 
-    /// An exchange failed, and has read inputs all the same: `read` of `all`.
+    /// Notes that an exchange failed and has read `read` of `all` inputs all the same.
     pub(super) fn trouble_in_part(&self, reason: &str, (read, all): (usize, usize)) {
         let reason = match read == all {
             true => reason.to_owned(),
@@ -151,7 +153,8 @@ impl Health {
     }
 
     fn tell_trouble(&self, reason: &str) {
-        // An outage for whose begin no line was left has its line as soon as there is one.
+        // An outage that began without a line left in the budget gets its line as soon as one is
+        // free.
         let is_to_tell = {
             let mut lines = self.lines();
             let now_ns = lines.now_ns();
@@ -169,7 +172,7 @@ impl Health {
         say!(DEVICE_TROUBLE, %device, %peer, "{device}: {reason} ({peer}){withheld}");
     }
 
-    /// The outage is over, if there was any.
+    /// Logs the end of an outage, if there was one.
     fn tell_well(&self, again: &str) {
         let outage = self.lines().outage.take();
         let Some(outage) = outage.filter(|outage| outage.is_told) else { return };
@@ -183,7 +186,7 @@ impl Health {
         );
     }
 
-    /// The end: its safe values could not be written, though they were tried for this time.
+    /// Logs at the end that the safe values could not be written within this time.
     pub(super) fn tell_unsafe(&self, tried: Duration) {
         let condition = self.condition();
         let (device, peer, seconds) = (&condition.name, &condition.peer, tried.as_secs());
@@ -191,7 +194,7 @@ impl Health {
         say!(
             DEVICE_UNSAFE,
             %device, %peer,
-            "{device} was not given its safe values, tried for {seconds} s: its outputs may be as \
+            "{device} did not take its safe values within {seconds} s: its outputs may be as \
              they were: {reason} ({peer})"
         );
     }
@@ -210,7 +213,7 @@ impl Health {
 }
 
 impl Lines {
-    /// Since the device was made: the budget's time.
+    /// The time since the device was made, by which the budget counts.
     fn now_ns(&self) -> u64 {
         self.started.elapsed().as_nanos() as u64
     }
@@ -231,7 +234,7 @@ impl Outage {
         }
     }
 
-    /// `3 failures`; where they had several reasons, how many of each.
+    /// `3 failures`; if they had several reasons, with the number for each.
     fn counts(&self) -> String {
         let failures = match self.failures {
             1 => "1 failure".to_owned(),

@@ -1,4 +1,5 @@
-//! Keeps a local device open: the scan exchanges, this opens, and opens again what failed.
+//! Keeps a local device open: the scan exchanges; the keeper opens the device, and opens it again
+//! after a failure.
 
 use std::future::Future;
 use std::io;
@@ -13,14 +14,14 @@ use super::retry::Retry;
 use crate::runtime::exchange::{Mode, Port, StopReason};
 use crate::runtime::local::{Local, LocalEnd};
 
-/// How long the end may take: less than the process waits for it.
+/// The time limit of the end; shorter than the process waits for it.
 const END_MAX: Duration = Duration::from_secs(2);
-/// How often the keeper looks whether the scan has let go of its device.
+/// The interval at which the keeper checks whether the scan has released the device.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Opens a local device; called where waiting is allowed.
+/// Opens a local device. Called on threads that may wait.
 pub trait Opener: Send + Sync + 'static {
-    /// Opens it: outputs begin with these values, one a point.
+    /// Opens the device; its outputs begin with these values, one per point.
     ///
     /// # Errors
     /// The system refuses.
@@ -42,7 +43,8 @@ impl Keeper {
         Keeper { opener, end, health, port, retry: Retry::new() }
     }
 
-    /// Opens the device for the first time: before the first scan, which so sees its inputs.
+    /// Opens the device for the first time, before the first scan, so that this scan sees its
+    /// inputs.
     pub fn open(&mut self) {
         let first = self.end.safe_values(&self.port.latest());
         match self.opener.open(&first) {
@@ -51,7 +53,7 @@ impl Keeper {
         }
     }
 
-    /// Keeps it open until `stop`; then its outputs are made safe once more.
+    /// Keeps the device open until `stop`; then writes the safe values once more.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
         loop {
@@ -74,7 +76,7 @@ impl Keeper {
         }
     }
 
-    /// Tries to make the outputs safe until they are.
+    /// Tries to write the safe values until they are written.
     async fn last(&mut self) {
         let mut retry = Retry::at_the_end();
         while let Err(error) = self.try_last().await {
@@ -83,8 +85,8 @@ impl Keeper {
         }
     }
 
-    /// Writes the safe values to the open device, or opens it with them. Beside the other tasks: a
-    /// chip that hangs keeps none of them from its own end.
+    /// Writes the safe values to the open device, or opens it with them. Runs beside the other
+    /// tasks, so a chip that hangs does not delay their ends.
     async fn try_last(&mut self) -> io::Result<()> {
         let (image, rescue) = (self.port.latest(), self.end.rescue());
         let (opener, first) = (Arc::clone(&self.opener), self.end.safe_values(&image));

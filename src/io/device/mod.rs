@@ -1,9 +1,10 @@
-//! Field devices beside the scan: one task a device, which exchanges and reports.
+//! Field devices beside the scan: each has a task that exchanges and reports.
 //!
-//! The daemon makes a [`Device`] of a driver and a line to the scan, and runs it until the end. A
-//! driver ([`Driver`]) knows how to reach its peer and what its points are; when to exchange, what
-//! to do after trouble, safe values and the log are settled here, the same for all. Local lines
-//! are exchanged by the scan thread itself; [`Keeper`] only opens them, again and again.
+//! The daemon makes a [`Device`] from a driver and a line to the scan, and runs it until the end. A
+//! driver ([`Driver`]) knows its points and the way to its peer. This module decides, for all
+//! drivers, the times of exchanges, the reaction to trouble, the safe values and the log lines.
+//! The scan thread itself exchanges with local lines; [`Keeper`] only opens them, and opens them
+//! again after trouble.
 
 mod driver;
 mod health;

@@ -1,10 +1,11 @@
-//! When to try again: later each time, and never all devices at the same moment.
+//! The waits between attempts: longer each time, and random, so that devices do not all try at the
+//! same moment.
 
 use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
-/// The waits between attempts to connect: doubled each time up to the longest, each between half
-/// and three halves of that.
+/// The waits between attempts to connect. The base doubles each time up to the longest; a wait is
+/// a random time between half and one and a half of the base.
 #[derive(Debug)]
 pub(in crate::io) struct Retry {
     first: Duration,
@@ -15,13 +16,13 @@ pub(in crate::io) struct Retry {
 }
 
 impl Retry {
-    /// For as long as it takes: from 100 ms to 5 s.
+    /// For attempts without an end: from 100 ms to 5 s.
     pub fn new() -> Retry {
         Retry::between(Duration::from_millis(100), Duration::from_secs(5))
     }
 
-    /// For the two seconds at the end of the process: from 50 ms to 400 ms. Later each time here
-    /// too, or devices that do not answer would keep a line busy that they share with others.
+    /// For the two seconds at the end of the process: from 50 ms to 400 ms. These waits grow too:
+    /// otherwise devices that do not answer would keep a line busy that they share with others.
     pub fn at_the_end() -> Retry {
         Retry::between(Duration::from_millis(50), Duration::from_millis(400))
     }
@@ -39,7 +40,7 @@ impl Retry {
         wait / 2 + wait * permille as u32 / 1000
     }
 
-    /// An exchange has succeeded: the next wait is a short one again.
+    /// Makes the next wait short again, after an exchange has succeeded.
     pub fn reset(&mut self) {
         self.wait = self.first;
     }

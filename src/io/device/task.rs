@@ -1,10 +1,11 @@
-//! One device's task: exchange on time, at once when an output changes, and after trouble again.
+//! One device's task: it exchanges at every `poll`, at once when an output changes, and connects
+//! again after trouble.
 //!
-//! It outlives everything its driver does: a panic costs the connection, as trouble does. Log
-//! lines are edges: trouble begins, trouble ends. Outputs are what the last published image says:
-//! in STOP and FAULT the safe values. When the process ends, the safe values are written once more:
-//! a device that cannot be reached, or does not take them, is tried until they are written or the
-//! time for the end is over, and then the log says that its outputs may be as they were.
+//! A panic of the driver does not end the task: it ends the connection, as trouble does. The log
+//! has a line when trouble begins and when it ends. Outputs come from the last published image,
+//! which has the safe values in STOP and FAULT. When the process ends, the task writes the safe
+//! values once more. It tries until the device has taken them or the time for the end is over; then
+//! the log says that the device's outputs may be unchanged.
 
 use std::future::{Future, ready};
 use std::pin::{Pin, pin};
@@ -24,15 +25,15 @@ use crate::runtime::inputs::InputEnd;
 use crate::runtime::monotonic_ns;
 use crate::runtime::wiring::{Source, last_words, outgoing};
 
-/// How long the end may take: less than the process waits for it.
+/// The time limit of the end; shorter than the process waits for it.
 const END_MAX: Duration = Duration::from_secs(2);
-/// How much of that an exchange may take that is under way then.
+/// The share of that time for an exchange that is under way when the end comes.
 const UNDER_WAY_MAX: Duration = Duration::from_secs(1);
-/// How long one attempt to connect may take then. A peer that is starting loses the first packet of
-/// an attempt, and the system repeats it late: a new attempt is heard sooner.
+/// The time limit of one attempt to connect at the end. A peer that is starting loses the first
+/// packet of an attempt, and the system repeats it late: a new attempt succeeds sooner.
 const LAST_CONNECT_MAX: Duration = Duration::from_millis(500);
 
-/// A device: a driver, its line to the scan, and what goes out.
+/// A device: a driver, its line to the scan, and the sources of its outputs.
 pub struct Device<D> {
     driver: D,
     input_end: InputEnd,
@@ -41,55 +42,55 @@ pub struct Device<D> {
     health: Health,
     poll: Duration,
     retry: Retry,
-    /// As far as the exchange under way has read them.
+    /// The inputs that the exchange under way has read so far.
     inputs: Vec<Option<i32>>,
     values: Vec<i32>,
-    /// As the driver was given them last.
+    /// The outputs that the driver was given last.
     offered: Vec<i32>,
     connected: bool,
-    /// When the exchange began that goes on after a part of it.
+    /// The begin of an exchange of which only a part is done.
     begun: Option<Instant>,
 }
 
-/// What a device is made of.
+/// The parts of a device.
 pub struct Parts<D> {
-    /// How its peer is reached.
+    /// The driver of its peer.
     pub driver: D,
     /// Its line to the scan.
     pub input_end: InputEnd,
-    /// Where images come from.
+    /// The port that gives the images.
     pub port: Port,
-    /// How many points come in.
+    /// The number of points that come in.
     pub inputs: usize,
-    /// What goes out.
+    /// The sources of the points that go out.
     pub outputs: Vec<Source>,
-    /// Where it says how it is.
+    /// Its condition, which the task updates.
     pub health: Health,
-    /// From exchange to exchange.
+    /// The time between exchanges.
     pub poll: Duration,
 }
 
-/// Whether a scan is complete, or the start was meant to be in STOP. Until then outputs are as they
-/// were before this process.
+/// Whether a scan is complete, or the start was meant to be in STOP. Until then no output is
+/// written: outputs stay as they were before this process.
 fn has_begun(image: &Snapshot) -> bool {
     image.mode != Mode::Stop(StopReason::NotStarted)
 }
 
-/// What a device waits for.
+/// The events that a device waits for.
 enum Due {
     Poll,
     Change,
     Stop,
 }
 
-/// The end, once it has come.
+/// The request to end, remembered once it has come.
 struct Stop<'a, F> {
     future: Pin<&'a mut F>,
     told: Option<Instant>,
 }
 
 impl<F: Future<Output = ()>> Stop<'_, F> {
-    /// Ends when it has come, and at once from then on.
+    /// Waits for the request; returns at once from then on.
     async fn told(&mut self) -> Instant {
         match self.told {
             Some(told) => told,
@@ -122,7 +123,7 @@ impl<D: Driver> Device<D> {
         }
     }
 
-    /// Exchanges until `stop`, then writes the safe values once more and lets go of the peer.
+    /// Exchanges until `stop`, then writes the safe values once more and disconnects.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         let future = pin!(stop);
         let mut stop = Stop { future, told: None };
@@ -168,7 +169,7 @@ impl<D: Driver> Device<D> {
         self.exchange(Occasion::Last, image, stop).await.map(|_| ())
     }
 
-    /// Connects, however often it takes; false where it is to stop instead.
+    /// Connects, with as many attempts as needed; false if `stop` comes first.
     async fn reach(&mut self, stop: &mut Stop<'_, impl Future<Output = ()>>) -> bool {
         loop {
             let connected = tokio::select! {
@@ -191,7 +192,7 @@ impl<D: Driver> Device<D> {
         }
     }
 
-    /// Exchanges until the connection is lost (true), or it is to stop.
+    /// Exchanges until the connection is lost (true) or `stop` comes (false).
     async fn exchange_on(&mut self, stop: &mut Stop<'_, impl Future<Output = ()>>) -> bool {
         let mut poll = interval(self.poll);
         poll.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -245,7 +246,7 @@ impl<D: Driver> Device<D> {
         }
         let begun = *self.begun.get_or_insert_with(Instant::now);
         let done = self.call(occasion, image, stop).await;
-        // Offered, if not taken: then the driver has it, for the next poll.
+        // Offered, even if the peer did not take it: the driver writes it at the next poll.
         if occasion != Occasion::First {
             self.offered.copy_from_slice(&self.values);
         }
@@ -255,8 +256,8 @@ impl<D: Driver> Device<D> {
         done
     }
 
-    /// Has the driver exchange. It is not abandoned half-way for an end that comes, but told of it;
-    /// then its time is short.
+    /// Calls the driver's exchange. An end that comes meanwhile does not abandon it: the exchange
+    /// learns of the end, and has a short time left.
     async fn call(
         &mut self,
         occasion: Occasion,
@@ -287,7 +288,7 @@ impl<D: Driver> Device<D> {
         }
     }
 
-    /// An exchange is over.
+    /// Judges an exchange that is over.
     fn judge(&mut self, occasion: Occasion, begun: Instant, is_good: bool) {
         self.begun = None;
         if is_good && matches!(occasion, Occasion::Poll | Occasion::First) {
@@ -299,9 +300,9 @@ impl<D: Driver> Device<D> {
         }
     }
 
-    /// An exchange, or an attempt to connect, has failed. What was read over a connection that
-    /// stays is handed on: it is as good as ever. What was read over one that is lost is not: a
-    /// device that is lost again and again would have inputs that come and go.
+    /// Handles a failed exchange or attempt to connect. Inputs that were read over a connection
+    /// that stays are valid and handed on. Inputs that were read over a lost connection are
+    /// dropped: otherwise the inputs of a device that is lost again and again would come and go.
     fn fail(&mut self, trouble: &Trouble) {
         self.input_end.trouble();
         if trouble.is_disconnected {
@@ -320,7 +321,7 @@ impl<D: Driver> Device<D> {
     }
 }
 
-/// Whether other outputs are to be written than those that an exchange was given, of this image.
+/// Whether the outputs differ from those that an exchange was given from this image.
 fn is_to_write(port: &Port, seen: &Arc<Snapshot>, (sources, given): (&[Source], &[i32])) -> bool {
     let image = port.latest();
     if sources.is_empty() || Arc::ptr_eq(&image, seen) || !has_begun(&image) {
@@ -332,10 +333,10 @@ fn is_to_write(port: &Port, seen: &Arc<Snapshot>, (sources, given): (&[Source], 
 }
 
 fn no_connection(within: Duration) -> String {
-    format!("no connection: none in {} ms", within.as_millis())
+    format!("no connection within {} ms", within.as_millis())
 }
 
-/// A driver that panicked, whose connection is as it left it.
+/// The trouble of a driver that panicked; its connection is in an unknown state.
 fn bug() -> Trouble {
-    Trouble::disconnected("a bug in its driver, which the line before tells")
+    Trouble::disconnected("a bug in its driver (see the line before)")
 }

@@ -1,34 +1,34 @@
-//! A chip as the driver sees it: lines that can be asked for, taken, read and driven.
+//! The traits of a chip: lines that can be requested, read and driven.
 //!
-//! `kernel` is the machine's; tests put a chip of their own there.
+//! `kernel` implements them for the machine's chips; tests implement them for chips of their own.
 
 use std::io;
 
 use super::settings::{Chip as ChipName, Setting};
 
-/// The most lines of a request: a value is a bit of 64.
+/// The most lines of a request: their values are the bits of a 64-bit word.
 pub const REQUEST_LINES_MAX: usize = 64;
 
-/// What a line's holder is told.
+/// The name that the kernel shows as the holder of our lines.
 pub const CONSUMER: &str = "rungd";
 
-/// Where chips are found.
+/// A source of chips.
 pub trait Chips: Send + Sync + 'static {
     /// Opens a chip.
     ///
     /// # Errors
-    /// There is none, or it may not be opened.
+    /// The chip does not exist, or it may not be opened.
     fn open(&self, chip: &ChipName) -> io::Result<Box<dyn Chip>>;
 }
 
 /// A chip.
 pub trait Chip {
-    /// How many lines it has.
+    /// The number of its lines.
     ///
     /// # Errors
     /// The system's.
     fn lines(&self) -> io::Result<u32>;
-    /// What it knows of a line.
+    /// The chip's information about a line.
     ///
     /// # Errors
     /// The system's.
@@ -36,11 +36,11 @@ pub trait Chip {
     /// Takes lines.
     ///
     /// # Errors
-    /// The system's; EBUSY if somebody has one of them.
+    /// The system's; EBUSY if another program has one of the lines.
     fn request(&self, request: &Request<'_>) -> io::Result<Box<dyn Lines>>;
 }
 
-/// What a chip knows of a line.
+/// A chip's information about a line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineFacts {
     /// Its name; empty if it has none.
@@ -49,20 +49,20 @@ pub struct LineFacts {
     pub holder: Option<String>,
 }
 
-/// Lines that are asked for together.
+/// A request for several lines together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request<'a> {
     /// Their numbers, 64 at most.
     pub offsets: &'a [u32],
-    /// How.
+    /// The setting of all these lines.
     pub setting: Setting,
-    /// Of outputs, their first values, a bit each.
+    /// The first values of outputs, one bit per line; `None` for inputs.
     pub values: Option<u64>,
 }
 
-/// Lines that were taken. They are let go of when this is dropped.
+/// Lines that were taken. Dropping the value releases them.
 pub trait Lines: Send + Sync {
-    /// All values, a bit each. Must not allocate.
+    /// All values, one bit per line. Must not allocate.
     ///
     /// # Errors
     /// The system's error number.

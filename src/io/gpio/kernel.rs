@@ -1,4 +1,4 @@
-//! Chips as Linux has them: the character device's uAPI, version 2 (since Linux 5.10).
+//! The chips of Linux: the character device's uAPI, version 2 (since Linux 5.10).
 
 use std::fs::{self, File};
 use std::io;
@@ -36,7 +36,7 @@ fn open(path: &Path) -> io::Result<File> {
     File::options().read(true).write(true).open(path)
 }
 
-/// The chip of this label, if there is one only.
+/// The chip with this label, if exactly one has it.
 fn labelled(label: &str) -> io::Result<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir("/dev")? {
@@ -44,7 +44,7 @@ fn labelled(label: &str) -> io::Result<PathBuf> {
         if !entry.file_name().as_bytes().starts_with(b"gpiochip") {
             continue;
         }
-        // One that may not be opened is another one's.
+        // A chip that may not be opened belongs to other programs.
         let info = open(&entry.path()).and_then(|file| v2::get_chip_info(&file).map_err(system));
         if info.is_ok_and(|info| text(&info.label) == label) {
             found.push(entry.path());
@@ -52,8 +52,8 @@ fn labelled(label: &str) -> io::Result<PathBuf> {
     }
     match found.as_slice() {
         [path] => Ok(path.clone()),
-        [] => Err(io::Error::new(io::ErrorKind::NotFound, "there is none that may be opened")),
-        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "there are several")),
+        [] => Err(io::Error::new(io::ErrorKind::NotFound, "no chip with this label may be opened")),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "several chips have this label")),
     }
 }
 

@@ -1,9 +1,9 @@
 //! Lines of a chip of this machine (Linux character devices), read and written by the scan itself.
 //!
-//! [`Gpio`] opens them: lines that are asked for alike go together, 64 at most, and the outputs
-//! begin with the values that they are opened with, so nothing glitches. An exchange is a call of
-//! the kernel for each such group, and nothing is allocated for it. The kernel stands behind
-//! [`Chips`]: tests put a chip of their own there; `kernel` is the only file that knows the uAPI.
+//! [`Gpio`] opens them: lines with the same setting form a group of 64 at most. The outputs have
+//! their first values from the moment of opening, so nothing glitches. An exchange is one call of
+//! the kernel per group and allocates nothing. The kernel is reached through [`Chips`], which tests
+//! implement with chips of their own; `kernel` is the only file that knows the uAPI.
 
 mod chip;
 mod kernel;
@@ -28,11 +28,11 @@ pub struct Gpio<C> {
     chips: C,
 }
 
-/// Lines of one request, and which point each is.
+/// The lines of one request, with the number of each line's point.
 struct Group {
     lines: Box<dyn Lines>,
     points: Vec<usize>,
-    /// Of inputs, what was read last: a place that needs no allocation in the scan.
+    /// The values of inputs that were read last; kept here so that the scan allocates nothing.
     bits: AtomicU64,
 }
 
@@ -55,14 +55,14 @@ impl<C: Chips> Opener for Gpio<C> {
         let chip = self.chips.open(wanted).map_err(|error| told(error, &wanted.to_string()))?;
         let found = Found::new(chip.as_ref(), inputs.iter().chain(driven))?;
         let (read, driven) = (&found.offsets[..inputs.len()], &found.offsets[inputs.len()..]);
-        // Outputs first: they are safe from then on.
+        // Outputs first: they have their safe values from then on.
         let outputs = groups(chip.as_ref(), (&self.settings.outputs, driven), Some(outputs))?;
         let inputs = groups(chip.as_ref(), (inputs, read), None)?;
         Ok(Arc::new(Opened { inputs, outputs }))
     }
 }
 
-/// An error that says what it happened at. Its kind stays; its number is in its text.
+/// An error with the place at which it happened. Its kind stays; its number is in its text.
 fn told(error: io::Error, at: &str) -> io::Error {
     io::Error::new(error.kind(), format!("{at}: {error}"))
 }
@@ -103,7 +103,7 @@ fn by_name(chip: &dyn Chip, name: &str) -> io::Result<u32> {
     Err(io::Error::new(io::ErrorKind::NotFound, format!("the chip has no line {name}")))
 }
 
-/// Asks for lines: those that are asked for alike together.
+/// Requests lines; lines with the same setting in one request.
 fn groups(
     chip: &dyn Chip,
     (lines, offsets): (&[GpioLine], &[u32]),
@@ -129,7 +129,7 @@ fn groups(
     alike.into_iter().map(ask).collect()
 }
 
-/// Why lines were not given; the holder, if another program has one of them.
+/// The error of a refused request; it names the holder if another program has one of the lines.
 fn refused(chip: &dyn Chip, offsets: &[u32], error: io::Error) -> io::Error {
     let is_busy = error.raw_os_error() == Some(libc::EBUSY);
     let held = offsets.iter().filter(|_| is_busy).find_map(|offset| {
@@ -150,7 +150,7 @@ fn refused(chip: &dyn Chip, offsets: &[u32], error: io::Error) -> io::Error {
     }
 }
 
-/// The points' values, a bit each.
+/// The points' values, one bit per point.
 fn packed(points: &[usize], values: &[i32]) -> u64 {
     let bits = points.iter().enumerate();
     bits.fold(0, |bits, (bit, at)| bits | u64::from(values[*at] != 0) << bit)
@@ -158,7 +158,7 @@ fn packed(points: &[usize], values: &[i32]) -> u64 {
 
 impl Local for Opened {
     fn read(&self, inputs: &mut [i32]) -> Result<(), i32> {
-        // All of them first: where one fails, the scan sees none of the others' new values.
+        // Read all groups first: if one fails, the scan sees no new value of the others.
         for Group { lines, bits, .. } in &self.inputs {
             bits.store(lines.get()?, Ordering::Relaxed);
         }
@@ -172,7 +172,7 @@ impl Local for Opened {
     }
 
     fn write(&self, outputs: &[i32]) -> Result<(), i32> {
-        // All of them, also where one fails: what can be made safe is.
+        // Write all groups even if one fails: as many outputs as possible become safe.
         let set = |Group { lines, points, .. }: &Group| lines.set(packed(points, outputs));
         self.outputs.iter().map(set).fold(Ok(()), Result::and)
     }

@@ -1,12 +1,12 @@
-//! What is asked for of a chip's lines: a driver's settings, as `controller` makes them of a
-//! controller file. No places: these move with every edit of the file.
+//! The settings of the `gpio` driver: a chip, and its lines. Made by `controller` from a controller
+//! file. No places: these change with every edit of the file.
 
 /// Local lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gpio {
     /// The chip.
     pub chip: Chip,
-    /// How long an exchange may take.
+    /// The longest time an exchange may take, µs.
     pub budget_us: u32,
     /// Lines that are read.
     pub inputs: Vec<GpioLine>,
@@ -19,16 +19,16 @@ pub struct Gpio {
 pub enum Chip {
     /// Its character device.
     Path(String),
-    /// What it calls itself, whatever its number is after a boot.
+    /// Its label, which stays the same when its number changes with a boot.
     Label(String),
 }
 
-/// A line, with how it is asked for.
+/// A line with its setting.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GpioLine {
     /// The line's name or number.
     pub at: At,
-    /// How.
+    /// The setting to request it with.
     pub setting: Setting,
 }
 
@@ -41,12 +41,12 @@ pub enum At {
     Name(String),
 }
 
-/// How a line is asked for.
+/// The setting of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Setting {
-    /// ON is a low level.
+    /// A low level is ON.
     pub active_low: bool,
-    /// What holds it where nothing drives it.
+    /// The resistor that holds it when nothing drives it.
     pub bias: Bias,
     /// How an output drives it.
     pub drive: Drive,
@@ -54,7 +54,7 @@ pub struct Setting {
     pub debounce_ms: u32,
 }
 
-/// What holds a line where nothing drives it.
+/// The resistor that holds a line when nothing drives it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Bias {

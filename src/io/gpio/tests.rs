@@ -12,7 +12,7 @@ struct Fake(Arc<Mutex<State>>);
 
 #[derive(Default)]
 struct State {
-    /// Names by number; so many lines it has.
+    /// The names of the lines, one per line, by number.
     names: Vec<&'static str>,
     levels: BTreeMap<u32, bool>,
     holders: BTreeMap<u32, String>,

@@ -1,26 +1,26 @@
-//! What becomes of a request: a reply at once, a refusal, or a batch whose scan is waited for.
+//! Decides the answer to a request: a reply at once, a refusal, or a batch that waits for a scan.
 //!
-//! All of a request's judgement but the wait, without a socket and without a clock: the connection
-//! calls [`answer`], hands the batch in, and calls [`written`] once a complete scan has seen it.
-//! The order in which a request is judged is that of `docs/modbus.md`.
+//! Everything but the wait, without a socket and without a clock: the connection calls [`answer`],
+//! hands the batch in, and calls [`written`] after a complete scan has seen it. `docs/modbus.md`
+//! has the order of the checks.
 
 use super::map::{Asker, Map, Read};
 use super::pdu::{self, Exception, Request, Table};
 use super::refusal::Refusal;
 use crate::runtime::exchange::{Snapshot, Write};
 
-/// What becomes of a request.
+/// The decision on a request.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Answer<'a> {
     /// The reply's PDU.
     Reply(Vec<u8>),
-    /// Well-formed, and not done; [`refused`] makes the reply.
+    /// The request is well-formed and refused; [`refused`] makes the reply.
     Refused(Request<'a>, Refusal),
-    /// To be handed in; [`written`] makes the reply.
+    /// The batch has to be handed in; [`written`] makes the reply.
     Write(Request<'a>, Vec<Write>),
 }
 
-/// Judges a request's PDU before the last complete scan.
+/// Judges a request's PDU against the last complete scan.
 pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> Answer<'a> {
     if !map.answers(asker.unit) {
         return Answer::Reply(exception(pdu, Exception::NoSuchUnit));
@@ -29,7 +29,7 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
         Ok(request) => request,
         Err(found) => return Answer::Reply(exception(pdu, found)),
     };
-    // Of function 23 too: what cannot be read is not to be found out behind the write.
+    // For function 23 too: a read that must fail has to be refused before the write.
     let mut reply = Vec::new();
     if let Some(read) = read_of(pdu, &request)
         && let Err(refusal) = map.read(asker.unit, read, latest, &mut reply)
@@ -48,7 +48,7 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
 /// The reply to a write, from the scan that has seen it.
 ///
 /// # Errors
-/// When the map has become another one, and what is to be read is not in it.
+/// If the map has changed and does not have the elements to read.
 pub fn written(
     map: &Map,
     unit: u8,
@@ -63,7 +63,7 @@ pub fn written(
     Ok(reply)
 }
 
-/// The reply that refuses.
+/// The reply of a refusal.
 pub fn refused(pdu: &[u8], refusal: Refusal) -> Vec<u8> {
     exception(pdu, refusal.exception())
 }
@@ -74,7 +74,7 @@ fn exception(pdu: &[u8], exception: Exception) -> Vec<u8> {
     reply
 }
 
-/// What a request reads.
+/// The read of a request, if it reads.
 fn read_of(pdu: &[u8], request: &Request<'_>) -> Option<Read> {
     let (table, first, count) = match *request {
         Request::Read { table, first, count } => (table, first, count),

@@ -1,31 +1,31 @@
-//! Which clients a list of writes admits: addresses, and networks in CIDR notation.
+//! The clients that a list of writes admits: addresses, and networks in CIDR notation.
 //!
-//! `controller` reads them; the Modbus server asks [`Network::admits`]. A client that comes as
-//! `::ffff:10.0.0.5`, as it does to a socket that takes both families, is 10.0.0.5.
+//! `controller` reads them; the Modbus server calls [`Network::admits`]. The client
+//! `::ffff:10.0.0.5` counts as 10.0.0.5: a socket for both families shows IPv4 clients in this way.
 
 use std::net::IpAddr;
 
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 
-/// An address, or all that begin with the same bits.
+/// An address, or all addresses that begin with the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Network {
-    /// As 128 bits; those of version 4 are the last 32.
+    /// The address as 128 bits; an IPv4 address is in the last 32.
     bits: u128,
-    /// How many of the first bits of the family's address count.
+    /// The number of leading bits of the family's address that count.
     prefix: u32,
     v4: bool,
 }
 
 impl Network {
-    /// Whether a client at this address is of it.
+    /// Whether a client's address belongs to it.
     pub fn admits(&self, client: IpAddr) -> bool {
         let (bits, v4) = bits_of(client);
         v4 == self.v4 && (bits ^ self.bits) & mask(self.prefix, v4) == 0
     }
 
-    /// All that begin as an address does; further bits of it do not count.
+    /// All addresses with the same first `prefix` bits; the further bits of `address` do not count.
     pub fn of(address: IpAddr, prefix: u32) -> Network {
         let (bits, v4) = bits_of(address);
         Network { bits: bits & mask(prefix, v4), prefix, v4 }
@@ -51,7 +51,7 @@ impl Network {
         let address: IpAddr = address.parse().map_err(|_| bad())?;
         let (bits, v4) = bits_of(address);
         let most = if v4 { 32 } else { 128 };
-        // What is written as version 6 and means version 4 has a prefix of version 6.
+        // An IPv4 address in IPv6 notation has an IPv6 prefix.
         let extra = if v4 && address.is_ipv6() { 96 } else { 0 };
         let digits = |text: &&str| text.bytes().all(|byte| byte.is_ascii_digit());
         let prefix = match prefix {
@@ -82,7 +82,7 @@ fn address_of(bits: u128, v4: bool) -> IpAddr {
     if v4 { IpAddr::V4((bits as u32).into()) } else { IpAddr::V6(bits.into()) }
 }
 
-/// The bits that count. A client's are as long as the family's addresses.
+/// The mask of the bits that count.
 fn mask(prefix: u32, v4: bool) -> u128 {
     let length = if v4 { 32 } else { 128 };
     let ones = u128::MAX.checked_shr(128 - length).unwrap_or(0);

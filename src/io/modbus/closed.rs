@@ -1,4 +1,4 @@
-//! Why a client's connection ended: a clause for the log.
+//! The reasons why a client's connection ends, each with a clause for the log.
 
 use std::fmt;
 use std::io;
@@ -19,14 +19,14 @@ pub(super) enum Closed {
     Unfinished(Duration),
     /// The client did not take a reply in time.
     NotTaken(Duration),
-    /// What came is no Modbus TCP.
+    /// The received bytes are not Modbus TCP.
     Broken(Broken),
     /// The connection failed.
     Failed(io::Error),
 }
 
 impl Closed {
-    /// Whether this is how clients usually go.
+    /// Whether connections usually end in this way.
     pub fn is_usual(&self) -> bool {
         matches!(self, Closed::ByClient | Closed::Idle(_) | Closed::Failed(_))
     }

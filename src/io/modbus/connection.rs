@@ -1,9 +1,10 @@
-//! One client: bytes in, frames out, one request at a time, within limits of time and memory.
+//! One client's connection: bytes in, frames out, one request at a time, within limits of time and
+//! memory.
 //!
-//! The server starts one task of this a connection. Memory is one frame in each direction; a
-//! client that sends ahead waits in the kernel's buffers. What the bytes mean and what
-//! becomes of it is `frame`'s and `answer`'s, and the scan is met through the port alone: a read
-//! answers from one snapshot, a write waits until a complete scan has seen it.
+//! The server starts one task per connection. A connection holds one frame in each direction;
+//! requests that a client sends ahead wait in the kernel's buffers. `frame` finds the frames and
+//! `answer` decides on requests. The connection reaches the scan through the port alone: a read
+//! is answered from one snapshot, a write waits until a complete scan has seen it.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -29,12 +30,12 @@ pub(super) struct Connection {
     served: Arc<AtomicBool>,
     received: [u8; FRAME_BYTES_MAX],
     filled: usize,
-    /// When the present wait for bytes ends.
+    /// The end of the present wait for bytes.
     deadline: Instant,
 }
 
 impl Connection {
-    /// One that sets `served` once it has answered.
+    /// A connection that sets `served` after its first answer.
     pub fn new(
         stream: TcpStream,
         client: SocketAddr,
@@ -48,7 +49,7 @@ impl Connection {
 
     /// Answers requests until the connection ends.
     pub async fn serve(mut self) -> Closed {
-        // A reply is one small packet that the client waits for.
+        // A client waits for the reply, which is one small packet.
         let _ = self.stream.set_nodelay(true);
         loop {
             let closed = match self.next_frame() {
@@ -62,7 +63,7 @@ impl Connection {
         }
     }
 
-    /// Takes the first frame out of what was received.
+    /// Takes the first frame out of the received bytes.
     fn next_frame(&mut self) -> Next {
         let (header, pdu, bytes) = match frame::split(&self.received[..self.filled]) {
             Split::More => return Next::More,
@@ -74,7 +75,7 @@ impl Connection {
         Next::Frame { header, pdu }
     }
 
-    /// Waits for further bytes of the frame, or for the first of the next.
+    /// Waits for further bytes of the frame, or for the first byte of the next frame.
     async fn receive(&mut self) -> Result<(), Closed> {
         let free = &mut self.received[self.filled..];
         let limits = &self.shared;
@@ -146,7 +147,7 @@ impl Connection {
     }
 }
 
-/// What the received bytes come to.
+/// The next step, by the received bytes.
 enum Next {
     More,
     Frame { header: Header, pdu: Vec<u8> },

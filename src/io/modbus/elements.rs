@@ -1,7 +1,7 @@
-//! The elements of the map: what each address is, by table, for every unit or for one.
+//! The elements of the map: the bit or register at each address of each table.
 //!
-//! The map builds [`Places`] once and looks elements up in them. What an element shows and takes
-//! is settled here, per element: a request meets no ranges and no settings.
+//! The map builds [`Places`] once, for all units or for one, and looks elements up in them. Each
+//! element knows the values that it shows and takes, so a request needs no ranges and no settings.
 
 use super::number::{NumberType, WordOrder};
 use super::pdu::Table;
@@ -10,7 +10,7 @@ use crate::engine::{BitCell, WordCell};
 use crate::isa::{Bit, Word};
 use crate::runtime::exchange::Snapshot;
 
-/// Lists of writes, a bit each: those that hold an element, or that admit a client.
+/// A set of lists of writes, one bit per list: those that hold an element, or that admit a client.
 pub(super) type Lists = u64;
 
 /// A coil or discrete input.
@@ -18,10 +18,10 @@ pub(super) type Lists = u64;
 pub(super) struct BitElement {
     pub bit: Bit,
     pub cell: BitCell,
-    /// It shows a Y as driven.
+    /// The number of the Y whose driven value it shows.
     pub output: Option<u32>,
     pub lists: Lists,
-    /// The X that it becomes.
+    /// The number of the X that it is copied to.
     pub input: Option<u32>,
 }
 
@@ -34,11 +34,11 @@ pub(super) struct Register {
     pub part: Part,
     pub order: WordOrder,
     pub lists: Lists,
-    /// What the word takes: its range, narrowed by its tags.
+    /// The least and greatest value of the word: its range, narrowed by its tags.
     pub limits: (i32, i32),
 }
 
-/// Which part of its word a register is.
+/// The part of the word that a register holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     Whole,
@@ -66,7 +66,7 @@ impl<T> Default for Rows<T> {
 }
 
 impl<T> Rows<T> {
-    /// Adds a row behind or between the others; none of its addresses is taken.
+    /// Adds a row after or between the others. Its addresses must be free.
     pub fn add(&mut self, first: u32, elements: Vec<T>) {
         if !elements.is_empty() {
             let at = self.0.partition_point(|(other, _)| *other < first);
@@ -95,7 +95,7 @@ impl Places {
 }
 
 impl BitElement {
-    /// What a read shows.
+    /// The value that a read shows.
     pub fn shown(&self, snapshot: &Snapshot) -> bool {
         match self.output {
             Some(y) => snapshot.outputs[y as usize] != 0,
@@ -105,7 +105,7 @@ impl BitElement {
 }
 
 impl Register {
-    /// What a read shows: a value beyond the type is the nearest that it can say.
+    /// The value that a read shows; a value beyond the type becomes the nearest value of the type.
     pub fn shown(&self, snapshot: &Snapshot) -> u16 {
         let bits = self.kind.bits(snapshot.word(self.cell).into());
         let [first, second] = self.order.split(bits);
@@ -116,20 +116,20 @@ impl Register {
         }
     }
 
-    /// The value of its one register, or of both in the order of their addresses.
+    /// The word's value from its one register, or from both in the order of their addresses.
     ///
     /// # Errors
-    /// When the word does not take it.
+    /// If the word does not take the value.
     pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, Refusal> {
         let bits = second.map_or(first.into(), |second| self.order.join(first, second));
         let (min, max) = self.limits;
-        // No map has an f32: its entries are integers, whose bits are always a value.
+        // The server's maps have no f32; integers have a value for all bits.
         let value = self.kind.value(bits).unwrap_or(i64::MAX);
         let taken = i32::try_from(value).ok().filter(|value| (min..=max).contains(value));
         taken.ok_or(Refusal::BeyondLimits { word: self.word, value, min, max })
     }
 
-    /// Whether it takes and shows every value of its 16 bits, so that a mask always fits.
+    /// Whether it takes and shows every 16-bit value, so that every mask write is valid.
     pub fn takes_mask(&self) -> bool {
         let (min, max) = self.limits;
         self.part == Part::Whole && self.kind.range() == (min.into(), max.into())

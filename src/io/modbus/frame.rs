@@ -1,15 +1,15 @@
-//! Frames of Modbus TCP: where one ends in a stream of bytes, and its header.
+//! Frames of Modbus TCP: finds the end of a frame in a stream of bytes, and reads its header.
 //!
-//! A frame is seven bytes (transaction, protocol 0, length, unit) and a PDU of at most 253. The
-//! connection calls [`split`] on what it has received, and puts a reply together with [`around`].
-//! Nothing here knows what a PDU means, reads a socket or allocates; no bytes make it panic, and
-//! none make it want more than [`FRAME_BYTES_MAX`].
+//! A frame has a header of seven bytes (transaction, protocol 0, length, unit) and a PDU of at most
+//! 253. The connection calls [`split`] on the received bytes, and builds a reply with [`around`].
+//! Nothing here interprets a PDU, reads a socket or allocates. No input makes it panic, or makes it
+//! ask for more than [`FRAME_BYTES_MAX`] bytes.
 //!
-//! Why this is not a crate: tokio-modbus 0.17 panics on a request to write more coils than its
-//! bytes hold, and on a register count of 32,768 in a debug build; it closes the connection where
-//! the protocol wants exception 3, takes a frame of up to 64 KiB, and its server has no place for
-//! the time limits of an unfinished frame and an idle client. rmodbus 0.13 writes into a storage
-//! of its own piece by piece, where a write here is a batch for one scan, whole or not at all.
+//! Reasons for not using a crate: tokio-modbus 0.17 panics on a request to write more coils than
+//! its bytes hold, and on a register count of 32,768 in a debug build; it closes the connection
+//! where the protocol requires exception 3, accepts a frame of up to 64 KiB, and its server has no
+//! time limits for an unfinished frame and an idle client. rmodbus 0.13 writes into its own storage
+//! piece by piece, but a write here must be one batch for one scan, applied whole or not at all.
 
 /// Bytes of the header.
 pub const HEADER_BYTES: usize = 7;
@@ -21,7 +21,7 @@ pub const FRAME_BYTES_MAX: usize = 260;
 const LENGTH_MIN: usize = 2;
 const LENGTH_MAX: usize = 254;
 
-/// What a reply takes over from its request.
+/// The fields that a reply copies from its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The client's number of the request.
@@ -30,7 +30,7 @@ pub struct Header {
     pub unit: u8,
 }
 
-/// What stands at the start of the bytes received.
+/// The content at the start of the received bytes.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Split<'a> {
     /// No whole frame yet.
@@ -41,14 +41,14 @@ pub enum Split<'a> {
         header: Header,
         /// Its PDU: the function code and what follows; 1 to 253 bytes.
         pdu: &'a [u8],
-        /// How many bytes it took.
+        /// The number of bytes of the frame.
         bytes: usize,
     },
-    /// Not Modbus TCP; there is no way to find where the next frame begins.
+    /// Not Modbus TCP; the begin of the next frame cannot be found.
     Broken(Broken),
 }
 
-/// Why bytes are no frame.
+/// The reason why bytes are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Broken {
     /// The protocol identifier is not 0.
@@ -66,8 +66,8 @@ impl std::fmt::Display for Broken {
     }
 }
 
-/// The first frame of the bytes received so far. A wrong header shows as soon as its field is
-/// there, so that nobody waits for the rest of it.
+/// The first frame of the bytes received so far. A wrong header is reported as soon as the wrong
+/// field is there, so no caller waits for the rest.
 pub fn split(bytes: &[u8]) -> Split<'_> {
     let word = |at: usize| Some(u16::from_be_bytes([*bytes.get(at)?, *bytes.get(at + 1)?]));
     if let Some(protocol @ 1..) = word(2) {
@@ -91,7 +91,7 @@ pub fn split(bytes: &[u8]) -> Split<'_> {
 /// A frame: a header around a PDU that `pdu` appends. A reply has the header of its request.
 ///
 /// # Panics
-/// If what `pdu` appends is longer than a PDU can be: the PDUs made here never are.
+/// If `pdu` appends more bytes than a PDU can have. The PDUs made here never do.
 pub fn around(header: Header, pdu: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut frame = Vec::with_capacity(FRAME_BYTES_MAX);
     frame.extend_from_slice(&header.transaction.to_be_bytes());

@@ -1,8 +1,9 @@
-//! Who is connected, and who of them gives way when a place or a file descriptor is wanted.
+//! The connected clients, and the choice of the client that is closed when a place or a file
+//! descriptor is needed.
 //!
-//! Called by `server`; each guest is a task of `connection`. Who has been answered once keeps its
-//! place. Who has asked nothing yet loses it to a newcomer, the oldest first: so a crowd of silent
-//! connections keeps nobody out, and costs those who are served nothing.
+//! Called by `server`; each client is a task of `connection`. A client that was answered once keeps
+//! its place. A client that has not asked anything loses its place to a new client, the oldest such
+//! client first. So many silent connections neither keep new clients out nor disturb served ones.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -15,29 +16,29 @@ use super::closed::Closed;
 /// How a client's task ended.
 pub(super) type Ended = (SocketAddr, Closed);
 
-/// Those who are connected, the oldest first.
+/// The connected clients, the oldest first.
 #[derive(Default)]
 pub(super) struct Guests {
     tasks: JoinSet<Ended>,
     seats: Vec<Seat>,
-    /// Who was closed last, and may still hold its file descriptor.
+    /// The client that was closed last; it may still hold its file descriptor.
     leaving: Option<AbortHandle>,
 }
 
 struct Seat {
     client: SocketAddr,
     task: AbortHandle,
-    /// It has had a reply.
+    /// Whether it has had a reply.
     served: Arc<AtomicBool>,
 }
 
 impl Guests {
-    /// How many there are.
+    /// The number of clients.
     pub fn count(&self) -> usize {
         self.seats.len()
     }
 
-    /// Seats a client; `serve` makes its task, and is told where to note that it was answered.
+    /// Adds a client. `serve` makes its task, and gets the flag to set after the first answer.
     pub fn seat<F>(&mut self, client: SocketAddr, serve: impl FnOnce(Arc<AtomicBool>) -> F)
     where
         F: Future<Output = Closed> + Send + 'static,
@@ -48,7 +49,7 @@ impl Guests {
         self.seats.push(Seat { client, task, served });
     }
 
-    /// Closes the oldest who has asked nothing yet.
+    /// Closes the oldest client that has not been answered yet.
     pub fn make_room(&mut self) -> Option<SocketAddr> {
         let silent = |seat: &Seat| !seat.served.load(Ordering::Relaxed) && !seat.task.is_finished();
         let at = self.seats.iter().position(silent)?;
@@ -58,7 +59,7 @@ impl Guests {
         Some(seat.client)
     }
 
-    /// Waits until who was closed has let go of its connection.
+    /// Waits until the closed client's task has dropped its connection.
     pub async fn see_out(&mut self) {
         let Some(task) = self.leaving.take() else { return };
         while !task.is_finished() {
@@ -66,7 +67,8 @@ impl Guests {
         }
     }
 
-    /// The next who goes of itself, and how; never, where nobody is there.
+    /// Waits for the next client that goes by itself, and returns how its connection ended. Never
+    /// returns while there are no clients.
     pub async fn next_gone(&mut self) -> Result<Ended, JoinError> {
         loop {
             match self.tasks.join_next().await {
@@ -80,7 +82,7 @@ impl Guests {
         }
     }
 
-    /// Who has gone of itself meanwhile.
+    /// The next client that has gone by itself in the meantime.
     pub fn gone(&mut self) -> Option<Result<Ended, JoinError>> {
         loop {
             match self.tasks.try_join_next()? {

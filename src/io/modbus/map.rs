@@ -1,12 +1,13 @@
-//! The map: which cell of the image each coil, input and register is, and who may write it.
+//! The map: the image's cell behind each coil, input and register, and the clients that may write
+//! it.
 //!
-//! Built once from the settings, the layout and the tags' limits; the connections share it. A
-//! read is answered from one snapshot, so values of two scans never mix. A write is judged whole
-//! and becomes one batch, or nothing. No I/O, no clock, no log: a refusal carries its reason, and
-//! the connection logs it.
+//! Built once from the settings, the layout and the tags' limits; all connections share it. A read
+//! is answered from one snapshot, so values of two scans never mix. A write becomes one batch, or
+//! is refused whole. No I/O, no clock, no log: a refusal carries its reason, and the connection
+//! logs it.
 //!
-//! The idea that is not obvious: elements are looked up among the unit's own first, then among
-//! those of every unit, and they never share an address (the controller file was refused else).
+//! An element is looked up first among those of its unit, then among those of all units. The two
+//! never share an address: `controller` refuses a file in which they do.
 
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
@@ -25,21 +26,21 @@ use crate::runtime::exchange::{Snapshot, Write};
 /// Every element that a client can address, by protocol address.
 #[derive(Debug)]
 pub struct Map {
-    /// The units that are answered; none: all.
+    /// The units that are answered; `None`: all.
     units: Option<Vec<u8>>,
-    /// Of every unit.
+    /// The elements for all units.
     common: Places,
-    /// Of one unit each.
+    /// The elements for one unit each.
     own: BTreeMap<u8, Places>,
-    /// Whom each list of writes admits; none: every client.
+    /// The networks that each list of writes admits; `None`: every client.
     lists: Vec<Option<Vec<Network>>>,
-    /// The coils of the image, and their inputs.
+    /// The coils that are copied to inputs, with the numbers of the inputs.
     inputs: Vec<(BitCell, u32)>,
-    /// What Stages and blocks are called.
+    /// The names of Stages and blocks.
     names: HashMap<Address, String>,
 }
 
-/// Who asks, and which unit.
+/// The client of a request, and the unit that it asks.
 #[derive(Clone, Copy, Debug)]
 pub struct Asker {
     /// The unit identifier of the request.
@@ -48,22 +49,22 @@ pub struct Asker {
     pub client: IpAddr,
 }
 
-/// A read, as [`Map::read`] takes it.
+/// A read, for [`Map::read`].
 #[derive(Clone, Copy, Debug)]
 pub struct Read {
     /// The function code, for the reply.
     pub function: u8,
-    /// Of which table.
+    /// The table.
     pub table: Table,
-    /// From which address.
+    /// The first address.
     pub first: u16,
-    /// How many.
+    /// The number of elements.
     pub count: u16,
 }
 
 impl Map {
-    /// The map of a program's memory for a server's settings. `limits` says what a word takes: its
-    /// range, narrowed by the tags of its address.
+    /// The map of a program's memory for a server's settings. `limits` gives the least and greatest
+    /// value of a word: its range, narrowed by the tags of its address.
     pub fn new(settings: &Modbus, layout: &Layout, limits: impl Fn(Word) -> (i32, i32)) -> Map {
         let make = Make { settings, layout, limits: &limits };
         let mut map = Map {
@@ -104,7 +105,7 @@ impl Map {
     /// Appends the reply to a read, from one snapshot.
     ///
     /// # Errors
-    /// When an element does not exist; then nothing is appended.
+    /// If an element does not exist; then nothing is appended.
     pub fn read(
         &self,
         unit: u8,
@@ -123,10 +124,10 @@ impl Map {
         Ok(())
     }
 
-    /// The batch that a write comes to; of a read, nothing.
+    /// The batch of a write; for a read, an empty batch.
     ///
     /// # Errors
-    /// When an element does not exist or is not writable by the client, or a tag does not allow a
+    /// If an element does not exist or is not writable by the client, or a tag does not allow a
     /// value. Then nothing is written.
     pub fn writes(&self, asker: Asker, request: &Request<'_>) -> Result<Vec<Write>, Refusal> {
         match *request {
@@ -174,7 +175,8 @@ impl Map {
         for register in &registers {
             may_write(Address::Word(register.word), register.lists, admitted)?;
         }
-        // Both halves of a value are neighbours in the map: only the request's ends can part them.
+        // Both halves of a value are neighbours in the map: only the request's ends can separate
+        // them.
         let ends = [(registers.first(), Part::Second), (registers.last(), Part::First)];
         let parted = ends.iter().find_map(|(end, part)| end.filter(|it| it.part == *part));
         if let Some(register) = parted {
@@ -231,7 +233,7 @@ impl Map {
         self.names.get(&address).cloned().unwrap_or_else(|| address.to_string())
     }
 
-    /// What the inputs of the image are before a client has written any: their coils' values.
+    /// The values of the image's inputs before a client has written any: the values of their coils.
     pub fn first_inputs<'a>(&'a self, first: &'a Snapshot) -> impl Iterator<Item = (u32, bool)> {
         self.inputs.iter().map(move |(cell, x)| (*x, first.bit(*cell)))
     }
@@ -286,7 +288,7 @@ fn may_write(what: Address, lists: Lists, admitted: Lists) -> Result<(), Refusal
     }
 }
 
-/// What elements are made of.
+/// The data from which elements are made.
 struct Make<'a> {
     settings: &'a Modbus,
     layout: &'a Layout,
@@ -347,7 +349,7 @@ impl Make<'_> {
             Bit::Space(BitSpace::Y, n) => output = Some(n),
             _ => {}
         }
-        // What moves an input is written by every client, as if it stood in `writable`.
+        // Every client may write a coil that moves an input, as if it stood in `writable`.
         let lists = self.lists(Address::Bit(bit)) | Lists::from(input.is_some());
         BitElement { bit, cell: self.layout.bit(bit), output, lists, input }
     }
@@ -358,7 +360,7 @@ impl Make<'_> {
         Register { word, cell, kind, part, order, lists, limits }
     }
 
-    /// The lists that an operand is in.
+    /// The lists that contain an operand.
     fn lists(&self, address: Address) -> Lists {
         let lists = self.settings.lists.iter().zip(0..Lists::BITS);
         lists.fold(0, |all, (list, at)| {
@@ -368,7 +370,7 @@ impl Make<'_> {
     }
 }
 
-/// The element of `to` that stands for an element of `from`; both ranges are equally long.
+/// The element of `to` that corresponds to an element of `from`; both ranges have the same length.
 fn across(from: Range, to: Range, n: u32) -> Option<u32> {
     (from.first..=from.last).contains(&n).then(|| to.first + (n - from.first))
 }

@@ -1,11 +1,11 @@
-//! The Modbus TCP server: other programs read and write MC, MI, MHR and MIR, and what is mapped.
+//! The Modbus TCP server: other programs read and write MC, MI, MHR and MIR, and mapped operands.
 //!
-//! `frame` finds frames in bytes, `pdu` gives them a meaning, `map` says which `elements` they are
-//! and who may write them, `refusal` why not, `answer` what becomes of a request; all six are pure.
-//! `connection` is one client, `guests` who is there, and `server` the listening socket. The daemon
-//! binds and runs a [`Server`]; off unless the controller file has `[modbus-server]`. Deliberately
-//! absent: tags' names, any way to the scan but the port, and limits for what is logged, which are
-//! the log's. What a client sees is `docs/modbus.md`.
+//! `frame` finds frames in bytes, `pdu` reads requests from them, `map` finds their `elements` and
+//! checks write permissions, `refusal` has the reasons of refusals, and `answer` decides on a
+//! request; all six are pure. `connection` serves one client, `guests` has the connected clients,
+//! and `server` the listening socket. The daemon binds and runs a [`Server`] if the controller file
+//! has `[modbus-server]`. Deliberately absent: tags' names, any way to the scan but the port, and
+//! limits of log lines, which the log has. `docs/modbus.md` describes the server for its clients.
 
 pub mod answer;
 pub mod clients;

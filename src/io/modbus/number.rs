@@ -1,11 +1,11 @@
 //! Numbers in registers: their types, and the order of two registers. No I/O.
 //!
-//! Both ends of Modbus use these: the server for the words of its map, the clients for the
-//! registers of a peer. Scaling is the clients' business (`modbus_client::values`).
+//! Used by both ends of Modbus: by the server for the words of its map, by the clients for the
+//! registers of a peer. Does not scale: the clients do (`modbus_client::values`).
 
 use crate::isa::{Structure, Word, WordSpace};
 
-/// The type of the number in one register or two.
+/// The type of the number in a register or a pair of registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum NumberType {
@@ -27,7 +27,7 @@ pub enum WordOrder {
 }
 
 impl NumberType {
-    /// All types by name; the integers first.
+    /// All types with their names; the integers first.
     pub const NAMES: [(&'static str, NumberType); 5] = [
         ("u16", NumberType::U16),
         ("i16", NumberType::I16),
@@ -36,7 +36,7 @@ impl NumberType {
         ("f32", NumberType::F32),
     ];
 
-    /// The integer that holds every value of a word.
+    /// The integer type that holds every value of a word.
     pub fn of(word: Word) -> NumberType {
         match word {
             Word::Space(WordSpace::V | WordSpace::Mhr | WordSpace::Mir, _) => NumberType::U16,
@@ -45,7 +45,7 @@ impl NumberType {
         }
     }
 
-    /// How many registers it takes.
+    /// The number of its registers, 1 or 2.
     pub fn registers(self) -> u16 {
         match self {
             NumberType::U16 | NumberType::I16 => 1,
@@ -53,7 +53,7 @@ impl NumberType {
         }
     }
 
-    /// The least and the greatest integer that the registers take; of an f32, all of memory.
+    /// The least and the greatest integer that the registers hold; for an f32, the range of memory.
     pub fn range(self) -> (i64, i64) {
         match self {
             NumberType::U16 => (0, u16::MAX.into()),
@@ -63,8 +63,8 @@ impl NumberType {
         }
     }
 
-    /// The integer of these bits (of one register, the lower 16); an f32 is rounded. `None`: an f32
-    /// that is no number.
+    /// The integer of these bits (of the lower 16 for one register); an f32 is rounded. `None`: an
+    /// f32 that is not a number.
     pub fn value(self, bits: u32) -> Option<i64> {
         Some(match self {
             NumberType::U16 => i64::from(bits as u16),
@@ -78,7 +78,7 @@ impl NumberType {
         })
     }
 
-    /// The bits of an integer, or of the nearest one that the registers take.
+    /// The bits of an integer, or of the nearest one that the registers hold.
     pub fn bits(self, value: i64) -> u32 {
         let (min, max) = self.range();
         let value = value.clamp(min, max);
@@ -91,7 +91,7 @@ impl NumberType {
 }
 
 impl WordOrder {
-    /// Both orders by name.
+    /// Both orders with their names.
     pub const NAMES: [(&'static str, WordOrder); 2] =
         [("high-first", WordOrder::HighFirst), ("low-first", WordOrder::LowFirst)];
 

@@ -1,8 +1,8 @@
-//! Requests and replies of the ten functions: bytes to meaning, and back.
+//! Requests and replies of the ten functions: reads requests from bytes, and writes replies.
 //!
-//! The connection hands each frame's PDU to [`parse`]; the map gives the answer's values, which
-//! [`push_bits`] and [`push_words`] write. A request is judged here by its form alone: function,
-//! length, quantity, the two values of a coil. Whether an address exists is the map's business.
+//! `answer` passes each frame's PDU to [`parse`]; the map gives the values of the reply, and
+//! [`push_bits`] and [`push_words`] write them. This module checks only the form of a request:
+//! function, length, quantity, the two values of a coil. The map checks addresses.
 
 use std::fmt;
 
@@ -13,65 +13,65 @@ pub use super::settings::Table;
 pub enum Request<'a> {
     /// FC 1 to 4.
     Read {
-        /// Of which table.
+        /// The table.
         table: Table,
-        /// From which address.
+        /// The first address.
         first: u16,
-        /// How many: 1..=2000 bits, 1..=125 words.
+        /// The number of elements: 1..=2000 bits, 1..=125 words.
         count: u16,
     },
     /// FC 5, 15.
     WriteCoils {
-        /// From which address.
+        /// The first address.
         first: u16,
-        /// How many: 1..=1968.
+        /// The number of elements: 1..=1968.
         count: u16,
-        /// Eight a byte, the first in the lowest bit.
+        /// Eight coils per byte, the first in the lowest bit.
         packed: &'a [u8],
     },
     /// FC 6, 16.
     WriteRegisters {
-        /// From which address.
+        /// The first address.
         first: u16,
-        /// Two bytes a value, the higher first: 1..=123 values.
+        /// Two bytes per value, the higher first: 1..=123 values.
         values: &'a [u8],
     },
-    /// FC 22: the bits of `and` stay, the others become those of `or`.
+    /// FC 22: the bits in `and` stay, the others take their values from `or`.
     MaskWrite {
-        /// Which register.
+        /// The register.
         first: u16,
         /// The bits that stay.
         and: u16,
-        /// What the others become.
+        /// The values of the other bits.
         or: u16,
     },
     /// FC 23: writes, then reads.
     ReadWrite {
-        /// From which address it reads.
+        /// The first address that it reads.
         read_first: u16,
-        /// How many: 1..=125.
+        /// The number of elements: 1..=125.
         read_count: u16,
-        /// From which address it writes.
+        /// The first address that it writes.
         first: u16,
-        /// Two bytes a value, the higher first: 1..=121 values.
+        /// Two bytes per value, the higher first: 1..=121 values.
         values: &'a [u8],
     },
 }
 
-/// The exceptions that are used.
+/// The exceptions that the server sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exception {
-    /// 1: the function is none of the ten.
+    /// 1: the function is not one of the ten.
     IllegalFunction = 1,
     /// 2: the address does not exist, or cannot be written.
     IllegalAddress = 2,
     /// 3: a quantity or value is out of its range, or the request is not as long as it says.
     IllegalValue = 3,
-    /// 4: the controller does not run (STOP, FAULT).
+    /// 4: the controller is not in RUN (STOP, FAULT).
     DeviceFailure = 4,
     /// 6: too many writes wait already.
     DeviceBusy = 6,
-    /// 11: no such unit is behind this address.
+    /// 11: this address does not answer for the unit.
     NoSuchUnit = 11,
 }
 
@@ -85,10 +85,10 @@ pub const READ_WORDS_MAX: u16 = 125;
 pub const WRITE_BITS_MAX: u16 = 1968;
 /// The most registers.
 pub const WRITE_WORDS_MAX: u16 = 123;
-/// Of FC 23.
+/// The most registers that FC 23 writes.
 const READ_WRITE_WORDS_MAX: u16 = 121;
 
-/// What a PDU asks for.
+/// Reads a request from a PDU.
 ///
 /// # Errors
 /// [`Exception::IllegalFunction`] or [`Exception::IllegalValue`].
@@ -187,14 +187,14 @@ fn read_write(body: &[u8]) -> Result<Request<'_>, Exception> {
     }
 }
 
-/// The two words that every request begins with, and what follows them.
+/// The two words at the start of every request, and the bytes after them.
 fn words(body: &[u8]) -> Option<([u16; 2], &[u8])> {
     let (four, rest) = body.split_first_chunk::<4>()?;
     let [a, b, c, d] = *four;
     Some(([u16::from_be_bytes([a, b]), u16::from_be_bytes([c, d])], rest))
 }
 
-/// The reply to a read of bits: function, byte count, the bits packed.
+/// Appends the reply to a read of bits: function, byte count, the bits packed.
 pub fn push_bits(reply: &mut Vec<u8>, function: u8, bits: impl ExactSizeIterator<Item = bool>) {
     reply.extend_from_slice(&[function, bits.len().div_ceil(8) as u8]);
     for (at, bit) in bits.enumerate() {
@@ -207,25 +207,25 @@ pub fn push_bits(reply: &mut Vec<u8>, function: u8, bits: impl ExactSizeIterator
     }
 }
 
-/// The reply to a read of words: function, byte count, two bytes a word.
+/// Appends the reply to a read of words: function, byte count, two bytes per word.
 pub fn push_words(reply: &mut Vec<u8>, function: u8, words: impl ExactSizeIterator<Item = u16>) {
     reply.extend_from_slice(&[function, (words.len() * 2) as u8]);
     reply.extend(words.flat_map(u16::to_be_bytes));
 }
 
-/// The reply to a write: its function, address, and value, quantity or masks again.
+/// Appends the reply to a write: its function and address, and its value, quantity or masks.
 pub fn push_written(reply: &mut Vec<u8>, request: &[u8]) {
     let echoed = if request.first() == Some(&MASK_WRITE) { 7 } else { 5 };
     reply.extend_from_slice(&request[..request.len().min(echoed)]);
 }
 
-/// The reply that refuses.
+/// Appends the reply of a refusal.
 pub fn push_exception(reply: &mut Vec<u8>, function: u8, exception: Exception) {
     reply.extend_from_slice(&[function | 0x80, exception as u8]);
 }
 
 impl Request<'_> {
-    /// The table, the first address and the quantity; of FC 23, what it writes.
+    /// The table, the first address and the quantity; for FC 23, those of its write.
     pub fn place(&self) -> (Table, u16, u16) {
         match *self {
             Request::Read { table, first, count } => (table, first, count),

@@ -1,4 +1,4 @@
-//! Why a well-formed request is not done: the exception for the client, the reason for the log.
+//! The refusal of a well-formed request: the exception for the client, the reason for the log.
 
 use std::fmt;
 
@@ -6,19 +6,19 @@ use super::pdu::{Exception, Table};
 use crate::isa::{Address, Word};
 use crate::runtime::exchange::{Mode, Refused};
 
-/// Why a request is not done. Its exception follows from it.
+/// The reason of a refusal. The exception follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// An element of the request does not exist.
     NoSuchElement {
-        /// Of which table.
+        /// The table.
         table: Table,
-        /// At which protocol address.
+        /// The protocol address.
         address: u32,
     },
     /// The controller file does not list the element as writable.
     NotWritable(Address),
-    /// It lists it for other clients.
+    /// The controller file lists the element for other clients only.
     NotByThisClient(Address),
     /// The request ends between the two registers of a value.
     HalfOf(Word),
@@ -33,19 +33,18 @@ pub enum Refusal {
         /// The greatest allowed.
         max: i32,
     },
-    /// Not every value of the register's 16 bits is one that the word takes.
+    /// A mask write to a word that does not take every 16-bit value.
     NoMask(Word),
-    /// The controller is in STOP or FAULT, or was before a scan had seen the write.
+    /// The controller is in STOP or FAULT, or left RUN before a scan had seen the write.
     NotRunning(Mode),
     /// Too many writes wait for the next scan.
     QueueFull,
-    /// No scan was complete for so long that the client is told not to wait. The write may yet
-    /// be applied.
+    /// No scan was complete within the time limit of the wait. The write may still be applied.
     NotSeen,
 }
 
 impl Refusal {
-    /// A batch that the exchange did not take in a mode.
+    /// The refusal for a batch that the exchange did not take in this mode.
     pub fn of_batch(refused: Refused, mode: Mode) -> Refusal {
         match refused {
             Refused::NotRunning => Refusal::NotRunning(mode),
@@ -53,7 +52,7 @@ impl Refusal {
         }
     }
 
-    /// What the client is told.
+    /// The exception for the client.
     pub fn exception(self) -> Exception {
         match self {
             Refusal::NoSuchElement { .. }

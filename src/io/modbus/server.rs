@@ -1,9 +1,9 @@
-//! The listening socket: who is let in, how many at a time, and what the log hears of it.
+//! The listening socket: admits clients, limits their number, and logs both.
 //!
-//! The daemon binds it before the first scan, and runs it in its runtime until it stops. One task
-//! a client. Where one would be too many, who has asked nothing yet gives way (`guests`); where all
-//! have, the newest is closed at once.
-//! A task that panics is one client gone and an error in the log, never the daemon's end.
+//! The daemon binds it before the first scan, and runs it in its runtime until it stops. Each
+//! client has a task. At the limit, a client that has not asked anything yet is closed for the new
+//! one (`guests`); if all have asked, the new client is closed at once. A panic in a task ends that
+//! client's connection with an error in the log, and never the daemon.
 
 use std::future::Future;
 use std::io;
@@ -26,11 +26,11 @@ use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 use crate::say::say;
 
-/// How long accepting rests after it failed and nobody gave way: nothing spins.
+/// The pause after a failed accept if no client could be closed, so that accepting does not spin.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(20);
 
-/// How long a write waits at least. A scan that does not end is a fault long before, and then the
-/// wait ends too.
+/// The least time limit of a write's wait. A scan that does not end is a fault long before, and a
+/// fault ends the wait too.
 const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 
 /// A bound server.
@@ -41,8 +41,8 @@ pub struct Server {
 }
 
 impl Server {
-    /// Binds the socket, and gives the inputs of the image their first values. The maps are
-    /// those of the same settings. A write waits for 10 s, or for `patience` where that is longer.
+    /// Binds the socket, and gives the inputs of the image their first values. `maps` must be made
+    /// from the same settings. A write waits for 10 s, or for `patience` if that is longer.
     ///
     /// # Errors
     /// When the address cannot be bound.
@@ -63,15 +63,16 @@ impl Server {
         Ok(server)
     }
 
-    /// Where it listens: the port that the system chose, where the settings say port 0.
+    /// The address at which it listens; with the port that the system chose if the settings have
+    /// port 0.
     ///
     /// # Errors
-    /// When the system does not say.
+    /// If the system does not tell the address.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
 
-    /// How many clients are connected, for who looks from outside.
+    /// The number of connected clients, for `status`.
     pub fn clients(&self) -> Arc<AtomicUsize> {
         Arc::clone(&self.clients)
     }
@@ -117,7 +118,8 @@ impl Server {
         guests.seat(client, |served| Connection::new(stream, client, shared, served).serve());
     }
 
-    /// Behind an accept that failed, as when there are no file descriptors left.
+    /// After a failed accept, as when there are no file descriptors left: closes a client or
+    /// pauses.
     async fn rest(&self, error: &io::Error, guests: &mut Guests) {
         say!(MODBUS_ACCEPT_FAILED, %error, "Modbus server cannot accept a client");
         match guests.make_room() {
@@ -144,7 +146,7 @@ impl Server {
 }
 
 fn log_given_way(client: SocketAddr) {
-    let why = "it had asked nothing yet, and another wants its place";
+    let why = "it had not asked anything, and a new client needs its place";
     say!(MODBUS_CLOSED, %client, "Modbus client closed: {why}");
 }
 

@@ -1,5 +1,5 @@
-//! What the Modbus server has where, who may write it, and how clients are bounded: its settings,
-//! as `controller` makes them of a controller file.
+//! The settings of the Modbus server: its map, the write permissions, and the limits of clients.
+//! Made by `controller` from a controller file.
 
 use std::net::SocketAddr;
 
@@ -12,25 +12,25 @@ use crate::source::span::Span;
 /// A Modbus server.
 #[derive(Clone, Debug)]
 pub struct Modbus {
-    /// Where it listens.
+    /// The address at which it listens.
     pub listen: SocketAddr,
-    /// The unit identifiers that are answered; none: all.
+    /// The unit identifiers that are answered; `None`: all.
     pub units: Option<Vec<u8>>,
-    /// Whether MC, MI, MHR and MIR have their places.
+    /// Whether MC, MI, MHR and MIR have their standard places.
     pub standard_map: bool,
-    /// What has further places; no two in one place.
+    /// The operands with further places; no two share a place.
     pub entries: Vec<Entry>,
-    /// Who may write what; at most [`LISTS_MAX`]. The first is `writable`, for every client.
+    /// The lists of writes; at most [`LISTS_MAX`]. The first is `writable`, for every client.
     pub lists: Vec<WriteList>,
-    /// Coils copied to inputs: (MC, X), equally long.
+    /// Coils copied to inputs: (MC, X), of the same length.
     pub inputs: Option<(Range, Range)>,
-    /// Outputs copied to discrete inputs: (Y, MI), equally long.
+    /// Outputs copied to discrete inputs: (Y, MI), of the same length.
     pub outputs: Option<(Range, Range)>,
-    /// How many connections at a time.
+    /// The most connections at a time.
     pub connections: u32,
-    /// A request that begins must be whole by then, ms.
+    /// The time limit for a whole request, from its first byte, ms.
     pub frame_timeout_ms: u32,
-    /// A connection without requests ends then, ms.
+    /// A connection without requests ends after this time, ms.
     pub idle_timeout_ms: u32,
 }
 
@@ -47,39 +47,39 @@ pub enum Table {
     InputRegisters,
 }
 
-/// Operands at further places: of the same table, one behind the other.
+/// Operands at further places: consecutive addresses of one table.
 #[derive(Clone, Debug)]
 pub struct Entry {
     /// What.
     pub operands: Operands,
-    /// In which table.
+    /// The table.
     pub table: Table,
-    /// The protocol address of the first.
+    /// The protocol address of the first element.
     pub address: u16,
-    /// Of words: the type of the number in their registers.
+    /// For words: the number type of their registers.
     pub kind: Option<NumberType>,
-    /// Which of two registers has the higher 16 bits.
+    /// The register of a pair that has the higher 16 bits.
     pub order: WordOrder,
-    /// For this unit identifier alone.
+    /// The only unit identifier that shows it; `None`: all.
     pub unit: Option<u8>,
-    /// Its place.
+    /// The place of its table in the file.
     pub span: Span,
 }
 
-/// What some clients may write.
+/// The operands that certain clients may write.
 #[derive(Clone, Debug)]
 pub struct WriteList {
     /// What.
     pub ranges: Vec<Operands>,
-    /// Who; none: every client.
+    /// The clients; `None`: every client.
     pub clients: Option<Vec<Network>>,
 }
 
-/// The most lists of writes, `writable` with them: the server keeps a bit for each.
+/// The most lists of writes, including `writable`: the server keeps a bit for each.
 pub const LISTS_MAX: usize = 64;
 
 impl Modbus {
-    /// The same where nothing is listed, mapped or copied: it serves the standard map's reads.
+    /// The same without lists, map entries and image: it serves only reads of the standard map.
     pub fn bare(self) -> Modbus {
         let none = WriteList { ranges: Vec::new(), clients: None };
         Modbus { lists: vec![none], entries: Vec::new(), inputs: None, outputs: None, ..self }
@@ -128,7 +128,7 @@ impl Table {
 }
 
 impl Entry {
-    /// How many addresses it takes.
+    /// The number of its addresses.
     pub fn length(&self) -> u32 {
         self.operands.count * u32::from(self.kind.map_or(1, NumberType::registers))
     }

@@ -1,5 +1,5 @@
-//! What the connections of a server share: settings, maps, the port to the scan, and the lines of
-//! the log about refused requests.
+//! The state that the connections of a server share: settings, maps, the port to the scan. It also
+//! logs refused requests.
 //!
 //! Made by `server`, read by each `connection`.
 
@@ -14,18 +14,18 @@ use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 use crate::say::say;
 
-/// What the connections share.
+/// The state that the connections share.
 pub(super) struct Shared {
     pub settings: Modbus,
-    /// By program: an image is read, and a write made, by its own.
+    /// The map of each program: an image is read by the map of its own program, and so is a write.
     pub maps: Generations<Map>,
     pub port: Port,
-    /// How long a write waits for the scan that sees it.
+    /// The time limit of a write's wait for the scan that sees it.
     pub write_wait: Duration,
 }
 
 impl Shared {
-    /// Logs a request that was well-formed and not done.
+    /// Logs a well-formed request that was refused.
     pub fn log_refusal(
         &self,
         client: SocketAddr,
@@ -53,12 +53,12 @@ impl Shared {
         }
     }
 
-    /// How long a frame may take from its first byte to its last, and a reply to be taken.
+    /// The time limit of a frame from its first byte to its last, and of a client taking a reply.
     pub fn frame_timeout(&self) -> Duration {
         Duration::from_millis(self.settings.frame_timeout_ms.into())
     }
 
-    /// How long a client may be silent between two requests.
+    /// The longest silence of a client between two requests.
     pub fn idle_timeout(&self) -> Duration {
         Duration::from_millis(self.settings.idle_timeout_ms.into())
     }

@@ -1,40 +1,40 @@
-//! Answers: whether a PDU answers a request, and the data in it.
+//! Checks whether a PDU answers a request, and finds the data in it.
 //!
-//! Pure: the links hand in what came, whatever it is. Nothing here panics or allocates; what is
-//! not an answer is [`Wrong`], with a clause for the log that does not change from one time to the
-//! next, so that lasting trouble is one line.
+//! Pure: the links hand in any received bytes. Nothing here panics or allocates. A PDU that is not
+//! an answer gives [`Wrong`]. Its clause for the log is the same each time, so that lasting trouble
+//! is one line.
 
 use std::fmt;
 
-/// Why a PDU is no answer to its request.
+/// The reason why a PDU is not an answer to its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrong {
-    /// It refuses, with this exception.
+    /// It is a refusal with this exception.
     Exception(u8),
-    /// It has nothing in it.
+    /// It has no bytes.
     Empty,
-    /// It is of this function.
+    /// Its function is this one, not the request's.
     Function(u8),
-    /// Its length does not fit to what it says of itself.
+    /// Its length is not the one that its byte count or function requires.
     Length,
-    /// It has another number of data bytes than was asked for.
+    /// Its number of data bytes is not the requested number.
     Count {
-        /// That came.
+        /// The received number.
         came: u8,
-        /// That the request asks for.
+        /// The requested number.
         asked: u8,
     },
-    /// It does not say again what was written.
+    /// It does not repeat the write.
     Echo,
 }
 
-/// The exceptions by which a gateway says that its unit does not answer.
+/// The exceptions of a gateway whose unit does not answer.
 const GATEWAY: [u8; 2] = [10, 11];
 
-/// The data of the answer to a request: of a read its bits or registers, of a write nothing.
+/// The data of the answer to a request: the bits or registers of a read, nothing for a write.
 ///
 /// # Errors
-/// It is no answer to this request.
+/// The PDU is not an answer to this request.
 pub fn check<'a>(request: &[u8], answer: &'a [u8]) -> Result<&'a [u8], Wrong> {
     let (&asked, body) = request.split_first().ok_or(Wrong::Empty)?;
     let (&function, rest) = answer.split_first().ok_or(Wrong::Empty)?;
@@ -63,7 +63,7 @@ pub fn check<'a>(request: &[u8], answer: &'a [u8]) -> Result<&'a [u8], Wrong> {
     }
 }
 
-/// How many bytes of data the answer to a read has; of a write `None`.
+/// The number of data bytes in the answer to a read; `None` for a write.
 fn data_bytes(request: &[u8]) -> Option<u8> {
     let [function, _, _, high, low, ..] = *request else { return None };
     let count = u16::from_be_bytes([high, low]);
@@ -74,13 +74,13 @@ fn data_bytes(request: &[u8]) -> Option<u8> {
     }
 }
 
-/// How long the PDU of the answer to a request is, if it is no exception.
+/// The length of the answer's PDU in bytes, if the answer is not an exception.
 pub fn expected_bytes(request: &[u8]) -> usize {
     data_bytes(request).map_or(5, |bytes| 2 + usize::from(bytes))
 }
 
 impl Wrong {
-    /// Whether nobody was there to answer: a gateway says so.
+    /// Whether a gateway reports that its unit does not answer.
     pub fn is_absence(self) -> bool {
         matches!(self, Wrong::Exception(code) if GATEWAY.contains(&code))
     }

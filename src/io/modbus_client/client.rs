@@ -1,13 +1,14 @@
-//! The driver: what one exchange with a Modbus device is.
+//! The driver of a Modbus device: one exchange.
 //!
-//! Writes first, then the watchdog, then reads, so that a peer in trouble has its outputs as soon
-//! as can be; and writes again where the watchdog may have run out. Several units may stand behind
-//! one link: one that refuses or is silent keeps the others neither from their outputs nor from
-//! their inputs, though the exchange as a whole has failed. Reads may take long: where outputs or
-//! the watchdog cannot wait, the exchange ends in part, and the next one goes on from there.
+//! An exchange first writes, then feeds the watchdog, then reads, so that a peer in trouble has its
+//! outputs as early as possible. It writes again if the watchdog may have run out. One link may
+//! reach several units: a unit that refuses or is silent makes the exchange fail as a whole, but
+//! the other units still exchange their outputs and inputs. Reads may take long: if outputs or
+//! the watchdog cannot wait, the exchange ends in part, and the next one continues from there.
 //!
-//! An exchange whose connection ends goes on over a new one where that makes sense (`talk`). All
-//! outputs are written again then: a peer may drop its outputs with a connection.
+//! If the connection ends during an exchange, the exchange goes on over a new one where that makes
+//! sense (`talk`). All outputs are then written again: a peer may drop its outputs with a
+//! connection.
 
 use std::time::Duration;
 
@@ -31,12 +32,12 @@ pub struct Client<L> {
     runs: Vec<Run>,
     writes: Writes,
     write_every: Option<Duration>,
-    /// When all outputs are due, though none changed.
+    /// The time at which all outputs are written even if none has changed.
     all_due: Option<Instant>,
     feeding: Option<Feeding>,
 }
 
-/// A watchdog, when it is to be fed next, and with what.
+/// A watchdog, the time of its next feeding, and the counter to write.
 struct Feeding {
     watchdog: Watchdog,
     due: Option<Instant>,
@@ -64,7 +65,7 @@ impl<L: Link> Client<L> {
         }
     }
 
-    /// Writes what changed, or all; units that had no trouble come first.
+    /// Writes the changed outputs, or all; units without trouble come first.
     async fn write(&mut self, occasion: Occasion, outputs: &[i32]) -> Result<(), Cut> {
         let now = Instant::now();
         let is_due = occasion == Occasion::Poll && self.all_due.is_some_and(|due| due <= now);
@@ -85,8 +86,8 @@ impl<L: Link> Client<L> {
         Ok(())
     }
 
-    /// Feeds the watchdog where it is due, and its unit took its outputs. True where that may
-    /// have been too late for it, as after this process stood still; and the first time.
+    /// Feeds the watchdog if it is due and its unit took its outputs. True the first time, and if
+    /// the feeding may have been too late, as after this process stood still.
     async fn feed(&mut self) -> Result<bool, Cut> {
         let Some(feeding) = &mut self.feeding else { return Ok(false) };
         let Watchdog { unit, register, every_ms } = feeding.watchdog;
@@ -117,17 +118,18 @@ impl<L: Link> Client<L> {
         Ok(false)
     }
 
-    /// All outputs once more, behind a watchdog that may have run out: its unit has dropped them
-    /// then, and some take none until they are fed. They were written before it was fed too, since
-    /// others go back to what they were given last.
+    /// Writes all outputs once more after a watchdog may have run out. Its unit has then dropped
+    /// its outputs, and some units take no outputs until they are fed. The outputs were also
+    /// written before the feeding, because other units return to the outputs that they were given
+    /// last.
     async fn write_again(&mut self, outputs: &[i32]) -> Result<(), Cut> {
         let unit = self.feeding.as_ref().map(|feeding| feeding.watchdog.unit);
         self.runs.iter_mut().filter(|run| Some(run.unit) == unit).for_each(Run::forget);
         self.write(Occasion::Change, outputs).await
     }
 
-    /// Reads on from where the exchange before this one ended. It reads at least one group: if it
-    /// gave way to something urgent each time before, it would never read any.
+    /// Continues reading where the previous exchange ended. It reads at least one group: if it gave
+    /// way to urgent writes before the first group each time, it would never read any.
     async fn read(
         &mut self,
         inputs: &mut [Option<i32>],
@@ -161,7 +163,7 @@ impl<L: Link> Client<L> {
         due.is_some_and(|due| due <= Instant::now())
     }
 
-    /// Goes on over a new connection, over which nothing has been written yet.
+    /// Connects again; over the new connection, no output has been written yet.
     async fn connect_anew(&mut self) -> Result<(), Trouble> {
         self.talk.link.close();
         self.talk.link.connect().await?;
@@ -191,16 +193,17 @@ impl<L: Link> Client<L> {
         }
     }
 
-    /// What the exchange comes to: the trouble of all units.
+    /// The result of the exchange, from the trouble of all units.
     fn verdict(&mut self, done: Done, occasion: Occasion) -> Result<Done, Trouble> {
         for run in &mut self.runs {
-            // It may have been without power.
+            // The unit may have been without power.
             if self.talk.unit(run.unit).is_left {
                 run.forget();
             }
         }
         if done == Done::Part {
-            // The rest of the exchange follows at once, and tells the trouble of all of it.
+            // The rest of the exchange follows at once, and reports the trouble of the whole
+            // exchange.
             return Ok(done);
         }
         let has_read = matches!(occasion, Occasion::Poll | Occasion::First);
@@ -231,7 +234,7 @@ async fn write_run<L: Link>(
         run.push_request(&mut talk.request, part, writes, number);
         let done = talk.ask(&what).await;
         if !matches!(done, Ok(Some(_))) {
-            // The peer may have it or not.
+            // The peer may have the write or not.
             run.forget();
             return done.map(|_| ());
         }

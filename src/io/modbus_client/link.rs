@@ -1,33 +1,34 @@
-//! What a client needs of its link: a question to a unit, and its answer within bounded time.
+//! The trait of a client's link: a question to a unit, and its answer within bounded time.
 
 use std::future::Future;
 
 use crate::io::device::Trouble;
 
-/// Why there is no answer.
+/// The reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// None came, or none that fits. Where the link starts anew it is as good as before; another
-    /// one has to be made anew.
+    /// No answer came, or none that fits. A link that [starts anew](Link::STARTS_ANEW) can still be
+    /// used; a different link has to be connected again.
     Silent(String),
-    /// What came may be the answer, or not; the unit may be there.
+    /// The received bytes may or may not be the answer; the unit may be there.
     Doubtful(String),
-    /// The peer has closed a link over which it had answered before, and has sent no byte since.
+    /// The peer has closed a link over which it had answered before, and sent no byte of this
+    /// answer.
     Closed(String),
-    /// The link is of no use any more.
+    /// The link cannot be used any more.
     Broken(String),
 }
 
 /// A way to a peer.
 pub trait Link: Send + 'static {
-    /// Whether a wrong answer costs only itself: the next question starts anew.
+    /// Whether the next question starts anew after a wrong answer, so that the link stays usable.
     const STARTS_ANEW: bool;
 
-    /// Makes it, unless it is there.
+    /// Connects, unless it is connected.
     fn connect(&mut self) -> impl Future<Output = Result<(), Trouble>> + Send;
 
-    /// Puts the PDU of a request to a unit; the PDU of the answer replaces what `answer` holds.
-    /// It takes no longer than the device's `timeout`, beside the time of the wire.
+    /// Sends the PDU of a request to a unit; the PDU of the answer replaces the content of
+    /// `answer`. Takes at most the device's `timeout` plus the transmission time.
     fn ask(
         &mut self,
         unit: u8,
@@ -35,6 +36,6 @@ pub trait Link: Send + 'static {
         answer: &mut Vec<u8>,
     ) -> impl Future<Output = Result<(), Failure>> + Send;
 
-    /// Lets go of it.
+    /// Closes the link.
     fn close(&mut self);
 }

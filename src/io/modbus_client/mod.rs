@@ -1,11 +1,11 @@
-//! The Modbus clients: remote I/O whose points become inputs, and take outputs.
+//! The Modbus clients: remote I/O whose points are inputs and outputs of the controller.
 //!
-//! `plan` groups points into few requests, `outputs` knows what was written and what is to be,
-//! `request` and `answer` are the PDUs on their way there and back, `values` what the bits of
-//! registers are as numbers, `rtu` the frames of a serial line; all six are pure. [`Client`] is
-//! the driver, one a device; its `talk` with each `unit` goes over a [`Link`]: `tcp` or `serial`.
-//! Frames of TCP are the server's ([`super::modbus::frame`]). When to exchange, and what becomes of
-//! trouble, is `io::device`'s business. What an author sees is `docs/modbus-devices.md`.
+//! `plan` groups points into few requests, `outputs` plans the writes, `request` and `answer` have
+//! the PDUs in both directions, `values` converts registers and numbers, `rtu` has the frames of a
+//! serial line; all six are pure. [`Client`] is the driver of one device. It talks to each `unit`
+//! through `talk` over a [`Link`], which is `tcp` or `serial`. Frames of TCP are the server's
+//! ([`super::modbus::frame`]). `io::device` decides the times of exchanges and the reaction to
+//! trouble. `docs/modbus-devices.md` describes the devices for authors.
 
 pub mod answer;
 mod client;

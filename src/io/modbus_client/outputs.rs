@@ -1,30 +1,31 @@
-//! The plan of writes: outputs side by side in few requests, and what the peer was given last.
+//! The plan of writes: neighbouring outputs in few requests, and the values that were written last.
 //!
-//! A run is a stretch of coils or holding registers of one unit that are all outputs. What changed
-//! goes out from the first change to the last; all of it goes out where that is due, and where it
-//! is not known what the peer has: at first, and after a write that failed.
+//! A run is a stretch of coils or holding registers of one unit that are all outputs. After a
+//! change the stretch from the first changed element to the last is written. The whole run is
+//! written if that is due, and if the peer's values are not known: at first, and after a failed
+//! write.
 
 use super::request::{push_write_multiple, push_write_single};
 use super::settings::{Point, PointForm, Table, Writes};
 use super::values;
 use crate::io::modbus::pdu::{WRITE_BITS_MAX, WRITE_WORDS_MAX};
 
-/// Outputs side by side.
+/// Neighbouring outputs.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The unit.
     pub unit: u8,
     /// Coils or holding registers.
     pub table: Table,
-    /// From which address.
+    /// The first address.
     pub first: u16,
     /// Their numbers in the order of the map.
     points: Vec<(usize, Point)>,
-    /// What is to be there, an element each: coils 0 and 1, registers.
+    /// The wanted values, one per element: 0 or 1 for coils, registers.
     wanted: Vec<u16>,
-    /// What was written last.
+    /// The values that were written last.
     sent: Vec<u16>,
-    /// Whether `sent` is what the peer has.
+    /// Whether the peer is known to have the values of `sent`.
     is_known: bool,
 }
 
@@ -69,7 +70,7 @@ impl Run {
         }
     }
 
-    /// Whether a point, not before the first one, stands beside what is there.
+    /// Whether a point, not before the first one, is a neighbour of this run.
     fn takes(&self, point: &Point) -> bool {
         let max = if self.table.is_bits() { WRITE_BITS_MAX } else { WRITE_WORDS_MAX };
         let place = usize::from(point.at.wrapping_sub(self.first));
@@ -78,17 +79,17 @@ impl Run {
             && place + usize::from(point.width()) <= usize::from(max)
     }
 
-    /// How many elements it has.
+    /// The number of its elements.
     pub fn count(&self) -> u16 {
         self.wanted.len() as u16
     }
 
-    /// Nobody knows what the peer has.
+    /// Notes that the peer's values are not known.
     pub fn forget(&mut self) {
         self.is_known = false;
     }
 
-    /// What is to be there: all outputs, in the order of the map.
+    /// Sets the wanted values from all outputs, in the order of the map.
     pub fn want(&mut self, outputs: &[i32]) {
         self.wanted.fill(0);
         for (at, point) in &self.points {
@@ -109,7 +110,7 @@ impl Run {
         }
     }
 
-    /// The part that is to be written; `all`: whether it changed or not.
+    /// The part to be written; with `all`, the whole run.
     pub fn due(&self, all: bool) -> Option<Part> {
         if all || !self.is_known {
             return Some(Part { from: 0, to: self.wanted.len() });
@@ -118,7 +119,7 @@ impl Run {
         let first = (0..self.wanted.len()).find(changed)?;
         let last = (0..self.wanted.len()).rev().find(changed)?;
         let mut part = Part { from: first, to: last + 1 };
-        // Both halves of a number, though only one changed.
+        // Both halves of a number, even if only one changed.
         for (_, point) in self.points.iter().filter(|(_, point)| point.width() == 2) {
             let place = usize::from(point.at - self.first);
             if place < part.to && part.from < place + 2 {
@@ -128,7 +129,7 @@ impl Run {
         Some(part)
     }
 
-    /// How many requests write a part.
+    /// The number of requests that write a part.
     pub fn requests(&self, part: Part, writes: Writes) -> usize {
         if writes == Writes::Single { part.to - part.from } else { 1 }
     }
@@ -149,7 +150,7 @@ impl Run {
         }
     }
 
-    /// A part has been written.
+    /// Notes that a part has been written.
     pub fn written(&mut self, part: Part) {
         self.sent[part.from..part.to].copy_from_slice(&self.wanted[part.from..part.to]);
         self.is_known |= part == Part { from: 0, to: self.wanted.len() };
@@ -174,7 +175,7 @@ mod tests {
         Point { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 
-    /// What goes out, and is taken by the peer.
+    /// The outgoing requests of a write that the peer takes.
     fn written(run: &mut Run, all: bool, writes: Writes, outputs: &[i32]) -> Vec<Vec<u8>> {
         run.want(outputs);
         let Some(part) = run.due(all) else { return Vec::new() };

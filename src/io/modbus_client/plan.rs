@@ -1,8 +1,8 @@
 //! The plan of reads: points of one unit and table together, in few requests.
 //!
-//! Made once, before the first exchange. Neighbours share a request, and points whose distance is
-//! no more than the author's `gap`; a request stays within the protocol's limits, and a number in
-//! two registers within one request, so that both come from one moment.
+//! Made once, before the first exchange. Points share a request if they are neighbours, or if their
+//! distance is no more than the author's `gap`. A request stays within the protocol's limits. A
+//! number in two registers stays within one request, so that both come from one moment.
 
 use super::settings::{Number, Point, PointForm, Table};
 use super::values;
@@ -13,11 +13,11 @@ use crate::io::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
 pub struct Group {
     /// The unit.
     pub unit: u8,
-    /// Of which table.
+    /// The table.
     pub table: Table,
-    /// From which address.
+    /// The first address.
     pub first: u16,
-    /// How many elements.
+    /// The number of elements.
     pub count: u16,
     /// The points in it: their numbers in the order of the map.
     points: Vec<(usize, Point)>,
@@ -61,8 +61,9 @@ impl Group {
         u32::from(point.at) <= end + gap && count <= u32::from(max)
     }
 
-    /// Puts what was read where its points are; `data` is as long as [`super::answer::check`]
-    /// has it. False where a point is an f32 that is no number: it counts as not read.
+    /// Stores the values read in their points' inputs; `data` has the length that
+    /// [`super::answer::check`] ensures. False if a point is an f32 that is not a number; such a
+    /// point counts as not read.
     pub fn bring_in(&self, data: &[u8], inputs: &mut [Option<i32>]) -> bool {
         let mut all = true;
         for (at, point) in &self.points {

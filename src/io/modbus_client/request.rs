@@ -1,16 +1,16 @@
 //! Requests: the PDUs that a client sends.
 //!
-//! Called with numbers that the plan has kept within the limits of the protocol.
+//! The callers keep all numbers within the limits of the protocol; this module does not check them.
 
 use super::settings::Table;
 
-/// Functions that write.
+/// The function codes of writes.
 const WRITE_COIL: u8 = 5;
 const WRITE_REGISTER: u8 = 6;
 const WRITE_COILS: u8 = 15;
 const WRITE_REGISTERS: u8 = 16;
 
-/// A read of `count` elements from `first` on.
+/// Appends a read of `count` elements from `first` on.
 pub fn push_read(pdu: &mut Vec<u8>, table: Table, (first, count): (u16, u16)) {
     let function = match table {
         Table::Coils => 1,
@@ -21,7 +21,7 @@ pub fn push_read(pdu: &mut Vec<u8>, table: Table, (first, count): (u16, u16)) {
     push(pdu, function, [first, count]);
 }
 
-/// A write of one coil (not 0 is ON), or of one holding register.
+/// Appends a write of one coil (not 0 is ON) or of one holding register.
 pub fn push_write_single(pdu: &mut Vec<u8>, is_coil: bool, first: u16, value: u16) {
     match (is_coil, value) {
         (true, 0) => push(pdu, WRITE_COIL, [first, 0]),
@@ -30,7 +30,7 @@ pub fn push_write_single(pdu: &mut Vec<u8>, is_coil: bool, first: u16, value: u1
     }
 }
 
-/// A write of several: coils (not 0 is ON), or holding registers.
+/// Appends a write of several coils (not 0 is ON) or holding registers.
 pub fn push_write_multiple(pdu: &mut Vec<u8>, are_coils: bool, first: u16, values: &[u16]) {
     let count = values.len() as u16;
     if are_coils {

@@ -1,9 +1,9 @@
-//! Frames of Modbus RTU: the CRC, and the answer among whatever a line brings.
+//! Frames of Modbus RTU: the CRC, and the search for the answer in the received bytes.
 //!
-//! A frame is the unit, a PDU and a CRC; its end is not marked, but what a PDU says of itself tells
-//! how long it is. [`find`] looks for the answer at every byte, so that noise before it costs
-//! nothing. The request itself, as some adapters send it back, is taken off by [`behind_echo`], or
-//! told by [`hear`], since it can look like an answer. No bytes make them panic.
+//! A frame has the unit, a PDU and a CRC. Its end is not marked; its length follows from the PDU.
+//! [`find`] looks for the answer at every byte, so that noise before the answer does no harm. Some
+//! adapters send the request back, and it can look like an answer: [`behind_echo`] removes it,
+//! [`hear`] detects it. No input makes these functions panic.
 
 /// Bytes of the longest frame: the unit, a PDU of 253, the CRC.
 pub const FRAME_BYTES_MAX: usize = 256;
@@ -33,7 +33,7 @@ const fn table() -> [u16; 256] {
     table
 }
 
-/// Puts the frame of a PDU in the place of what `frame` holds.
+/// Replaces the content of `frame` by the frame of a PDU.
 pub fn frame(frame: &mut Vec<u8>, unit: u8, pdu: &[u8]) {
     frame.clear();
     frame.push(unit);
@@ -41,7 +41,7 @@ pub fn frame(frame: &mut Vec<u8>, unit: u8, pdu: &[u8]) {
     frame.extend_from_slice(&crc(frame).to_le_bytes());
 }
 
-/// What a line brought so far.
+/// The content of the bytes received so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Heard<'a> {
     /// No answer yet.
@@ -52,14 +52,14 @@ pub enum Heard<'a> {
     Echo,
 }
 
-/// Whether the right answer to a request is the request itself: of a write of one coil or register.
-/// Then an echo looks like an answer.
+/// Whether the right answer to a request equals the request, as for a write of one coil or
+/// register. Then an echo looks like an answer.
 pub fn is_answered_by_itself(request: &[u8]) -> bool {
     matches!(request.first(), Some(5 | 6))
 }
 
-/// What a line brought that should not send requests back; `frame` is the request's. What may
-/// become an echo yet is nothing, until it `is_late`.
+/// Reads the bytes of a line that should not send requests back; `frame` is the request's. Bytes
+/// that may still become an echo count as nothing until it `is_late`.
 pub fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
     let Some((unit, request)) = parts(frame) else { return Heard::Nothing };
     if is_answered_by_itself(request) {
@@ -80,7 +80,7 @@ pub fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
     Heard::Nothing
 }
 
-/// What a line brought that sends requests back: behind the request's frame, which is first.
+/// Reads the bytes of a line that sends requests back: the answer follows the request's frame.
 pub fn behind_echo<'a>(received: &'a [u8], frame: &[u8]) -> Heard<'a> {
     let behind = received.strip_prefix(frame).zip(parts(frame));
     let answer = behind.and_then(|(received, (unit, request))| find(received, unit, request));
@@ -93,13 +93,13 @@ fn parts(frame: &[u8]) -> Option<(u8, &[u8])> {
     Some((*unit, rest.get(..rest.len().checked_sub(2)?)?))
 }
 
-/// The PDU of the first whole frame in which this unit answers this request: by the same function,
-/// or by an exception. What it says is not judged.
+/// The PDU of the first whole frame in which this unit answers this request, by the same function
+/// or by an exception. The content of the PDU is not checked.
 pub fn find<'a>(received: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
     (0..received.len()).find_map(|start| at_start(&received[start..], unit, request))
 }
 
-/// The same of a frame that is first.
+/// The same, for a frame at the start of the bytes.
 fn at_start<'a>(bytes: &'a [u8], unit: u8, request: &[u8]) -> Option<&'a [u8]> {
     let function = *request.first()?;
     let end = match *bytes {

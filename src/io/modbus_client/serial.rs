@@ -1,11 +1,11 @@
-//! The way by a serial line: Modbus RTU, one question at a time, silence before each.
+//! The link over a serial line: Modbus RTU, one question at a time, with a silence before each.
 //!
-//! Several devices may be on one line: they share it ([`SerialLines`]), question by question. What
-//! the line brings between questions is thrown away before the next, so a late or wrong answer
-//! costs only itself, and the port stays open. A port that fails (an adapter unplugged) is closed
-//! at once, and opened again by the next device that connects. An adapter that sends requests back
-//! is told from devices that answer: see [`Echo`]. Not done here: switching a transceiver's
-//! direction, which adapters and their kernel drivers do themselves.
+//! Several devices may be on one line: they share it ([`SerialLines`]), question by question. Bytes
+//! that arrive between two questions are discarded before the next question. So a late or wrong
+//! answer does not disturb the next one, and the port stays open. A port that fails (an unplugged
+//! adapter) is closed at once; the next device that connects opens it again. Echoes of adapters
+//! that send requests back are distinguished from answers: see [`Echo`]. This module does not
+//! switch a transceiver's direction; adapters and their kernel drivers do so.
 
 use std::collections::HashMap;
 use std::io::{self, ErrorKind};
@@ -28,10 +28,10 @@ use super::rtu::{self, FRAME_BYTES_MAX, Heard};
 use super::settings::{Parity, Serial};
 use crate::io::device::Trouble;
 
-/// More than a request sent back and an answer is noise.
+/// The most bytes received for a question: a request sent back and an answer. More is noise.
 const RECEIVED_MAX: usize = 2 * FRAME_BYTES_MAX;
 
-/// The least silence between frames, whatever the speed: as the specification has it.
+/// The least silence between frames at any speed, by the specification.
 const SILENCE_MIN: Duration = Duration::from_micros(1750);
 
 /// All lines, so that devices of one line share it.
@@ -40,7 +40,7 @@ pub struct SerialLines {
     by_port: HashMap<String, Arc<Mutex<SerialLine>>>,
 }
 
-/// A device's way over its line.
+/// A device's link over its line.
 pub struct Rtu {
     line: Arc<Mutex<SerialLine>>,
     timeout: Duration,
@@ -50,28 +50,28 @@ pub struct Rtu {
 struct SerialLine {
     settings: Serial,
     port: Option<AsyncFd<OwnedFd>>,
-    /// When the last byte had come or gone.
+    /// The time of the last byte received or sent.
     quiet_since: Instant,
     frame: Vec<u8>,
     received: Vec<u8>,
     echo: Echo,
 }
 
-/// Whether the line sends requests back. Where that is not known, the answer to a write of one coil
-/// or register may be an echo: it is taken for an answer until any read has shown the echo, since a
-/// read is never answered by itself.
+/// Whether the line sends requests back. If that is not known, the answer to a write of one coil or
+/// register may be an echo. It counts as an answer until a read has shown an echo: the answer to a
+/// read never equals its request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Echo {
-    /// The settings say so: each request comes back first.
+    /// By the settings, each request comes back before its answer.
     Wanted,
-    /// It does, as a read has shown, and the settings do not say so: no answer is to be trusted.
+    /// A read has shown an echo that the settings do not have: no answer can be trusted.
     Seen,
-    /// It has not been seen.
+    /// No echo has been seen.
     Unseen,
 }
 
 impl SerialLines {
-    /// A way over this line, for a device whose answers are whole within `timeout`.
+    /// A link over this line, for a device whose answers are whole within `timeout`.
     pub fn link(&mut self, settings: &Serial, timeout: Duration) -> Rtu {
         let new = || Arc::new(Mutex::new(SerialLine::new(settings.clone())));
         let line = self.by_port.entry(settings.port.clone()).or_insert_with(new);
@@ -87,7 +87,7 @@ impl Echo {
         }
     }
 
-    /// What is known of it after a request.
+    /// The knowledge about echoes after a request.
     fn after(self, request: &[u8], heard: Heard<'_>) -> Echo {
         match (self, heard) {
             (Echo::Wanted, _) => Echo::Wanted,
@@ -138,7 +138,7 @@ impl Link for Rtu {
     }
 
     fn close(&mut self) {
-        // Others may be talking over it, and a healthy port stays open.
+        // Other devices may use the port, and a healthy port stays open.
     }
 }
 
@@ -149,7 +149,7 @@ impl SerialLine {
         SerialLine { settings, port: None, quiet_since: Instant::now(), frame, received, echo }
     }
 
-    /// How long this number of bytes is on the wire.
+    /// The transmission time of this number of bytes.
     fn wire_time(&self, bytes: usize) -> Duration {
         let parity = u32::from(self.settings.parity != Parity::None);
         let bits = 1 + 8 + parity + u32::from(self.settings.stop_bits);
@@ -206,13 +206,13 @@ impl SerialLine {
         }
         match self.received.len() {
             0 => format!("no answer in {limit} ms"),
-            RECEIVED_MAX.. => "noise without an end where the answer should be".to_owned(),
+            RECEIVED_MAX.. => "endless noise instead of an answer".to_owned(),
             _ => format!("what came in {limit} ms is no whole, right answer"),
         }
     }
 }
 
-/// Why answers are not trusted.
+/// The reason why answers are not trusted.
 const ECHO_SEEN: &str = "the line sends requests back: set `echo = true`";
 
 async fn send(port: &AsyncFd<OwnedFd>, mut bytes: &[u8]) -> io::Result<()> {
@@ -227,7 +227,7 @@ async fn send(port: &AsyncFd<OwnedFd>, mut bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Receives at least a byte, and never more than there is room for.
+/// Receives at least one byte, and at most as many as there is room for.
 async fn receive(port: &AsyncFd<OwnedFd>, received: &mut Vec<u8>) -> io::Result<()> {
     let mut bytes = [0; FRAME_BYTES_MAX];
     let room = (RECEIVED_MAX - received.len()).min(bytes.len());
@@ -245,7 +245,7 @@ async fn receive(port: &AsyncFd<OwnedFd>, received: &mut Vec<u8>) -> io::Result<
     }
 }
 
-/// Opens a port and makes it a line of bytes as the settings say.
+/// Opens a port, and sets it to raw bytes with the speed and format of the settings.
 fn open_port(settings: &Serial) -> io::Result<AsyncFd<OwnedFd>> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let port = open(&settings.port, flags, Mode::empty())?;
@@ -267,7 +267,7 @@ fn open_port(settings: &Serial) -> io::Result<AsyncFd<OwnedFd>> {
         modes.control_modes.set(ControlModes::PARODD, settings.parity == Parity::Odd);
     }
     modes.control_modes.set(ControlModes::CSTOPB, settings.stop_bits == 2);
-    // A read without bytes is no end of the line.
+    // A read without bytes is not the end of the line.
     modes.special_codes[SpecialCodeIndex::VMIN] = 1;
     modes.special_codes[SpecialCodeIndex::VTIME] = 0;
     modes.set_speed(settings.baud)?;

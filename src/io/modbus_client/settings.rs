@@ -1,5 +1,5 @@
-//! How a Modbus client reaches its peer, and what it reads and writes there: a driver's settings,
-//! as `controller` makes them of a controller file. No places: these move with every edit.
+//! The settings of a Modbus client: the way to its peer, and the points to read and write. Made by
+//! `controller` from a controller file. No places: these change with every edit of the file.
 
 use std::net::SocketAddr;
 
@@ -9,33 +9,33 @@ pub use crate::io::modbus::settings::Table;
 /// A Modbus client's settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Client {
-    /// How its peer is reached.
+    /// The way to its peer.
     pub link: Link,
-    /// An answer must be whole by then, ms.
+    /// The time limit for a whole answer, ms.
     pub timeout_ms: u32,
-    /// From one write of all outputs to the next though none changed, ms; 0: never.
+    /// The interval at which all outputs are written even if none has changed, ms; 0: never.
     pub write_every_ms: u32,
     /// The functions that write.
     pub writes: Writes,
-    /// The number of registers (of bits: 16 times as many) between two points that are read with
-    /// them.
+    /// The most registers (16 times as many bits) between two points that are read along in one
+    /// request.
     pub gap: u16,
-    /// A register that is fed.
+    /// A register that a counter is written to.
     pub watchdog: Option<Watchdog>,
-    /// What is read, point by point.
+    /// The points that are read.
     pub inputs: Vec<Point>,
-    /// What is written, point by point.
+    /// The points that are written.
     pub outputs: Vec<Point>,
 }
 
-/// How a peer is reached.
+/// The way to a peer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
     /// By Modbus TCP.
     Tcp {
-        /// Where.
+        /// The peer's address.
         address: SocketAddr,
-        /// A connection must be made by then, ms.
+        /// The time limit for connecting, ms.
         connect_timeout_ms: u32,
     },
     /// By Modbus RTU.
@@ -51,9 +51,9 @@ pub struct Serial {
     pub baud: u32,
     /// The parity bit.
     pub parity: Parity,
-    /// How many stop bits.
+    /// The number of stop bits.
     pub stop_bits: u8,
-    /// Requests come back first, before their answers.
+    /// Whether each request comes back before its answer.
     pub echo: bool,
 }
 
@@ -75,7 +75,7 @@ impl Parity {
 /// The functions that write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Writes {
-    /// 5 and 6 where one point is written, 15 and 16 where several are.
+    /// 5 and 6 for one element, 15 and 16 for several.
     #[default]
     Fitting,
     /// 5 and 6 alone.
@@ -90,14 +90,14 @@ impl Writes {
         [("fitting", Writes::Fitting), ("single", Writes::Single), ("multiple", Writes::Multiple)];
 }
 
-/// A holding register to which a counter is written.
+/// A holding register that a counter is written to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Watchdog {
     /// The unit.
     pub unit: u8,
     /// Its protocol address.
     pub register: u16,
-    /// How often, ms.
+    /// The interval of the writes, ms.
     pub every_ms: u32,
 }
 
@@ -106,15 +106,15 @@ pub struct Watchdog {
 pub struct Point {
     /// The unit.
     pub unit: u8,
-    /// In which table.
+    /// The table.
     pub table: Table,
     /// The protocol address of its bit, or of its first register.
     pub at: u16,
-    /// What stands there.
+    /// The form of its value.
     pub form: PointForm,
 }
 
-/// What stands at a point.
+/// The form of a point's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointForm {
     /// A coil, a discrete input.
@@ -125,12 +125,12 @@ pub enum PointForm {
     Number(Number),
 }
 
-/// A number in one register, or two.
+/// A number in a register or a pair of registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Number {
     /// Its type.
     pub kind: NumberType,
-    /// Which of two registers has the higher 16 bits.
+    /// The register of a pair that has the higher 16 bits.
     pub order: WordOrder,
     /// Never 0. A value of memory is the number, times this,
     pub multiply: i32,
@@ -141,7 +141,7 @@ pub struct Number {
 }
 
 impl Point {
-    /// How many elements of its table it takes.
+    /// The number of elements of its table that it takes.
     pub fn width(&self) -> u16 {
         match self.form {
             PointForm::Number(number) => number.kind.registers(),

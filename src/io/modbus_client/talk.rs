@@ -1,8 +1,8 @@
-//! The talk with a peer: a request to a unit, and what its answer means for unit and connection.
+//! The talk with a peer: sends a request to a unit, and judges the answer for unit and connection.
 //!
-//! Called by `client`, which knows what to ask. Here is decided what trouble concerns: an exception
-//! concerns its request, silence its unit, garbage the connection. Two troubles end a connection
-//! and not the exchange ([`Cut::Anew`]), which goes on over a new one.
+//! Called by `client`, which chooses the requests. This module decides the scope of trouble: an
+//! exception concerns its request, silence its unit, garbage the connection. Two kinds of trouble
+//! end the connection but not the exchange ([`Cut::Anew`]): it goes on over a new connection.
 
 use std::fmt;
 use std::time::Duration;
@@ -13,30 +13,30 @@ use super::settings::Table;
 use super::unit::Unit;
 use crate::io::device::Trouble;
 
-/// The link, and what is known of the units behind it.
+/// The link, and the state of the units that it reaches.
 pub(super) struct Talk<L> {
     pub link: L,
     pub units: Vec<Unit>,
     pub request: Vec<u8>,
     answer: Vec<u8>,
-    /// The least time for which a silent unit is left alone. Where an answer does not say to which
-    /// question it belongs, a late one must have come, and gone, before the next question.
+    /// The least time for which a silent unit is not asked. If an answer does not name its
+    /// question, a late answer must have come and been discarded before the next question.
     pause: Duration,
-    /// A request of this exchange has been answered, rightly or not.
+    /// Whether any request of this exchange has been answered, rightly or not.
     has_heard: bool,
-    /// A unit was silent in it, and took the connection with it.
+    /// Whether a unit was silent in this exchange, and the connection was closed for it.
     was_silent: bool,
 }
 
-/// A connection that is of no use any more.
+/// The end of a connection during an exchange.
 pub(super) enum Cut {
     /// The exchange has failed.
     Off(Trouble),
-    /// The exchange can go on over a new connection. With the reason, should there be none.
+    /// The exchange can go on over a new connection. The trouble is the reason if that fails.
     Anew(Trouble),
 }
 
-/// What is asked, for the log.
+/// The question, for the log.
 #[derive(Clone, Copy)]
 pub(super) struct What {
     pub verb: &'static str,
@@ -46,11 +46,11 @@ pub(super) struct What {
     pub count: u16,
 }
 
-/// What a question is called that asks for inputs.
+/// The verb of questions for inputs.
 pub(super) const READING: &str = "reading";
 
 impl<L: Link> Talk<L> {
-    /// With these units, whose answers are whole within `timeout`.
+    /// A talk with these units, whose answers are whole within `timeout`.
     pub fn new(link: L, mut units: Vec<u8>, timeout: Duration) -> Talk<L> {
         units.sort_unstable();
         units.dedup();
@@ -60,13 +60,13 @@ impl<L: Link> Talk<L> {
         Talk { link, units, request, answer, pause, has_heard: false, was_silent: false }
     }
 
-    /// An exchange begins.
+    /// Begins an exchange.
     pub fn begin(&mut self, begin: impl FnMut(&mut Unit)) {
         (self.has_heard, self.was_silent) = (false, false);
         self.units.iter_mut().for_each(begin);
     }
 
-    /// Whether nothing but silence came in this exchange: it is the peer itself that is lost.
+    /// Whether this exchange brought nothing but silence: then the peer itself is lost.
     pub fn is_dead(&self) -> bool {
         self.was_silent && !self.has_heard
     }
@@ -76,11 +76,11 @@ impl<L: Link> Talk<L> {
         &mut self.units[at.expect("every unit of the plan is listed")]
     }
 
-    /// Puts the request to its unit: the data of the answer, or nothing where the unit is in
-    /// trouble, which it notes.
+    /// Sends the request to its unit. Returns the data of the answer; `None` if the unit is in
+    /// trouble, which is noted at the unit.
     ///
     /// # Errors
-    /// The link is of no use any more.
+    /// The connection has ended.
     pub async fn ask(&mut self, what: &What) -> Result<Option<&[u8]>, Cut> {
         if self.unit(what.unit).is_left {
             return Ok(None);
@@ -100,7 +100,7 @@ impl<L: Link> Talk<L> {
         }
     }
 
-    /// No answer came.
+    /// Handles a missing answer.
     fn fail(&mut self, what: &What, failure: Failure) -> Result<(), Cut> {
         let (pause, is_alone, is_first) = (self.pause, self.units.len() == 1, !self.has_heard);
         let unit = self.unit(what.unit);
@@ -115,18 +115,19 @@ impl<L: Link> Talk<L> {
                 if is_alone {
                     return Err(Cut::Off(trouble));
                 }
-                // The others behind the link may be well.
+                // The other units of the link may be well.
                 unit.miss(reason, pause);
                 self.was_silent = true;
                 Err(Cut::Anew(trouble))
             }
-            // Asked further: a read shows whether it is there.
+            // The unit is asked again: a read shows whether it is there.
             Failure::Doubtful(reason) => {
                 unit.trouble.get_or_insert(format!("{what}: {reason}"));
                 Ok(())
             }
-            // The peer closed it while nothing was asked. If it has executed the request all the
-            // same, asking again does no harm: a read changes nothing, a write sets values.
+            // The peer closed the connection while it was idle. If it has executed the request all
+            // the same, a repeated request does no harm: a read changes nothing, a write sets
+            // values.
             Failure::Closed(reason) if is_first => {
                 Err(Cut::Anew(Trouble::disconnected(format!("{what}: {reason}"))))
             }
@@ -136,7 +137,7 @@ impl<L: Link> Talk<L> {
         }
     }
 
-    /// What came is no good answer.
+    /// Handles a PDU that is not a good answer.
     fn refuse(&mut self, what: &What, wrong: Wrong) -> Result<(), Cut> {
         let (reason, pause) = (format!("{what}: {wrong}"), self.pause);
         let unit = self.unit(what.unit);
@@ -144,11 +145,11 @@ impl<L: Link> Talk<L> {
             Wrong::Exception(_) if wrong.is_absence() => unit.miss(reason, Duration::ZERO),
             Wrong::Exception(_) => {
                 unit.found();
-                // One that refuses a read takes its outputs all the same.
+                // A unit that refuses a read still takes its outputs.
                 let noted = if what.verb == READING { &mut unit.unread } else { &mut unit.trouble };
                 noted.get_or_insert(reason);
             }
-            // It may have been to an earlier question, and the right one on its way.
+            // It may answer an earlier question, and the right answer may be on its way.
             Wrong::Empty
             | Wrong::Function(_)
             | Wrong::Length

@@ -1,9 +1,9 @@
-//! The way by TCP: one connection, one question at a time.
+//! The link over TCP: one connection, one question at a time.
 //!
-//! A frame that is not the answer to the question asked, a late one to an earlier question too,
-//! breaks the connection: made anew, it has nothing old in it. Many peers close a connection that
-//! was idle for some time: this shows with the next question at the earliest, and is told apart.
-//! Memory is one frame.
+//! A frame that does not answer the present question, also a late answer to an earlier one, breaks
+//! the connection: a new connection contains no old frames. Many peers close a connection that was
+//! idle for some time. The next question is the first to show this; it is reported as
+//! [`Failure::Closed`]. Memory is one frame.
 
 use std::io;
 use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, UnexpectedEof};
@@ -24,14 +24,14 @@ pub struct Tcp {
     connect_timeout: Duration,
     timeout: Duration,
     stream: Option<TcpStream>,
-    /// A question was answered over it.
+    /// Whether a question was answered over this connection.
     is_proven: bool,
     transaction: u16,
     received: [u8; FRAME_BYTES_MAX],
 }
 
 impl Tcp {
-    /// Not connected yet.
+    /// A link that is not connected yet.
     pub fn new(address: SocketAddr, connect_timeout: Duration, timeout: Duration) -> Tcp {
         let received = [0; FRAME_BYTES_MAX];
         let (stream, is_proven, transaction) = (None, false, 0);
@@ -51,7 +51,7 @@ impl Link for Tcp {
             Ok(Err(error)) => return Err(refused(error.to_string())),
             Ok(Ok(stream)) => stream,
         };
-        // A question is one small packet whose answer is waited for.
+        // A question is one small packet, and the client waits for its answer.
         let _ = stream.set_nodelay(true);
         (self.stream, self.is_proven) = (Some(stream), false);
         Ok(())
@@ -90,7 +90,7 @@ impl Link for Tcp {
     }
 }
 
-/// Receives until it is a whole frame, or can be none.
+/// Receives until the bytes are a whole frame, or cannot become one.
 async fn receive(stream: &mut TcpStream, bytes: &mut [u8], filled: &mut usize) -> io::Result<()> {
     loop {
         // A frame is never longer than the room for it.
@@ -109,19 +109,19 @@ fn is_closed(error: &io::Error) -> bool {
     matches!(error.kind(), UnexpectedEof | ConnectionReset | ConnectionAborted | BrokenPipe)
 }
 
-/// Takes the answer's PDU out of what came.
+/// Takes the answer's PDU out of the received bytes.
 fn check(received: &[u8], asked: Header, answer: &mut Vec<u8>) -> Result<(), String> {
     match frame::split(received) {
         Split::More => Err("no whole answer".to_owned()),
         Split::Broken(broken) => Err(broken.to_string()),
         Split::Frame { header, .. } if header.transaction != asked.transaction => {
-            Err("the answer is to another question (transaction)".to_owned())
+            Err("the answer is to a different question (transaction)".to_owned())
         }
         Split::Frame { header, .. } if header.unit != asked.unit => {
             Err(format!("the answer is unit {}'s, not unit {}'s", header.unit, asked.unit))
         }
         Split::Frame { bytes, .. } if bytes < received.len() => {
-            Err("there is more behind the answer".to_owned())
+            Err("there are more bytes after the answer".to_owned())
         }
         Split::Frame { pdu, .. } => {
             answer.clear();

@@ -1,7 +1,7 @@
-//! What is known of a unit behind the link: its trouble, and when it is asked again.
+//! The state of a unit that the link reaches: its trouble, and the time of the next question.
 //!
-//! Kept by `talk`. A unit that is silent is asked once more soon, then ever less often, so that it
-//! costs the others behind the same link little time.
+//! Kept by `talk`. A silent unit is asked once more soon, then less and less often, so that the
+//! other units of the same link lose little time.
 
 use std::time::Duration;
 
@@ -11,16 +11,15 @@ use crate::io::device::{Occasion, Retry};
 
 pub(super) struct Unit {
     pub number: u8,
-    /// It was silent, or refused a write: the first such trouble of this exchange, or of the one
-    /// before it.
+    /// The first silence or refused write of this exchange, or of the previous one.
     pub trouble: Option<String>,
-    /// The first reason why inputs of it are missing, since the first group was read.
+    /// The first reason why some of its inputs are missing, since the first group was read.
     pub unread: Option<String>,
-    /// It was silent, or refused a write, in the exchange before this one.
+    /// Whether it was silent or refused a write in the previous exchange.
     pub was_troubled: bool,
-    /// Not asked any more in this exchange.
+    /// Whether it is not asked any more in this exchange.
     pub is_left: bool,
-    /// How many times running it was silent.
+    /// The number of consecutive silences.
     absences: u32,
     retry: Retry,
     rests_until: Option<Instant>,
@@ -44,8 +43,8 @@ impl Unit {
         *self = Unit::new(self.number);
     }
 
-    /// Before an exchange: a unit in trouble is asked when inputs are due, not at every change.
-    /// `is_anew`: inputs are read from the first on.
+    /// Prepares for an exchange: a unit in trouble is asked when inputs are due, not at every
+    /// change. `is_anew`: inputs are read from the first group on.
     pub fn begin(&mut self, occasion: Occasion, now: Instant, is_anew: bool) {
         self.was_troubled = self.trouble.is_some();
         self.is_left = match occasion {
@@ -61,14 +60,14 @@ impl Unit {
         }
     }
 
-    /// Inputs of it were not read.
+    /// Notes that some of its inputs were not read.
     pub fn leave_unread(&mut self) {
         if self.unread.is_none() {
             self.unread.clone_from(&self.trouble);
         }
     }
 
-    /// It did not answer.
+    /// Notes that it did not answer.
     pub fn miss(&mut self, trouble: String, pause: Duration) {
         self.trouble.get_or_insert(trouble);
         self.is_left = true;
@@ -77,7 +76,7 @@ impl Unit {
         self.rests_until = Some(Instant::now() + wait.max(pause));
     }
 
-    /// It answered.
+    /// Notes that it answered.
     pub fn found(&mut self) {
         if self.absences > 0 {
             self.absences = 0;

@@ -1,22 +1,22 @@
-//! Numbers: what the bits of one register or two are in memory, and back.
+//! Converts the bits of one or two registers to a value in memory, and back.
 //!
-//! In: the number times `multiply`, divided by `divide` (to the nearest, halves away from zero),
-//! plus `offset`; as an i32, which takes the nearest it can. Out: the same backwards, to the
-//! nearest that the registers can hold. Integers are computed in 64 bits, which nothing here
-//! overflows: the factors are bounded by the readers of the controller file.
+//! In: the number times `multiply`, divided by `divide` (rounded to the nearest, halves away from
+//! zero), plus `offset`; beyond an i32, the nearest i32. Out: the same in reverse, to the nearest
+//! value that the registers hold. Integers are computed in 64 bits without overflow, because the
+//! reader of the controller file limits the factors.
 
 use super::settings::Number;
 use crate::io::modbus::number::NumberType;
 
-/// The value in memory of a number's bits (of one register the lower 16); `None`: an f32 that is
-/// no number.
+/// The value in memory of a number's bits (the lower 16 for one register); `None`: an f32 that is
+/// not a number.
 pub fn decode(number: &Number, bits: u32) -> Option<i32> {
     let (multiply, divide, offset) = (number.multiply, number.divide, number.offset);
     if number.kind == NumberType::F32 {
-        // Scaled first, rounded then.
+        // Scaled before rounding.
         let raw = f64::from(f32::from_bits(bits));
         let scaled = raw * f64::from(multiply) / f64::from(divide) + f64::from(offset);
-        // `as` takes the nearest.
+        // Beyond an i32, `as` gives the nearest i32.
         return raw.is_finite().then(|| scaled.round() as i32);
     }
     let raw = number.kind.value(bits)?;
@@ -35,7 +35,7 @@ pub fn encode(number: &Number, value: i32) -> u32 {
     number.kind.bits(nearest(apart * i64::from(divide), i64::from(multiply)))
 }
 
-/// A quotient, to the nearest; halves away from zero. The divisor is never 0.
+/// A quotient rounded to the nearest, halves away from zero. The divisor is never 0.
 fn nearest(dividend: i64, divisor: i64) -> i64 {
     let (quotient, rest) = (dividend / divisor, dividend % divisor);
     let away = (rest.abs() * 2 >= divisor.abs()) as i64;

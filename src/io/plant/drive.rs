@@ -1,4 +1,4 @@
-//! The rules of `[[simulated-device]]` beside a running controller, stepped every millisecond.
+//! Runs the rules of `[[simulated-device]]` beside a controller, with a step every millisecond.
 
 use std::future::Future;
 use std::pin::pin;
@@ -13,10 +13,10 @@ use crate::isa::{Bit, BitSpace};
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 
-/// The device's time from one step to the next.
+/// The time between two steps.
 const STEP: Duration = Duration::from_millis(1);
 
-/// The rules that go with a program, and where their bits lie in it.
+/// The rules for a program, and the cells of their bits in its layout.
 #[derive(Clone, Debug)]
 pub struct Rules {
     rules: Vec<Rule>,
@@ -30,11 +30,11 @@ impl Rules {
     }
 }
 
-/// A device that has taken its first step, and moves its inputs on once it is run.
+/// A device that has taken its first step; [`Drive::run`] takes the others.
 pub struct Drive {
     device: Device,
     programs: Generations<Rules>,
-    /// Whose rules it follows.
+    /// The program whose rules it follows.
     generation: u32,
     layout: Layout,
     port: Port,
@@ -42,7 +42,8 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Takes the device's first step at once: before the first scan, which so sees its inputs.
+    /// Takes the device's first step at once, before the first scan, so that this scan sees its
+    /// inputs.
     pub fn new(programs: Generations<Rules>, port: Port) -> Drive {
         let first = programs.of(0);
         let (device, layout) = (Device::new(&first.rules), first.layout.clone());
@@ -52,7 +53,7 @@ impl Drive {
         drive
     }
 
-    /// Moves the inputs of the rules until `stop`. They stay as they are then.
+    /// Moves the inputs of the rules until `stop`. Then they keep their values.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
         let mut tick = interval(STEP);
@@ -66,8 +67,8 @@ impl Drive {
         }
     }
 
-    /// A Y is read as driven, since a plant feels the safe values too; any other bit as the last
-    /// complete scan left it.
+    /// Takes one step. A Y is read as driven, because a plant sees the safe values too; any other
+    /// bit is read as the last complete scan left it.
     fn step(&mut self) {
         let now_ms = self.started.elapsed().as_millis() as u64;
         let seen = self.port.latest();

@@ -1,13 +1,13 @@
-//! Faults on demand: what a point is instead of what it should be.
+//! Faults on demand: they falsify the value of a point.
 //!
-//! A fault is brought about by a point of its own; while that is OFF it changes nothing. What
-//! seems to be chance is reckoned from a seed: the same times, the same noise.
+//! Each fault has a point that turns it on; while that point is OFF, the fault changes nothing.
+//! Noise is computed from a seed: the same times give the same noise.
 
 use std::collections::VecDeque;
 
 use super::settings::{Effect, Fault as Settings, PointId};
 
-/// The point that a fault falsifies: before the parts move, or behind them.
+/// The point that a fault falsifies: a command before the parts move, or a report after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Falsifies {
     /// A point that drives a part.
@@ -23,16 +23,16 @@ pub(super) struct Fault {
     when: usize,
     point: usize,
     effect: Effect,
-    /// Since when it is brought about.
+    /// The time since which it is on.
     since_ms: Option<u64>,
-    /// What a stuck point is; by how much a noisy one is off.
+    /// The value of a stuck point; the deviation of a noisy point.
     held: i32,
     random: Random,
-    /// Of a late point, its last values; the oldest first.
+    /// The last values of a late point; the oldest first.
     past: VecDeque<i32>,
 }
 
-/// Numbers that look like chance (SplitMix64).
+/// Pseudo-random numbers (SplitMix64).
 #[derive(Clone, Debug)]
 struct Random(u64);
 
@@ -47,7 +47,7 @@ impl Random {
 }
 
 impl Fault {
-    /// A fault that is not brought about; none is made of one that falsifies no point.
+    /// A fault that is off; `None` for an effect that falsifies no point.
     pub fn new(
         settings: &Settings,
         seed: u64,
@@ -116,7 +116,7 @@ impl Fault {
         values[self.point] = value;
     }
 
-    /// Remembers a value, and gives the one of `by_ms` ago; until then, the first one.
+    /// Stores a value, and returns the one of `by_ms` ago; until then, the first one.
     fn late(&mut self, value: i32, by_ms: u32) -> i32 {
         if self.past.is_empty() {
             self.past.extend(std::iter::repeat_n(value, by_ms as usize));

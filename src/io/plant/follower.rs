@@ -1,18 +1,18 @@
-//! A bit that follows another one after a time: contactors, switches, doors.
+//! A bit that follows an input bit after a delay: contactors, switches, doors.
 //!
-//! Used by the parts of a plant. A change that does not
-//! last as long as its delay is not followed. No clock: the time is an argument.
+//! Used by the parts of a plant. A change that is shorter than its delay has no effect. No clock:
+//! the time is an argument.
 
-/// What it is, and what it is about to become.
+/// The present value, and the time of a change that is not followed yet.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Follower {
     on: bool,
-    /// Since when the bit differs from `on`.
+    /// The time since which the input bit differs from `on`.
     differs_ms: Option<u64>,
 }
 
 impl Follower {
-    /// What it is at this time, which never goes back.
+    /// The value at this time. The time never goes back.
     pub fn step(&mut self, now_ms: u64, bit: bool, after_ms: u32, release_ms: u32) -> bool {
         if bit == self.on {
             self.differs_ms = None;

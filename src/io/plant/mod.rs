@@ -1,9 +1,9 @@
 //! A plant in software, as a field device: belts with parts on them, tanks, motors, faults.
 //!
-//! [`Model`] is pure: it takes the time and what goes out to the plant, and tells what comes in.
-//! Tests step it by hand; here it is a driver, and an exchange is a step up to the present. What
-//! parts and faults do is `docs/simulated-plant.md`. The rules of `[[simulated-device]]` are single
-//! parts without a plant around them ([`Device`], and [`Drive`] beside a running controller).
+//! [`Model`] is pure: it takes the time and the outputs to the plant, and gives the inputs. Tests
+//! step it by hand; [`Plant`] makes it a driver, with a step up to the present at each exchange.
+//! `docs/simulated-plant.md` describes the parts and faults. The rules of `[[simulated-device]]`
+//! are single parts without a plant ([`Device`], and [`Drive`] beside a running controller).
 
 mod drive;
 mod fault;
@@ -22,11 +22,11 @@ pub use rules::Device;
 use super::device::{Done, Driver, Exchange, Trouble};
 use settings::Plant as Settings;
 
-/// A plant whose time is the machine's.
+/// A plant that runs by the machine's clock.
 pub struct Plant {
     model: Model,
     inputs: Vec<i32>,
-    /// Since its first step.
+    /// The time of its first step.
     started: Option<Instant>,
 }
 
@@ -46,7 +46,7 @@ impl Driver for Plant {
     async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
         let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
         if self.model.step(now_ms, exchange.outputs, &mut self.inputs) == Err(Lost) {
-            return Err(Trouble::kept("the plant does not answer, as a fault wants it"));
+            return Err(Trouble::kept("a fault of the plant is ON that stops its answers"));
         }
         for (input, value) in exchange.inputs.iter_mut().zip(&self.inputs) {
             *input = Some(*value);

@@ -1,16 +1,16 @@
 //! The model of a plant: one step of it.
 //!
-//! Time goes in ticks of a millisecond, however far apart the steps are, so that the same commands
-//! at the same times give the same plant. In a tick every command takes the value of what drives
-//! it as the tick before left it; then every part moves: the order of the parts means nothing.
-//! Numbers are integers, and nothing is rounded on the way. No clock.
+//! Time passes in ticks of a millisecond, independently of the distance between steps, so the same
+//! commands at the same times give the same plant. In a tick every command first takes its driver's
+//! value as the previous tick left it; then every part moves. So the order of the parts does not
+//! matter. Numbers are integers, and intermediate results are not rounded. No clock.
 
 use super::fault::{Falsifies, Fault};
 use super::part::Part;
 use super::settings::{Command, Effect, Feed, Plant, PointId};
 
-/// The most ticks that a step catches up with: a process that was held up for longer finds its
-/// plant as if that had stood still too.
+/// The most ticks that one step catches up with. If the process stood still for longer, the plant
+/// stood still for the rest of that time too.
 const CATCH_UP_MS: u64 = 1000;
 
 /// A plant with its state.
@@ -18,24 +18,24 @@ const CATCH_UP_MS: u64 = 1000;
 pub struct Model {
     parts: Vec<(usize, Part)>,
     faults: Vec<Fault>,
-    /// Faults by which the device is lost.
+    /// The points of faults that make the device lost.
     losses: Vec<PointId>,
     commands: Vec<Command>,
     /// The first point of a fault.
     first_fault: usize,
     inputs: Vec<usize>,
-    /// All points, and as the tick before left them.
+    /// All points; `before` has their values after the previous tick.
     values: Vec<i32>,
     before: Vec<i32>,
-    /// What goes out to the plant, as it came last.
+    /// The outputs to the plant, as they came last.
     outputs: Vec<i32>,
-    /// The time as given last; nothing before the first step.
+    /// The time as given last; `None` before the first step.
     given_ms: Option<u64>,
     /// The time of the last tick.
     time_ms: u64,
 }
 
-/// The device is lost, as a fault wants it: nothing comes in.
+/// A fault has made the device lost: nothing comes in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lost;
 
@@ -72,11 +72,11 @@ impl Model {
         }
     }
 
-    /// Moves the plant on to a time, which never goes back: with the outputs as they were until
-    /// then, and as they are now. Both slices are one value a point of the device.
+    /// Moves the plant on to a time, which never goes back. The previous outputs apply until that
+    /// time, the given ones from then on. Both slices have one value per point of the device.
     ///
     /// # Errors
-    /// A fault wants the device to be lost; inputs stay as they are.
+    /// A fault makes the device lost; `inputs` stays unchanged.
     pub fn step(&mut self, now_ms: u64, outputs: &[i32], inputs: &mut [i32]) -> Result<(), Lost> {
         let elapsed_ms = self.given_ms.map(|given_ms| now_ms.saturating_sub(given_ms));
         self.given_ms = Some(now_ms);
@@ -99,7 +99,7 @@ impl Model {
         Ok(())
     }
 
-    /// Outputs reach the plant; of a lost one, those by which faults are brought about.
+    /// Passes outputs to the plant; to a lost one, only those that turn faults on and off.
     fn take(&mut self, outputs: &[i32]) {
         if !self.is_lost() {
             let many = self.outputs.len().min(outputs.len());

@@ -1,15 +1,14 @@
-//! The parts of a plant with their state: what one tick of a millisecond does to each.
+//! The parts of a plant with their state, and the effect of one tick of a millisecond on each.
 //!
-//! A part finds its points in a slice that begins with its own, in the order in which
-//! `controller` counts them. It keeps what it is in its own state, never in a
-//! point: a fault may have falsified that.
+//! A part gets a slice of points that begins with its own points, in `controller`'s order. It keeps
+//! its state in its own fields, never in a point: a fault may have falsified the point.
 
 use std::collections::VecDeque;
 
 use super::follower::Follower;
 use super::settings::{Delays, PartSettings, Scale, opening};
 
-/// Nanometres in a millimetre, and as many millionths in a tank's unit.
+/// The nanometres in a millimetre, and the millionths in a tank's unit.
 const MILLION: u64 = 1_000_000;
 
 /// A part with its state.
@@ -23,23 +22,23 @@ pub(super) enum Part {
     Pulse { width_ms: u64, every_ms: u64, offset_ms: u64, since_ms: Option<u64> },
 }
 
-/// A belt with parts on it. Lengths in nanometres: what a belt of 1 mm/s moves in a tick at a
-/// thousandth of its speed.
+/// A belt with parts on it. Lengths are in nanometres: a belt of 1 mm/s moves by one in a tick at
+/// a thousandth of its speed.
 #[derive(Clone, Debug)]
 pub(super) struct Belt {
     length: u64,
-    /// In a tick, at a thousandth of its speed.
+    /// The movement in a tick at a thousandth of its speed.
     speed: u64,
     every_ms: u64,
     part: u64,
     eyes: Vec<u64>,
-    /// How far it has moved.
+    /// The distance that it has moved.
     moved: u64,
-    /// How many ticks it has moved in.
+    /// The number of ticks in which it has moved.
     moved_ms: u64,
-    /// How far it had moved when each part was laid on; the foremost part first.
+    /// For each part, the distance at which it was laid on; the foremost part first.
     laid: VecDeque<u64>,
-    /// The bit by which parts are laid on, as it was.
+    /// The previous value of the bit that lays parts on.
     fed: bool,
 }
 
@@ -112,7 +111,7 @@ impl Part {
         }
     }
 
-    /// What it tells before the first tick, so that this finds it as it begins.
+    /// Sets its outputs before the first tick, so that this tick finds their first values.
     pub fn begin(&self, points: &mut [i32]) {
         match self {
             Part::Delay { invert, .. } | Part::Sensor(Sensor { invert, .. }) => {
@@ -123,7 +122,7 @@ impl Part {
         }
     }
 
-    /// One millisecond. `points` begins with the part's own.
+    /// Moves the part by one millisecond. `points` begins with the part's own points.
     pub fn tick(&mut self, now_ms: u64, points: &mut [i32]) {
         match self {
             Part::Delay { delays, invert, follower } => {
@@ -157,7 +156,7 @@ fn followed(follower: &mut Follower, now_ms: u64, bit: bool, delays: Delays) -> 
     follower.step(now_ms, bit, delays.after_ms, delays.release_ms)
 }
 
-/// How far open a valve is, or how fast a drive, in thousandths.
+/// The opening of a valve or the speed of a drive, in thousandths.
 fn opened(point: i32) -> u64 {
     point.clamp(0, opening::FULL).unsigned_abs().into()
 }
@@ -177,7 +176,7 @@ impl Belt {
             self.laid.pop_front();
         }
         points[4] = i32::from(self.laid.len() < many);
-        // Not upon the one before it.
+        // A part is not laid on top of the previous one.
         if is_due && self.laid.back().is_none_or(|at| self.moved - at >= self.part) {
             self.laid.push_back(self.moved);
         }
@@ -220,7 +219,7 @@ impl Sensor {
     }
 }
 
-/// Beyond its range a transmitter tells the end of it.
+/// The transmitter's value; beyond its range, the value at the range's end.
 fn scaled(measured: i32, Scale { range, raw }: Scale) -> i32 {
     let measured = measured.clamp(range[0].min(range[1]), range[0].max(range[1]));
     let [from, to, low, high, measured] =

@@ -1,12 +1,11 @@
-//! The rules of `[[simulated-device]]`: parts of a plant, each between an input and a bit.
+//! The rules of `[[simulated-device]]`: parts of a plant, each between a bit and an input.
 //!
-//! A pulse is a part of kind `pulse`, what follows a bit one of kind `delay`. A rule has no points:
-//! the bits that drive it are read straight from an image, and what its part tells is an input. A
-//! step ticks each part once, at the time given, so a step that comes late shifts nothing that
-//! follows. A part rests while another bit is OFF, and can be inverted. No clock.
+//! A pulse is a part of kind `pulse`; a rule that follows a bit is a part of kind `delay`. A rule
+//! has no points: it reads the bits that drive it from an image, and its part's output is an input
+//! of the controller. A step ticks each part once, at the given time, so a late step shifts no
+//! later one. A part rests while its `while` bit is OFF, and can be inverted. No clock.
 //!
-//! That no two rules move one input, and that their times make sense, was seen to when the
-//! controller file was resolved.
+//! `controller` has made sure that no two rules move one input, and that their times make sense.
 
 use super::part::Part;
 use super::settings::{Delays, Motion, PartSettings, Rule};
@@ -23,7 +22,7 @@ pub struct Device {
 struct Moved {
     rule: Rule,
     part: Part,
-    /// The input as given last; nothing before the first step.
+    /// The input as given last; `None` before the first step.
     given: Option<bool>,
 }
 
@@ -35,7 +34,7 @@ impl Device {
         Device { moved: rules.iter().map(moved).collect() }
     }
 
-    /// A device with these rules: one that is as it was goes on where it is.
+    /// A device with these rules. A rule that has not changed continues from its present state.
     pub fn going_on(&self, rules: &[Rule]) -> Device {
         let mut device = Device::new(rules);
         for moved in &mut device.moved {
@@ -51,8 +50,8 @@ impl Device {
         device
     }
 
-    /// The inputs that change at this time, which never goes back; at the first step every
-    /// input of a rule.
+    /// The inputs that change at this time; at the first step, the inputs of all rules. The time
+    /// never goes back.
     pub fn step(&mut self, now_ms: u64, read: impl Fn(Bit) -> bool) -> Vec<(u32, bool)> {
         let changes = self.moved.iter_mut().filter_map(|moved| {
             let on = moved.step(now_ms, &read);
@@ -111,7 +110,8 @@ mod tests {
         Rule { input: 0, motion, while_on: None, invert: false, span: Span::default() }
     }
 
-    /// One step a millisecond from 0; a bit is ON where its line has a `#`. The input's line.
+    /// The input's line after one step per millisecond from 0. A bit is ON where its line has a
+    /// `#`.
     fn line(rule: Rule, motor: &str, enable: &str) -> String {
         let mut device = Device::new(&[rule]);
         let mut input = None;

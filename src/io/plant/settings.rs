@@ -1,5 +1,5 @@
-//! A plant as it is asked for: its parts, what drives each command, its faults. A driver's
-//! settings, as `controller` makes them of a controller file.
+//! The settings of a simulated plant: its parts, the driver of each command, its faults. Made by
+//! `controller` from a controller file.
 
 use crate::isa::Bit;
 use crate::source::span::Span;
@@ -17,41 +17,41 @@ pub mod opening {
 /// A simulated plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
-    /// What is random is so by this.
+    /// The seed of the noise.
     pub seed: u64,
     /// Its parts, in file order.
     pub parts: Vec<Part>,
     /// Its faults, in file order.
     pub faults: Vec<Fault>,
-    /// What drives each command, also those of faults; in the order of their points.
+    /// The driver of each command, also of the faults'; in the order of their points.
     pub commands: Vec<Command>,
-    /// How many points there are.
+    /// The number of points.
     pub points: usize,
-    /// Which point comes in: one a point of the device.
+    /// The points that come in, one for each input of the device.
     pub inputs: Vec<PointId>,
-    /// How many points go out; [`Feed::Output`] numbers them.
+    /// The number of points that go out; [`Feed::Output`] numbers them.
     pub outputs: usize,
 }
 
-/// A command's value: a feed's, so many times.
+/// A command's value: the feed's value times the gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
     /// The command.
     pub point: PointId,
-    /// What drives it.
+    /// Its driver.
     pub feed: Feed,
-    /// 1, or what an opened valve is where a bit opens it.
+    /// 1, or the value of a fully open valve if a bit opens it.
     pub gain: i32,
 }
 
-/// What drives a command.
+/// The driver of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feed {
-    /// What goes out to the device, by its number.
+    /// An output to the device, by its number.
     Output(usize),
     /// A point of the plant.
     Point(PointId),
-    /// Nothing: this, always.
+    /// Nothing drives it: this value, always.
     Fixed(i32),
 }
 
@@ -60,11 +60,11 @@ pub enum Feed {
 pub struct Part {
     /// Its first point.
     pub first: PointId,
-    /// What it is.
+    /// Its kind, with its measures.
     pub kind: PartSettings,
 }
 
-/// What a part is, with its measures. Positions and levels are in order of their points.
+/// The kind of a part, with its measures. Positions and levels are in the order of their points.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum PartSettings {
@@ -76,7 +76,7 @@ pub enum PartSettings {
     Pulse { width_ms: u32, every_ms: u32, offset_ms: u32 },
 }
 
-/// How long a bit must be ON, and OFF, before it is followed.
+/// The time for which a bit must be ON, and OFF, before it is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Delays {
     /// ON, ms.
@@ -85,50 +85,50 @@ pub struct Delays {
     pub release_ms: u32,
 }
 
-/// A straight line: what is measured, and what is told of it.
+/// A straight line from the measured value to the sensor's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scale {
-    /// Two values.
+    /// Two measured values.
     pub range: [i32; 2],
-    /// What is told of each.
+    /// The sensor's value for each.
     pub raw: [i32; 2],
 }
 
 /// A fault on demand.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// The point that brings it about.
+    /// The point that turns it on.
     pub when: PointId,
-    /// What it does.
+    /// Its effect.
     pub effect: Effect,
 }
 
-/// What a fault does while it is brought about.
+/// The effect of a fault while it is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Effect {
-    /// The point is this.
+    /// The point has this value.
     Fixed { point: PointId, value: i32 },
-    /// The point is as it was when the fault came.
+    /// The point keeps the value that it had when the fault came.
     Stuck { point: PointId },
-    /// A bit is ON or OFF by chance; every so often anew.
+    /// A bit is ON or OFF at random, drawn again every `every_ms`.
     Bouncing { point: PointId, every_ms: u32 },
-    /// A word is off by up to so much; every so often anew.
+    /// A word deviates by up to `amplitude` at random, drawn again every `every_ms`.
     Noisy { point: PointId, every_ms: u32, amplitude: u32 },
-    /// The point is as it was so long ago.
+    /// The point has its value of `by_ms` ago.
     Late { point: PointId, by_ms: u32 },
     /// The device exchanges nothing.
     Lost,
 }
 
-/// A rule by which one input moves.
+/// A rule that moves one input.
 #[derive(Clone, Debug)]
 pub struct Rule {
     /// The number of the X bit.
     pub input: u32,
     /// How it moves.
     pub motion: Motion,
-    /// It only moves while this bit is ON; else it is OFF.
+    /// The input moves only while this bit is ON; otherwise it is OFF.
     pub while_on: Option<Bit>,
     /// The input is ON where the rule says OFF.
     pub invert: bool,
@@ -141,20 +141,20 @@ pub struct Rule {
 pub enum Motion {
     /// ON for `width_ms` in every `every_ms`, from `offset_ms` on.
     Pulse {
-        /// How long it is ON; less than `every_ms`.
+        /// The length of a pulse; less than `every_ms`.
         width_ms: u32,
-        /// How often.
+        /// The time between the begins of two pulses.
         every_ms: u32,
-        /// When the first one begins.
+        /// The begin of the first pulse.
         offset_ms: u32,
     },
-    /// As another bit, later.
+    /// The input follows a bit, with a delay.
     Follow {
         /// The bit.
         bit: Bit,
-        /// How long the bit is ON before the input is.
+        /// How long the bit is ON before the input comes ON.
         after_ms: u32,
-        /// How long the bit is OFF before the input is.
+        /// How long the bit is OFF before the input goes OFF.
         release_ms: u32,
     },
 }
