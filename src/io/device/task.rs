@@ -333,7 +333,7 @@ fn is_to_write(port: &Port, seen: &Arc<Snapshot>, (sources, given): (&[Source], 
 }
 
 fn no_connection(within: Duration) -> String {
-    format!("no connection within {} ms", within.as_millis())
+    format!("no connection: none in {} ms", within.as_millis())
 }
 
 /// The trouble of a driver that panicked; its connection is in an unknown state.
