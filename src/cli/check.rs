@@ -1,4 +1,4 @@
-//! `rungd check`: are these files right? Findings on standard error, and the exit code.
+//! `rungd check`: checks files, prints the findings on standard error, and gives the exit code.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -11,11 +11,11 @@ use super::terminal::say_drawn;
 use crate::load::{self, Input, Loaded};
 use crate::source::render::{Style, refuses, render};
 
-/// Checks ladder files and controller files, and prints everything found in them.
+/// Checks ladder files and controller files, and prints all findings
 #[derive(Args, Debug)]
 pub struct CheckArgs {
-    /// Ladder files, which together are one program, and controller files, which each bring
-    /// their own
+    /// Ladder files, which form one program together, and controller files, each of which is
+    /// checked with the ladder files that it names
     #[arg(required = true, value_name = "FILE.toml")]
     files: Vec<PathBuf>,
     /// Make warnings errors
@@ -51,7 +51,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })
 }
 
-/// Joins the files and findings of two loads; those of the second get new numbers.
+/// Joins the files and findings of two loads; the files of the second get new numbers.
 fn append(all: &mut Loaded, mut loaded: Loaded) {
     let shift = all.files.len() as u32;
     for finding in &mut loaded.findings {
@@ -62,7 +62,7 @@ fn append(all: &mut Loaded, mut loaded: Loaded) {
     all.findings.append(&mut loaded.findings);
 }
 
-/// How findings are shown on standard error.
+/// The style of findings on standard error.
 pub fn style(deny_warnings: bool) -> Style {
     let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
         || std::env::var_os("TERM").is_some_and(|value| value == "dumb");

@@ -1,7 +1,7 @@
-//! `rungd completions`: what a shell reads to complete rungd's command lines.
+//! `rungd completions`: prints the script with which a shell completes rungd's command lines.
 //!
-//! The script asks `rungd` itself at each completion, so that tags and addresses of the running
-//! ladder are completed too.
+//! The script calls `rungd` at each completion, so that tags and addresses of the running ladder
+//! are completed too.
 
 use std::io::Write;
 
@@ -15,14 +15,14 @@ use super::exit::Exit;
 /// The environment variable by which a script asks; as `CompleteEnv` has it.
 const VARIABLE: &str = "COMPLETE";
 
-/// zsh loads the file when it first completes a line, and that line is to be completed as well.
+/// zsh loads the file when it completes the first line; this call completes that line too.
 const ZSH_FIRST_TIME: &str = "
 if [[ $funcstack[1] == _rungd ]]; then
     _clap_dynamic_completer_rungd \"$@\"
 fi
 ";
 
-/// Prints the completions for a shell; the page docs/install.md says where each wants them
+/// Prints the completions for a shell; docs/install.md has the place of the file for each shell
 #[derive(Args, Debug)]
 pub struct CompletionsArgs {
     /// The shell

@@ -1,4 +1,4 @@
-//! `rungd events`: the catalogue of what the log can say, for people and for the journal.
+//! `rungd events`: prints the catalogue of the log's events, for people and for the journal.
 
 use std::fmt::Write as _;
 

@@ -1,14 +1,14 @@
-//! Exit codes: what a script, and systemd, can tell from the outside. `docs/exit-codes.md` is
-//! the page for people; a test keeps the two alike.
+//! Exit codes, for scripts and systemd. `docs/exit-codes.md` is the page for people; a test keeps
+//! the two alike.
 
 use std::io;
 
-/// How the process ended.
+/// The exit code of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
-    /// What was asked for is done.
+    /// The request is done.
     Ok = 0,
-    /// A running controller refuses, as it is now; or its mode is not the one asked about.
+    /// A running controller refuses in its present state; or its mode is not the one asked about.
     Refused = 1,
     /// The command line is wrong.
     Usage = 2,
@@ -18,17 +18,17 @@ pub enum Exit {
     Software = 70,
     /// A file, port or device could not be read, written or opened.
     Io = 74,
-    /// A controller ended otherwise than in an orderly way: a fault came before the last of
-    /// `--scans`, or a second signal before the passes.
+    /// A controller did not end in an orderly way: a fault came before the last of `--scans`, or a
+    /// second signal came before the termination passes.
     Fault = 75,
-    /// Whoever asks a running controller may not do so.
+    /// The user has no permission for this request to a running controller.
     NoPerm = 77,
     /// A ladder, controller or stimulus file is wrong. A restart does not help.
     Config = 78,
 }
 
 impl Exit {
-    /// All of them, with their names.
+    /// All codes with their names.
     pub const ALL: [(Exit, &'static str); 9] = [
         (Exit::Ok, "OK"),
         (Exit::Refused, "REFUSED"),
@@ -50,7 +50,7 @@ impl Exit {
     }
 }
 
-/// Whether a failure is only that nobody reads our output any more (`… | head`).
+/// Whether a failure only means that the reader of our output has ended (`… | head`).
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     let io = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
     io.is_some_and(|io| io.kind() == io::ErrorKind::BrokenPipe)

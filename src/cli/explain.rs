@@ -1,5 +1,5 @@
-//! `rungd explain`: an instruction from the instruction table, a finding from its page, or an
-//! event of the log from the catalogue.
+//! `rungd explain`: explains an instruction from the instruction table, a finding from its page, or
+//! an event of the log from the catalogue.
 
 use std::fmt::Write as _;
 
@@ -17,9 +17,8 @@ use crate::source::nearest::nearest;
 
 /// Explains an instruction (`CNT`), a finding (`missing-leg`) or an event of the log (`alarm-on`)
 ///
-/// Without a name, lists them all. An event is found by its code (`RUNGD-0301`), too. An
-/// instruction of other controllers (`TON`, `XIC`) is answered with what a ladder of rungd has
-/// instead.
+/// Without a name, lists all of them. An event is found by its code (`RUNGD-0301`), too. For an
+/// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd.
 #[derive(Args, Debug)]
 pub struct ExplainArgs {
     /// A mnemonic, the name of a finding, or the name or code of an event
@@ -140,7 +139,7 @@ pub fn facts(spec: &Spec) -> String {
     text
 }
 
-/// A section of a page, heading and all; nothing where the page has none of that title.
+/// A section of a page with its heading; empty if the page has no section with this title.
 fn section(page: &str, title: &str) -> String {
     let from = page.find(&format!("\n## {title}\n")).map_or(page.len(), |at| at + 1);
     let end = page[from..].find("\n## ").map_or(page.len(), |at| from + at + 1);
@@ -151,7 +150,7 @@ fn of_finding(code: Code) -> String {
     page(code.name()).map(for_a_terminal).unwrap_or_default()
 }
 
-/// A page without the marks that only its test reads, and the blank lines around them.
+/// A page without the marks for its test, and without the blank lines around them.
 fn for_a_terminal(page: &str) -> String {
     let mut lines: Vec<&str> = Vec::new();
     for line in page.lines().filter(|line| !line.starts_with("<!--")) {
@@ -196,7 +195,7 @@ fn describe(kind: OperandKind) -> String {
     }
 }
 
-/// A rung with the instruction, as it can be pasted.
+/// A rung with the instruction, ready to be pasted.
 fn example(spec: &Spec) -> String {
     let mut words = vec![spec.name.to_owned()];
     for operand in spec.operands {

@@ -1,4 +1,4 @@
-//! `rungd force` and `rungd unforce`: a bit or word that keeps its value, whatever writes it.
+//! `rungd force` and `rungd unforce`: make a bit or word keep a value, and release it.
 
 use anyhow::Result;
 use clap::Args;
@@ -12,8 +12,8 @@ use crate::operator::protocol::{Request, Values};
 
 /// Forces a bit or word of a running controller: it keeps this value until `unforce`
 ///
-/// A force outlives STOP and RUN and a reload. While it lasts, inputs, writes and instructions that
-/// would change the value are discarded. `rungd status` lists forces.
+/// A force stays through STOP, RUN and a reload. While it lasts, changes of the value by inputs,
+/// writes and instructions are discarded. `rungd status` lists forces.
 #[derive(Args, Debug)]
 pub struct ForceArgs {
     #[command(flatten)]
@@ -24,7 +24,7 @@ pub struct ForceArgs {
 
 /// Ends a force, or all of them; the value stays until something writes it
 ///
-/// `unforce` puts no old value back: a coil, an input or a command writes the next value.
+/// `unforce` does not restore the old value: a coil, an input or a command writes the next value.
 #[derive(Args, Debug)]
 pub struct UnforceArgs {
     /// Tag, address or member; or `--all`

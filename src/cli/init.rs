@@ -1,7 +1,7 @@
-//! `rungd init`: a first project in an empty directory, alive without hardware.
+//! `rungd init`: writes a first project into an empty directory. The project runs without hardware.
 //!
-//! Its files are those of `config/first/`, which the package puts into `/etc/rungd` as well. There
-//! a service has its socket from systemd; here it lies beside the controller file.
+//! Its files are those of `config/first/`, which the package also puts into `/etc/rungd`. There the
+//! service's socket is in systemd's runtime folder; here it is beside the controller file.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -15,12 +15,12 @@ use super::exit::Exit;
 /// Writes a first project: a controller file, a ladder, a simulated device
 #[derive(Args, Debug)]
 pub struct InitArgs {
-    /// A directory that is empty, or is not there yet
+    /// A directory that is empty or does not exist yet
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 }
 
-/// The project: paths, and what stands in them.
+/// The project's files: paths and contents.
 const FILES: [(&str, &str); 3] = [
     ("controller.toml", include_str!("../../config/first/controller.toml")),
     ("programs/main.toml", include_str!("../../config/first/programs/main.toml")),
@@ -53,14 +53,14 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// A path as one word of a shell's line, and no option.
+/// A path quoted as one word of a shell's line; never read as an option.
 fn shell_word(path: &str) -> String {
     let path = if path.starts_with('-') { format!("./{path}") } else { path.to_owned() };
     let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
     if path.chars().all(is_plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
-/// Nothing of somebody's work is touched; a repository without files is no work.
+/// Refuses a directory with files, to protect them; an empty repository is accepted.
 fn refuse_what_is_there(directory: &Path) -> Result<()> {
     let entries = match fs::read_dir(directory) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),

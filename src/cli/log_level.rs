@@ -1,4 +1,4 @@
-//! `rungd log-level`: what a running controller logs, until it ends or is told otherwise.
+//! `rungd log-level`: sets the level of a running controller's log, until it ends or is set again.
 
 use anyhow::Result;
 use clap::Args;
@@ -8,10 +8,10 @@ use super::operator::At;
 use crate::events::Level;
 use crate::operator::protocol::{LevelChange, Request};
 
-/// Sets from which level on a running controller logs
+/// Sets the level of a running controller's log
 #[derive(Args, Debug)]
 pub struct LogLevelArgs {
-    /// From this level on
+    /// The least urgent level to log
     #[arg(value_name = "LEVEL")]
     level: Level,
     #[command(flatten)]

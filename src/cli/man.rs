@@ -1,5 +1,5 @@
-//! `rungd man`: the manual pages, one a subcommand, from the definition of the command line. For
-//! packages; people read `man rungd`.
+//! `rungd man`: writes the manual pages, one per subcommand, from the definition of the command
+//! line. Packages call it; people read `man rungd`.
 
 use std::fs;
 use std::io;
@@ -15,7 +15,7 @@ use super::exit::Exit;
 /// Writes the manual pages into a directory
 #[derive(Args, Debug)]
 pub struct ManArgs {
-    /// The directory; it is made where it is not there
+    /// The directory; it is created if it does not exist
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 }
@@ -23,8 +23,8 @@ pub struct ManArgs {
 const MANUAL: &str = "rungd manual";
 
 const ENVIRONMENT: [(&str, &str); 3] = [
-    ("RUNGD_SOCKET", "The running controller's socket, where no --socket is given."),
-    ("RUNGD_LOG", "The level of the log where no --log-level is given."),
+    ("RUNGD_SOCKET", "The running controller's socket, if no --socket is given."),
+    ("RUNGD_LOG", "The level of the log, if no --log-level is given."),
     ("NO_COLOR", "Findings are printed without colours if this is set to anything."),
 ];
 

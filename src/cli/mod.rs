@@ -1,6 +1,6 @@
-//! The command line: one small file a subcommand, and what they share.
+//! The command line: one small file per subcommand, and their shared parts.
 //!
-//! [`run()`] is the whole of the program but for the process's exit. Findings and failures go to
+//! [`run()`] is the whole program except for the process's exit. Findings and failures go to
 //! standard error, results to standard output.
 
 mod check;
@@ -71,7 +71,7 @@ enum Command {
 pub fn run() -> i32 {
     CompleteEnv::with_factory(Cli::command).complete();
     let command = Cli::parse().command;
-    // Whoever started us is told a bug from a bad file, whatever went wrong.
+    // The exit code distinguishes a bug from a bad file, also after a panic.
     let outcome = catch_unwind(AssertUnwindSafe(|| dispatch(&command)));
     let exit = match outcome {
         Ok(Ok(exit)) => exit,

@@ -1,4 +1,4 @@
-//! `rungd mode`: run or stop a running controller's scan.
+//! `rungd mode`: runs or stops the scan of a running controller.
 
 use anyhow::Result;
 use clap::Args;
@@ -8,13 +8,13 @@ use super::operator::At;
 use super::terminal::say;
 use crate::operator::protocol::{ModeChange, ModeWanted, Request};
 
-/// Runs a controller that is in STOP or FAULT, or stops its scan in an orderly way
+/// Sets a controller from STOP or FAULT to RUN, or stops its scan in an orderly way
 #[derive(Args, Debug)]
 pub struct ModeArgs {
-    /// run: STOP or FAULT to RUN, memory as it is; stop: RUN to STOP, outputs safe
+    /// run: from STOP or FAULT to RUN, memory as it is; stop: from RUN to STOP, outputs safe
     #[arg(value_name = "MODE")]
     to: ModeWanted,
-    /// stop: do not wait until the last image of retentive memory is durable
+    /// For stop: do not wait until the last image of retentive memory is durable
     #[arg(long)]
     no_wait: bool,
     #[command(flatten)]

@@ -1,5 +1,5 @@
-//! Shared by the commands that ask a running controller: its socket, the question and the answer,
-//! the exit code of a refusal, and the completion of its names.
+//! The parts shared by the commands that talk to a running controller: its socket, the request and
+//! the answer, the exit code of a refusal, and the completion of its names.
 
 use std::ffi::OsStr;
 use std::io::{self, Write};
@@ -17,19 +17,19 @@ use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, Failure};
 use crate::operator::protocol::{Change, Given, Name, Names, Refusal, RefusalKind, Request};
 
-/// Where the controller is asked, and how its answer is printed.
+/// The socket of the controller, and the form of its printed answer.
 #[derive(Args, Clone, Debug)]
 pub struct At {
-    /// The running controller's socket (default: `rungd.sock` here, if it is there and yours; else
-    /// /run/rungd/rungd.sock, the service's)
+    /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
+    /// yours or root's; else the service's, /run/rungd/rungd.sock)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
     pub socket: Option<PathBuf>,
-    /// Print the answer as JSON, one line
+    /// Print the answer as one line of JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// An operand and its new value: what is written, or forced.
+/// An operand and the value to write or force.
 #[derive(Args, Debug)]
 pub struct New {
     /// Tag, address or member
@@ -41,14 +41,14 @@ pub struct New {
 }
 
 impl New {
-    /// Both, as a request names them.
+    /// Both in the form of a request.
     pub fn named(&self) -> (String, Given) {
         (self.operand.clone(), Given::Text(self.value.clone()))
     }
 }
 
 impl At {
-    /// Asks; `Err` is the exit code of a refusal or failure that was told already.
+    /// Sends a request; `Err` is the exit code of a refusal or failure, which has been printed.
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
         client::ask(&client::socket(self.socket.clone()), request).map_err(|failure| {
             let exit = exit_of(&failure);
@@ -69,7 +69,7 @@ impl At {
         })
     }
 
-    /// Prints an answer: as JSON, or as people read it.
+    /// Prints an answer, as JSON or as text.
     ///
     /// # Errors
     /// Standard output cannot be written.
@@ -83,7 +83,7 @@ impl At {
         Ok(())
     }
 
-    /// Asks for a change of one operand, and prints it.
+    /// Requests a change of one operand, and prints it.
     ///
     /// # Errors
     /// Standard output cannot be written.
@@ -135,7 +135,7 @@ fn kind_of(failure: &Failure) -> serde_json::Value {
     }
 }
 
-/// The running controller's names, for the shell. Nothing where nobody answers.
+/// The running controller's names, for the shell. Empty if no controller answers.
 pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     let words: Vec<_> = std::env::args_os().collect();
     let after = |(at, word): (usize, &std::ffi::OsString)| match word.to_str() {

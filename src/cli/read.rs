@@ -1,4 +1,4 @@
-//! `rungd read`: what operands of a running controller hold, all of one scan.
+//! `rungd read`: prints the values of a running controller's operands, all from one scan.
 
 use anyhow::Result;
 use clap::Args;
@@ -8,7 +8,7 @@ use super::exit::Exit;
 use super::operator::{At, complete};
 use crate::operator::protocol::{Request, Value, Values};
 
-/// Prints what operands of a running controller hold
+/// Prints the values of a running controller's operands
 #[derive(Args, Debug)]
 pub struct ReadArgs {
     /// Tags, addresses, members, ranges (`X0..X7`); a structure stands for all its members
@@ -31,7 +31,7 @@ pub fn read(args: &ReadArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// A line an operand: name, address, value, whether it is forced.
+/// One line per operand: name, address, value, whether it is forced.
 pub fn table(values: &[Value]) -> String {
     let name = |value: &Value| value.tag.clone().unwrap_or_else(|| value.operand.clone());
     let wide = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! `rungd reload` and `rungd rollback`: another program without a stop, and back.
+//! `rungd reload` and `rungd rollback`: change the running program without a stop, and go back.
 
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
@@ -14,28 +14,28 @@ use super::say;
 use crate::daemon;
 use crate::operator::protocol::{Reloaded, Request};
 
-/// Has the running controller read its files anew, and go on with what they say
+/// Makes the running controller read its files again, and go on with the program in them
 ///
-/// The swap comes between two scans. Files that are wrong change nothing, and are exit code 78.
+/// The programs are swapped between two scans. Wrong files change nothing, and give exit code 78.
 #[derive(Args, Debug)]
 pub struct ReloadArgs {
     #[command(flatten)]
     at: At,
-    /// Print what would be kept, new and gone, and change nothing
+    /// Print which values would be kept, new and lost, and change nothing
     #[arg(long)]
     dry_run: bool,
-    /// Ask at the socket that this controller file names, or that systemd's environment does
+    /// Use the socket that this controller file names, or that systemd's environment names
     #[arg(long, value_name = "CONTROLLER.toml")]
     controller: Option<PathBuf>,
-    /// Where nobody answers there, send SIGHUP to this process: the log has the outcome
+    /// If no controller answers there, send SIGHUP to this process; the log has the outcome
     #[arg(long, value_name = "PID", requires = "controller", conflicts_with = "dry_run")]
     pid: Option<i32>,
 }
 
-/// Goes back to the last program that had stood its probation, or to the one of the start
+/// Goes back to the last program that passed its probation, or to the program of the start
 ///
-/// Without a reload in probation this is the program before the last reload. Within a probation,
-/// programs that were reloaded since the last proven one are all passed over. No file is read.
+/// Outside a probation this is the program before the last reload. During a probation, all programs
+/// that were loaded since the last proven one are skipped. No file is read.
 #[derive(Args, Debug)]
 pub struct RollbackArgs {
     #[command(flatten)]
@@ -57,13 +57,13 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
     }
     let Some(socket) = socket else {
         let file = controller.display();
-        say(&format!("rungd: {file}: there is no operator's socket; SIGHUP has it reload\n"));
+        say(&format!("rungd: {file}: there is no operator's socket; SIGHUP makes it reload\n"));
         return Ok(Exit::Unavailable);
     };
     ask(&At { socket: socket.into(), ..args.at.clone() }, &request)
 }
 
-/// Has a process reload that has no socket. What becomes of it nobody tells us.
+/// Makes a process without a socket reload, by SIGHUP. Only the log has the outcome.
 fn hang_up(pid: i32) -> Result<Exit> {
     let process = Pid::from_raw(pid).filter(|_| pid > 0);
     let sent = process.ok_or(Errno::SRCH).and_then(|process| kill_process(process, Signal::HUP));

@@ -1,4 +1,4 @@
-//! `rungd retain`: what a file of retentive memory holds; and having it written now.
+//! `rungd retain`: shows the content of a file of retentive memory, or saves memory now.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use crate::operator::protocol::{Request, Saved};
 use crate::retain::file::{Access, FileDevice};
 use crate::retain::show::show;
 
-/// Shows a file of retentive memory, or has a running controller keep its memory now
+/// Shows a file of retentive memory, or makes a running controller save its memory now
 #[derive(Args, Debug)]
 pub struct RetainArgs {
     #[command(subcommand)]
@@ -22,13 +22,13 @@ pub struct RetainArgs {
 
 #[derive(Subcommand, Debug)]
 enum What {
-    /// Shows what a file holds: its slots, and the values of its newest image
+    /// Shows a file's slots, and the values of its newest image
     Show {
         /// The file, as `[retain] file` names it
         #[arg(value_name = "FILE")]
         file: PathBuf,
     },
-    /// Has a running controller keep its memory; returns once it is durable
+    /// Makes a running controller save its memory; returns when the image is durable
     Save {
         #[command(flatten)]
         at: At,
@@ -65,7 +65,7 @@ fn save(at: &At) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// The image that is durable, as a line.
+/// A line about the durable image.
 pub(super) fn text(saved: &Saved) -> String {
     let Saved { file, image, scan, flush_us } = saved;
     let took = match flush_us {

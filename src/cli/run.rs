@@ -1,4 +1,4 @@
-//! `rungd run`: a controller file in; a controller that scans until it is told to stop.
+//! `rungd run`: reads a controller file, and runs the controller until a signal stops it.
 
 use std::fs::File;
 use std::io;
@@ -21,7 +21,7 @@ use crate::progress::Progress;
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
-/// So many a start needs free, with some to spare.
+/// The number of free file descriptors that a start needs, with a reserve.
 const DESCRIPTORS_LEAST: usize = 16;
 
 /// Runs a controller: scans its ladder at a fixed period until a signal stops it
@@ -36,13 +36,13 @@ pub struct RunArgs {
     /// Start in STOP, and wait for `rungd mode run`
     #[arg(long)]
     stopped: bool,
-    /// What a start does that finds nothing to restore (default: as `[retain] cold-start` says)
+    /// The mode after a start that finds nothing to restore (default: `[retain] cold-start`)
     #[arg(long, value_name = "MODE")]
     cold_start: Option<ModeWanted>,
     /// The form of the log (default: text, or journal under systemd)
     #[arg(long, value_name = "FORM")]
     log_format: Option<LogFormat>,
-    /// Log from this level on (default: the environment's RUNGD_LOG, or info)
+    /// The least urgent level to log (default: the environment's RUNGD_LOG, or info)
     #[arg(long, value_name = "LEVEL")]
     log_level: Option<Level>,
     /// Where the journal listens
@@ -51,13 +51,13 @@ pub struct RunArgs {
     /// Count restarts after unclean ends in FILE (default: in systemd's RUNTIME_DIRECTORY)
     #[arg(long, value_name = "FILE")]
     restart_guard: Option<PathBuf>,
-    /// How long RUN lasts for restarts to be counted anew
+    /// The time in RUN after which the count of restarts begins again
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = span, hide = true)]
     healthy_after: Duration,
-    /// How often to repeat why the controller does not run
+    /// How often to repeat the reason why the controller does not run
     #[arg(long, value_name = "TIME", default_value = "1m", value_parser = span, hide = true)]
     repeat_reason: Duration,
-    /// How long a reload may take to read and check its files
+    /// The time limit for reading and checking the files of a reload
     #[arg(long, value_name = "TIME", default_value = "30s", value_parser = span, hide = true)]
     reload_limit: Duration,
 }
@@ -72,7 +72,7 @@ fn span(text: &str) -> Result<Duration, String> {
 /// Runs a controller until its end.
 ///
 /// # Errors
-/// Signals cannot be heard, the log cannot be started, or there are too few file descriptors.
+/// Signals cannot be received, the log cannot be started, or there are too few file descriptors.
 pub fn run(args: &RunArgs) -> Result<Exit> {
     probe_descriptors()?;
     let mut host = Host::new().context("cannot listen for signals")?;
@@ -93,7 +93,7 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     Ok(exit)
 }
 
-/// What is opened later, and not all of it by calls that can fail, must find a descriptor.
+/// Checks that enough descriptors are free: some are opened later by calls that cannot fail.
 fn probe_descriptors() -> Result<()> {
     let probes: io::Result<Vec<File>> =
         (0..DESCRIPTORS_LEAST).map(|_| File::open("/dev/null")).collect();
@@ -139,7 +139,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
     }
 }
 
-/// All findings: for people as blocks of lines; where lines must be whole, one by one.
+/// Shows all findings: as blocks of lines for people, as one log line each for machines.
 fn refuse(args: &RunArgs, text: &str) -> Exit {
     if log::is_for_people(args.log_format) {
         say_drawn(&format!("{}\n", text.trim_end()));

@@ -1,9 +1,9 @@
-//! `rungd schema`: JSON Schema (draft 2020-12) of a ladder file or a controller file, for editors
-//! and for programs that write such files.
+//! `rungd schema`: prints the JSON Schema (draft 2020-12) of a ladder file or a controller file,
+//! for editors and for programs that write these files.
 //!
-//! Keys, their types and explanations are what the readers ask for ([`crate::source::shape`]).
-//! What a schema cannot say (that an address exists, that a rung's legs are its instruction's)
-//! remains `rungd check`'s.
+//! Keys, their types and their explanations come from the readers of the files
+//! ([`crate::source::shape`]). Only `rungd check` finds mistakes that a schema cannot express: an
+//! address that does not exist, a leg that the rung's instruction does not have.
 
 use std::io::Write;
 
@@ -91,7 +91,7 @@ impl Writer {
         schema
     }
 
-    /// The schema of a key's value; `None` where the reader knows the key only to refuse it.
+    /// The schema of a key's value; `None` if the reader knows the key only to refuse it.
     fn value(&mut self, key: Key, form: &ValueForm) -> Option<Value> {
         if let Limit::Refused = key.limit {
             return None;

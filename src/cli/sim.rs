@@ -1,6 +1,6 @@
 //! `rungd sim`: ladder files, a stimulus and a plan in; a trace out. Virtual time, no sleeping.
 //!
-//! Reads and writes the files; what happens between them is `sim`.
+//! Reads and writes the files; `sim` computes the trace.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -24,13 +24,13 @@ use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
 use crate::source::render::{refuses, render};
 
-/// Scans where neither `--scans` nor `--for` is given.
+/// The number of scans if neither `--scans` nor `--for` is given.
 const DEFAULT_SCANS: u64 = 100;
 
-/// Runs a ladder program in virtual time and prints what its operands do.
+/// Runs a ladder program in virtual time and prints the values of its operands
 #[derive(Args, Debug)]
 pub struct SimArgs {
-    /// Ladder files; several are one program
+    /// Ladder files; several files form one program
     #[arg(required = true, value_name = "LADDER.toml")]
     ladders: Vec<PathBuf>,
     /// Time between two scans
@@ -45,11 +45,11 @@ pub struct SimArgs {
     /// Inputs and queued writes by scan: CSV, header `scan,OP,OP,…`
     #[arg(long, value_name = "S.csv")]
     stimulus: Option<PathBuf>,
-    /// Operands to trace, in this order (default: all that the ladder names)
+    /// Operands to trace, in this order (default: all operands that the ladder names)
     #[arg(long, value_name = "A,B,…", value_delimiter = ',')]
     watch: Option<Vec<String>>,
-    /// Where the trace goes: a CSV file, a timing diagram where it ends in .svg, or - for CSV on
-    /// standard output
+    /// The trace's file: CSV, or a timing diagram if the name ends in .svg; - is CSV on standard
+    /// output
     #[arg(long, default_value = "-", value_name = "OUT.csv|OUT.svg|-")]
     trace: PathBuf,
     /// Stop in an orderly way: the last scan is the last scan, and a row `stop` follows
@@ -71,7 +71,7 @@ fn time(text: &str) -> Result<u32, String> {
     Ok(ms.unsigned_abs())
 }
 
-/// Loads the ladder files, says what was found in them, and simulates.
+/// Loads the ladder files, prints their findings, and simulates.
 ///
 /// # Errors
 /// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
@@ -111,7 +111,7 @@ fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
     if extension(&args.trace) == Some("svg") {
         let mut trace = SvgTrace::new(&watched);
         if let Err(error) = sim::run(engine_program, &plan, &mut trace) {
-            // What was asked for is wrong, and nothing of the environment.
+            // The request is wrong, not the environment.
             match error.get_ref().filter(|inner| inner.is::<TooLong>()) {
                 Some(inner) => bail!("--trace {}: {inner}", args.trace.display()),
                 None => return Err(error.into()),
@@ -170,13 +170,13 @@ fn stimulus(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Stim
     Ok(stimulus)
 }
 
-/// The `.Ok` of every field device that the ladder names: none is lost unless a stimulus says so.
+/// The `.Ok` of every field device that the ladder names: a device is lost only by a stimulus.
 fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
     let ids = (0..program.devices.len() as u32).map(DeviceId);
     ids.map(|id| symbols.layout.bit(Bit::Device(id, Health::Ok))).collect()
 }
 
-/// What an operand of a stimulus is, or why it cannot be written from outside.
+/// The target of a stimulus's operand, or the reason why it cannot be written from outside.
 fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<Target, String> {
     let layout = &symbols.layout;
     match scope.address(operand)? {

@@ -1,4 +1,4 @@
-//! `rungd status`: how a running controller is, for people or as JSON.
+//! `rungd status`: prints the state of a running controller, as text or as JSON.
 
 use anyhow::Result;
 use clap::Args;
@@ -12,20 +12,20 @@ use crate::operator::protocol::{Block, Log, Posture, Request, Retain, Scan, Spre
 /// The width of the longest bar.
 const BAR_CHARS: u64 = 40;
 
-/// Tells how a running controller is
+/// Prints the state of a running controller
 #[derive(Args, Debug)]
 pub struct StatusArgs {
     /// Exit with 1 unless the mode is RUN
     #[arg(long)]
     require_run: bool,
-    /// Show how often scans took how long, and began how late, as bars
+    /// Show histograms of the scans' execution times and latenesses
     #[arg(long)]
     histogram: bool,
     #[command(flatten)]
     at: At,
 }
 
-/// Tells.
+/// Prints the state.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -39,7 +39,7 @@ pub fn status(args: &StatusArgs) -> Result<Exit> {
     Ok(if args.require_run && !runs { Exit::Refused } else { Exit::Ok })
 }
 
-/// What a person asks first comes first: the mode, the program, what is wrong, what is forced.
+/// The page. The most important lines come first: the mode, the program, alarms, forces.
 fn page(status: &Status, histogram: bool) -> String {
     let Status { version, pid, ladder, mode, scans, .. } = status;
     let ms = |ms: u64| span(ms * 1_000_000);
@@ -94,7 +94,7 @@ fn row(head: &str, text: &str) -> String {
     format!("  {head:10}  {text}")
 }
 
-/// Lines under one head; `none` where there are none.
+/// Lines under one head; the line `none` if `texts` is empty.
 fn rows(head: &str, mut texts: Vec<String>) -> Vec<String> {
     if texts.is_empty() {
         texts.push("none".to_owned());
@@ -128,7 +128,7 @@ fn block_line(block: &Block) -> String {
     format!("{kind} {}: {state}{stages}", block.name)
 }
 
-/// A line of figures; with the histogram, a bar a doubling beneath it.
+/// A line of figures; with the histogram, one bar per doubling beneath it.
 fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
     let figures = [
         ("last", spread.last_us),
@@ -143,7 +143,7 @@ fn spread(name: &str, spread: &Spread, histogram: bool) -> Vec<String> {
     let mut lines = vec![row(name, &format!("{figures} us"))];
     let most = spread.histogram.iter().map(|bar| bar.count).max().unwrap_or(0).max(1);
     for bar in spread.histogram.iter().filter(|_| histogram) {
-        // A bar that counts anything has a sign at least.
+        // A bar with a count above 0 has at least one sign.
         let chars = (bar.count * BAR_CHARS).div_ceil(most) as usize;
         let line = format!("<= {:>9.1} us  {:40}  {}", bar.up_to_us, "#".repeat(chars), bar.count);
         lines.push(row("", &line));

@@ -1,8 +1,8 @@
-//! What reaches a terminal: nothing of a text is obeyed as a control sequence.
+//! Prints to a terminal, so that no text acts as a control sequence.
 //!
-//! Every command prints here. Names, texts of a ladder, paths and a file's bytes come from outside:
-//! characters that a terminal obeys, and those that turn the direction of writing, are shown as
-//! escapes (`\u{1b}`). Findings are drawn by `source::render`, which sees to that itself.
+//! Every command prints here. Names, texts of a ladder, paths and a file's bytes come from outside.
+//! Control characters, and characters that change the direction of writing, are printed as escapes
+//! (`\u{1b}`). `source::render` draws findings, and escapes them itself.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ fn is_obeyed(c: char) -> bool {
     c.is_control() || turns
 }
 
-/// A text for a terminal. Lines stay lines.
+/// A text for a terminal. Line ends stay.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
     let odd = |c: char| is_obeyed(c) && c != '\n';
     if !text.contains(odd) {
@@ -58,12 +58,12 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
     io::stdout().lock().write_all(plain(text).as_bytes())
 }
 
-/// Says something on standard error; nobody listening is no reason to fail.
+/// Prints a text on standard error. A closed standard error is not a failure.
 pub(crate) fn say(text: &str) {
     say_drawn(&plain(text));
 }
 
-/// Says findings as they were drawn, with their colours.
+/// Prints findings on standard error as they were drawn, with their colours.
 pub(crate) fn say_drawn(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }

@@ -1,7 +1,7 @@
-//! `rungd watch`: operands of a running controller, over and over.
+//! `rungd watch`: prints the values of a running controller's operands repeatedly.
 //!
-//! On a terminal a table that is drawn anew; elsewhere a line a look. Each look is one request, and
-//! all values of a look are of one scan.
+//! On a terminal it redraws a table; elsewhere it prints one line per look. Each look is one
+//! request, and all values of a look are from one scan.
 
 use std::io::{self, IsTerminal, Write};
 use std::thread::sleep;
@@ -20,13 +20,13 @@ use crate::operator::protocol::{Request, Value, Values};
 
 const INTERVAL_LEAST: Duration = Duration::from_millis(50);
 
-/// Shows what operands of a running controller hold, twice a second
+/// Shows the values of a running controller's operands, twice a second
 #[derive(Args, Debug)]
 pub struct WatchArgs {
     /// Tags, addresses, members, ranges (`X0..X7`); a structure stands for all its members
     #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
-    /// From look to look
+    /// The time between two looks
     #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = interval)]
     interval: Duration,
     /// End after N looks
@@ -45,7 +45,7 @@ fn interval(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Watches until it is interrupted, the count is reached, or nobody answers.
+/// Watches until it is interrupted, the count is reached, or no controller answers.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -72,7 +72,7 @@ pub fn watch(args: &WatchArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// Puts a drawing on the screen: its control sequences are to be obeyed.
+/// Prints a drawing with its control sequences.
 fn draw(drawing: &str) -> io::Result<()> {
     io::stdout().lock().write_all(drawing.as_bytes())
 }
@@ -92,8 +92,8 @@ fn window() -> (usize, usize) {
     size.map_or((usize::MAX, usize::MAX), |(wide, high)| (wide.0.into(), high.0.into()))
 }
 
-/// The table, from the screen's top; what was behind it is cleared. What has no room in the window
-/// is left out and counted: a table that is longer would scroll away at each look.
+/// The table, drawn from the screen's top; the rest of the screen is cleared. Lines that do not fit
+/// in the window are left out and counted: a longer table would scroll away at each look.
 fn drawing(values: &Values, first: bool, (wide, high): (usize, usize)) -> String {
     let mut text = String::from(if first { "\x1b[2J\x1b[H" } else { "\x1b[H" });
     let mut lines = vec![format!("{}  scan {}", values.mode, values.scans)];

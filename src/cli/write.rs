@@ -1,4 +1,4 @@
-//! `rungd write`: one value into a running controller, before its next scan.
+//! `rungd write`: writes one value into a running controller before its next scan.
 
 use anyhow::Result;
 use clap::Args;

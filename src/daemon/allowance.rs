@@ -1,10 +1,10 @@
-//! How much may be told of alarms that change all the time, and the count of what was left out.
+//! Limits the log lines of alarms that change all the time, and counts the lines left out.
 //!
-//! The log writer asks before each line (the limits of other events are in their rows). Alarms
-//! have an allowance each besides one in common: one that chatters does not hide the others. An
-//! alarm's ON and OFF are told both or neither, and an alarm that stands untold is told as soon as
-//! there is room, or at the end: the log never shows an alarm that is over as one that lasts, nor
-//! hides one that does.
+//! Called by the log writer before each line (the limits of other events are in their rows). Each
+//! alarm has an allowance, and all alarms share one, so an alarm that chatters does not hide the
+//! others. The ON and the OFF of an alarm are logged together or not at all. An alarm that is ON
+//! without a line is logged as soon as the allowance permits, or at the end. So the log never shows
+//! an alarm as lasting that is over, and never hides one that lasts.
 
 use crate::events::Limit;
 use crate::events::limit::{Budget, Told, Withheld};

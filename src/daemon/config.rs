@@ -1,7 +1,7 @@
-//! What was loaded → settings: a program and a controller file, made ready to run.
+//! A load → settings: makes a program and a controller file ready to run.
 //!
-//! `load` reads files and finds what is wrong in them; here the engine's program is made of the
-//! ladder, and what the controller file asks for becomes what the runtime and the drivers take.
+//! `load` reads files and finds mistakes in them. This module makes the engine's program from the
+//! ladder, and the settings of runtime and drivers from the controller file.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -39,11 +39,11 @@ const US_NS: u64 = 1_000;
 pub struct Setup {
     /// The controller file, as given.
     pub controller: String,
-    /// What the log tells of the ladder.
+    /// The log's facts about the ladder.
     pub ladder: LadderFacts,
     /// SHA-256 of all files, the controller's too, with their names.
     pub(super) source: String,
-    /// How many warnings the check has.
+    /// The number of warnings of the check.
     pub warnings: usize,
     pub(super) symbols: Symbols,
     pub(super) names: Arc<Names>,
@@ -60,25 +60,25 @@ pub struct Setup {
     pub(super) devices: Vec<crate::controller::device::Device>,
     /// Theirs, in the same order.
     pub(super) field: Vec<Wiring>,
-    /// How long a reloaded program is on trial; zero: not at all.
+    /// The time for which a reloaded program is on trial; zero: no trial.
     pub(super) probation: Duration,
     pub(super) retain: Option<Wanted>,
 }
 
-/// What is told of a ladder at start.
+/// The facts about a ladder that the log shows at the start.
 #[derive(Clone, Debug)]
 pub struct LadderFacts {
     /// Its name.
     pub name: String,
-    /// How many ladder files make the program.
+    /// The number of the program's ladder files.
     pub ladders: usize,
     /// Their names.
     pub files: String,
-    /// SHA-256 of the files' bytes one behind the other: `cat FILES | sha256sum` gives the same.
+    /// SHA-256 of the files' bytes, concatenated: `cat FILES | sha256sum` gives the same.
     pub sha256: String,
-    /// How many Programs and Tasks.
+    /// The number of Programs and Tasks.
     pub blocks: usize,
-    /// How many rungs.
+    /// The number of rungs.
     pub rungs: usize,
 }
 

@@ -1,6 +1,6 @@
-//! Field devices: what the controller file asks for → drivers with their lines to the scan.
+//! Field devices: settings of the controller file → drivers with their lines to the scan.
 //!
-//! The one place that knows every driver. What a device's task does is `io::device`'s business.
+//! The only module that knows every driver. `io::device` has the device's task.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -22,7 +22,7 @@ use crate::runtime::field::Ends;
 use crate::runtime::wiring::Wiring;
 use crate::say::say;
 
-/// How all devices are, by number.
+/// The conditions of all devices, by number.
 pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
     let health = |device: &Device| {
         let (driver, peer) = match &device.driver {
@@ -42,9 +42,9 @@ fn modbus(client: &modbus::Client) -> (&'static str, String) {
     }
 }
 
-/// No first scan waits longer for the inputs of a device.
+/// The longest time that the first scan waits for the inputs of a device.
 const INPUTS_MAX: Duration = Duration::from_secs(5);
-/// How often it looks whether they are there.
+/// The interval at which it checks for them.
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 
 /// Ends when every device has exchanged, so that the first scan sees its inputs: an input that is
@@ -64,7 +64,7 @@ pub(super) fn inputs(devices: &[Device], healths: &[Health]) -> impl Future<Outp
     }
 }
 
-/// What the devices' tasks are started with.
+/// The parts from which the devices' tasks are started.
 pub(super) struct Starter<'a> {
     pub setup: &'a Setup,
     pub port: &'a Port,

@@ -1,13 +1,13 @@
-//! Why a controller did not start: what every part of the start can fail with.
+//! The failures of a controller's start.
 
 use std::io;
 
-/// Why a controller did not start.
+/// The reason why a controller did not start.
 #[derive(Debug)]
 pub enum Failure {
-    /// What the controller file insists on is not to be had here.
+    /// The machine does not grant a setting that the controller file insists on.
     Configuration(String),
-    /// The environment: a port that is taken, no thread to be had.
+    /// The environment: a port that is taken, a thread that the system refuses.
     Environment(anyhow::Error),
 }
 

@@ -1,4 +1,4 @@
-//! The restart guard: who is restarted again and again starts in STOP at last.
+//! The restart guard: after too many unclean restarts, the controller starts in STOP.
 //!
 //! A small file counts starts that followed an unclean end: the process before this one was
 //! killed, by the watchdog or otherwise, or crashed. Ten of them without ten healthy minutes
@@ -21,12 +21,12 @@ use super::narration::span;
 use crate::runtime::exchange::Mode;
 use crate::say::say;
 
-/// So many restarts lead to STOP.
+/// The number of restarts that leads to STOP.
 const RESTARTS_MAX: u32 = 10;
 /// The file's name in the directory that systemd gives.
 const FILE_NAME: &str = "restarts";
 const FILE_BYTES_MAX: u64 = 200;
-/// How long the end waits for a write that is under way.
+/// The longest time that the end waits for a write that is under way.
 const WRITE_PATIENCE: Duration = Duration::from_millis(200);
 
 /// The guard of one process.
@@ -41,19 +41,19 @@ pub struct Guard {
 /// How a process ended, as far as it can tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// As it was told to: the count begins anew.
+    /// By a request: the count begins again at 0.
     Orderly,
-    /// It gave up by itself, and said why; not counted.
+    /// It ended by itself with a reason in the log; not counted.
     Refused,
     /// By a bug: counted, as a crash is.
     Crashed,
 }
 
-/// What the file says.
+/// The content of the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Count {
     restarts: u32,
-    /// A process runs, or has ended without a word.
+    /// A process runs, or has ended without writing its end.
     running: bool,
 }
 
@@ -141,7 +141,7 @@ impl Guard {
         let healthy = span(self.healthy.enough.as_nanos() as u64);
         say!(RESTART_GUARD_RESET, "{healthy} in RUN: restarts are counted anew");
         let file = file.clone();
-        // On a thread of its own: who looks also feeds systemd's watchdog.
+        // On a thread of its own: the caller also feeds systemd's watchdog, and must not wait.
         let named = thread::Builder::new().name("rungd-guard".into());
         self.writing = named
             .spawn(move || {

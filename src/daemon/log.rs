@@ -55,14 +55,14 @@ type Filtered = reload::Layer<LevelFilter, Registry>;
 /// The level of the process's log, to be changed while it runs.
 static LEVEL: OnceLock<reload::Handle<LevelFilter, Registry>> = OnceLock::new();
 
-/// From now on the log tells from this level on.
+/// Sets the least urgent level that is logged.
 pub fn set_level(level: Level) {
     if let Some(handle) = LEVEL.get() {
         let _ = handle.modify(|filter| *filter = self::filter(level));
     }
 }
 
-/// From which level on the log tells.
+/// The least urgent level that is logged.
 pub fn level() -> Level {
     let filter = LEVEL.get().and_then(|handle| handle.clone_current());
     level_of(filter.unwrap_or(LevelFilter::INFO))
@@ -166,7 +166,7 @@ struct Voice {
 impl<S: Subscriber> Layer<S> for Voice {
     fn on_event(&self, event: &tracing::Event<'_>, _: Context<'_, S>) {
         let line = LogLine::of(event);
-        // Who asks for details gets them all.
+        // At level debug, the lines have no limit.
         let limited = LevelFilter::current() < LevelFilter::DEBUG;
         if let Some(event) = line.event.filter(|_| limited)
             && !self.queue.may_write(event)

@@ -1,6 +1,6 @@
 //! One log line in each of its forms: text, JSON, a line with a priority, a journal's entry.
 //!
-//! [`LogLine`] is what the log's layer collects of an event. Pure: bytes out.
+//! The log's layer collects an event's fields in a [`LogLine`]. Pure: the forms are bytes.
 
 use std::fmt::{self, Write as _};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -21,7 +21,7 @@ pub(super) enum Value {
     Truth(bool),
 }
 
-/// What an event says.
+/// The content of an event.
 #[derive(Debug)]
 pub(super) struct LogLine {
     pub level: Level,

@@ -1,10 +1,10 @@
-//! Log lines on their way to standard error or to the journal, which may be slow, or stuck.
+//! The queue of log lines to standard error or to the journal, which may be slow or stuck.
 //!
-//! Who logs hands a line to a bounded queue and goes on; one thread writes. When the reader of the
-//! log stalls, lines are dropped and counted, and a line says so once it reads again; lines that
-//! cannot be written, as on a full disk, are counted too. So neither the Modbus server nor the
-//! monitor ever waits for a terminal or for the journal. The same thread tells what was withheld
-//! of events that come too often.
+//! A thread that logs puts a line into a bounded queue and goes on; one thread writes. When the
+//! reader of the log stalls, lines are dropped and counted, and a line reports the count once it
+//! reads again. Lines that cannot be written, as on a full disk, are counted too. So neither the
+//! Modbus server nor the monitor ever waits for a terminal or for the journal. The writing thread
+//! also reports the lines that were withheld from events that come too often.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -20,14 +20,14 @@ use crate::events::Event;
 use crate::events::limit::{Limiter, Told};
 use crate::say::say;
 
-/// How many lines wait before details are dropped, and before all others are too.
+/// The number of waiting lines above which details, and then all lines, are dropped.
 const DETAILS_MAX: usize = 4096;
 const LINES_MAX: usize = DETAILS_MAX + 512;
-/// For how long the end of the process waits for a log that does not move.
+/// The longest time that the end of the process waits for a stuck log.
 const FLUSH_MAX: Duration = Duration::from_secs(1);
 /// Dropped and withheld lines are told of this often at most.
 const TELL_EVERY: Duration = Duration::from_secs(1);
-/// How long the writing thread rests where standard error does not block and has no room.
+/// The pause of the writing thread when standard error does not block and has no room.
 const REST: Duration = Duration::from_millis(5);
 /// journald looks up whose an entry is when it reads it. A process that ends within its first
 /// second stays for as long, so that its lines are the unit's.
@@ -36,7 +36,7 @@ const LINGER: Duration = Duration::from_millis(50);
 /// Lines lost since the process started.
 static LINES_DROPPED: AtomicU64 = AtomicU64::new(0);
 
-/// How many lines the log has lost since the process started.
+/// The number of lines that the log has lost since the process started.
 pub fn lines_dropped() -> u64 {
     LINES_DROPPED.load(Ordering::Relaxed)
 }
@@ -54,7 +54,7 @@ pub(super) struct Formed {
     pub line: Vec<u8>,
     /// For the journal's socket; empty if there is none.
     pub entry: Vec<u8>,
-    /// Of level debug or trace: gives way to news.
+    /// Whether its level is debug or trace: such lines are dropped first.
     pub detail: bool,
 }
 
@@ -198,7 +198,7 @@ fn sent(journal: &Socket, entry: &[u8]) -> bool {
     }
 }
 
-/// What the writing thread counts and tells.
+/// The counts that the writing thread reports.
 struct Tally {
     waiting: Arc<AtomicUsize>,
     dropped: Arc<AtomicU64>,
@@ -264,7 +264,7 @@ fn write_lines(receiver: &Receiver<Item>, mut tally: Tally, mut out: Sink<impl W
         match receiver.recv_timeout(TELL_EVERY) {
             Ok(Item::Line(formed)) => {
                 tally.waiting.fetch_sub(1, Ordering::Relaxed);
-                // A log that is gone is no reason to end; one that comes back hears of it.
+                // A lost log does not end rungd; when it comes back, it gets the count.
                 if !out.put(&formed) {
                     tally.count();
                 }

@@ -1,9 +1,9 @@
-//! The log of a running controller: records from the scan thread, told to `tracing`.
+//! The log of a running controller: turns records from the scan thread into log lines.
 //!
-//! It listens on the monitor thread and knows the time from its arguments. It repeats the reason
-//! of a STOP or FAULT every minute for as long as it lasts, and it thins out what changes too
-//! often (`allowance`): a bit that toggles every scan may not bury the line that matters. Nothing
-//! here blocks; standard error is `log_queue`'s business.
+//! It runs on the monitor thread and gets the time as an argument. It repeats the reason of a STOP
+//! or FAULT every minute while the mode lasts. It limits the lines of alarms (`allowance`), so a
+//! bit that toggles every scan does not hide other lines. Nothing here blocks: `log_queue` writes
+//! to standard error.
 
 use std::sync::Arc;
 
@@ -48,7 +48,7 @@ macro_rules! tell {
     }};
 }
 
-/// Tells what it hears to the log.
+/// The observer of the scan thread's records that logs them.
 pub(super) struct LogWriter {
     narrations: Generations<Narration>,
     /// That of the program that scans.

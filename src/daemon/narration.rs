@@ -1,4 +1,4 @@
-//! Numbers into names and sentences: what a record of the scan thread means to a person.
+//! Turns the numbers in a record of the scan thread into names and sentences.
 //!
 //! Built once from the program's symbols. Pure: `log_writer` decides what is logged, and when.
 
@@ -11,7 +11,7 @@ use crate::resolve::program::{Block, BlockKind, Program};
 use crate::runtime::Watched;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
 
-/// The names of everything that the log speaks of.
+/// The names for all log lines.
 #[derive(Clone, Debug)]
 pub(super) struct Narration {
     /// By `BlockId`.
@@ -25,7 +25,7 @@ pub(super) struct Narration {
     pub tempo: Tempo,
 }
 
-/// What happened to a block or Stage.
+/// An event of a block or Stage.
 pub(super) struct BlockNews<'a> {
     /// In the catalogue.
     pub event: &'static Event,
@@ -58,7 +58,7 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    /// What to do about a FAULT that is not the engine's.
+    /// The remedy for a FAULT that is not the engine's.
     pub fn again(&self) -> &'static str {
         if self.has_operator {
             "`rungd mode run`, or a restart of rungd, runs it again"
@@ -150,7 +150,7 @@ impl Narration {
         BlockNews { event, kind, name, what, news }
     }
 
-    /// What a person can do about a fault.
+    /// The remedy for a fault.
     pub fn remedy(&self, reason: FaultReason, facts: &Facts) -> String {
         let (period, watchdog) = (span(self.tempo.period_ns), span(self.tempo.watchdog_ns));
         match reason {

@@ -1,4 +1,4 @@
-//! The client: one request, one answer, over a connection of its own. Blocking, with time limits.
+//! The client: each request and its answer use one connection. Blocking, with time limits.
 //!
 //! Used by every command of `cli` that asks a running controller.
 
@@ -15,36 +15,36 @@ use serde::de::DeserializeOwned;
 use super::protocol::{Refusal, Reply, Request};
 use super::{SOCKET_DEFAULT, SOCKET_NAME};
 
-/// How long an answer may take. A command waits for the controller's next scan, and the server
-/// says so itself where none comes.
+/// The time limit of an answer. The server may wait for the controller's next scan, and reports
+/// by itself if none comes.
 const ANSWER_MAX: Duration = Duration::from_secs(150);
-/// How long a request may take to be taken.
+/// The time limit for sending a request.
 const SEND_MAX: Duration = Duration::from_secs(5);
 /// The longest answer.
 const ANSWER_BYTES_MAX: usize = 64 << 20;
 
-/// Why there is no answer.
+/// The reason why there is no answer.
 #[derive(Debug)]
 pub enum Failure {
-    /// Nobody listens there.
+    /// No process listens at the socket.
     NotRunning(PathBuf, io::Error),
     /// The socket may not be opened.
     NotAllowed(PathBuf, io::Error),
-    /// The connection broke, or what came is no answer.
+    /// The connection broke, or the received bytes are not an answer.
     Broken(PathBuf, io::Error),
     /// The controller refuses.
     Refused(Refusal),
 }
 
-/// The socket of the controller that is meant: the one that is named; else `rungd.sock` in the
-/// folder that the user stands in, if it belongs to the user or to root; else the service's.
+/// The controller's socket: `named`, if given; else `rungd.sock` in the current folder, if it
+/// belongs to the user or to root; else the service's.
 pub(crate) fn socket(named: Option<PathBuf>) -> PathBuf {
     let here = || is_trusted(Path::new(SOCKET_NAME)).then(|| SOCKET_NAME.into());
     named.or_else(here).unwrap_or_else(|| SOCKET_DEFAULT.into())
 }
 
-/// Whether a socket is the user's own or root's: in a folder that everybody may write to, a
-/// stranger could wait behind it for commands.
+/// Whether a socket belongs to the user or to root. In a folder that everybody may write to, a
+/// different user could make a socket and receive the commands.
 fn is_trusted(path: &Path) -> bool {
     let own = fs::metadata("/proc/self").map(|process| process.uid());
     fs::symlink_metadata(path).is_ok_and(|socket| {
@@ -74,7 +74,7 @@ fn exchange(mut stream: UnixStream, request: &Request) -> io::Result<Vec<u8>> {
     stream.set_write_timeout(Some(SEND_MAX))?;
     let mut line = serde_json::to_vec(request)?;
     line.push(b'\n');
-    // A client that is turned away is told why, whether or not its request was taken.
+    // A rejected client gets the reason even if its request was not received.
     let sent = stream.write_all(&line);
     let answer = read_line(&mut stream);
     if answer.as_ref().is_ok_and(|line| !line.is_empty()) { answer } else { sent.and(answer) }

@@ -1,7 +1,7 @@
-//! An operator's commands, as both ends see them: the protocol, the names, the client.
+//! The operator's commands, for both ends: the protocol, the names, the client.
 //!
-//! `cli` asks through [`client`]; `daemon::operator` serves. `docs/operator.md` tells the protocol
-//! to authors of other clients. No tokio and no log here.
+//! `cli` sends requests through [`client`]; `daemon::operator` answers them. `docs/operator.md`
+//! describes the protocol for authors of other clients. No tokio and no log here.
 
 pub mod client;
 pub mod names;

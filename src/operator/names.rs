@@ -1,7 +1,7 @@
-//! What an operator's words stand for: tags, addresses and ranges, by the names of the ladder.
+//! The meaning of an operator's texts: tags, addresses and ranges, by the names of the ladder.
 //!
-//! Made once from each program that scans; `daemon::operator` asks it for every operand of a
-//! request. What may be done to an operand is `operand`'s business.
+//! Made once for each program; `daemon::operator` looks up every operand of a request in it.
+//! `operand` decides whether an operand may be written or forced.
 
 use std::collections::HashMap;
 
@@ -73,7 +73,7 @@ impl Names {
         }
     }
 
-    /// What a text names: one bit or word, all of a range, a structure's every member.
+    /// The operands that a text names: one bit or word, a range, or all members of a structure.
     ///
     /// # Errors
     /// It names nothing, or more than one request reads.
@@ -82,7 +82,7 @@ impl Names {
         if is_range(&written.text) {
             return self.range(&written);
         }
-        // The name first: it may have a `-`, which does not make it a range.
+        // Look up the whole text first: a name may contain a `-` without being a range.
         let what = self.look_up(&written.text).map_err(|unknown| {
             other_range(&self.scope, &written).map_or(unknown, |finding| refusal(&finding))
         })?;
@@ -133,13 +133,13 @@ impl Names {
         self.operand(&written.text, what)
     }
 
-    /// A bit or word that is known already, by what it is called in this program.
+    /// The operand of an address, with its name in this program.
     pub fn called(&self, what: Address) -> Option<Operand> {
         let name = self.tags.get(&what).cloned().unwrap_or_else(|| self.address(what));
         self.operand(&name, what).ok()
     }
 
-    /// The number that a value stands for, where it goes into this operand.
+    /// The number of a given value for this operand.
     ///
     /// # Errors
     /// It does not fit.
@@ -188,7 +188,7 @@ fn refusal(finding: &Finding) -> Refusal {
     Refusal::new(RefusalKind::BadOperand, words(&finding.message, finding.help_text().as_deref()))
 }
 
-/// What is wrong, and what helps. What helps an author who can declare a tag does not help here.
+/// A message with its help. A help that says to declare a tag is left out: an operator cannot.
 fn words(message: &str, help: Option<&str>) -> String {
     let help = help.filter(|help| !help.starts_with("declare"));
     help.map_or_else(|| message.to_owned(), |help| format!("{message} ({help})"))

@@ -1,7 +1,7 @@
-//! The names that completion offers: bounded in number and in bytes, whatever the ladder holds.
+//! The names that completion offers, limited in number and in bytes for any ladder.
 //!
-//! Part of [`super::names::Names`], which fills it once. A name is offered up to its dot at first,
-//! and its members once the dot is typed.
+//! Part of [`super::names::Names`], which fills it once. A name is first offered up to its dot, and
+//! its members after the dot is typed.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
-//! One bit or word that an operator named: what may be done to it, and what it takes.
+//! One bit or word that an operator named: whether it may be written or forced, and its values.
 //!
-//! Made by [`super::names::Names`]. It decides what may be written and forced (`docs/operator.md`),
-//! not by whom.
+//! Made by [`super::names::Names`]. It decides whether an operand may be written and forced
+//! (`docs/operator.md`), but not which users may do so.
 
 use super::protocol::{Given, Held, Refusal, RefusalKind, Value};
 use crate::engine::Cell;
@@ -10,10 +10,10 @@ use crate::runtime::exchange::Snapshot;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::span::Span;
 
-/// A bit or word, and what it is called.
+/// A bit or word with its names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Operand {
-    /// As it was asked for.
+    /// The text of the request.
     pub operand: String,
     /// Its tag.
     pub tag: Option<String>,
@@ -54,7 +54,7 @@ impl Operand {
         if forcible { Ok(()) } else { Err(read_only(self, "forced")) }
     }
 
-    /// The number that a value stands for: a bit is 0 or 1, a word lies within `limits`.
+    /// The number of a given value: 0 or 1 for a bit, a number within `limits` for a word.
     ///
     /// # Errors
     /// It does not fit.
@@ -92,7 +92,7 @@ impl Operand {
         fits.ok_or_else(|| bad(format!("`{}` takes {min} to {max}, not {number}", self.operand)))
     }
 
-    /// What it holds in an image.
+    /// A number as this operand's value: ON or OFF for a bit.
     pub fn held(&self, value: i32) -> Held {
         match self.cell {
             Cell::Bit(_) => Held::Bit(value != 0),

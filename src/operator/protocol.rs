@@ -1,9 +1,8 @@
-//! The protocol: a JSON object a line, each way. A line asks, a line answers, in order.
+//! The protocol: each line is a JSON object. Each request line gets an answer line, in order.
 //!
 //! `{"do":"read","operands":["jam"]}` is answered by `{"ok":{…}}` or by
-//! `{"error":{"kind":"…","message":"…"}}`. The shapes are those of `docs/operator.md`. Times end in
-//! their units. Later versions may add fields to answers; a client passes over what it does not
-//! know.
+//! `{"error":{"kind":"…","message":"…"}}`. `docs/operator.md` describes the shapes. Names of times
+//! end in their units. Later versions may add fields to answers; a client ignores unknown fields.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,13 +22,13 @@ pub const REQUEST_BYTES_MAX: usize = 32 * 1024;
 /// The most operands that one request may read.
 pub const OPERANDS_MAX: usize = 256;
 
-/// What a client asks for. (The braces without fields have serde refuse a key too many there too.)
+/// A request. (The empty braces make serde refuse unknown keys in these requests too.)
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Request {
-    /// How the controller is: [`Status`].
+    /// The state of the controller: [`Status`].
     Status {},
-    /// What operands hold: [`Values`].
+    /// The values of operands: [`Values`].
     Read {
         /// Tags, addresses, members; a structure stands for all its members.
         operands: Vec<String>,
@@ -53,32 +52,32 @@ pub enum Request {
         /// Tag, address or member.
         operand: String,
     },
-    /// Ends all forces: [`Values`] of what was forced, as they are now.
+    /// Ends all forces: the present [`Values`] of the operands that were forced.
     UnforceAll {},
     /// Runs or stops: [`ModeChange`].
     Mode {
         /// The mode.
         to: ModeWanted,
-        /// Of a stop: answer before the last image of retentive memory is durable.
+        /// For a stop: answer before the last image of retentive memory is durable.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         no_wait: bool,
     },
-    /// Reads the files anew and goes on with what they say: [`Reloaded`].
+    /// Reads the files again and goes on with the program in them: [`Reloaded`].
     Reload {
-        /// Only says what it would do.
+        /// Only report the changes, and do nothing.
         #[serde(default)]
         dry_run: bool,
     },
     /// Goes back to the program before the last reload: [`Reloaded`].
     Rollback {},
-    /// What is logged: [`LevelChange`].
+    /// Sets the level of the log: [`LevelChange`].
     LogLevel {
         /// From which level on.
         level: Level,
     },
-    /// Has retentive memory kept now; answered once it is durable: [`Saved`].
+    /// Saves retentive memory now; answered once the image is durable: [`Saved`].
     RetainSave {},
-    /// Tags and addresses that begin so, for completion: [`Names`].
+    /// Tags and addresses with a prefix, for completion: [`Names`].
     Names {
         /// The beginning.
         prefix: String,
@@ -104,7 +103,7 @@ pub enum Reply<T> {
     Error(Refusal),
 }
 
-/// Why a request is not done.
+/// The reason why a request is not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
     /// For programs.
@@ -119,13 +118,13 @@ pub struct Refusal {
 pub enum RefusalKind {
     /// The line is no request.
     BadRequest,
-    /// An operand names nothing, or not what is needed here.
+    /// An operand names nothing, or nothing that this request can use.
     BadOperand,
     /// A value that the operand does not take.
     BadValue,
-    /// Whoever asks may not change things.
+    /// The user may not give commands.
     NotPermitted,
-    /// Not as the controller is now: its mode, a limit.
+    /// The controller's present state does not allow it: its mode, a limit.
     Refused,
     /// The files are wrong, and the running program goes on untouched.
     BadFiles,
@@ -151,9 +150,9 @@ pub struct Change {
     pub before: Held,
     /// Whether it was forced before.
     pub was_forced: bool,
-    /// How it is now: after a write, behind the scan that saw it.
+    /// The present value; after a write, the value after the scan that saw it.
     pub now: Value,
-    /// What is to be borne in mind.
+    /// A note about the change: for example, that something else writes the operand too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
@@ -167,10 +166,10 @@ pub struct ModeChange {
     pub after: String,
     /// Why, outside RUN.
     pub reason: Option<String>,
-    /// Of a stop, with retentive memory: its last image, which is durable.
+    /// After a stop, with retentive memory: its last image, which is durable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept: Option<Saved>,
-    /// Of a stop: why that is not durable, and what to do.
+    /// After a stop: why the last image is not durable, and the remedy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_kept: Option<String>,
 }
@@ -178,22 +177,22 @@ pub struct ModeChange {
 /// The answer to a reload or rollback.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reloaded {
-    /// Whether it was only said.
+    /// Whether it was a dry run.
     pub dry_run: bool,
     /// Whether the files are those that run already: nothing changed.
     #[serde(default)]
     pub same: bool,
-    /// The difference report: a line a difference.
+    /// The difference report: one line per difference.
     pub report: Vec<String>,
-    /// What of the controller file waits for a restart.
+    /// The changes of the controller file that need a restart.
     pub restart: Vec<String>,
     /// The ladder.
     pub ladder: String,
-    /// SHA-256 of its files' bytes one behind the other.
+    /// SHA-256 of its files' bytes, concatenated.
     pub sha256: String,
-    /// How long the swap took; nothing where none was.
+    /// The duration of the swap; `None` if there was none.
     pub swap_us: Option<f64>,
-    /// The mode behind it: a reload and a rollback by hand do not change it.
+    /// The mode after it: a reload and a rollback by hand do not change the mode.
     #[serde(default)]
     pub mode: String,
 }
@@ -214,7 +213,7 @@ pub struct Saved {
     pub file: String,
     /// The image's number in it.
     pub image: u64,
-    /// The scan that the image is of. A later scan that would keep the same writes no new image.
+    /// The scan of the image. A later scan with the same retentive values writes no new image.
     pub scan: u64,
     /// How long it took until it was durable; 0: it was durable already.
     pub flush_us: u64,
@@ -244,8 +243,9 @@ impl Refusal {
 }
 
 impl Request {
-    /// Whether everybody may ask for it who can open the socket. A dry reload changes nothing;
-    /// but it reads files with rungd's rights, shows lines of them, and costs as much as a reload.
+    /// Whether every user that can open the socket may send it. A dry reload changes nothing, but
+    /// is not among these requests: it reads files with rungd's rights, shows lines of them, and
+    /// costs as much as a reload.
     pub(crate) fn only_looks(&self) -> bool {
         match self {
             Request::Status {} | Request::Read { .. } | Request::Names { .. } => true,

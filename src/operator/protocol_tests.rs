@@ -26,7 +26,7 @@ fn requests_read_as_the_page_shows_them() {
     for line in ["", "{}", "[]", r#"{"do":"dance"}"#, r#"{"do":"read","operand":"X0"}"#] {
         assert!(serde_json::from_str::<Request>(line).is_err(), "{line}");
     }
-    // Who names what is to be unforced does not mean all of it.
+    // A request that names an operand does not mean all forces.
     for line in [r#"{"do":"unforce-all","operand":"Y1"}"#, r#"{"do":"status","to":"run"}"#] {
         let error = serde_json::from_str::<Request>(line).expect_err(line).to_string();
         assert!(error.contains("unknown field"), "{line}: {error}");

@@ -1,13 +1,13 @@
-//! The answer to `status`: the controller, its program, what is wrong, what is forced, figures.
+//! The answer to `status`: the controller, its program, alarms, forces, statistics.
 //!
-//! Part of [`super::protocol`], which says the rest. Times end in their unit.
+//! Part of [`super::protocol`]. Names of times end in their unit.
 
 use serde::{Deserialize, Serialize};
 
 use super::value::Value;
 use crate::events::Level;
 
-/// How the controller is.
+/// The state of the controller.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct Status {
@@ -23,23 +23,23 @@ pub struct Status {
     pub mode: String,
     /// Why, outside RUN.
     pub reason: Option<String>,
-    /// For how long it has been so.
+    /// The time in this mode.
     pub mode_ms: u64,
     /// Complete scans since the process started.
     pub scans: u64,
     pub period_us: u64,
     pub watchdog_us: u64,
-    /// What was asked of the machine, and what it granted.
+    /// The requests to the machine, each with whether it was granted.
     pub posture: Vec<Posture>,
     pub scan: Scan,
     pub blocks: Vec<Block>,
-    /// Alarms that stand.
+    /// The alarms that are ON.
     #[serde(default)]
     pub alarms: Vec<Alarm>,
-    /// What is forced.
+    /// The forced operands.
     pub forces: Vec<Value>,
     pub devices: Devices,
-    /// Retentive memory, where the controller file asks for it.
+    /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retain: Option<Retain>,
     pub log: Log,
@@ -66,7 +66,7 @@ pub struct FieldDevice {
     /// Since the start.
     pub exchanges: u64,
     pub failures: u64,
-    /// How long the last good exchange took, and the slowest one.
+    /// The durations of the last good exchange and of the slowest one.
     pub took_us: u64,
     pub took_max_us: u64,
     /// Why the last one failed, if none has succeeded since.
@@ -90,7 +90,7 @@ pub struct Retain {
     pub flush_max_us: u64,
     pub writes: u64,
     pub bytes: u64,
-    /// As it went so far; none where that is less than a minute.
+    /// The bytes per day at the rate so far; `None` in the first minute.
     pub bytes_per_day: Option<u64>,
     pub budget_per_day: u64,
     /// Why it cannot be written at present.
@@ -103,16 +103,16 @@ pub struct Retain {
 pub struct Ladder {
     pub name: String,
     pub files: String,
-    /// Of the files' bytes one behind the other.
+    /// SHA-256 of the files' bytes, concatenated.
     pub sha256: String,
     pub blocks: usize,
     pub rungs: usize,
 }
 
-/// One thing that was asked of the machine.
+/// One request to the machine.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Posture {
-    /// What.
+    /// The request.
     pub asked: String,
     /// Whether it was granted.
     pub granted: bool,
@@ -124,7 +124,7 @@ pub struct Posture {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct Scan {
-    /// Over how long.
+    /// The time that the statistics cover.
     pub over_ms: u64,
     pub scans: u64,
     /// Scans that ended after the next grid point.
@@ -148,16 +148,16 @@ pub struct Spread {
     pub p99_us: f64,
     pub p999_us: f64,
     pub max_us: f64,
-    /// A bar a doubling, from the first that counted any to the last.
+    /// One bar per doubling, from the first with a count to the last.
     pub histogram: Vec<Bar>,
 }
 
-/// So many scans.
+/// A bar of a histogram.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Bar {
     /// The greatest value that counts here.
     pub up_to_us: f64,
-    /// How many.
+    /// The number of scans.
     pub count: u64,
 }
 
@@ -176,7 +176,7 @@ pub struct Block {
     pub stages: Vec<String>,
 }
 
-/// What moves inputs and takes outputs.
+/// The servers and devices that move inputs and take outputs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Devices {
     /// The Modbus server, if there is one.
@@ -200,10 +200,10 @@ pub struct Modbus {
 /// The log.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Log {
-    /// From which level on.
+    /// The least urgent level that is logged.
     pub level: Level,
     /// Lines that were dropped: read too slowly, or could not be written.
     pub lines_dropped: u64,
-    /// Records that the scan thread could not tell.
+    /// Records of the scan thread that were lost.
     pub records_dropped: u64,
 }

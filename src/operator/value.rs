@@ -1,4 +1,4 @@
-//! Values in the protocol: as a client gives them, and as an operand holds them.
+//! Values in the protocol: given by a client, and held by an operand.
 //!
 //! Part of [`super::protocol`], which says the rest.
 
@@ -18,16 +18,16 @@ pub enum Given {
     Text(String),
 }
 
-/// What one operand holds.
+/// The value of one operand.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Value {
-    /// As it was asked for; of a structure that was asked for, with the member.
+    /// The text of the request; if it named a structure, with the member.
     pub operand: String,
-    /// Its tag, if it has one; of a member, with it: `parts.Acc`.
+    /// Its tag, if it has one; for a member, with the member: `parts.Acc`.
     pub tag: Option<String>,
-    /// Its address: `CT0.Acc`; of Stages and blocks, their name: `Drain.Open`.
+    /// Its address: `CT0.Acc`; for Stages and blocks, their name: `Drain.Open`.
     pub address: String,
-    /// What it holds.
+    /// Its value.
     pub value: Held,
     /// Whether it is forced.
     pub forced: bool,

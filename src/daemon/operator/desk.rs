@@ -1,4 +1,4 @@
-//! An operator's requests, carried out: read, write, force, run, stop, reload.
+//! Carries out an operator's requests: read, write, force, run, stop, reload.
 //!
 //! Called by `session` for each request that its client may make. Changes go through the port, as a
 //! driver's do, and are answered once a complete scan (or a tick) has seen them. Each change is a
@@ -31,9 +31,9 @@ use crate::runtime::command::{Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
 use crate::say::say;
 
-/// A write is answered behind the scan that sees it, where scans are no further apart than this.
+/// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
-/// The least time that a change waits for the scan that sees it.
+/// The least time limit of a change's wait for the scan that sees it.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
 /// Where requests are answered.
@@ -41,8 +41,8 @@ pub(in super::super) struct Desk {
     views: Generations<View>,
     port: Port,
     reloads: Arc<Reloads>,
-    /// What was forced since the start: a cell that can be forced lies in the same place in
-    /// every program.
+    /// The cells forced since the start. A cell that can be forced has the same place in every
+    /// program.
     forced: Mutex<HashMap<Cell, Forced>>,
 }
 
@@ -61,7 +61,7 @@ impl Desk {
         Desk { views, port, reloads, forced: Mutex::default() }
     }
 
-    /// How long a change waits for the scan that sees it.
+    /// The time limit of a change's wait for the scan that sees it.
     fn wait(&self) -> Duration {
         self.port.patience().max(WAIT_LEAST)
     }
@@ -117,7 +117,7 @@ impl Desk {
         view.about.status(&latest, forces)
     }
 
-    /// What is forced, by what it is called now; each with the name by which it was forced.
+    /// The forced operands with their present names; each with the name by which it was forced.
     fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Operand, String)> {
         let known = self.forced();
         let forced = latest.forces.list().iter().filter_map(|cell| known.get(cell));
@@ -144,7 +144,7 @@ impl Desk {
 
     async fn write(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
         let (before, view) = self.seen();
-        // What may be written lies where it does in every program.
+        // An operand that may be written has the same place in every program.
         let operand = view.names.find_one(text)?;
         operand.may_write()?;
         let value = view.names.number(&operand, given)?;

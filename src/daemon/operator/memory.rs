@@ -1,6 +1,6 @@
-//! What an operator asks of retentive memory: to have it kept now, and to know that a stop is kept.
+//! Answers an operator about retentive memory: saves it now, and waits for the image of a stop.
 //!
-//! Called by `desk`. The writing is `retain_thread`'s; here its outcome becomes an answer.
+//! Called by `desk`. `retain_thread` writes; this module turns the outcome into an answer.
 
 use tokio::time::timeout;
 
@@ -10,7 +10,7 @@ use crate::operator::protocol::{Refusal, RefusalKind, Saved};
 use crate::say::say;
 use std::time::Duration;
 
-/// How long a disk may take.
+/// The time limit of a disk.
 const DISK_MAX: Duration = Duration::from_secs(120);
 const DISK_LATE: &str = "the disk has not answered in time; it may yet be kept";
 

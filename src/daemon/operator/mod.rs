@@ -1,4 +1,4 @@
-//! The operator's commands at the running controller: the socket, its clients, what they may do.
+//! The operator's commands at the running controller: the socket, its clients, their permissions.
 //!
 //! The shell binds a [`Server`] before the first scan and runs it among the drivers. `socket` is
 //! the file, `peer` the user at the other end, `seats` and `pace` the limits, `session` one client;

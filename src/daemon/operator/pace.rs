@@ -12,7 +12,7 @@ use tokio::time::{Instant, sleep_until};
 /// Turns, given in order.
 pub(super) struct Pace {
     every: Duration,
-    /// The most time that turns nobody took save for a later crowd.
+    /// The most time that unused turns save for a later crowd.
     saved_max: Duration,
     next: Mutex<Instant>,
 }

@@ -1,6 +1,6 @@
-//! The user at the other end: as the kernel says, not as the client says.
+//! The user at the other end of a connection, as reported by the kernel, not by the client.
 //!
-//! Everybody who can open the socket may look. Root, the user that rungd runs as, and members of
+//! Every user that can open the socket may look. Root, the user that rungd runs as, and members of
 //! the socket's group may change things. Used by `server` for each client that it lets in.
 #![allow(unsafe_code)]
 

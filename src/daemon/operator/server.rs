@@ -1,10 +1,10 @@
-//! The operator's server: lets clients in, so many at a time, and makes the socket again.
+//! The operator's server: lets in a limited number of clients, and makes a lost socket again.
 //!
-//! The shell binds it before the first scan and runs it among the drivers. One task a client. A
-//! client that sends garbage, or half a line, or reads nothing, or asks nothing, is closed. Where
-//! all seats are taken, the client that has been idle longest is closed, so that the next one is
-//! served. A pace for all clients together bounds what a crowd costs. A socket that somebody took
-//! away is made again.
+//! The shell binds it before the first scan and runs it among the drivers. Each client has a task.
+//! A client that sends garbage or half a line, does not read, or does not ask anything is closed.
+//! If all seats are taken, the client that has been idle longest is closed, so that the next one is
+//! served. One pace for all clients limits the load of a crowd. If the socket's file is removed,
+//! the server makes it again.
 
 use std::future::Future;
 use std::io;
@@ -25,13 +25,13 @@ use super::socket::{self, SocketSpec};
 use crate::daemon::failure::Failure;
 use crate::say::say;
 
-/// How many clients at a time.
+/// The most clients at a time.
 const CLIENTS_MAX: usize = 64;
-/// Clients are let in so often, and behind a rest as many at once as there are seats.
+/// The least time between two clients; after a rest, as many as there are seats come at once.
 const CLIENT_EVERY: Duration = Duration::from_millis(2);
-/// How often it is looked whether the socket is still in its place.
+/// The interval at which the server checks that the socket is still in its place.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
-/// How long accepting rests after it failed, as when there are no file descriptors left.
+/// The pause after a failed accept, as when there are no file descriptors left.
 const REST_AFTER_FAILURE: Duration = Duration::from_millis(100);
 
 /// A bound server.
@@ -144,7 +144,7 @@ fn tell_open(socket: &socket::Bound) {
     );
 }
 
-/// What a controller does without its socket, as nobody but its environment asked for it: it runs.
+/// Whether a controller runs without its socket: yes, if only the environment asked for one.
 pub(in super::super) fn may_do_without(spec: &SocketSpec, why: &Failure) -> bool {
     let Failure::Environment(why) = why else { return false };
     if spec.insists || why.is::<socket::Taken>() {

@@ -1,4 +1,4 @@
-//! One client: a line in, a line out, with a limit on everything.
+//! One client: reads request lines, writes answer lines, with a limit on everything.
 //!
 //! A line has a greatest length and a longest time; an answer must be taken in time; a client that
 //! asks nothing is closed after a while, even if it sends blank lines. Requests have two paces: one
@@ -24,26 +24,26 @@ use crate::say::say;
 
 /// A client without requests is closed after this time.
 const IDLE_MAX: Duration = Duration::from_secs(60);
-/// A line that began must be whole by then.
+/// The time limit for a whole line.
 const LINE_MAX: Duration = Duration::from_secs(5);
-/// An answer must be taken by then.
+/// The time limit for a client to take an answer.
 const TAKE_MAX: Duration = Duration::from_secs(5);
-/// From request to request of one client, at least.
+/// The least time between two requests of one client.
 const REQUEST_EVERY: Duration = Duration::from_millis(2);
-/// So many lines that are no request, one after the other, end a connection.
+/// The number of consecutive lines without a request that ends a connection.
 const GARBAGE_MAX: u32 = 8;
 
-/// So much of what a client sent is logged.
+/// The most characters of a client's text that are logged.
 const LOGGED_CHARS_MAX: usize = 200;
 
-/// Requests of all clients are carried out so often; behind a rest some at once.
+/// The least time between two requests of all clients; after a rest, some come at once.
 const REQUEST_OF_ALL_EVERY: Duration = Duration::from_millis(1);
 const REQUESTS_AT_ONCE: u32 = 64;
-/// Lists of names, which are long, so often; behind a rest some at once.
+/// The least time between two lists of names, which are long; after a rest, some come at once.
 const NAMES_OF_ALL_EVERY: Duration = Duration::from_millis(20);
 const NAMES_AT_ONCE: u32 = 16;
 
-/// What all sessions share.
+/// The state that all sessions share.
 pub(super) struct Shared {
     desk: Desk,
     pub seats: Seats,
@@ -225,7 +225,7 @@ impl Session {
         if matches!(request, Request::Reload { .. } | Request::Rollback {})
             && refusal.kind != RefusalKind::NotPermitted
         {
-            // Told with its findings, by who did it.
+            // Logged with its findings by the code that did it.
             return;
         }
         let (peer, why) = (&self.peer, short(&refusal.message));
@@ -252,7 +252,8 @@ impl Session {
 
     async fn send(&mut self, reply: &impl Serialize) -> Result<(), Closed> {
         let line = line_of(reply);
-        // What was asked is done: who does not take the answer makes room as the idle do.
+        // The request is done: a client that does not take the answer makes room as an idle one
+        // does.
         self.seat.set_busy(false);
         let Session { stream, seat, .. } = self;
         tokio::select! {

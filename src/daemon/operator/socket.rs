@@ -1,8 +1,8 @@
 //! The socket as a file: its place, its owner, and whether a controller answers there.
 //!
-//! It is made under another name with its group and permissions, and then put in its place, so
-//! that it never has others. A lock beside it is held as long as the process lives: a socket whose
-//! lock nobody holds is left over from a process that is gone. Called by `server`.
+//! It is made under a temporary name with its group and permissions, and then renamed to its place,
+//! so it never has other permissions there. The process holds a lock beside it while it lives: a
+//! socket whose lock is free is left over from a process that has ended. Called by `server`.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io;
@@ -26,7 +26,7 @@ use crate::source::span::FileId;
 /// thousands that have gone again.
 const QUEUE_MAX: i32 = 64;
 
-/// Where the socket is to be, and for whom.
+/// The place of the socket, its group and permissions.
 #[derive(Clone, Debug)]
 pub(in super::super) struct SocketSpec {
     pub path: PathBuf,
@@ -107,11 +107,11 @@ pub(super) fn bind(spec: &SocketSpec) -> Result<(UnixListener, Bound), Failure> 
     Ok((listener, Bound { spec: spec.clone(), inode, owner, lock }))
 }
 
-/// Makes the socket and puts it in its spec. Who has the lock does.
+/// Makes the socket and puts it in its place. Only the holder of the lock calls this.
 fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), Failure> {
     let path = &spec.path;
     let gid = spec.group.as_deref().map(group_number).transpose()?;
-    // Behind the lock this name is nobody else's.
+    // While the lock is held, no other process uses this name.
     let fresh = beside(path, ".new");
     if path.as_os_str().len() > SOCKET_BYTES_MAX {
         return Err(spec.failure(&format!(
@@ -154,12 +154,12 @@ impl Bound {
         &self.spec.path
     }
 
-    /// Who may open it.
+    /// Its permissions.
     pub fn mode(&self) -> u32 {
         self.spec.mode
     }
 
-    /// Why nobody finds it any more, if it is so.
+    /// The reason why clients cannot find it any more, if it is lost.
     pub fn lost(&self) -> Option<String> {
         match fs::symlink_metadata(self.path()) {
             Ok(meta) if meta.ino() == self.inode => None,
