@@ -51,7 +51,7 @@ fn exit(block: &Block) -> Option<Words> {
     let name = &block.name;
     if is_main(block) {
         let help = "to stop the controller in an orderly way: `STOP`\n\
-                    what is to end by itself goes into a program of its own, and `Main` RUNs it";
+                    put rungs that end by themselves into a program that `Main` RUNs";
         let message = "`EXIT` in `Main`, which always runs".to_owned();
         return Some((message, "`Main` never ends", help.to_owned()));
     }
@@ -139,8 +139,7 @@ mod tests {
                 3:64 block-rule
                   `EXIT` in `Main`, which always runs
                     to stop the controller in an orderly way: `STOP`
-                    what is to end by itself goes into a program of its own, and `Main` RUNs
-                    it
+                    put rungs that end by themselves into a program that `Main` RUNs
                 11:34 block-rule
                   `EXIT` in task `Report`: a task ends when its rungs have executed
                     delete it, or end the task at once with `HALT Report`

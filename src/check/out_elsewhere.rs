@@ -100,7 +100,7 @@ fn help(context: &Context, bit: Bit, all: &[Driver]) -> String {
     let powers = all.iter().map(|d| context.power_from_outside(&d.placed.place).filter(|_| outs));
     let remedy = match context.any_of(powers) {
         Some(when) => format!(
-            "drive it once, in the last of these programs or in one behind them:\n\
+            "drive it once, in the last of these programs or in one after them:\n\
              when = [\"{when}\"]\ndo   = [\"OUT {name}\"]"
         ),
         None => format!(
@@ -152,14 +152,14 @@ mod tests {
                 11:29 out-elsewhere
                   `Y0` is driven in two places, program `Main`, rung 1, and program
                   `Drain`, rung 1: the one that executes last in a scan decides
-                    drive it once, in the last of these programs or in one behind them:
+                    drive it once, in the last of these programs or in one after them:
                     when = ["X0 | (Drain.Running & X1)"]
                     do = ["OUT Y0"]
                     if they never run in one scan, on this rung: allow = ["out-elsewhere"]
                 18:38 out-elsewhere
                   `Y1` is driven in two places, program `Drain`, rung 2, and program
                   `Drain`, stage `A`, rung 1: the one that executes last in a scan decides
-                    drive it once, in the last of these programs or in one behind them:
+                    drive it once, in the last of these programs or in one after them:
                     when = ["(Drain.Running & X2) | (Drain.A & X2)"]
                     do = ["OUT Y1"]
                     if they never run in one scan, on this rung: allow = ["out-elsewhere"]

@@ -141,7 +141,7 @@ fn finding(
     let (left_name, target_name) =
         (&context.program.stage(left).name, &context.program.stage(target).name);
     let message = format!(
-        "this jump back turns {} OFF for a scan: stage `{left_name}` terminates behind stage \
+        "this jump back turns {} OFF for a scan: stage `{left_name}` terminates after stage \
          `{target_name}`, which drives {} too",
         list(&names),
         if lost.len() == 1 { "it" } else { "them" },
@@ -168,7 +168,7 @@ fn help(context: &Context, stages: &Stages, block: &Block, lost: &[Bit]) -> Stri
     }
     let bits: Vec<String> = lost.iter().map(|b| context.name(Address::Bit(*b))).collect();
     let mut text = format!(
-        "take {} out of the stages of `{}`, and drive {} in a program behind it:\n\
+        "take {} out of the stages of `{}`, and drive {} in a program after it:\n\
          [[program]]\nname = \"{name}\"\nautostart = true\nrung = [",
         list(&bits.iter().map(|bit| format!("`{bit}`")).collect::<Vec<_>>()),
         block.name,
@@ -232,9 +232,9 @@ mod tests {
             expect![[r#"
                 19:42 out-lost-on-jump-back
                   this jump back turns `Y0` and `Y1` OFF for a scan: stage `B` terminates
-                  behind stage `A`, which drives them too
+                  after stage `A`, which drives them too
                     take `Y0` and `Y1` out of the stages of `Day`, and drive them in a
-                    program behind it:
+                    program after it:
                     [[program]]
                     name = "DayOutputs"
                     autostart = true
@@ -298,9 +298,9 @@ mod tests {
             "#,
             expect![[r#"
                 18:44 out-lost-on-jump-back
-                  this jump back turns `Y0` OFF for a scan: stage `C` terminates behind
+                  this jump back turns `Y0` OFF for a scan: stage `C` terminates after
                   stage `A`, which drives it too
-                    take `Y0` out of the stages of `Day`, and drive it in a program behind
+                    take `Y0` out of the stages of `Day`, and drive it in a program after
                     it:
                     [[program]]
                     name = "DayOutputs"
@@ -313,9 +313,9 @@ mod tests {
                   SGCONVRG leads to it
                     enter it, from stage `C` say: `do = ["JMP D"]`
                 22:44 out-lost-on-jump-back
-                  this jump back turns `Y1` OFF for a scan: stage `D` terminates behind
+                  this jump back turns `Y1` OFF for a scan: stage `D` terminates after
                   stage `B`, which drives it too
-                    take `Y1` out of the stages of `Day`, and drive it in a program behind
+                    take `Y1` out of the stages of `Day`, and drive it in a program after
                     it:
                     [[program]]
                     name = "DayOutputs"

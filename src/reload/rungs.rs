@@ -45,7 +45,7 @@ pub(super) fn rungs(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new
         let s = if edited == 1 { "" } else { "s" };
         plan.say(format!("{edited} rung{s} edited, {added} new, {gone} gone"));
     } else if !in_order {
-        plan.say("the rungs are in another order");
+        plan.say("the order of the rungs has changed");
     }
     order(plan, names, old, new);
 }
@@ -82,6 +82,6 @@ fn order(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>)
     let now = new.program.order.iter().copied();
     let now: Vec<_> = now.filter(|id| before.contains(id)).collect();
     if before != now {
-        plan.say("the blocks are scanned in another order");
+        plan.say("the scan order of the blocks has changed");
     }
 }

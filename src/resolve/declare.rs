@@ -107,7 +107,7 @@ impl Resolver<'_> {
         let mut blocks = program.blocks.iter();
         if let Some(block) = blocks.find(|block| block.name.eq_ignore_ascii_case("Main")) {
             let finding = Finding::new(Code::NoMain, block.span, "no program is called `Main`");
-            self.find(finding.help("write `name = \"Main\"`: names have their case"));
+            self.find(finding.help("write `name = \"Main\"`: names are case-sensitive"));
             return;
         }
         let span = Span { file: self.options.first_file, start: 0, end: 0 };

@@ -349,7 +349,7 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
             new(Code::BeyondMemory, message, help)
         }
         AddressError::UnknownMember(&[]) => {
-            let message = format!("`{base}` is a single value: nothing stands behind a dot of it");
+            let message = format!("`{base}` is a single value: it has no members");
             new(Code::UnknownMember, message, Some(format!("write `{base}`")))
         }
         AddressError::UnknownMember(members) => unknown_member(name, members),

@@ -175,7 +175,7 @@ impl Resolver<'_> {
                 if other != n {
                     let message = format!("`{key}` of `{address}` is given twice, differently");
                     let finding = Finding::new(Code::TagKey, span, message);
-                    self.find(finding.related(place, "another tag of it says this"));
+                    self.find(finding.related(place, "another tag of this address says this"));
                 }
             }
         }

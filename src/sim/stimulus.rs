@@ -85,7 +85,7 @@ impl Stimulus {
         let cells: Vec<&str> = row.split(',').skip(1).map(str::trim).collect();
         if cells.len() != targets.len() {
             return Err(format!(
-                "the row has {} cells behind the scan, the header names {} operands",
+                "the row has {} cells after the scan, the header names {} operands",
                 cells.len(),
                 targets.len()
             ));
@@ -168,7 +168,7 @@ fn parse_scan(row: &str, last_scan: Option<u64>) -> Result<u64, String> {
         text.parse().map_err(|_| format!("`{text}` is not a scan: a number from 0 is wanted"))?;
     match last_scan {
         Some(last) if scan < last => {
-            Err(format!("scan {scan} stands behind scan {last}: rows ascend by scan"))
+            Err(format!("scan {scan} comes after scan {last}: rows ascend by scan"))
         }
         Some(last) if scan == last => {
             Err(format!("scan {scan} has a row already: one row holds all changes of a scan"))
@@ -256,10 +256,7 @@ mod tests {
         assert_eq!(error(""), "1: the header is `scan,` and operands, as `scan,X0,D1`");
         assert_eq!(error("scan,CT0.Done"), "1: `CT0.Done` cannot be written");
         assert_eq!(error("scan,C0,jam"), "1: `jam` and `C0` are the same operand");
-        assert_eq!(
-            error("scan,X0\n5,1\n4,1"),
-            "3: scan 4 stands behind scan 5: rows ascend by scan"
-        );
+        assert_eq!(error("scan,X0\n5,1\n4,1"), "3: scan 4 comes after scan 5: rows ascend by scan");
         assert_eq!(
             error("scan,X0\n5,1\n5,0"),
             "3: scan 5 has a row already: one row holds all changes of a scan"
@@ -268,7 +265,7 @@ mod tests {
         assert_eq!(error("scan,D0\n0,6"), "2: `D0` takes -5 to 5, not 6");
         assert_eq!(
             error("scan,D0\n0,1,2"),
-            "2: the row has 2 cells behind the scan, the header names 1 operands"
+            "2: the row has 2 cells after the scan, the header names 1 operands"
         );
         assert_eq!(error("scan,D0\n-1,1"), "2: `-1` is not a scan: a number from 0 is wanted");
     }

@@ -175,7 +175,7 @@ impl Parser<'_> {
             "rise" => Edge::Rise,
             "fall" => Edge::Fall,
             _ => {
-                let message = format!("`{word}` cannot have parentheses behind it");
+                let message = format!("`{word}` cannot have parentheses after it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
                 return Err(finding.help(match word.to_ascii_lowercase().as_str() {
                     "rise" => "write `rise(…)`",
@@ -209,7 +209,7 @@ impl Parser<'_> {
             Some((Token::Atom(atom), _)) => atom,
             found => {
                 let place = found.map_or(sign, |(_, place)| place);
-                let message = format!("a value is missing behind `{}`", comparison.sign());
+                let message = format!("a value is missing after `{}`", comparison.sign());
                 return Err(self.error(place, message));
             }
         };

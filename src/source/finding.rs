@@ -132,19 +132,19 @@ macro_rules! findings {
 findings! {
     // reading
     TomlSyntax "toml-syntax" Error "The file is not TOML 1.0.";
-    UnknownKey "unknown-key" Error "A table has a key that this place does not know.";
+    UnknownKey "unknown-key" Error "A table has an unknown key.";
     WrongType "wrong-type" Error "A value is not of the type that its key wants.";
     BareString "bare-string" Error "Contacts and instructions are always arrays.";
-    MissingKey "missing-key" Error "A key that must be there is missing.";
+    MissingKey "missing-key" Error "A required key is missing.";
     OutOfPlace "out-of-place" Error
-        "A header stands behind one that closed its parent, and would join an earlier parent.";
+        "A header comes after its parent was closed, and would join an earlier parent.";
     ContactSyntax "contact-syntax" Error "A contact does not follow the grammar.";
     InstructionSyntax "instruction-syntax" Error "An instruction does not follow its form.";
     EmptyLeg "empty-leg" Error "A series of contacts is empty; a rung that is always ON says $On.";
     NoInstruction "no-instruction" Error "A rung or branch drives nothing.";
     MixedLegs "mixed-legs" Error "A rung has both `when` and `leg.*`, or neither.";
-    ForbiddenName "forbidden-name" Error "A name is not a name, or means something else already.";
-    DuplicateName "duplicate-name" Error "Two things bear one name.";
+    ForbiddenName "forbidden-name" Error "A name is invalid, or already means something else.";
+    DuplicateName "duplicate-name" Error "Two things have the same name.";
     BadDuration "bad-duration" Error "A duration is not of the form 1h2m3s4ms or HH:MM:SS:mmm.";
     // resolving
     UnknownInstruction "unknown-instruction" Error "There is no such instruction.";
@@ -154,9 +154,9 @@ findings! {
     UnknownMember "unknown-member" Error "The structure or block has no such member.";
     UnknownBlock "unknown-block" Error "There is no program or task of this name.";
     UnknownStage "unknown-stage" Error "The program has no stage of this name.";
-    WrongCase "wrong-case" Error "An address, mnemonic or nickname is written in another case.";
+    WrongCase "wrong-case" Error "An address, mnemonic or nickname has the wrong case.";
     BeyondMemory "beyond-memory" Error "The address lies beyond the memory block.";
-    OperandType "operand-type" Error "A bit where a word belongs, or the like.";
+    OperandType "operand-type" Error "An operand is of the wrong kind, as a bit instead of a word.";
     OutOfRange "out-of-range" Error "A constant lies outside the range of its place.";
     WriteToInput "write-to-input" Error "X bits are written by inputs only.";
     ReadOnly "read-only" Error "A program cannot write this bit, word or member.";
@@ -168,9 +168,9 @@ findings! {
     TagKey "tag-key" Error "A key of a tag does not fit what the tag stands for.";
     // rules over the whole program
     OwnedTwice "owned-twice" Error "A structure has exactly one owning instruction.";
-    ResetWithoutOwner "reset-without-owner" Error "A structure is reset that nothing owns.";
+    ResetWithoutOwner "reset-without-owner" Error "A reset of a structure without an owner.";
     SensaphonePreset "sensaphone-preset" Error
-        "One of CTU and CTD states the preset, and both never different ones.";
+        "CTU and CTD state no preset, or different ones.";
     JumpOutsideStage "jump-outside-stage" Error "JMP and SGDIVRG stand in a stage.";
     BuiltInTask "built-in-task" Error "Nothing starts, stops or orders a built-in task.";
     StageInTask "stage-in-task" Error "A task contains no stages.";
@@ -185,7 +185,7 @@ findings! {
     // warnings
     OutElsewhere "out-elsewhere" Warning "Two OUTs in different places drive one bit.";
     OutLostOnJumpBack "out-lost-on-jump-back" Warning
-        "After a jump back, the left stage's termination turns a bit OFF behind its new driver.";
+        "After a jump back, the left stage's termination turns a bit of the new stage OFF.";
     StageNeverEntered "stage-never-entered" Warning "Nothing ever turns this stage ON.";
     BlockNeverStarted "block-never-started" Warning "Nothing ever starts this block.";
     SetNeverReset "set-never-reset" Warning "A bit is SET and never RST.";
@@ -198,12 +198,12 @@ findings! {
         "A duration where a counter wants a number of counts.";
     MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
     ConstantSaturates "constant-saturates" Warning
-        "A constant that its target can never hold: another number is stored.";
+        "A constant never fits its target: the target's limit is stored instead.";
     RetainedButReset "retained-but-reset" Warning
         "A retained structure loses its value at every stop.";
     RetainsNothing "retains-nothing" Warning "`[retain]` names nothing that a restart keeps.";
     ColdForEver "cold-for-ever" Warning
-        "A start that finds nothing to restore waits for an operator who has no socket.";
+        "A start with nothing to restore waits for an operator's command, but has no socket.";
     HeldButReset "held-but-reset" Warning "An output that is to be held goes OFF at every stop.";
     LongPeriod "long-period" Warning "Scans are more than a second apart.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";

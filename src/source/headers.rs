@@ -96,7 +96,7 @@ pub(super) fn doubled(doc: Doc<'_>, place: Range<usize>) -> Option<Finding> {
 
 /// The help for a header above its parent: where the header belongs.
 fn move_help(header: &str, parent: &str, before: &str) -> String {
-    let below = format!("move it behind the header of its parent: `[[{parent}]]`");
+    let below = format!("move it below the header of its parent: `[[{parent}]]`");
     let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
     let (own, open) = (last(header), last(before));
     let stands = |(part, parents): &(&str, &[&str])| *part == own && parents.contains(&&*open);

@@ -228,7 +228,10 @@ fn read_root(mut root: Table<'_>) -> Ladder {
         .into_iter();
     ladder.blocks = programs.map(|table| read_block(table, BlockForm::Program)).collect();
     let tasks = root
-        .tables(key("task", "Tasks, scanned behind the programs while ENTASK says so."), "a task")
+        .tables(
+            key("task", "Tasks, scanned after the programs while ENTASK enables them."),
+            "a task",
+        )
         .into_iter();
     ladder.blocks.extend(tasks.map(|table| read_block(table, BlockForm::Task)));
     ladder.blocks.sort_by_key(|block| block.span.start);
@@ -244,14 +247,14 @@ fn read_tag(name: Text, mut table: Table<'_>) -> Tag {
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
-        initial: table.constant(key("initial", "What a cold start puts there; else 0, OFF.")),
+        initial: table.constant(key("initial", "Its value after a cold start; else 0, OFF.")),
         min: table.constant(key(
             "min",
-            "A write from outside below this is refused; the ladder's stops at it.",
+            "A write from outside below this is refused; a write by the ladder is limited to it.",
         )),
         max: table.constant(key(
             "max",
-            "A write from outside above this is refused; the ladder's stops at it.",
+            "A write from outside above this is refused; a write by the ladder is limited to it.",
         )),
         alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
         log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
@@ -342,7 +345,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
     let body = read_body(&mut table, instructions);
     let branches: Vec<Branch> = table
         .tables(
-            key("branch", "Further contacts behind the rung's own, with instructions."),
+            key("branch", "Further contacts after the rung's own, with instructions."),
             "a branch",
         )
         .into_iter()
@@ -374,7 +377,7 @@ fn check_legs(table: &Table<'_>) {
 fn read_branch(mut table: Table<'_>) -> Branch {
     let span = table.span();
     table.together(r#"{"required":["when","do"]}"#);
-    let when = key("when", "Contacts in series behind the rung's own.");
+    let when = key("when", "Contacts in series after the rung's own.");
     let contacts =
         read_when(&mut table, when.limited(NOT_EMPTY)).map_or(Vec::new(), |leg| leg.contacts);
     if !table.has("when") {

@@ -71,7 +71,7 @@ fn is_string(kind: TokenKind) -> bool {
 fn refusal(place: Span, limit: &str) -> Box<Finding> {
     let message = format!("too large: the files of a program have at most {limit} together");
     let finding = Finding::new(Code::TomlSyntax, place, message).label("the limit is reached here");
-    Box::new(finding.help("a program of this size is mostly a mistake of what wrote it"))
+    Box::new(finding.help("a program of this size is mostly a mistake of the tool that wrote it"))
 }
 
 #[cfg(test)]

@@ -108,7 +108,7 @@ fn inline_table(doc: Doc<'_>, table: &DeTable<'_>, whole: Range<usize>) {
     if let Some(comma) = doc.slice(tail..whole.end).find(',') {
         let place = doc.span(tail + comma..tail + comma + 1);
         doc.find(
-            Finding::new(Code::TomlSyntax, place, "a comma behind the last key of an inline table")
+            Finding::new(Code::TomlSyntax, place, "a comma after the last key of an inline table")
                 .label("TOML 1.0 allows none here")
                 .help("take the comma away"),
         );

@@ -77,7 +77,7 @@ fn rungs_are_counted() {
         main_with(&rungs(was)).main(&rungs(is)).report.join("; ")
     };
     assert_eq!(said(&[a, b], &[a, b]), NONE);
-    assert_eq!(said(&[a, b], &[b, a]), "the rungs are in another order");
+    assert_eq!(said(&[a, b], &[b, a]), "the order of the rungs has changed");
     assert_eq!(said(&[a, b], &[a, c, b]), "0 rungs edited, 1 new, 0 gone");
     assert_eq!(said(&[a, b], &[a, ("X5", "OUT C1")]), "1 rung edited, 0 new, 0 gone");
     assert_eq!(said(&[a, ("X7", "SET C3")], &[a]), "0 rungs edited, 0 new, 1 gone");
