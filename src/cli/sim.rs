@@ -2,8 +2,9 @@
 //!
 //! Reads and writes the files; `sim` computes the trace.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -76,6 +77,11 @@ fn time(text: &str) -> Result<u32, String> {
 /// # Errors
 /// A file that cannot be read or written, a stimulus or `--watch` that does not fit the program.
 pub fn sim(args: &SimArgs) -> Result<Exit> {
+    if let Some(read) = read_and_written(args) {
+        let (trace, read) = (args.trace.display(), read.display());
+        say(&format!("error: --trace {trace} would overwrite {read}, which it reads\n"));
+        return Ok(Exit::Usage);
+    }
     let loaded = load::ladder_files(&args.ladders)?;
     let style = style(false);
     if !loaded.findings.is_empty() {
@@ -88,6 +94,16 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
         }
         _ => Ok(Exit::Config),
     }
+}
+
+/// A file that is read, where the trace would be written: under this name or another.
+fn read_and_written(args: &SimArgs) -> Option<&PathBuf> {
+    let identity = |path: &Path| {
+        let meta = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
+        Some((meta.dev(), meta.ino()))
+    };
+    let trace = identity(&args.trace)?;
+    args.ladders.iter().chain(&args.stimulus).find(|read| identity(read) == Some(trace))
 }
 
 fn simulate(args: &SimArgs, program: &Program) -> Result<()> {

@@ -84,7 +84,7 @@ fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option
     let finding =
         Finding::new(Code::ColdForEver, place, message).label("without an operator's socket").help(
             "write `[retain] cold-start = \"run\"`; or start it the first time by `rungd run \
-             --cold-start run`; or let it have its socket",
+             --cold-start run FILE`; or let it have its socket",
         );
     Some(match written.retain.ranges.first() {
         Some(range) => finding.related(range.span, "retained here"),

@@ -18,8 +18,9 @@ use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
 /// What runs a controller without an operator's socket where nothing was restored.
-pub(super) const COLD_BY_HAND: &str = "start it once by `rungd run --cold-start run`, or with \
-    `[retain] cold-start = \"run\"`: no operator's socket is there for `rungd mode run`";
+pub(super) const COLD_BY_HAND: &str = "stop this process, then start it once by `rungd run \
+    --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: no operator's socket is there \
+    for `rungd mode run`";
 /// The most lines about what was not restored.
 const DROPPED_LINES_MAX: usize = 100;
 const NO_STOP: &str = "and no orderly stop followed, so that all that has termination logic is \
@@ -153,7 +154,7 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start: {path}: \
-             {why}. `[retain] cold-start` lets the controller run"
+             {why}. `[retain] cold-start` or `--cold-start` lets the controller run"
         );
     } else {
         say!(
@@ -161,11 +162,20 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start, and the mode \
-             is STOP: {path}: {why}. Find the cause, or write by hand what counts, then {again}",
+             is STOP: {path}: {why}. Find the cause, or {first}, then {again}",
+            first = sets_what_counts(wanted),
             again = runs_again(wanted)
         );
     }
     format!("nothing restored: {why}")
+}
+
+/// What gives the values that count to a controller in STOP, which takes no write.
+fn sets_what_counts(wanted: &Wanted) -> &'static str {
+    match wanted.has_operator {
+        true => "force what counts (`rungd unforce` once it runs)",
+        false => "give what counts its `initial` in the ladder",
+    }
 }
 
 /// What runs a controller that has found nothing to restore. A restart alone does not.

@@ -13,8 +13,8 @@ rows! {
          cold start. The mode is STOP, unless `[retain] cold-start` lets the controller run.",
         "At the very first start: `rungd mode run`. Later: find out where the file is (a disk \
          that is not mounted, a changed `file`), or which tags had other names (the retain-dropped \
-         lines before it; the file keeps the image until the next run). Write by hand what counts, \
-         then `rungd mode run`.";
+         lines before it; the file keeps the image until the next run). Force what counts, \
+         `rungd mode run`, then unforce it: a controller in STOP refuses `write`.";
 
     RETAIN_DROPPED = 903, "retain-dropped", Warn, NONE:
         "ee6501b3734044af8945b154452a478e",

@@ -115,7 +115,8 @@ impl fmt::Display for Failure {
                 f,
                 "no rungd answers at {}: {error}; is it running? (`[operator] socket` of its \
                  controller file says where its socket is: stand in that folder, or name the \
-                 socket by `--socket` or RUNGD_SOCKET)",
+                 socket by `--socket` or RUNGD_SOCKET. A controller started by hand without that \
+                 key has no socket: write the key, or set RUNGD_SOCKET for both)",
                 path.display()
             ),
             Failure::NotAllowed(path, error) => write!(

@@ -147,7 +147,10 @@ fn lock(file: &File) -> io::Result<()> {
 }
 
 fn busy() -> io::Error {
-    io::Error::new(io::ErrorKind::ResourceBusy, "another rungd keeps its memory in this file")
+    io::Error::new(
+        io::ErrorKind::ResourceBusy,
+        "another rungd keeps its memory in this file: stop it, or name another `[retain] file`",
+    )
 }
 
 fn identity(of: &fs::Metadata) -> io::Result<(u64, u64)> {

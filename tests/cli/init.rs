@@ -99,6 +99,24 @@ fn it_answers_status_in_its_folder_at_once() {
     }
 }
 
+/// As systemd and the container start it: a runtime folder, and no writing beside the file.
+#[test]
+fn a_service_has_its_socket_in_its_own_folder() {
+    let folder = folder("init-service");
+    rungd(&["init", "plant"], &folder);
+    let run = folder.join("run");
+    fs::create_dir(&run).expect("a folder");
+    // Nobody, root included, can make a lock here.
+    fs::create_dir(folder.join("plant/rungd.sock.lock")).expect("a folder");
+    let args = ["run", "plant/controller.toml", "--scans", "3"];
+    let by_hand = rungd(&args, &folder);
+    assert_eq!(by_hand.status.code(), Some(74), "{}", said(&by_hand.stderr));
+    let service = command(&args, &folder).env("RUNTIME_DIRECTORY", &run).output().expect("it runs");
+    let log = said(&service.stderr);
+    assert_eq!(service.status.code(), Some(0), "{log}");
+    assert!(log.contains(&format!("{}/rungd.sock", run.display())), "{log}");
+}
+
 /// What its README says: START after a second, five parts, the lamp.
 #[test]
 fn its_ladder_does_what_its_readme_says() {

@@ -174,6 +174,22 @@ fn a_trace_goes_to_standard_output_or_to_a_file() {
 }
 
 #[test]
+fn a_trace_never_overwrites_what_is_read() {
+    let place = Place::new("overwrite");
+    let link = place.0.join("link.csv");
+    let _ = std::fs::remove_file(&link);
+    std::fs::hard_link(place.0.join("parts.csv"), link).unwrap();
+    std::fs::copy(place.0.join("count.toml"), place.0.join("count.csv")).unwrap();
+    for trace in ["parts.csv", "./parts.csv", "link.csv"] {
+        let args = format!("count.toml --stimulus parts.csv --trace {trace}");
+        place.refused(&args, 2, "would overwrite parts.csv");
+        assert_eq!(place.read("parts.csv"), STIMULUS);
+    }
+    place.refused("count.csv --trace count.csv", 2, "would overwrite count.csv");
+    assert_eq!(place.read("count.csv"), LADDER);
+}
+
+#[test]
 fn vcd_is_refused_before_anything_is_written() {
     let place = Place::new("vcd");
     let said = "--trace out.vcd: this version writes CSV and SVG, not VCD";

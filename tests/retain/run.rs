@@ -414,7 +414,7 @@ fn without_an_operators_socket_it_is_said_how_a_cold_controller_runs() {
         for words in ["nothing is restored", "STOP: nothing was found"] {
             let line = running.line(words);
             let said = message(&line);
-            assert!(said.contains("rungd run --cold-start run"), "{said}");
+            assert!(said.contains("rungd run --cold-start run FILE"), "{said}");
             assert!(said.contains("`[retain] cold-start = \"run\"`"), "{said}");
             assert!(!said.contains("restart"), "{said}");
         }

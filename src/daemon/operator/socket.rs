@@ -73,16 +73,18 @@ pub fn operator_socket(controller: &Path) -> Option<PathBuf> {
 
 impl SocketSpec {
     /// As the controller file says; else as [`SOCKET_VARIABLE`] or systemd's runtime folder says.
-    /// Without any of them, or where it is not wanted, there is none.
+    /// Without any of them, or where it is not wanted, there is none. A relative path is for a
+    /// start by hand: a service, which has a runtime folder, may not write beside its file.
     pub fn of(asked: &Operator, controller: &str) -> Option<SocketSpec> {
         let named = || std::env::var_os(SOCKET_VARIABLE).filter(|value| !value.is_empty());
         let systemd = || Some(directories::runtime()?.join("rungd.sock"));
+        let is_service = directories::runtime().is_some();
         let path = match &asked.socket {
-            Some(path) => {
+            Some(path) if Path::new(path).is_absolute() || !is_service => {
                 let beside = Path::new(controller).parent().unwrap_or(Path::new(""));
                 Some(beside.join(path))
             }
-            None => named().map(PathBuf::from).or_else(systemd),
+            Some(_) | None => named().map(PathBuf::from).or_else(systemd),
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
         path.filter(|_| asked.enabled).map(|path| SocketSpec { path, mode, group, insists })
@@ -208,6 +210,13 @@ fn lock(spec: &SocketSpec) -> Result<File, Failure> {
         io::ErrorKind::NotFound => spec.failure(&format!(
             "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
         )),
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            spec.failure(&format!(
+                "{}: {error}; name a path in a folder that rungd may write to, as \
+                 `/run/rungd/rungd.sock`, or remove the key: systemd gives a service its place",
+                path.display()
+            ))
+        }
         _ => spec.failure(&format!("{}: {error}", path.display())),
     })?;
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
