@@ -1,7 +1,7 @@
 //! Exit codes, for scripts and systemd. `docs/exit-codes.md` is the page for people; a test keeps
 //! the two alike.
 
-use std::io;
+use std::{fmt, io};
 
 /// The exit code of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +27,18 @@ pub enum Exit {
     Config = 78,
 }
 
+/// A mistake of the command line that shows only after the files are read.
+#[derive(Debug)]
+pub struct CommandLine(pub String);
+
+impl fmt::Display for CommandLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for CommandLine {}
+
 impl Exit {
     /// All codes with their names.
     pub const ALL: [(Exit, &'static str); 9] = [
@@ -41,8 +53,12 @@ impl Exit {
         (Exit::Config, "CONFIG"),
     ];
 
-    /// The code of a failure: the environment's if an I/O error is at its root, else the files'.
+    /// The code of a failure: the command line's if it says so, the environment's if an I/O error
+    /// is at its root, else the files'.
     pub fn of(error: &anyhow::Error) -> Exit {
+        if error.is::<CommandLine>() {
+            return Exit::Usage;
+        }
         match error.chain().find_map(|cause| cause.downcast_ref::<io::Error>()) {
             Some(_) => Exit::Io,
             None => Exit::Config,

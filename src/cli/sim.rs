@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use super::check::style;
-use super::exit::Exit;
+use super::exit::{CommandLine, Exit};
 use super::terminal::{say, say_drawn};
 use crate::engine::BitCell;
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Health, duration};
@@ -24,6 +24,11 @@ use crate::sim::svg::{SvgTrace, TooLong};
 use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
 use crate::source::render::{refuses, render};
+
+/// Ends the function with a mistake of the command line.
+macro_rules! usage {
+    ($($words:tt)*) => { return Err(CommandLine(format!($($words)*)).into()) };
+}
 
 /// The number of scans if neither `--scans` nor `--for` is given.
 const DEFAULT_SCANS: u64 = 100;
@@ -129,7 +134,7 @@ fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
         if let Err(error) = sim::run(engine_program, &plan, &mut trace) {
             // The request is wrong, not the environment.
             match error.get_ref().filter(|inner| inner.is::<TooLong>()) {
-                Some(inner) => bail!("--trace {}: {inner}", args.trace.display()),
+                Some(inner) => usage!("--trace {}: {inner}", args.trace.display()),
                 None => return Err(error.into()),
             }
         }
@@ -158,8 +163,8 @@ fn refuse_other_forms(trace: &Path) -> Result<()> {
     match extension(trace) {
         _ if trace == Path::new("-") || trace.starts_with("/dev") => Ok(()),
         Some("csv" | "svg") => Ok(()),
-        Some("vcd") => bail!("--trace {name}: this version writes CSV and SVG, not VCD"),
-        _ => bail!("--trace {name}: the ending says the form, and is `.csv` or `.svg`"),
+        Some("vcd") => usage!("--trace {name}: this version writes CSV and SVG, not VCD"),
+        _ => usage!("--trace {name}: the ending says the form, and is `.csv` or `.svg`"),
     }
 }
 
@@ -213,16 +218,21 @@ fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<Target, Str
 fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<Watched>> {
     let scope = Scope::of(program);
     let named = |name: &str| -> Result<Watched> {
-        let address = scope.address(name).map_err(|m| anyhow::anyhow!("--watch: {m}"))?;
+        if name.contains("..") {
+            usage!("--watch: `{name}`: a range is not taken here: name each, as `X0,X1`");
+        }
+        let address = scope.address(name).map_err(|m| CommandLine(format!("--watch: {m}")))?;
         let Some(cell) = symbols.layout.cell(address) else {
-            bail!("--watch: `{name}` is a structure: name its members, as `{name}.Done`");
+            let upper = matches!(address, Address::Structure(s) if s.members().contains(&"DN"));
+            let member = if upper { "DN" } else { "Done" };
+            usage!("--watch: `{name}` is a structure: name its members, as `{name}.{member}`");
         };
         Ok(Watched { name: name.to_owned(), cell })
     };
     match &args.watch {
         Some(names) => {
             if let Some(message) = split_element(names.iter().map(|name| name.trim())) {
-                bail!("--watch: {message}");
+                usage!("--watch: {message}");
             }
             names.iter().map(|name| named(name.trim())).collect()
         }

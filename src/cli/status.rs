@@ -47,13 +47,16 @@ fn page(status: &Status, histogram: bool) -> String {
     let ladder = format!(
         "{}: {}, {}, sha256 {}",
         ladder.name,
-        count(ladder.blocks, "block"),
-        count(ladder.rungs, "rung"),
+        count(ladder.blocks as u64, "block"),
+        count(ladder.rungs as u64, "rung"),
         ladder.sha256.get(..12).unwrap_or_default()
     );
     let mut lines = vec![
         format!("rungd {version}, pid {pid}, up {}", ms(status.uptime_ms)),
-        row("mode", &format!("{mode}{why} for {}, {scans} scans in all", ms(status.mode_ms))),
+        row(
+            "mode",
+            &format!("{mode}{why} for {}, {} in all", ms(status.mode_ms), count(*scans, "scan")),
+        ),
         row("controller", &status.controller),
         row("ladder", &ladder),
     ];
@@ -86,7 +89,7 @@ fn posture_line(posture: &Posture) -> String {
     }
 }
 
-fn count(number: usize, what: &str) -> String {
+fn count(number: u64, what: &str) -> String {
     if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
 }
 
@@ -107,10 +110,12 @@ fn scan_line(status: &Status) -> String {
     let Scan { over_ms, scans, overruns, skipped, .. } = &status.scan;
     let us = |us: u64| span(us * 1000);
     format!(
-        "every {}, watchdog {}; in {}: {scans} scans, {overruns} overruns, {skipped} skipped",
+        "every {}, watchdog {}; in {}: {}, {}, {skipped} skipped",
         us(status.period_us),
         us(status.watchdog_us),
-        span(over_ms * 1_000_000)
+        span(over_ms * 1_000_000),
+        count(*scans, "scan"),
+        count(*overruns, "overrun")
     )
 }
 

@@ -5,7 +5,7 @@
 use super::written::WrittenController;
 use super::{Controller, RETAINABLE};
 use crate::isa::instruction::Termination;
-use crate::isa::{Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace};
 use crate::resolve::program::{Instruction, Program};
 use crate::source::finding::{Code, Finding};
 
@@ -48,8 +48,11 @@ fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
             let mut all = program.instructions().map(|(_, instruction)| instruction);
             let Some(driver) = all.find(|one| drives(one)) else { continue };
             let name = driver.mnemonic.spec().name;
+            let mut operands = program.operands.iter();
+            let tag = operands.find(|named| named.address == Address::Bit(output));
+            let called = tag.map_or_else(|| output.to_string(), |tag| tag.name.to_string());
             let message =
-                format!("`{output}` is to be held, but a stop turns OFF what `{name}` drives");
+                format!("`{called}` is to be held, but a stop turns OFF what `{name}` drives");
             let finding = Finding::new(Code::HeldButReset, driver.span, message)
                 .label("OFF at every stop; held in FAULT alone")
                 .related(held.span, "held here")

@@ -227,6 +227,9 @@ impl Loaded {
                     let finding = Finding::new(Code::Controller, name.span, message);
                     let help = match error.kind() {
                         ErrorKind::InvalidInput => "name a ladder file",
+                        ErrorKind::PermissionDenied => {
+                            "give the user that runs rungd the right to read it and its folders"
+                        }
                         _ => "paths are relative to the controller file",
                     };
                     self.findings.push(finding.help(help));
@@ -312,9 +315,13 @@ pub fn decode(bytes: &[u8], file: FileId) -> (String, Option<Finding>) {
             let span = Span { file, start: at, end: at };
             let byte = bytes.get(at as usize).copied().unwrap_or(0);
             let message = format!("the file is not UTF-8 text: byte {at} is 0x{byte:02X}");
-            let finding = Finding::new(Code::TomlSyntax, span, message)
-                .label("here")
-                .help("save the file as UTF-8; now it may be Latin-1, or not a text");
+            let finding =
+                Finding::new(Code::TomlSyntax, span, message).label("here").help(match bytes {
+                    [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => {
+                        "save the file as UTF-8; now it is UTF-16"
+                    }
+                    _ => "save the file as UTF-8; now it may be Latin-1, or not a text",
+                });
             (String::from_utf8_lossy(bytes).into_owned(), Some(finding))
         }
     }

@@ -154,7 +154,9 @@ impl Names {
 
     fn operand(&self, text: &str, what: Address) -> Result<Operand, Refusal> {
         let Some(cell) = self.symbols.layout.cell(what) else {
-            let message = format!("`{text}` is a structure: name a member, as `{text}.Acc`");
+            let upper = matches!(what, Address::Structure(s) if s.members().contains(&"ACC"));
+            let member = if upper { "ACC" } else { "Acc" };
+            let message = format!("`{text}` is a structure: name a member, as `{text}.{member}`");
             return Err(Refusal::new(RefusalKind::BadOperand, message));
         };
         let tag = self.tags.get(&what).cloned();

@@ -12,7 +12,7 @@ use crate::isa::address_text::reads_as_address;
 use crate::isa::{BlockId, DeviceId, StageId, instruction};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
-use crate::source::nearest::Names;
+use crate::source::nearest::{Names, nearest};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 
@@ -108,6 +108,13 @@ impl Resolver<'_> {
         if let Some(block) = blocks.find(|block| block.name.eq_ignore_ascii_case("Main")) {
             let finding = Finding::new(Code::NoMain, block.span, "no program is called `Main`");
             self.find(finding.help("write `name = \"Main\"`: names are case-sensitive"));
+            return;
+        }
+        let names = program.blocks.iter().map(|block| &*block.name);
+        let near = nearest("Main", names).map(str::to_owned);
+        if let Some(block) = program.blocks.iter().find(|b| near.as_deref() == Some(&*b.name)) {
+            let finding = Finding::new(Code::NoMain, block.span, "no program is called `Main`");
+            self.find(finding.help("did you mean `Main`?"));
             return;
         }
         let span = Span { file: self.options.first_file, start: 0, end: 0 };

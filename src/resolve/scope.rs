@@ -251,6 +251,10 @@ impl Scope {
     }
 
     fn unknown(&self, base: &str, member: Option<&str>) -> Mistake {
+        if base.is_empty() {
+            let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
+            return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
+        }
         let message = format!("nothing is called `{base}`");
         let with_stage = self.stages.get(base).filter(|_| member.is_none());
         if let Some(block) = with_stage.and_then(|id| self.block_names.get(id)) {
@@ -281,7 +285,8 @@ impl Scope {
                     .to_owned();
             }
         }
-        "a name is a letter, then letters, digits and `_`".to_owned()
+        "a tag is a letter, then letters, digits and `_`; a block's name may have `-` too"
+            .to_owned()
     }
 
     /// Whether this is a declared name or an address.
@@ -334,7 +339,7 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
         }
         AddressError::Case(right) => new(
             Code::WrongCase,
-            format!("`{name}` is written `{right}`"),
+            format!("`{name}` is in the wrong case"),
             Some(format!("write `{right}`")),
         ),
         AddressError::LeadingZero(right) => new(

@@ -8,6 +8,7 @@ use super::atom::{Atom, AtomKind};
 use super::contact::{Comparison, Contact, Edge};
 use super::contact_lexer::{Parsed, Token, lex};
 use super::finding::{Code, Finding};
+use super::nearest::did_you_mean;
 use super::span::{Located, Span};
 
 /// Maximum nesting depth of parentheses and `!`.
@@ -108,7 +109,9 @@ impl Parser<'_> {
                 Err(self.error(span, message))
             }
             Token::Close => Err(self.error(span, "`)` closes nothing, or closes it too early")),
-            Token::And | Token::Or => Err(self.error(span, "a contact is missing before this")),
+            Token::And | Token::Or => Err(self
+                .error(span, "a contact is missing before this")
+                .help("a contact stands on each side of it: `X0 & X1`")),
         }
     }
 
@@ -178,10 +181,11 @@ impl Parser<'_> {
                 let message = format!("`{word}` cannot have parentheses after it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
                 return Err(finding.help(match word.to_ascii_lowercase().as_str() {
-                    "rise" => "write `rise(…)`",
-                    "fall" => "write `fall(…)`",
-                    "not" => "write `!(…)`",
-                    _ => "only `rise(bit)` and `fall(bit)` have",
+                    "rise" => "write `rise(…)`".to_owned(),
+                    "fall" => "write `fall(…)`".to_owned(),
+                    "not" => "write `!(…)`".to_owned(),
+                    word => did_you_mean(word, ["rise", "fall"])
+                        .unwrap_or_else(|| "only `rise(bit)` and `fall(bit)` have".to_owned()),
                 }));
             }
         };
@@ -267,7 +271,9 @@ impl Parser<'_> {
             Token::Compare(_) => self
                 .error(place, "a compare stands between two values")
                 .help("values are words and constants, not contacts: `D0 == 3`"),
-            Token::And | Token::Or => self.error(place, "a contact is missing here"),
+            Token::And | Token::Or => self
+                .error(place, "a contact is missing here")
+                .help("a contact stands on each side of it: `X0 & X1`"),
         }
     }
 }

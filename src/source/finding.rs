@@ -11,7 +11,7 @@ use std::borrow::Cow;
 
 use super::nearest::{Names, Near};
 use super::span::Span;
-use super::wording::bounded;
+use super::wording::{bounded, bounded_line};
 
 /// How severe a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,7 +50,7 @@ impl Finding {
         Finding {
             code,
             span,
-            message: bounded(message.into()),
+            message: bounded_line(message.into()),
             label: String::new(),
             related: Vec::new(),
             help: None,
@@ -60,7 +60,7 @@ impl Finding {
 
     /// The words under the place.
     pub fn label(mut self, label: impl Into<String>) -> Finding {
-        self.label = bounded(label.into());
+        self.label = bounded_line(label.into());
         self
     }
 
@@ -91,7 +91,7 @@ impl Finding {
     /// Adds a related place, up to `RELATED_MAX`.
     pub fn related(mut self, span: Span, words: impl Into<String>) -> Finding {
         if self.related.len() < RELATED_MAX {
-            self.related.push((span, bounded(words.into())));
+            self.related.push((span, bounded_line(words.into())));
         }
         self
     }

@@ -42,16 +42,30 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
     let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
     let mut operands = Vec::new();
     let mut whole = true;
-    for (at, word) in words {
+    let all: Vec<(usize, &str)> = words.collect();
+    for (number, &(at, word)) in all.iter().enumerate() {
         match operand(word, &mnemonic.value, span.part(at, at + word.len())) {
             Ok(operand) => operands.push(operand),
             Err(finding) => {
-                findings.push(*finding);
+                findings.push(match joined(&all, number) {
+                    Some(right) => finding.help(format!("write it without spaces: `{right}`")),
+                    None => *finding,
+                });
                 whole = false;
             }
         }
     }
     whole.then_some(Instruction { span, mnemonic, operands })
+}
+
+/// `to=D0` for the word `=` of `to = D0`, or for the part of it that has the `=`.
+fn joined(words: &[(usize, &str)], number: usize) -> Option<String> {
+    let word = words[number].1;
+    let key = if word.starts_with('=') { words.get(number.checked_sub(1)?)?.1 } else { "" };
+    let value = if word.ends_with('=') { words.get(number + 1)?.1 } else { "" };
+    let all = format!("{key}{word}{value}");
+    let plain = all.matches('=').count() == 1 && all.len() <= 80;
+    (plain && !(key.is_empty() && value.is_empty())).then_some(all)
 }
 
 fn words(text: &str) -> Vec<(usize, &str)> {

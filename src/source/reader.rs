@@ -166,6 +166,10 @@ pub(super) fn describe(value: &DeValue<'_>) -> &'static str {
 /// The finding for a text that is not a duration.
 pub fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
     let (message, help) = match error {
+        DurationError::Form if ["us", "µs", "ns"].iter().any(|unit| text.ends_with(unit)) => (
+            format!("`{text}` is not a duration"),
+            "the smallest unit is the millisecond: the least is `1ms`",
+        ),
         DurationError::Form => (
             format!("`{text}` is not a duration"),
             "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`",

@@ -6,12 +6,14 @@
 //! A generated file may be one line of megabytes with a finding at every place. Therefore at most
 //! `SHOWN_MAX` findings are drawn, and of a long line only an excerpt is drawn.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 
 use super::finding::{Finding, Severity};
 use super::span::{FileId, SourceFile, Span};
+use super::wording::shown_name;
 
 /// How findings are printed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -190,17 +192,37 @@ fn snippets<'a>(
         let spans: Vec<Range<usize>> =
             places(part).map(|(span, ..)| clamp(span, text, lines)).collect();
         let (window, is_cut) = window(&spans, text, lines);
-        let mut snippet = Snippet::source(&text[window.clone()])
+        let excerpt = &text[window.clone()];
+        let mut snippet = Snippet::source(with_unix_line_ends(excerpt))
             .line_start(lines.number(window.start))
-            .path(if is_cut { told(source, lines, &spans) } else { source.name.clone() });
+            .path(if is_cut { told(source, lines, &spans) } else { shown_name(&source.name) });
         for ((_, label, kind), span) in places(part).zip(spans) {
-            let span = span.start - window.start..span.end - window.start;
+            let at = |byte: usize| without_returns(excerpt, byte - window.start);
+            let span = at(span.start)..at(span.end);
             let label = (!label.is_empty()).then_some(label);
             snippet = snippet.annotation(kind.span(span).label(label));
         }
         Some(snippet)
     };
     order.into_iter().filter_map(snippet).collect()
+}
+
+/// An excerpt without the `\r` of Windows line ends, which would be drawn at the end of each line.
+fn with_unix_line_ends(excerpt: &str) -> Cow<'_, str> {
+    match excerpt.contains('\r') {
+        true => {
+            let excerpt = excerpt.replace("\r\n", "\n");
+            Cow::Owned(excerpt.strip_suffix('\r').map(str::to_owned).unwrap_or(excerpt))
+        }
+        false => Cow::Borrowed(excerpt),
+    }
+}
+
+/// A place of an excerpt, in what [`with_unix_line_ends`] makes of it.
+fn without_returns(excerpt: &str, at: usize) -> usize {
+    let before = excerpt.match_indices('\r').take_while(|(place, _)| *place < at);
+    let gone = |place: usize| matches!(excerpt.as_bytes().get(place + 1), Some(b'\n') | None);
+    at - before.filter(|(place, _)| gone(*place)).count()
 }
 
 /// A place as a range of whole characters within the text: one character wide if the place is
@@ -242,5 +264,5 @@ fn told(source: &SourceFile, lines: &Lines, spans: &[Range<usize>]) -> String {
     let start = spans.first().map_or(0, |span| span.start);
     let line = lines.bounds(start, &source.text).start;
     let column = source.text[line..start].chars().count() + 1;
-    format!("{}:{}:{column}{EXCERPT}", source.name, lines.number(start))
+    format!("{}:{}:{column}{EXCERPT}", shown_name(&source.name), lines.number(start))
 }

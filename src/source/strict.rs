@@ -54,6 +54,9 @@ fn help(message: &str) -> Option<&'static str> {
     if message.contains("missing comma between") {
         return Some("a comma is missing, or the `]` or `}` of something further up");
     }
+    if message.contains("carriage return must be followed") {
+        return Some("save the file with Unix or Windows line ends");
+    }
     if message.contains("string values must be quoted") {
         return Some("texts stand in quotes: `\"…\"`");
     }

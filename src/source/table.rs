@@ -318,7 +318,10 @@ impl<'a> Table<'a> {
             }
             _ => {
                 let parent = if self.place == "the file" { "" } else { "…" };
-                let wanted = format!("an array of tables (`[[{parent}{}]]`)", key.name);
+                let mut wanted = format!("an array of tables (`[[{parent}{}]]`)", key.name);
+                if matches!(value.get_ref(), DeValue::Table(_)) && !parent.is_empty() {
+                    wanted = format!("an array of tables: `{} = [{{ … }}]`", key.name);
+                }
                 self.doc.wrong_type(value, &self.what(key.name), &wanted);
                 return Vec::new();
             }

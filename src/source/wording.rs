@@ -30,6 +30,29 @@ pub fn bounded(text: String) -> String {
     told
 }
 
+/// As [`bounded`], with line ends escaped too: for a text that stays on one line.
+pub fn bounded_line(text: String) -> String {
+    if !text.contains(['\n', '\r']) {
+        return bounded(text);
+    }
+    bounded(text.replace('\n', "\\n").replace('\r', "\\r"))
+}
+
+/// A file's name with everything escaped that is not simply shown, and nothing cut.
+pub fn shown_name(name: &str) -> String {
+    let mut shown = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            '\n' => shown.push_str("\\n"),
+            '\r' => shown.push_str("\\r"),
+            c => {
+                push(&mut shown, c);
+            }
+        }
+    }
+    shown
+}
+
 /// Adds a word and the space after it; returns the number of characters added.
 fn push_word(told: &mut String, word: &str) -> usize {
     let length = word.chars().count();
@@ -79,6 +102,8 @@ mod tests {
         assert_eq!(told("leg.rst = [\r\n  \"X0\"\r\n]"), "leg.rst = [\n  \"X0\"\n]");
         assert_eq!(told("a\u{202e}b\u{9b}c"), "a\\u{202e}b\\u{9b}c");
         assert_eq!(told("größe, 12 °C"), "größe, 12 °C");
+        assert_eq!(bounded_line("`b\r\n c\u{1b}`".to_owned()), "`b\\r\\n c\\u{1b}`");
+        assert_eq!(shown_name("a\u{1b}[31m\nb\r.toml"), "a\\u{1b}[31m\\nb\\r.toml");
     }
 
     #[test]

@@ -106,3 +106,17 @@ fn in_color_the_place_is_told_the_same() {
     assert!(said.contains("ladder.toml:1:1790"), "{said:?}");
     assert!(!said.contains('\u{1}') && said.ends_with("1 error, 0 warnings\n"), "{said:?}");
 }
+
+#[test]
+fn windows_line_ends_and_odd_file_names_are_not_drawn() {
+    let text = "[tags]\r\nrung = [\r\n  \"jam\",\r\n]\r\n".to_owned();
+    let at = text.find("jam").unwrap();
+    let finding = Finding::new(Code::UnknownName, place(at, at + 3), "`b\r\n c` is nothing")
+        .related(place(0, 6), "the first");
+    let files = vec![SourceFile { name: "ev\u{1b}[31mil\n.toml".to_owned(), text }];
+    let said = render(&[finding], &files, Style::default());
+    assert!(said.contains("--> ev\\u{1b}[31mil\\n.toml:3:4\n"), "{said}");
+    assert!(said.contains("`b\\r\\n c` is nothing"), "{said}");
+    assert!(!said.contains(['\u{1b}', '\r', '\u{240d}']), "{said}");
+    assert_eq!(said.lines().filter(|line| line.ends_with("^^^")).count(), 1, "{said}");
+}

@@ -58,7 +58,7 @@ fn the_example_of_the_language_page_resolves() {
         ("botles.Done", "nothing is called `botles` (did you mean `bottles`?)"),
         ("Drain", "`Drain` is a block: `Drain.Running` is its bit"),
         ("close_in", "`close_in` is a constant, 2500: it has no address"),
-        ("ct0.Done", "`ct0.Done` is written `CT0.Done` (write `CT0.Done`)"),
+        ("ct0.Done", "`ct0.Done` is in the wrong case (write `CT0.Done`)"),
     ] {
         assert_eq!(resolve_operand(&program, name).unwrap_err(), error);
     }

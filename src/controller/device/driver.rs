@@ -30,6 +30,8 @@ pub struct WrittenDevice {
     pub loss_after_ms: Option<Located<i32>>,
     /// `map`, in file order.
     pub map: Vec<MapRow>,
+    /// `map` is one table, which is reported where it is read.
+    pub map_is_table: bool,
 }
 
 /// One row of a map: a stretch of points and the memory that belongs to it.

@@ -37,6 +37,7 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
         key("loss-after", "It is lost when its last good exchange is this old; 1s if not given.")
             .limited(LEAST_1MS),
     );
+    let map_is_table = table.has_table("map");
     let map = table
         .tables(key("map", "Rows that connect its points with bits and words."), "a device's map");
     let map = map.into_iter().map(|row| read_row(row, &mut drivers)).collect();
@@ -44,7 +45,7 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
     table.finish();
     // Without a named driver, the keys of all drivers were read; no settings can be made of them.
     let driver = drivers.pop().filter(|_| name_of_driver.is_some());
-    WrittenDevice { span, name, driver, poll_ms, on_loss, loss_after_ms, map }
+    WrittenDevice { span, name, driver, poll_ms, on_loss, loss_after_ms, map, map_is_table }
 }
 
 fn read_row(mut table: Table<'_>, drivers: &mut [Box<dyn DriverKeys>]) -> MapRow {

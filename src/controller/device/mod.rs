@@ -61,7 +61,7 @@ fn one(
         .enumerate()
         .filter_map(|(at, written)| row((device, at, written), scope, findings))
         .collect();
-    if device.map.is_empty() {
+    if device.map.is_empty() && !device.map_is_table {
         let message = format!("device `{}` has no map, so it exchanges nothing", name.text);
         let help = "add rows: `map = [{ from = \"…\", to = \"X0\" }]`";
         findings.push(Finding::new(Code::Controller, device.span, message).help(help));

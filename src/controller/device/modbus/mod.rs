@@ -278,6 +278,9 @@ fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
         2 => format!(
             "{count} registers are not two for each of the {addresses} that `{memory}` names"
         ),
+        _ if count == 1 => {
+            format!("1 point does not go with the {addresses} that `{memory}` names")
+        }
         _ => format!("{count} points do not go with the {addresses} that `{memory}` names"),
     };
     let (first, last) = (stretch.first, stretch.first + addresses * width - 1);
