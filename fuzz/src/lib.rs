@@ -29,7 +29,7 @@ use rungd::sim::stimulus::{Stimulus, Target};
 use rungd::source::finding::{Finding, Severity};
 use rungd::source::render::{Style, render};
 use rungd::source::span::{FileId, SourceFile, Span};
-use rungd::source::{contact, controller, instruction};
+use rungd::source::{contact_parser, controller, instruction};
 
 const LADDER: &str = include_str!("../../tests/io/oracle/ladder.toml");
 const CONTROLLER: &str = include_str!("../../tests/io/oracle/controller.toml");
@@ -103,7 +103,7 @@ pub fn controller_file(bytes: &[u8]) {
 /// A contact.
 pub fn contact(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let _ = contact::parse(text, Span::default());
+    let _ = contact_parser::parse(text, Span::default());
 }
 
 /// An instruction's text.

@@ -8,7 +8,6 @@
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
-use super::Around;
 use crate::isa::{Address, Bit, ElementId, Mnemonic, StageId, Structure, Word};
 use crate::progress::Progress;
 use crate::resolve::instruction::Coil;
@@ -18,6 +17,22 @@ use crate::resolve::program::{
 };
 use crate::resolve::range::Range;
 use crate::source::span::{Located, Span};
+
+/// The data of a check beside the program.
+#[derive(Clone, Copy)]
+pub struct Around<'a> {
+    /// The controller file's retained ranges; empty without one.
+    pub retained: &'a [Range],
+    /// Of the load.
+    pub progress: &'a Progress,
+}
+
+impl<'a> Around<'a> {
+    /// Of a load that nothing ends.
+    pub fn of(retained: &'a [Range]) -> Around<'a> {
+        Around { retained, progress: &crate::progress::UNASKED }
+    }
+}
 
 /// The program, with its instructions and contacts listed.
 pub struct Context<'a> {

@@ -105,8 +105,9 @@ mod tests {
               { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=3s"] },
               { leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT1 up-preset=pause dn-preset=3"] },
               { when = ["X0"], do = ["CTU N0 preset=1s"] },
-              { when = ["CT0.Acc > 3s", "2s == N0.ACC"], do = ["TMR T0 preset=3s", "MOVE 3s to=D0"] },
+              { when = ["CT0.Acc > 3s", "2s == N0.ACC"], do = ["TMR T0 preset=3s"] },
               { when = ["T0.Acc > 3s", "CT0.Acc > D0"], do = ["TMR T1 preset=D0"] },
+              { when = ["X1"], do = ["MOVE 3s to=D0"] },
             ]
             "#,
             expect![[r#"

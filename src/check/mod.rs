@@ -6,9 +6,10 @@
 //! the text to write instead). All rules run, whatever others find.
 #![deny(clippy::wildcard_enum_match_arm)]
 
-use crate::progress::{Progress, Step};
+pub use context::Around;
+
+use crate::progress::Step;
 use crate::resolve::program::Program;
-use crate::resolve::range::Range;
 use crate::source::finding::{Code, Finding};
 
 mod bare_timer_value;
@@ -84,22 +85,6 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Place, Code::RetainedButReset, retained_but_reset::check),
     (Needs::Whole, Code::UnusedTag, unused_tag::check),
 ];
-
-/// The data of a check beside the program.
-#[derive(Clone, Copy)]
-pub struct Around<'a> {
-    /// The controller file's retained ranges; empty without one.
-    pub retained: &'a [Range],
-    /// Of the load.
-    pub progress: &'a Progress,
-}
-
-impl<'a> Around<'a> {
-    /// Of a load that nothing ends.
-    pub fn of(retained: &'a [Range]) -> Around<'a> {
-        Around { retained, progress: &crate::progress::UNASKED }
-    }
-}
 
 /// All findings of the rules, in order of place.
 pub fn check(program: &Program, around: Around) -> Vec<Finding> {

@@ -2,10 +2,10 @@
 //!
 //! Called by `resolve_controller` once it has both. Refuses nothing.
 
+use super::settings::Controller;
 use super::written::WrittenController;
-use super::{Controller, RETAINABLE};
 use crate::isa::instruction::Termination;
-use crate::isa::{Address, Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace, Space};
 use crate::resolve::program::{Instruction, Program};
 use crate::source::finding::{Code, Finding};
 
@@ -77,7 +77,7 @@ fn terminates(instruction: &Instruction) -> bool {
 
 /// The warning for a controller that waits in STOP for a command, and has no socket to take it.
 fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option<Finding> {
-    let retains = controller.retain.iter().any(|range| RETAINABLE.contains(&range.space));
+    let retains = controller.retain.iter().any(|range| Space::RETAINABLE.contains(&range.space));
     if controller.operator.enabled || controller.retention.runs_cold || !retains {
         return None;
     }

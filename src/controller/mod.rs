@@ -24,25 +24,10 @@ pub use settings::Controller;
 use written::WrittenController;
 pub use written::{read, shape};
 
-use crate::isa::{BitSpace, Space, WordSpace};
+use crate::isa::{BitSpace, Space};
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
-
-/// The spaces that may survive a restart: bits and words that only programs and clients write,
-/// and structures.
-const RETAINABLE: [Space; 10] = [
-    Space::Bit(BitSpace::C),
-    Space::Bit(BitSpace::Mc),
-    Space::Bit(BitSpace::Mi),
-    Space::Word(WordSpace::V),
-    Space::Word(WordSpace::D),
-    Space::Word(WordSpace::Mhr),
-    Space::Word(WordSpace::Mir),
-    Space::Counter,
-    Space::Timer,
-    Space::Sensaphone,
-];
 
 /// Resolves a controller file against the program of its ladders. The result can be used only if
 /// no finding is an error; otherwise parts may be missing.
@@ -56,7 +41,7 @@ pub fn resolve_controller(
     let outputs_on = resolver.ranges(&written.outputs.on, &wanted);
     let outputs_hold = resolver.ranges(&written.outputs.hold, &wanted);
     let wanted = Wanted {
-        spaces: &RETAINABLE,
+        spaces: &Space::RETAINABLE,
         words: "data and structures (C, MC, MI, V, D, MHR, MIR, CT, T, N)",
         code: Code::RetainRange,
     };

@@ -15,7 +15,7 @@ use crate::runtime::Posture;
 use crate::source::finding::{Code, Finding};
 use crate::source::key::{Key, LEAST_1MS, NOT_EMPTY, key};
 use crate::source::reader::{self, Table, Text};
-use crate::source::shape::{self, Shape};
+use crate::source::shape::Shape;
 use crate::source::span::{FileId, Located, Span};
 
 /// One controller file.
@@ -77,7 +77,7 @@ pub fn read(source: &str, file: FileId) -> (Option<WrittenController>, Vec<Findi
 
 /// The keys of a controller file.
 pub fn shape() -> Shape {
-    shape::of(|root| drop(read_root(root, FileId(0))))
+    reader::shape(|root| drop(read_root(root, FileId(0))))
 }
 
 fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {

@@ -112,6 +112,21 @@ impl Space {
         Space::Sensaphone,
     ];
 
+    /// The spaces that may survive a restart: bits and words that only programs and clients write,
+    /// and structures.
+    pub const RETAINABLE: [Space; 10] = [
+        Space::Bit(BitSpace::C),
+        Space::Bit(BitSpace::Mc),
+        Space::Bit(BitSpace::Mi),
+        Space::Word(WordSpace::V),
+        Space::Word(WordSpace::D),
+        Space::Word(WordSpace::Mhr),
+        Space::Word(WordSpace::Mir),
+        Space::Counter,
+        Space::Timer,
+        Space::Sensaphone,
+    ];
+
     /// The prefix as written.
     pub fn name(self) -> &'static str {
         match self {

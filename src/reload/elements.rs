@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::memory::Kept;
+use super::plan::{Names, ReloadPlan, Side, Start, State, element_of};
 use super::report::{preset, same};
-use super::{Names, ReloadPlan, Side, Start, State, element_of};
 use crate::engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
 use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
 use crate::lower::identity::BlockName;

@@ -19,7 +19,7 @@
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
-use super::{Names, ReloadPlan};
+use super::plan::{Names, ReloadPlan};
 use crate::engine::Stretch;
 use crate::isa::{BlockId, ElementId};
 use crate::lower::identity::{History, Identity};

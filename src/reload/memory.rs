@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::plan::{Elsewhere, Names, ReloadPlan, Side, State};
 use super::report::{preset, same};
-use super::{Elsewhere, Names, ReloadPlan, Side, State};
 use crate::engine::{Cell, PassStep};
 use crate::isa::{Address, Bit, BitSpace, ElementId, Mnemonic, Space, Structure, Word};
 use crate::lower::identity::Owner;

@@ -6,7 +6,7 @@
 //! does not show that. After the swap, `Seen` also holds the memory after the passes, and the lines
 //! state what happened.
 
-use super::{Difference, Elsewhere, ReloadPlan, Start, State};
+use super::plan::{Difference, Elsewhere, ReloadPlan, Start, State};
 use crate::engine::{BitCell, Cell, WordCell};
 use crate::isa::duration;
 use crate::resolve::program::Value;

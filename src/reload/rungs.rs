@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::{Names, ReloadPlan, Side};
+use super::plan::{Names, ReloadPlan, Side};
 use crate::isa::{BlockId, ElementId};
 use crate::lower::identity::RungText;
 

@@ -1,7 +1,7 @@
 //! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
 
 use super::memory::begins;
-use super::{Names, ReloadPlan, Side, State};
+use super::plan::{Names, ReloadPlan, Side, State};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 

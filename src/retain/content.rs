@@ -6,6 +6,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::isa::{Address, BitSpace, Space, WordSpace};
+
 /// The kind of an element. The file holds its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
@@ -137,6 +139,29 @@ impl ElementKind {
     fn of(code: u8) -> Option<ElementKind> {
         KINDS.into_iter().find(|kind| *kind as u8 == code)
     }
+}
+
+/// The kind of a space that can be retained.
+pub(super) fn kind_of(space: Space) -> Option<ElementKind> {
+    Some(match space {
+        Space::Bit(BitSpace::C) => ElementKind::C,
+        Space::Bit(BitSpace::Mc) => ElementKind::Mc,
+        Space::Bit(BitSpace::Mi) => ElementKind::Mi,
+        Space::Word(WordSpace::V) => ElementKind::V,
+        Space::Word(WordSpace::D) => ElementKind::D,
+        Space::Word(WordSpace::Mhr) => ElementKind::Mhr,
+        Space::Word(WordSpace::Mir) => ElementKind::Mir,
+        Space::Counter => ElementKind::Ct,
+        Space::Timer => ElementKind::T,
+        Space::Sensaphone => ElementKind::N,
+        Space::Bit(_) | Space::Word(WordSpace::Dst) => return None,
+    })
+}
+
+/// The element at an address, if it can be retained.
+pub(super) fn element_of(at: Address) -> Option<Element> {
+    let (space, number) = Space::of(at)?;
+    Some((kind_of(space)?, number))
 }
 
 /// An address as written: `CT8`.

@@ -6,8 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::Element;
-use super::plan::element_of;
+use super::content::{Element, element_of};
 use crate::isa::Address;
 use crate::isa::instruction::Termination;
 use crate::resolve::program::{Action, Instruction, Program, Value};

@@ -9,11 +9,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{self, Content, Element, ElementKind, RECORD_BYTES, Run, Value, address};
+use super::content::{
+    self, Content, Element, ElementKind, RECORD_BYTES, Run, Value, address, element_of, kind_of,
+};
 use super::limits::Limits;
 use super::owners::{Preset, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
-use crate::isa::{Address, Bit, BitSpace, Space, Structure, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::range::Range;
@@ -376,33 +378,6 @@ fn merged(ranges: &[Range]) -> Vec<Run> {
         runs.push(Run { kind, first, count: last + 1 - first, terminated: false });
     }
     runs
-}
-
-fn kind_of(space: Space) -> Option<ElementKind> {
-    Some(match space {
-        Space::Bit(BitSpace::C) => ElementKind::C,
-        Space::Bit(BitSpace::Mc) => ElementKind::Mc,
-        Space::Bit(BitSpace::Mi) => ElementKind::Mi,
-        Space::Word(WordSpace::V) => ElementKind::V,
-        Space::Word(WordSpace::D) => ElementKind::D,
-        Space::Word(WordSpace::Mhr) => ElementKind::Mhr,
-        Space::Word(WordSpace::Mir) => ElementKind::Mir,
-        Space::Counter => ElementKind::Ct,
-        Space::Timer => ElementKind::T,
-        Space::Sensaphone => ElementKind::N,
-        Space::Bit(_) | Space::Word(WordSpace::Dst) => return None,
-    })
-}
-
-pub(super) fn element_of(at: Address) -> Option<Element> {
-    Some(match at {
-        Address::Bit(Bit::Space(space, n)) => (kind_of(Space::Bit(space))?, n),
-        Address::Word(Word::Space(space, n)) => (kind_of(Space::Word(space))?, n),
-        Address::Structure(Structure::Counter(n)) => (ElementKind::Ct, n),
-        Address::Structure(Structure::Timer(n)) => (ElementKind::T, n),
-        Address::Structure(Structure::Sensaphone(n)) => (ElementKind::N, n),
-        Address::Bit(_) | Address::Word(_) => return None,
-    })
 }
 
 fn address_of((kind, n): Element) -> Address {

@@ -103,9 +103,10 @@ impl Stimulus {
         let at = self.rows.partition_point(|(scan, _)| *scan < scans);
         let (scan, line) = *self.rows.get(at)?;
         let rows = self.rows.len() - at;
+        let rows = if rows == 1 { "1 row is".to_owned() } else { format!("{rows} rows are") };
         let message = format!(
-            "scan {scan} is not executed: the simulation has {scans} scans, from 0 on ({} left out)",
-            if rows == 1 { "1 row is".to_owned() } else { format!("{rows} rows are") }
+            "scan {scan} is not executed: the simulation has {scans} scans, from 0 on ({rows} left \
+             out)"
         );
         Some(StimulusError::new(line, message))
     }

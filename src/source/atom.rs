@@ -6,9 +6,8 @@
 use std::fmt;
 
 use super::finding::{Code, Finding};
-use super::reader::bad_duration;
 use super::span::Span;
-use crate::isa::duration;
+use crate::isa::duration::{self, DurationError};
 
 /// A name or constant, and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -114,6 +113,33 @@ fn no_number(word: &str, span: Span) -> Finding {
     Finding::new(Code::InstructionSyntax, span, message).help(
         "write `123`, `-5`, `0x1F`, or a duration: `250ms`, `1m30s`; names begin with a letter",
     )
+}
+
+/// The finding for a text that is not a duration.
+pub(super) fn bad_duration(text: &str, span: Span, error: DurationError) -> Finding {
+    let (message, help) = match error {
+        DurationError::Form if ["us", "µs", "ns"].iter().any(|unit| text.ends_with(unit)) => (
+            format!("`{text}` is not a duration"),
+            "the smallest unit is the millisecond: the least is `1ms`",
+        ),
+        DurationError::Form => (
+            format!("`{text}` is not a duration"),
+            "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`",
+        ),
+        DurationError::Order => {
+            let message = format!("the units of `{text}` do not descend");
+            let help = match duration::in_order(text) {
+                Some(right) => format!("write `{right}`"),
+                None => "units descend, each once: `1h2m3s4ms`".to_owned(),
+            };
+            return Finding::new(Code::BadDuration, span, message).help(help);
+        }
+        DurationError::TooLong => (
+            format!("`{text}` is too long a duration"),
+            "the longest is 2147483647 ms: `596h31m23s647ms`",
+        ),
+    };
+    Finding::new(Code::BadDuration, span, message).help(help)
 }
 
 #[cfg(test)]

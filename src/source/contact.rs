@@ -1,14 +1,12 @@
 //! Contacts as written: a tree of names, with the place of every part.
 //!
-//! [`parse`] reads one string of a leg's array; called by the reader of ladder files. `Display`
-//! prints a contact with the necessary parentheses only, so that its text parses to the same
-//! contact. Names are not looked up here; the resolver does that.
+//! [`super::contact_parser`] reads one string of a leg's array for the reader of ladder files.
+//! `Display` prints a contact with the necessary parentheses only, so that its text parses to the
+//! same contact. Names are not looked up here; the resolver does that.
 
 use std::fmt;
 
 use super::atom::Atom;
-use super::contact_parser;
-use super::finding::Finding;
 use super::span::{Located, Span};
 
 /// A boolean over bits, edges and compares.
@@ -48,14 +46,6 @@ pub enum Comparison {
     Le,
     Gt,
     Ge,
-}
-
-/// Parses one string of a leg's array; `span` is the place of the whole string.
-///
-/// # Errors
-/// The first mistake in it, with its exact place.
-pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
-    contact_parser::parse(text, span)
 }
 
 impl Edge {

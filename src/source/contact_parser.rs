@@ -1,6 +1,6 @@
 //! The grammar of contacts: a Pratt parser over the tokens of one string.
 //!
-//! Called by `contact::parse`. `!` binds tighter than `&`, and `&` tighter than `|`; the operands
+//! Called by `ladder`. `!` binds tighter than `&`, and `&` tighter than `|`; the operands
 //! of a compare are values, not contacts. Nesting is limited, so that no input can exhaust the
 //! stack.
 
@@ -14,8 +14,11 @@ use super::span::{Located, Span};
 /// Maximum nesting depth of parentheses and `!`.
 const DEPTH_MAX: u32 = 32;
 
-/// Parses a whole string.
-pub(super) fn parse(text: &str, span: Span) -> Parsed<Contact> {
+/// Parses one string of a leg's array; `span` is the place of its first byte to its last.
+///
+/// # Errors
+/// The first mistake in it, with its exact place.
+pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
     let tokens = lex(text, span)?;
     let mut parser = Parser { text, span, tokens, at: 0 };
     if parser.tokens.is_empty() {

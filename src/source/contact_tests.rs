@@ -4,7 +4,8 @@ use expect_test::{Expect, expect};
 use proptest::prelude::*;
 
 use super::atom::{Atom, AtomKind};
-use super::contact::{Comparison, Contact, Edge, parse};
+use super::contact::{Comparison, Contact, Edge};
+use super::contact_parser::parse;
 use super::span::{FileId, Located, Span};
 
 fn span_of(text: &str) -> Span {

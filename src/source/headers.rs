@@ -12,8 +12,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::doc::Doc;
 use super::finding::{Code, Finding};
-use super::reader::Doc;
 use super::span::Span;
 
 /// A header, or the place of a missing one.

@@ -4,14 +4,15 @@
 //! read is left out and reported as an error finding: with such a finding the ladder is incomplete.
 //! No name is looked up here.
 
-use super::contact::{self, Contact};
+use super::contact::Contact;
+use super::contact_parser;
 use super::file_kind;
 use super::finding::{Code, Finding};
 use super::instruction::{self, Instruction};
 use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
 use super::reader::{self, Constant, Table, Text};
 use super::room::Room;
-use super::shape::{self, Shape};
+use super::shape::Shape;
 use super::span::{FileId, Located, Span};
 
 /// One ladder file.
@@ -174,7 +175,7 @@ pub fn read_within(room: &mut Room, source: &str, file: FileId) -> (Option<Ladde
 
 /// The keys of a ladder file.
 pub fn shape() -> Shape {
-    shape::of(|root| drop(read_root(root)))
+    reader::shape(|root| drop(read_root(root)))
 }
 
 fn controller_file(root: &mut Table<'_>) -> Finding {
@@ -418,7 +419,7 @@ fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
         if !plain(table, text, Code::ContactSyntax) {
             continue;
         }
-        match contact::parse(&text.text, text.span) {
+        match contact_parser::parse(&text.text, text.span) {
             Ok(contact) => contacts.push(contact),
             Err(finding) => table.find(finding),
         }

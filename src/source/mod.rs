@@ -8,9 +8,10 @@
 pub mod atom;
 pub mod contact;
 mod contact_lexer;
-mod contact_parser;
+pub mod contact_parser;
 #[cfg(test)]
 mod contact_tests;
+mod doc;
 pub mod file_kind;
 pub mod finding;
 mod headers;

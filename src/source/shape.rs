@@ -1,17 +1,13 @@
 //! Collects the keys that a file can have, from its reader itself.
 //!
-//! [`super::ladder`] and `controller` read an empty table that records the requested keys (`of`).
-//! `rungd schema` makes a JSON Schema of the record, so the schema and the reader know the same
-//! keys. Each key comes with its explanation ([`super::key`]).
+//! [`super::ladder`] and `controller` read an empty table that records the requested keys
+//! ([`super::reader::shape`]). `rungd schema` makes a JSON Schema of the record, so the schema and
+//! the reader know the same keys. Each key comes with its explanation ([`super::key`]).
 
 use std::cell::{Ref, RefCell};
 use std::rc::Rc;
 
-use toml::de::DeTable;
-
 use super::key::Key;
-use super::reader::{Doc, Table};
-use super::span::FileId;
 
 /// The keys of a table. A clone shares the same record.
 #[derive(Clone, Debug, Default)]
@@ -89,13 +85,4 @@ impl Shape {
     pub(super) fn note_required(&self, key: &'static str) {
         self.0.borrow_mut().required.push(key);
     }
-}
-
-/// The shape of the files that a reader reads.
-pub(crate) fn of(read: impl FnOnce(Table<'_>)) -> Shape {
-    let shape = Shape::of_place("the file");
-    let (findings, empty) = (RefCell::default(), DeTable::parse_recoverable("").0);
-    let doc = Doc::of_nothing(FileId(0), &findings);
-    read(Table::root(doc, empty.get_ref()).noting(&shape));
-    shape
 }

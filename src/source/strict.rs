@@ -8,9 +8,9 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error};
 
+use super::doc::Doc;
 use super::finding::{Code, Finding};
 use super::headers;
-use super::reader::Doc;
 
 /// Makes findings of the parser's errors, one a line: the parser continues after an error, and
 /// later errors of the line mostly follow from the first.

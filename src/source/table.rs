@@ -9,12 +9,12 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::atom::{Atom, AtomKind};
+use super::atom::{Atom, AtomKind, bad_duration};
+use super::doc::{Doc, Text, describe};
 use super::finding::{Code, Finding};
 use super::headers;
 use super::key::Key;
 use super::nearest::did_you_mean;
-use super::reader::{Doc, Text, bad_duration, describe};
 use super::shape::{Shape, ValueForm};
 use super::span::{Located, Span};
 use crate::isa::duration;

@@ -10,6 +10,7 @@ mod no_descriptors;
 mod operator_commands;
 mod operator_hostile;
 mod operator_modes;
+mod operator_socket;
 mod operator_storm;
 mod posture;
 mod questions;

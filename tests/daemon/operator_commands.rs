@@ -1,13 +1,11 @@
 //! The operator's commands from outside: the real binary at both ends.
 
-use crate::support::live;
 use std::net::TcpListener;
-use std::os::unix::process::CommandExt;
 use std::process::Command;
 
-use crate::support::live::{Live, ask, run, said};
+use crate::support::live::{Live, ask, said};
 
-const LADDER: &str = r#"
+pub const LADDER: &str = r#"
 [ladder]
 name = "bottling"
 [tags]
@@ -38,7 +36,7 @@ name = "Often"
 rung = [ { when = ["$On"], do = ["OUT C9"] } ]
 "#;
 
-fn live() -> Live {
+pub fn live() -> Live {
     let live = Live::start(LADDER, "", &[]);
     live.await_values("C7", "ON");
     live
@@ -285,59 +283,6 @@ fn the_logs_level_changes_and_the_log_says_who_did_it() {
 }
 
 #[test]
-fn where_nobody_answers_it_says_so() {
-    let folder = live::folder(LADDER, "");
-    let socket = folder.join("nothing-here");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    let said = said(command.arg("status").arg("--socket").arg(&socket));
-    assert_eq!(said.code, 69);
-    assert!(
-        said.err.contains("no rungd answers at") && said.err.contains("is it running?"),
-        "{said:?}"
-    );
-    let _ = std::fs::remove_dir_all(folder);
-}
-
-#[test]
-fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
-    let mut live = live();
-    let second = said(&mut run(&live.folder, &[]));
-    assert_eq!(second.code, 74);
-    assert!(second.err.contains("another rungd answers there"), "{second:?}");
-    live.ok("read size");
-    // Killed, it leaves its socket behind.
-    live.child.kill().unwrap();
-    live.child.wait().unwrap();
-    assert!(live.socket.exists());
-    assert_eq!(live.say("read size").code, 69);
-    assert_eq!(said(&mut run(&live.folder, &["--scans", "3"])).code, 0);
-    assert!(!live.socket.exists(), "an orderly end takes it away");
-    std::fs::write(&live.socket, "a file").unwrap();
-    let third = said(&mut run(&live.folder, &["--scans", "3"]));
-    assert!(third.code == 74 && third.err.contains("which is no socket"), "{third:?}");
-    assert_eq!(std::fs::read(&live.socket).unwrap(), b"a file");
-    // A lock beside a file that is somebody else's may mean something, as `/etc/passwd.lock` does.
-    let strange = live.folder.join("passwd");
-    std::fs::write(&strange, "a file").unwrap();
-    let fourth = said(run(&live.folder, &["--scans", "3"]).env("RUNGD_SOCKET", &strange));
-    assert_eq!(fourth.code, 74, "the controller file says where: {fourth:?}");
-    std::fs::write(live.folder.join("controller.toml"), "ladder = [\"ladder.toml\"]\n").unwrap();
-    let fifth = said(run(&live.folder, &["--scans", "3"]).env("RUNGD_SOCKET", &strange));
-    assert!(fifth.code == 0 && fifth.err.contains("the operator's socket cannot be"), "{fifth:?}");
-    assert!(!live.folder.join("passwd.lock").exists());
-}
-
-#[test]
-fn a_lock_that_is_no_file_refuses_the_start_and_does_not_hang_it() {
-    let folder = live::folder(LADDER, "");
-    let lock = folder.join("s.lock");
-    assert!(Command::new("mkfifo").arg(&lock).status().unwrap().success());
-    let said = said(&mut run(&folder, &["--scans", "3"]));
-    assert!(said.code == 74 && said.err.contains("s.lock is no file"), "{said:?}");
-    let _ = std::fs::remove_dir_all(folder);
-}
-
-#[test]
 fn nothing_that_a_ladder_says_is_obeyed_by_a_terminal() {
     let text = "Bottles \\u001b[2J\\u009b1mjammed\\u202e";
     let live = Live::start(&LADDER.replace("Bottles jammed", text), "", &[]);
@@ -351,58 +296,6 @@ fn nothing_that_a_ladder_says_is_obeyed_by_a_terminal() {
         assert!(!text.contains(['\u{1b}', '\u{9b}', '\u{202e}']), "{text:?}");
     }
     assert!(shown[0].contains("Bottles \\u{1b}[2J\\u{9b}1mjammed\\u{202e}"), "{}", shown[0]);
-}
-
-#[test]
-fn a_socket_that_nobody_insists_on_is_done_without() {
-    let folder = live::folder(LADDER, "[operator]\nmode = \"0600\"\n");
-    let mut command = run(&folder, &["--scans", "3"]);
-    let said = said(command.env("RUNTIME_DIRECTORY", folder.join("nowhere")));
-    assert!(said.code == 0 && said.err.contains("no operator's commands"), "{said:?}");
-    let _ = std::fs::remove_dir_all(folder);
-}
-
-#[test]
-fn an_unknown_group_is_a_wrong_configuration() {
-    let folder = live::folder(LADDER, "[operator]\nsocket = \"s\"\ngroup = \"no-such-group\"\n");
-    let said = said(&mut run(&folder, &["--scans", "3"]));
-    assert!(said.code == 78 && said.err.contains("no group `no-such-group`"), "{said:?}");
-    let _ = std::fs::remove_dir_all(folder);
-}
-
-/// Takes root, to be somebody else.
-#[test]
-fn who_may_do_what() {
-    let uid = Command::new("id").arg("-u").output().unwrap().stdout;
-    if uid != b"0\n" {
-        return;
-    }
-    let closed = Live::start(LADDER, "[operator]\nsocket = \"s\"\nmode = \"0600\"\n", &[]);
-    let nobody = |live: &Live, words: &str, gid: u32| {
-        // The binary may lie where only root looks: a copy beside the ladder. Made by a process of
-        // its own, lest another test's child holds it open for writing while it is started.
-        let copy = live.folder.join("rungd");
-        if !copy.exists() {
-            let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];
-            assert!(Command::new("cp").args(words).status().unwrap().success());
-        }
-        let mut command = Command::new(copy);
-        command.args(words.split_whitespace()).env("RUNGD_SOCKET", &live.socket);
-        said(command.uid(65_534).gid(gid))
-    };
-    let said = nobody(&closed, "status", 65_534);
-    assert!(said.code == 77 && said.err.contains("members of the socket's group"), "{said:?}");
-    let open = "[operator]\nsocket = \"s\"\nmode = \"0666\"\ngroup = \"4242\"\n";
-    let open = Live::start(LADDER, open, &[]);
-    assert_eq!(nobody(&open, "read size", 65_534).code, 0, "who can open it may read");
-    let changes = ["write size 5", "force lamp on", "unforce --all", "mode stop", "log-level warn"];
-    for command in changes.into_iter().chain(["reload --dry-run", "reload"]) {
-        let said = nobody(&open, command, 65_534);
-        assert!(said.code == 77 && said.err.contains("may only look"), "{said:?}");
-    }
-    assert_eq!(open.line("operator's command refused")["uid"], 65_534);
-    assert_eq!(nobody(&open, "write size 5", 4242).code, 0, "a member of the group");
-    assert_eq!(open.line("wrote 5 to size")["uid"], 65_534);
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub(super) use views::Views;
 
 use super::config::Setup;
 use super::systemd::{Notice, Systemd};
-use crate::engine::{self, Cell, Engine};
+use crate::engine::{Cell, Engine};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
 use crate::reload::{ReloadPlan, Seen};
 use crate::runtime::command::Denial;
@@ -34,6 +34,7 @@ use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
 use crate::say::say;
 use dry::DryRuns;
 use reading::FileReader;
+pub(super) use ready::Running;
 use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
 
@@ -41,12 +42,6 @@ use trial::{Trial, Verdict};
 const ANSWER_LEAST: Duration = Duration::from_secs(10);
 /// How long a reload waits until those before it have ended.
 const TURN_MAX: Duration = Duration::from_secs(60);
-
-/// A program that scans, or has.
-pub(super) struct Running {
-    pub program: engine::Program,
-    pub setup: Setup,
-}
 
 /// Where reloads are done.
 pub(super) struct Reloads {

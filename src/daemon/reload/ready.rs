@@ -5,16 +5,21 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Running;
 use crate::daemon::config::{self, Setup};
 use crate::daemon::narration::{Narration, span};
-use crate::engine::Engine;
+use crate::engine::{self, Engine};
 use crate::isa::MemorySizes;
 use crate::progress::Progress;
 use crate::reload::{ReloadPlan, Side};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package, Safe};
 use crate::source::render::Style;
+
+/// A program that scans, or has.
+pub(in crate::daemon) struct Running {
+    pub program: engine::Program,
+    pub setup: Setup,
+}
 
 /// A program, ready to be handed in.
 pub(super) struct Ready {

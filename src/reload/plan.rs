@@ -1,0 +1,198 @@
+//! The result of a comparison of two programs, and the names of both by each other.
+//!
+//! The files beside it fill it in; `report` makes the words. Compares nothing itself.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::engine::{self, Cell, Element, Transfer};
+use crate::isa::{BlockId, ElementId, StageId};
+use crate::lower::Symbols;
+use crate::lower::identity::Identity;
+use crate::resolve::program::Value;
+
+/// A lowered program.
+#[derive(Clone, Copy, Debug)]
+pub struct Side<'a> {
+    /// For the engine.
+    pub program: &'a engine::Program,
+    /// Its names.
+    pub symbols: &'a Symbols,
+}
+
+/// The plan of a reload: the transfer for the engine, and the differences for people.
+#[derive(Clone, Debug, Default)]
+pub struct ReloadPlan {
+    /// For the engine.
+    pub transfer: Transfer,
+    /// For people, grouped by subject.
+    pub differences: Vec<Difference>,
+    /// Programs that may begin at their initial Stage, by their new number: that Stage, and the
+    /// condition.
+    pub(super) starts: BTreeMap<BlockId, (StageId, Start)>,
+}
+
+/// One difference: at most one line of the report.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// The text that holds in every case.
+    pub text: String,
+    /// The old memory that the line also depends on.
+    pub state: Option<State>,
+}
+
+/// The state in the old memory on which a line depends, by cells.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum State {
+    /// A kept timer or counter: the line is left out while there is nothing to keep.
+    Keeps {
+        timer: bool,
+        acc: u32,
+        preset: Option<Value>,
+        preset_word: Option<u32>,
+        /// The new Stage of its instruction, if it moved.
+        into: Option<Elsewhere>,
+    },
+    /// A removed block or Stage: its bit, and the word for it if the bit is OFF.
+    Gone { cell: u32, off: &'static str },
+    /// A kept block or Stage: the line appears while it is ON.
+    Stays { cell: u32 },
+    /// A Task that loses its recurrent ENTASK: the line appears while it runs.
+    Disabled { running: u32 },
+    /// A bit that a block no longer drives, and the bits that are ON while the removed drivers
+    /// execute.
+    Undriven { bit: u32, active: Vec<u32> },
+    /// A Program that may begin at its initial Stage: the line appears if it does.
+    Starts(Start),
+    /// An address that begins anew.
+    Initial { cell: Cell, value: i32 },
+    /// A tag with a changed address; `begins`: the value that the new address begins with.
+    Moved {
+        from: Cell,
+        to: Cell,
+        old: String,
+        new: String,
+        begins: Option<i32>,
+        /// Whether the new address is an input: inputs keep the state of their terminals.
+        input: bool,
+        /// The words about a force that stays on the old address.
+        force: String,
+    },
+    /// A tag that was renamed or removed; `force`: the words about a force on its address.
+    Named { cells: Vec<Cell>, force: String },
+    /// A word with changed limits: the line appears if its value (or the value that it begins with)
+    /// is beyond them.
+    Limits { cell: Cell, begins: Option<i32>, limits: (i32, i32) },
+    /// A bit that no instruction writes any more: the line appears while it is ON.
+    Unwritten { bit: u32 },
+}
+
+/// The condition for a Program to begin at its initial Stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Start {
+    /// It is running,
+    pub running: u32,
+    /// none of these Stages is ON,
+    pub kept: Vec<u32>,
+    /// and it loses one of these that was ON,
+    pub lost: Vec<u32>,
+    /// or had none.
+    pub had_none: bool,
+}
+
+/// The new Stage of an instruction that moved.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Elsewhere {
+    pub said: String,
+    /// Its bit in the old program, if the Stage was there.
+    pub stage: Option<u32>,
+    /// The condition, if it is the initial Stage of a Program that may begin there.
+    pub start: Option<Start>,
+}
+
+/// The pairs of blocks and Stages of both programs.
+pub(super) struct Names<'a> {
+    pub old: &'a Identity,
+    pub new: &'a Identity,
+    pub(super) blocks: HashMap<BlockId, BlockId>,
+    pub(super) stages: HashMap<StageId, StageId>,
+}
+
+impl<'a> Names<'a> {
+    pub(super) fn new(old: &'a Identity, new: &'a Identity) -> Names<'a> {
+        let ids = |identity: &'a Identity| {
+            let named = identity.blocks.iter().enumerate();
+            named.map(|(at, block)| ((block.name.as_str(), block.kind), BlockId(at as u32)))
+        };
+        let by_name: HashMap<_, _> =
+            ids(new).map(|((name, kind), id)| (name, (kind, id))).collect();
+        let blocks: HashMap<_, _> = ids(old)
+            .filter_map(|((name, kind), id)| {
+                by_name.get(name).filter(|(other, _)| *other == kind).map(|(_, new)| (id, *new))
+            })
+            .collect();
+        let stage_ids: HashMap<_, _> = new
+            .stages
+            .iter()
+            .enumerate()
+            .map(|(at, stage)| ((stage.block, stage.name.as_str()), StageId(at as u32)))
+            .collect();
+        let stages = old.stages.iter().enumerate().filter_map(|(at, stage)| {
+            let block = blocks.get(&stage.block)?;
+            let new = stage_ids.get(&(*block, stage.name.as_str()))?;
+            Some((StageId(at as u32), *new))
+        });
+        let stages = stages.collect();
+        Names { old, new, blocks, stages }
+    }
+
+    /// A block's new number.
+    pub(super) fn block(&self, old: BlockId) -> Option<BlockId> {
+        self.blocks.get(&old).copied()
+    }
+
+    /// A Stage's new number.
+    pub(super) fn stage(&self, old: StageId) -> Option<StageId> {
+        self.stages.get(&old).copied()
+    }
+
+    /// A Stage's old number.
+    pub(super) fn stage_before(&self, new: StageId) -> Option<StageId> {
+        self.stages.iter().find(|(_, to)| **to == new).map(|(from, _)| *from)
+    }
+
+    /// The same element in the new program, if it exists.
+    pub(super) fn element(&self, old: ElementId) -> Option<ElementId> {
+        let block = self.block(old.block)?;
+        match old.stage {
+            None => Some(ElementId { block, stage: None }),
+            Some(stage) => self.stage(stage).map(|id| ElementId { block, stage: Some(id) }),
+        }
+    }
+}
+
+pub(super) fn element_of(element: ElementId) -> Element {
+    element.stage.map_or(Element::Block(element.block), Element::Stage)
+}
+
+impl ReloadPlan {
+    pub(super) fn say(&mut self, text: impl Into<String>) {
+        self.differences.push(Difference { text: text.into(), state: None });
+    }
+
+    pub(super) fn say_of(&mut self, text: impl Into<String>, state: State) {
+        self.differences.push(Difference { text: text.into(), state: Some(state) });
+    }
+
+    /// Records that a part with a state moved to a different element of its block.
+    pub(super) fn moves(&mut self, names: &Names<'_>, old: ElementId, new: ElementId) {
+        if names.element(old) != Some(new) {
+            let pair = (element_of(old), element_of(new));
+            if !self.transfer.moved.contains(&pair) {
+                self.transfer.moved.push(pair);
+            }
+        }
+    }
+}

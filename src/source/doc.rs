@@ -1,0 +1,119 @@
+//! A file during its reading, and its strings: places in the text, and the findings about it.
+//!
+//! Used by every file that reads values of TOML; [`super::reader`] makes a [`Doc`] of each file.
+//! Judges nothing but the type of a value.
+
+use std::cell::RefCell;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::finding::{Code, Finding};
+use super::span::{FileId, Span};
+use crate::progress::Progress;
+
+/// A file being read: its text, and the list for its findings.
+#[derive(Clone, Copy)]
+pub struct Doc<'a> {
+    file: FileId,
+    source: &'a str,
+    findings: &'a RefCell<Vec<Finding>>,
+    progress: Option<&'a Progress>,
+}
+
+/// A string of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Text {
+    /// The string's value.
+    pub text: String,
+    /// Its place: without the quotes if `exact`, else with them.
+    pub span: Span,
+    /// Whether byte n of `text` is byte `span.start + n` of the file. `false` for a string with
+    /// escapes or several lines.
+    pub exact: bool,
+}
+
+impl<'a> Doc<'a> {
+    pub(super) fn new(source: &'a str, file: FileId, findings: &'a RefCell<Vec<Finding>>) -> Self {
+        Doc { file, source, findings, progress: None }
+    }
+
+    /// The same, for a load that may be ended.
+    pub(super) fn within(self, progress: &'a Progress) -> Self {
+        Doc { progress: Some(progress), ..self }
+    }
+
+    /// Whether the load is to end, and the rest of the file to be left out.
+    pub(super) fn is_over(&self) -> bool {
+        self.progress.is_some_and(Progress::is_over)
+    }
+
+    /// Adds a finding.
+    pub fn find(&self, finding: Finding) {
+        self.findings.borrow_mut().push(finding);
+    }
+
+    /// Whether a finding already lies within a place.
+    pub fn has_finding_in(&self, place: Span) -> bool {
+        let inside = |span: Span| place.start <= span.start && span.end <= place.end;
+        self.findings.borrow().iter().rev().take(16).any(|finding| inside(finding.span))
+    }
+
+    /// The place of a stretch of the file.
+    pub fn span(&self, range: Range<usize>) -> Span {
+        Span { file: self.file, start: range.start as u32, end: range.end as u32 }
+    }
+
+    /// Whether there is already a finding about a header without a parent.
+    pub(super) fn has_headless(&self) -> bool {
+        self.findings.borrow().iter().any(|finding| finding.code == Code::OutOfPlace)
+    }
+
+    /// The length of the file, in bytes.
+    pub fn len(&self) -> usize {
+        self.source.len()
+    }
+
+    /// Whether the file is empty.
+    pub fn is_empty(&self) -> bool {
+        self.source.is_empty()
+    }
+
+    /// The text of a stretch of the file.
+    pub fn slice(&self, range: Range<usize>) -> &'a str {
+        self.source.get(range).unwrap_or("")
+    }
+
+    pub(super) fn wrong_type(&self, value: &Spanned<DeValue<'_>>, what: &str, wanted: &str) {
+        let found = describe(value.get_ref());
+        let message = format!("{what} wants {wanted}, not {found}");
+        self.find(
+            Finding::new(Code::WrongType, self.span(value.span()), message)
+                .label(format!("expected {wanted}")),
+        );
+    }
+
+    pub(super) fn text(&self, text: &str, range: Range<usize>) -> Text {
+        let raw = self.slice(range.clone());
+        let inner = raw.get(1..raw.len().saturating_sub(1)).unwrap_or("");
+        if raw.len() >= 2 && inner == text {
+            let span = self.span(range.start + 1..range.end - 1);
+            return Text { text: text.to_owned(), span, exact: true };
+        }
+        Text { text: text.to_owned(), span: self.span(range), exact: false }
+    }
+}
+
+/// A value's type, in words.
+pub(super) fn describe(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a string",
+        DeValue::Integer(_) => "an integer",
+        DeValue::Float(_) => "a number with a fraction",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date or time",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
