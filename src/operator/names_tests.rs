@@ -48,7 +48,7 @@ fn by_tag_and_by_address_it_is_the_same() {
         ("five", "constant, 5"),
         ("Main", "Main.Running"),
         ("X99999", "beyond memory"),
-        ("", "nothing is called"),
+        ("", "a name is missing"),
     ] {
         let message = names.find_one(wrong).unwrap_err().message;
         assert!(message.contains(words) && !message.contains("declare"), "{wrong}: {message}");
