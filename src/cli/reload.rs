@@ -69,7 +69,8 @@ fn hang_up(pid: i32) -> Result<Exit> {
     let sent = process.ok_or(Errno::SRCH).and_then(|process| kill_process(process, Signal::HUP));
     Ok(match sent {
         Ok(()) => {
-            say("rungd: no operator's socket answers: sent SIGHUP, the log has the outcome\n");
+            say("rungd: no operator's socket answers: \
+                 SIGHUP is sent, and the log has the outcome\n");
             Exit::Ok
         }
         Err(error) => {
