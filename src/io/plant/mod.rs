@@ -46,7 +46,7 @@ impl Driver for Plant {
     async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
         let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
         if self.model.step(now_ms, exchange.outputs, &mut self.inputs) == Err(Lost) {
-            return Err(Trouble::kept("a fault of the plant is ON that stops its answers"));
+            return Err(Trouble::kept("the plant does not answer: a fault has cut it off"));
         }
         for (input, value) in exchange.inputs.iter_mut().zip(&self.inputs) {
             *input = Some(*value);
