@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use rungd::retain::content::ElementKind;
-use rungd::retain::format::{Geometry, Stamp};
-use rungd::retain::slots::Slots;
+use rungd::retain::format::{Geometry, Stamp, put_slot};
+use rungd::retain::slots::{Slots, survey};
 
 /// A content by hand, as the page has it: D3 and D4 (`level`), C5 of an OUT, CT0 of a
 /// UDCG.
@@ -60,4 +60,92 @@ fn the_reader_of_the_page_reads_what_is_written() {
         String::from_utf8_lossy(&output.stdout),
         "image 5 of scan 40\nD3 -2\nD4 level 400\nC5 1 OFF or reset at a stop\nCT0 7 0 0 0 0 1 0 0 0\n"
     );
+}
+
+/// A disk with images 1 to 3 in slots 0 to 2 of 4, and how it is divided.
+fn three_images() -> (disk::Handle, Geometry) {
+    let content = content();
+    let geometry = Geometry::for_content(content.len(), 77);
+    let disk = disk::Handle::new(512, geometry.file_bytes() as usize);
+    let mut slots = Slots::format(disk.clone(), geometry).unwrap();
+    for scan in [5, 6, 9] {
+        slots.save(stamp(0, scan), &content).unwrap();
+    }
+    (disk, geometry)
+}
+
+fn stamp(sequence: u64, scan: u64) -> Stamp {
+    Stamp { sequence, scan, saved_ms: 0, flags: 0 }
+}
+
+/// Puts a whole image into a slot, whatever was there.
+fn put(disk: &disk::Handle, geometry: &Geometry, slot: usize, image: (Stamp, &[u8])) {
+    let mut bytes = Vec::new();
+    put_slot(&mut bytes, geometry.id, &image.0, image.1);
+    let at = geometry.slot_at(slot) as usize;
+    let mut disk = disk.0.borrow_mut();
+    disk.durable[at..at + bytes.len()].copy_from_slice(&bytes);
+    disk.cache[at..at + bytes.len()].copy_from_slice(&bytes);
+}
+
+#[test]
+fn of_two_images_with_one_number_the_first_in_the_file_counts() {
+    let (disk, geometry) = three_images();
+    put(&disk, &geometry, 3, (stamp(3, 40), &content()));
+    let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
+    assert_eq!((found.slot, found.stamp.scan), (2, 9));
+    put(&disk, &geometry, 1, (stamp(3, 50), &content()));
+    let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
+    assert_eq!((found.slot, found.stamp.scan), (1, 50));
+    // What is written next lies elsewhere and has the next number.
+    let (mut slots, _) = Slots::open(disk.clone()).unwrap();
+    assert_eq!(slots.save(stamp(0, 60), &content()).unwrap().0.sequence, 4);
+    let found = survey(&mut disk.clone()).unwrap().newest.unwrap();
+    assert_eq!((found.slot, found.stamp.scan), (0, 60));
+}
+
+#[test]
+fn slots_beyond_the_end_are_passed_over_and_the_others_count() {
+    let (disk, geometry) = three_images();
+    for (bytes, newest) in [
+        (geometry.slot_at(3), Some(9)),
+        (geometry.slot_at(3) - 1, Some(9)),
+        (geometry.slot_at(2) + 100, Some(6)),
+        (geometry.slot_at(2), Some(6)),
+        (geometry.slot_at(0), None),
+    ] {
+        let (cut, _) = three_images();
+        cut.0.borrow_mut().cache.truncate(bytes as usize);
+        let survey = survey(&mut cut.clone()).unwrap();
+        assert!(!survey.whole, "{bytes} of {} bytes", geometry.file_bytes());
+        assert_eq!(survey.slots.len(), geometry.slots as usize);
+        assert_eq!(survey.newest.map(|newest| newest.stamp.scan), newest, "{bytes} bytes");
+    }
+    assert!(survey(&mut disk.clone()).unwrap().whole, "the control");
+}
+
+#[test]
+fn a_whole_image_without_sense_is_the_newest_all_the_same() {
+    let (disk, geometry) = three_images();
+    let whole = content();
+    let with = |at: usize, byte: u8| {
+        let mut bytes = whole.clone();
+        bytes[at] = byte;
+        bytes
+    };
+    let contents = [
+        with(4, 99),
+        with(8 + 4, 200),
+        with(8 + 4 + 3, 0xFF),
+        [&whole[..], &[0, 0, 0, 0]].concat(),
+        whole[..whole.len() - 1].to_vec(),
+        Vec::new(),
+    ];
+    for bad in contents {
+        put(&disk, &geometry, 3, (stamp(4, 40), &bad));
+        let newest = survey(&mut disk.clone()).unwrap().newest.unwrap();
+        assert_eq!((newest.stamp.scan, &newest.content), (40, &bad));
+        assert!(rungd::retain::content::read(&newest.content).is_none(), "{bad:?}");
+    }
+    assert!(rungd::retain::content::read(&whole).is_some(), "the control");
 }

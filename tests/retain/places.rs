@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::memory::{COUNTS, KEEPS, Plant, Running, file, find, held, message, run};
 use rungd::retain::file::{Access, FileDevice};
-use rungd::retain::format::{Stamp, put_slot};
+use rungd::retain::format::{Stamp, put_slot, slot_bytes};
 use rungd::retain::slots::survey;
 use serde_json::Value;
 
@@ -300,4 +300,47 @@ fn of_several_that_start_at_once_without_a_file_one_runs() {
         fs::write(plant.0.join("memory.new"), "half a file").unwrap();
         one_of_many_has_it(&plant);
     }
+}
+
+#[test]
+fn a_file_whose_newest_image_makes_no_sense_is_kept_aside_and_no_older_one_restored() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    run(&plant, "30");
+    let found = survey(&mut FileDevice::open(&file(&plant), Access::Read).unwrap()).unwrap();
+    let newest = found.newest.unwrap();
+    let stamp = Stamp { sequence: newest.stamp.sequence + 1, ..newest.stamp };
+    let mut slot = Vec::new();
+    put_slot(&mut slot, found.geometry.id, &stamp, b"whole, and no content");
+    let other = (newest.slot + 1) % found.geometry.slots as usize;
+    let bytes = fs::OpenOptions::new().write(true).open(file(&plant)).unwrap();
+    bytes.write_all_at(&slot, found.geometry.slot_at(other)).unwrap();
+    let bad = fs::read(file(&plant)).unwrap();
+    let lines = run(&plant, "5");
+    assert!(message(find(&lines, "is not written over")).contains("memory.aside-1"));
+    assert_eq!(fs::read(plant.0.join("memory.aside-1")).unwrap(), bad);
+    assert_eq!(held(&file(&plant)).unwrap().count, 5, "counted from a cold start");
+}
+
+#[test]
+fn a_longer_file_begins_with_the_newest_image_under_its_number() {
+    let plant = Plant::new(COUNTS, KEEPS);
+    let controller = plant.0.join("controller.toml");
+    let text = fs::read_to_string(&controller).unwrap();
+    fs::write(&controller, text.replace("\"D0..D3999\"", "\"D0..D1\", \"D3999\"")).unwrap();
+    run(&plant, "30");
+    let look = || survey(&mut FileDevice::open(&file(&plant), Access::Read).unwrap()).unwrap();
+    let short = look();
+    let (was, stamp) = (short.geometry, short.newest.unwrap().stamp);
+    fs::write(&controller, text).unwrap();
+    // Nothing is scanned: what the file has is what the growth put there.
+    let mut running = Running::new(plant.command(&[] as &[&str]).arg("--stopped"));
+    running.line("restored: image");
+    let long = look();
+    running.kill();
+    let is = long.geometry;
+    assert!(is.slot_bytes > was.slot_bytes && is.id != was.id, "{was:?}, {is:?}");
+    assert!(is.slot_bytes as usize >= slot_bytes(16_000) * 5 / 4, "a quarter to spare: {is:?}");
+    let newest = long.newest.unwrap();
+    assert_eq!((newest.stamp.sequence, newest.stamp.scan), (stamp.sequence, stamp.scan));
+    assert_eq!(long.slots.iter().flatten().count(), 1, "the older images stayed behind");
 }

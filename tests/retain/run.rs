@@ -374,6 +374,17 @@ fn a_stop_is_answered_when_its_image_is_durable() {
     assert!(held(&file(&plant)).unwrap().is_final, "killed right behind the answer");
 }
 
+/// The figure of `docs/retain.md`. The control is the next test, in which the image is lost.
+#[test]
+#[ignore = "a minute"]
+fn of_45_stops_that_were_answered_no_image_is_lost() {
+    let lost = (0..45).filter(|_| {
+        let (plant, _) = stopped_on_a_slow_disk(&[]);
+        !held(&file(&plant)).unwrap().is_final
+    });
+    assert_eq!(lost.count(), 0);
+}
+
 #[test]
 fn a_stop_that_need_not_be_kept_is_answered_at_once() {
     let (plant, said) = stopped_on_a_slow_disk(&["--no-wait"]);
