@@ -212,7 +212,7 @@ fn a_stimulus_is_refused_with_its_row() {
         ("scan,size\n\n5,10\n", "s.csv:3: `size` takes 1 to 9, not 10"),
         ("scan,size\n5,many\n", "s.csv:2: `size` is a word: it takes a decimal number"),
         ("scan,X0\n5,1\n4,0\n", "s.csv:3: scan 4 comes after scan 5: rows ascend by scan"),
-        ("scan,X0\n1,1,1\n", "s.csv:2: the row has 2 cells behind the scan"),
+        ("scan,X0\n1,1,1\n", "s.csv:2: the row has 2 cells after the scan"),
         ("scan,X0\nfirst,1\n", "s.csv:2: `first` is not a scan"),
         ("scan,CT0.Done\n1,1\n", "s.csv:1: `CT0.Done` is read-only: nothing outside can write it"),
         ("scan,$FirstScan\n1,1\n", "s.csv:1: `$FirstScan` is read-only"),

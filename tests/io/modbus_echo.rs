@@ -89,7 +89,7 @@ async fn an_echo_that_is_told_and_does_not_come_is_trouble() {
 async fn an_echo_that_nobody_told_is_no_answer_to_a_read_and_its_remedy_is_named() {
     for answer in [echo_alone, echo_and_answer] {
         for settings in [|_: &mut Settings| {}, from_1000] {
-            let mut client = line(false, TIMEOUT, settings, answer).await;
+            let mut client = line(false, TIMEOUT * 8, settings, answer).await;
             let trouble = exchange(&mut client, 1).await.unwrap_err();
             assert!(trouble.reason.starts_with("reading input "), "{trouble}");
             assert!(trouble.reason.ends_with(REMEDY), "{trouble}");
