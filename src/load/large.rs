@@ -111,6 +111,35 @@ fn an_answer_does_not_grow_with_a_name() {
     }
 }
 
+/// Tokens and trees take many times the memory of their text.
+#[test]
+fn a_text_of_contacts_or_an_instruction_has_a_greatest_length() {
+    const MOST: usize = 64 * 1024;
+    let rung = |when: &str, body: &str| {
+        load(&format!("{MAIN}[[program.rung]]\nwhen = [\"{when}\"]\ndo = [\"{body}\"]\n"))
+    };
+    let fits = |head: &str| format!("{head}{}", " ".repeat(MOST - head.len()));
+    assert!(rung(&fits("X0"), &fits("OUT Y0")).findings.is_empty());
+    for (when, body, code) in [
+        (format!("{} ", fits("X0")), "OUT Y0".to_owned(), Code::ContactSyntax),
+        (
+            format!("{}a{}", "(".repeat(MOST), ")".repeat(MOST)),
+            "OUT Y0".into(),
+            Code::ContactSyntax,
+        ),
+        ("rise(".repeat(MOST), "OUT Y0".to_owned(), Code::ContactSyntax),
+        ("b".repeat(2 * MOST), "OUT Y0".to_owned(), Code::ContactSyntax),
+        ("X0".to_owned(), format!("{} ", fits("OUT Y0")), Code::InstructionSyntax),
+        ("X0".to_owned(), "a,".repeat(MOST), Code::InstructionSyntax),
+    ] {
+        let loaded = rung(&when, &body);
+        let [finding] = &loaded.findings[..] else { panic!("{}", shown(&loaded)) };
+        assert_eq!(finding.code, code);
+        assert!(finding.message.contains("65536 bytes"), "{}", finding.message);
+        assert!(shown(&loaded).contains("ladder.toml:"), "{}", shown(&loaded));
+    }
+}
+
 #[test]
 fn no_name_is_longer_than_a_name_may_be() {
     let fits = "n".repeat(128);
