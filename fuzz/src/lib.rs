@@ -8,6 +8,7 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::LazyLock;
 
+use rungd::controller::{self, Controller, resolve_controller};
 use rungd::io::modbus::Map;
 use rungd::io::modbus::answer::{Answer, answer, refused, written};
 use rungd::io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
@@ -18,7 +19,6 @@ use rungd::load::decode;
 use rungd::lower::{Symbols, lower};
 use rungd::operator::names::Names;
 use rungd::operator::protocol::{Given, Request};
-use rungd::controller::{Controller, resolve_controller};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::retain::Device;
@@ -29,7 +29,7 @@ use rungd::sim::stimulus::{Stimulus, Target};
 use rungd::source::finding::{Finding, Severity};
 use rungd::source::render::{Style, render};
 use rungd::source::span::{FileId, SourceFile, Span};
-use rungd::source::{contact_parser, controller, instruction};
+use rungd::source::{contact_parser, instruction};
 
 const LADDER: &str = include_str!("../../tests/io/oracle/ladder.toml");
 const CONTROLLER: &str = include_str!("../../tests/io/oracle/controller.toml");
@@ -86,7 +86,7 @@ pub fn controller_file(bytes: &[u8]) {
     let (file, mut findings) = file(bytes);
     let (written, found) = controller::read(&file.text, FileId(0));
     findings.extend(found);
-    controller::is_controller(&file.text);
+    rungd::source::file_kind::is_controller(&file.text);
     if let Some(written) = written {
         let (settings, found) = resolve_controller(&written, &KNOWN.program);
         let error =
