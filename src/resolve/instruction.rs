@@ -1,7 +1,7 @@
 //! The resolved instruction, with typed operands: later stages need no look-up.
 //!
 //! The resolver checks each operand against the instruction table and hands all of them to
-//! [`Action::new`], which matches every mnemonic. The checks and `lower` match every [`Action`].
+//! `Action::new`, which matches every mnemonic. The checks and `lower` match every [`Action`].
 //! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
 //! are answered here once.
 #![deny(clippy::wildcard_enum_match_arm)]

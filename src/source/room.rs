@@ -1,7 +1,7 @@
 //! Limits the TOML tokens and string bytes of one load, before the files are parsed.
 //!
 //! A parsed file takes many times the memory of its text: without a limit, 256 MiB of `[` would be
-//! refused only after minutes and gigabytes. [`Room::take`] counts marks, values, spaces and line
+//! refused only after minutes and gigabytes. `Room::take` counts marks, values, spaces and line
 //! ends in one pass that stops at the limit, and adds up the lengths of all strings (the contacts
 //! and instructions of a ladder). `reader` calls it for every file. Comments do not count.
 

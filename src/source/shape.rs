@@ -1,7 +1,7 @@
 //! Collects the keys that a file can have, from its reader itself.
 //!
 //! [`super::ladder`] and `controller` read an empty table that records the requested keys
-//! ([`super::reader::shape`]). `rungd schema` makes a JSON Schema of the record, so the schema and
+//! (`reader::shape`). `rungd schema` makes a JSON Schema of the record, so the schema and
 //! the reader know the same keys. Each key comes with its explanation ([`super::key`]).
 
 use std::cell::{Ref, RefCell};
