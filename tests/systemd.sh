@@ -206,7 +206,7 @@ test_start() {
     container "cp $ladder /root/ladder"
     awk 'BEGIN {
         print "[[task]]\nname = \"Long\"\nrung = ["
-        for (n = 0; n < 600000; n++) print "{ when = [\"X0\"], do = [\"SET C99\"] },"
+        for (n = 0; n < 250000; n++) print "{ when = [\"X0\"], do = [\"SET C99\"] },"
         print "]"
     }' | in_it sh -ec "cat >>$ladder"
     in_it systemctl start --no-block rungd
@@ -395,6 +395,27 @@ test_reload() {
     check "reload of a bad ladder: fails, and it scans on" "code $code, $(property StatusText)" \
         eval '[ "$code" != 0 ] && [ "$(up_as)" = "$pid" ] && logged "nothing changed"'
     container "mv /root/ladder $ladder"
+    reload_with "socket elsewhere" 'socket = "/run/rungd/elsewhere.sock"'
+    reload_with "no socket" 'enabled = false'
+}
+
+# reload_with WHAT LINE: `systemctl reload` finds the process with another line in `[operator]`.
+reload_with() {
+    local pid code=0
+    container "cp -p /etc/rungd/controller.toml /root/controller.toml
+        printf '\n[operator]\n%s\n' '$2' >> /etc/rungd/controller.toml"
+    in_it systemctl restart rungd
+    until_true 5 status_is '^RUN' || true
+    pid=$(up_as)
+    mark
+    container "echo '# edited' >> $ladder"
+    in_it systemctl reload rungd || code=$?
+    until_true 5 logged 'reload-done|the new program scans' || true
+    check "reload, $1: the same process scans on" "code $code, $(property StatusText)" \
+        eval '[ "$code" = 0 ] && [ "$(up_as)" = "$pid" ] && logged "reload-done|the new program scans"'
+    container 'mv /root/controller.toml /etc/rungd/controller.toml'
+    in_it systemctl restart rungd
+    until_true 5 status_is '^RUN' || true
 }
 
 # What is retained is there behind a restart, and behind a kill that systemd mends.
