@@ -21,7 +21,7 @@ for tool in mmdebstrap lintian; do command -v "$tool" >/dev/null || missing+=("$
 if [ ${#missing[@]} -gt 0 ]; then
     (apt-get update -qq && apt-get install -y -qq "${missing[@]}") >/dev/null
 fi
-command -v cargo-deb >/dev/null || cargo install --locked --quiet cargo-deb
+command -v cargo-deb >/dev/null || cargo install --locked --debug --quiet cargo-deb
 saw "$(cargo deb --version | head -n 1)"
 
 step "the package, twice"

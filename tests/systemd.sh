@@ -57,7 +57,7 @@ outside() {
 packages() {
     first=${RUNGD_DEBS% *} second=${RUNGD_DEBS#* }
     if [ -n "$RUNGD_DEBS" ]; then return; fi
-    command -v cargo-deb >/dev/null || cargo install --locked --quiet cargo-deb
+    command -v cargo-deb >/dev/null || cargo install --locked --debug --quiet cargo-deb
     first=$(package 0.1.0-1) && second=$(package 0.1.0-2) || { cat "$work/log"; exit 1; }
 }
 
