@@ -17,6 +17,10 @@ use crate::source::finding::Finding;
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
+/// The most names that an answer searches for the one nearest to an unknown name. All clients, the
+/// Modbus server and the field devices share one thread: an answer may not hold it for long.
+const SEARCHED_MAX: usize = 100;
+
 /// All names of a program.
 #[derive(Debug)]
 pub struct Names {
@@ -31,7 +35,7 @@ impl Names {
     /// The names of a program.
     pub fn new(program: &Program, symbols: &Symbols) -> Names {
         let mut names = Names {
-            scope: Scope::of(program),
+            scope: Scope::of(program).searching_at_most(SEARCHED_MAX),
             symbols: symbols.clone(),
             tags: HashMap::new(),
             offered: Offer::default(),

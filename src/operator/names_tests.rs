@@ -3,7 +3,41 @@
 use super::*;
 use crate::lower::lower;
 use crate::resolve::{LoadOptions, load_ladders};
+use crate::source::nearest::counted;
 use crate::source::span::SourceFile;
+
+/// The names of a ladder with so many tags and stages.
+fn many(count: usize) -> Names {
+    let tags = (0..count).map(|n| format!("tag_{n} = {{ at = \"C{n}\", spare = true }}\n"));
+    let stage = |n| format!("[[program.stage]]\nname = \"Stage_{n}\"\nrung = []\n");
+    let stages = (0..count).map(stage).collect::<String>();
+    let tags = tags.collect::<String>();
+    let text = format!("[tags]\n{tags}[[program]]\nname = \"Main\"\n{stages}");
+    let file = SourceFile { name: "ladder.toml".into(), text };
+    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    Names::new(&program, &lower(&program).1)
+}
+
+#[test]
+fn a_wrong_name_costs_no_search_of_many_names() {
+    let [few, many] = [40, 2000].map(many);
+    for wrong in ["tga_1", "tga_1..tga_2", "Main.Satge_1", "tag_1..tga_2"] {
+        counted::take_candidates();
+        let message = few.find(wrong).unwrap_err().message;
+        assert!(message.contains("did you mean"), "{message}");
+        assert!((1..=2 * 50).contains(&counted::take_candidates()), "{wrong}");
+        many.find(wrong).unwrap_err();
+        assert!((1..=2 * SEARCHED_MAX).contains(&counted::take_candidates()), "{wrong}");
+        many.find_one(wrong).unwrap_err();
+        assert!(counted::take_candidates() <= 2 * SEARCHED_MAX, "{wrong}");
+    }
+    // A slip behind the beginning is still mended.
+    for (wrong, near) in [("tag_1x99", "tag_1"), ("Main.Stage_19999", "Stage_1999")] {
+        let message = many.find(wrong).unwrap_err().message;
+        assert!(message.contains(&format!("did you mean `{near}")), "{message}");
+    }
+}
 
 const LADDER: &str = r#"
 [tags]

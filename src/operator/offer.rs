@@ -4,11 +4,14 @@
 //! its members after the dot is typed.
 
 use std::collections::BTreeMap;
+use std::ops::Bound;
 
 use super::protocol::Name;
 
 /// The most names of one answer.
 const NAMES_MAX: usize = 1000;
+/// The most names that are looked at for one answer.
+const LOOKED_AT_MAX: usize = 4 * NAMES_MAX;
 /// The most bytes of names and their explanations in one answer.
 const BYTES_MAX: usize = 256 * 1024;
 /// The longest explanation, in characters.
@@ -29,8 +32,7 @@ impl Offer {
     /// The names that begin with the prefix; where it has a dot, members too.
     pub fn beginning(&self, prefix: &str) -> Vec<Name> {
         let members = prefix.contains('.');
-        let from = self.names.range(prefix.to_owned()..);
-        let fits = from.take_while(|(name, _)| name.starts_with(prefix));
+        let fits = self.from(prefix, members).take_while(|(name, _)| name.starts_with(prefix));
         let wanted = fits.filter(|(name, _)| members || !name.contains('.'));
         let mut bytes = 0;
         let bounded = wanted.take(NAMES_MAX).take_while(|(name, about)| {
@@ -44,6 +46,23 @@ impl Offer {
             true => self.beginning(&format!("{prefix}.")),
             false => names,
         }
+    }
+
+    /// The names from a prefix on. Without `members`, of all names with the same text before a dot
+    /// only the first: a program may have a hundred thousand stages.
+    fn from(&self, prefix: &str, members: bool) -> impl Iterator<Item = (&String, &String)> {
+        let mut next = self.names.range::<str, _>((Bound::Included(prefix), Bound::Unbounded));
+        let step = move || {
+            let found = next.next()?;
+            if let (false, Some((base, _))) = (members, found.0.split_once('.')) {
+                // `/` is the character behind `.`.
+                let behind = format!("{base}/");
+                let bounds = (Bound::Included(behind.as_str()), Bound::Unbounded);
+                next = self.names.range::<str, _>(bounds);
+            }
+            Some(found)
+        };
+        std::iter::from_fn(step).take(LOOKED_AT_MAX)
     }
 }
 
@@ -81,5 +100,21 @@ mod tests {
         }
         let bytes: usize = offer.beginning("n").iter().map(|name| name.name.len()).sum();
         assert!((1..=BYTES_MAX).contains(&bytes), "{bytes}");
+    }
+    #[test]
+    fn an_answer_does_not_look_at_every_stage() {
+        let mut offer = Offer::default();
+        for n in 0..20_000 {
+            offer.add(format!("Main.Stage{n:05}"), "a Stage");
+        }
+        offer.add("Main-2".to_owned(), "X1");
+        offer.add("Main2".to_owned(), "X2");
+        let names = |prefix: &str| {
+            offer.beginning(prefix).into_iter().map(|name| name.name).collect::<Vec<_>>()
+        };
+        assert_eq!(names("M"), ["Main-2", "Main2"]);
+        assert_eq!(offer.from("M", false).count(), 3);
+        assert_eq!(offer.from("M", true).count(), LOOKED_AT_MAX);
+        assert_eq!(names("Main.").len(), NAMES_MAX);
     }
 }

@@ -28,6 +28,8 @@ pub struct Scope {
     /// All names, for the help about an unknown name; collected once.
     known: OnceLock<Names>,
     known_blocks: OnceLock<Names>,
+    /// The most names that are searched for the one nearest to an unknown name.
+    searched_max: usize,
 }
 
 /// A block, and the names of its stages.
@@ -140,6 +142,7 @@ impl Scope {
             stages: HashMap::new(),
             known: OnceLock::new(),
             known_blocks: OnceLock::new(),
+            searched_max: usize::MAX,
         }
     }
 
@@ -157,6 +160,16 @@ impl Scope {
             scope.add_device(&device.name, DeviceId(at as u32));
         }
         scope
+    }
+
+    /// From now on, looks at no more than this number of names for the one nearest to an unknown
+    /// name. The names are sorted here, not by the first look-up of an unknown name.
+    pub(crate) fn searching_at_most(self, names: usize) -> Scope {
+        self.known();
+        for block in self.blocks.values() {
+            block.known_members();
+        }
+        Scope { searched_max: names, ..self }
     }
 
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
@@ -242,7 +255,8 @@ impl Scope {
             return Ok(Found { thing, tag: Some(*index) });
         }
         if let Some(block) = self.blocks.get(base) {
-            return Ok(Found { thing: of_block(base, block, member)?, tag: None });
+            let thing = of_block(base, block, member, self.searched_max)?;
+            return Ok(Found { thing, tag: None });
         }
         if let Some(id) = self.devices.get(base) {
             return Ok(Found { thing: of_device(base, *id, member)?, tag: None });
@@ -262,7 +276,7 @@ impl Scope {
             return new(Code::UnknownName, message, Some(help));
         }
         let help = habit(base).unwrap_or_else(|| self.instead(base));
-        let near = Some(Near::new(base, self.known()));
+        let near = Some(Near::new(base, self.known()).searching_at_most(self.searched_max));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
     }
 
@@ -426,7 +440,12 @@ fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<Thing, Mi
     }
 }
 
-fn of_block(base: &str, block: &BlockNames, member: Option<&str>) -> Result<Thing, Mistake> {
+fn of_block(
+    base: &str,
+    block: &BlockNames,
+    member: Option<&str>,
+    searched_max: usize,
+) -> Result<Thing, Mistake> {
     let Some(member) = member else { return Ok(Thing::Block(block.id)) };
     let program = block.kind == BlockKind::Program;
     let bit = match member {
@@ -448,7 +467,7 @@ fn of_block(base: &str, block: &BlockNames, member: Option<&str>) -> Result<Thin
         (Code::UnknownMember, format!("task `{base}` has no `.{member}`"))
     };
     let known = block.known_members();
-    let near = Some(Near::new(member, known));
+    let near = Some(Near::new(member, known).searching_at_most(searched_max));
     Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
 }
 

@@ -29,6 +29,14 @@ impl Names {
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &str> {
         self.0.iter().map(|name| &**name)
     }
+
+    /// At most this number of names: those next to `name` in the order.
+    fn around(&self, name: &str, at_most: usize) -> impl Iterator<Item = &str> {
+        let place = self.0.partition_point(|known| **known < *name);
+        let last = self.0.len().saturating_sub(at_most);
+        let first = place.saturating_sub(at_most / 2).min(last);
+        self.iter().skip(first).take(at_most)
+    }
 }
 
 impl fmt::Debug for Names {
@@ -43,18 +51,25 @@ impl fmt::Debug for Names {
 pub struct Near {
     name: Box<str>,
     known: Names,
+    searched_max: usize,
 }
 
 impl Near {
     /// For the help of a finding about `name`.
     pub fn new(name: &str, known: &Names) -> Near {
         let end = name.char_indices().nth(COMPARED_MAX).map_or(name.len(), |(at, _)| at);
-        Near { name: name[..end].into(), known: known.clone() }
+        Near { name: name[..end].into(), known: known.clone(), searched_max: usize::MAX }
+    }
+
+    /// Searches at most this number of names, those next to it in the order. A slip in a later
+    /// letter is still found among any number of names; one in the first letter is not.
+    pub(crate) fn searching_at_most(self, names: usize) -> Near {
+        Near { searched_max: names, ..self }
     }
 
     /// `did you mean …?`, if a name is near.
     pub fn help(&self) -> Option<String> {
-        did_you_mean(&self.name, self.known.iter())
+        did_you_mean(&self.name, self.known.around(&self.name, self.searched_max))
     }
 }
 
@@ -68,6 +83,8 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     let letters = Letters::of(&name);
     let mut best = (limit + 1, None);
     for candidate in known {
+        #[cfg(test)]
+        counted::CANDIDATES.with(|count| count.set(count.get() + 1));
         // Of a hundred thousand names, most are farther than the best so far by their letters.
         if letters.slips_at_least(candidate) >= best.0 {
             continue;
@@ -125,17 +142,25 @@ fn distance(a: &str, b: &str) -> usize {
     strsim::osa_distance(a, b)
 }
 
-/// Number of distances that this thread has computed. Tests show with it which searches are left
-/// out.
+/// Numbers of names that this thread has looked at, and of distances that it has computed. Tests
+/// show with them which searches are left out.
 #[cfg(test)]
 pub mod counted {
     use std::cell::Cell;
 
-    thread_local!(pub(super) static COMPUTED: Cell<usize> = const { Cell::new(0) });
+    thread_local! {
+        pub(super) static CANDIDATES: Cell<usize> = const { Cell::new(0) };
+        pub(super) static COMPUTED: Cell<usize> = const { Cell::new(0) };
+    }
 
-    /// The count since the last call.
+    /// The number of distances since the last call.
     pub fn take() -> usize {
         COMPUTED.with(Cell::take)
+    }
+
+    /// The number of names since the last call.
+    pub fn take_candidates() -> usize {
+        CANDIDATES.with(Cell::take)
     }
 }
 
@@ -173,6 +198,26 @@ mod tests {
         assert_eq!(d("", "abc"), 3);
         assert_eq!(d("CNTDN", "CTNDN"), 1);
         assert_eq!(d("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn a_limited_search_looks_at_the_names_next_to_it_in_the_order() {
+        let names: Vec<String> = (0..1000).map(|n| format!("pump_{n:03}")).collect();
+        let known = Names::new(names.iter().map(String::as_str));
+        for (wrong, near) in [
+            ("pump_50", Some("pump_500")),
+            ("pump_777x", Some("pump_777")),
+            ("pump_9990", Some("pump_999")),
+            ("ump_500", None),
+        ] {
+            counted::take_candidates();
+            let help = Near::new(wrong, &known).searching_at_most(20).help();
+            assert_eq!(help, near.map(|near| format!("did you mean `{near}`?")), "{wrong}");
+            assert!(counted::take_candidates() <= 20, "{wrong}");
+        }
+        assert_eq!(known.around("pump_500", usize::MAX).count(), 1000);
+        assert_eq!(known.around("a", 2).collect::<Vec<_>>(), ["pump_000", "pump_001"]);
+        assert_eq!(known.around("z", 2).collect::<Vec<_>>(), ["pump_998", "pump_999"]);
     }
 
     #[test]
