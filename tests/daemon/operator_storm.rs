@@ -2,7 +2,7 @@
 //! a socket that somebody takes away. Who means well is served meanwhile.
 
 use std::fs;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -24,6 +24,15 @@ fn live() -> Live {
     Live::start(LADDER, "", &[])
 }
 
+/// Ends the clients of a storm, also where the test fails.
+struct Over<'a>(&'a AtomicBool);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+}
+
 /// Clients go on and on; how often they did it, and how long a good client waited at worst.
 fn storm(
     live: &Live,
@@ -34,6 +43,7 @@ fn storm(
     let begin = Instant::now();
     let mut worst = Duration::ZERO;
     std::thread::scope(|scope| {
+        let _over = Over(&goes_on);
         for _ in 0..clients {
             scope.spawn(|| client(&goes_on, &count));
         }
@@ -44,7 +54,6 @@ fn storm(
             assert!(answer["ok"].is_object(), "{answer}");
             std::thread::sleep(Duration::from_millis(100));
         }
-        goes_on.store(false, Ordering::Relaxed);
     });
     let count = count.into_inner();
     let most = RATE_MAX * begin.elapsed().as_millis() as u64 / 1000 + WAITING_MAX;
@@ -72,7 +81,7 @@ fn who_connects_again_and_again_and_never_reads_keeps_nobody_waiting() {
 fn all_together_are_answered_so_often_a_second() {
     let mut live = live();
     let socket = live.socket.clone();
-    let (count, worst) = storm(&live, 60, |goes_on, count| {
+    let (count, worst) = storm(&live, 50, |goes_on, count| {
         while goes_on.load(Ordering::Relaxed) {
             let mut stream = UnixStream::connect(&socket).unwrap();
             while goes_on.load(Ordering::Relaxed)
@@ -87,13 +96,38 @@ fn all_together_are_answered_so_often_a_second() {
     live.end();
 }
 
+/// More clients than there are seats wait for lists of names, of which there are fifty a second.
+#[test]
+fn who_asks_for_names_again_and_again_keeps_nobody_out() {
+    let mut live = live();
+    let socket = live.socket.clone();
+    let (count, worst) = storm(&live, 80, |goes_on, count| {
+        while goes_on.load(Ordering::Relaxed) {
+            let Ok(stream) = UnixStream::connect(&socket) else { continue };
+            let mut lines = BufReader::new(&stream);
+            let mut asks = || {
+                let mut line = String::new();
+                (&stream).write_all(b"{\"do\":\"names\",\"prefix\":\"\"}\n").is_ok()
+                    && lines.read_line(&mut line).is_ok_and(|length| length > 0)
+                    && line.starts_with("{\"ok\"")
+            };
+            while goes_on.load(Ordering::Relaxed) && asks() {
+                count.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    });
+    println!("{count} lists of names, a good client waited {worst:?} at worst");
+    assert!(worst < Duration::from_secs(3), "{worst:?}");
+    live.end();
+}
+
 #[test]
 fn who_sends_blank_lines_is_as_idle_as_who_sends_nothing() {
     let live = live();
     let mut blank = live.connect();
     let read = r#"{"do":"read","operands":["$On"]}"#;
     assert!(ask(&mut blank, read)["ok"].is_object());
-    let mut others: Vec<UnixStream> = (1..64).map(|_| live.connect()).collect();
+    let mut others: Vec<UnixStream> = (1..56).map(|_| live.connect()).collect();
     for other in &mut others {
         assert!(ask(other, read)["ok"].is_object());
     }
@@ -101,7 +135,7 @@ fn who_sends_blank_lines_is_as_idle_as_who_sends_nothing() {
         blank.write_all(b"\n \n").unwrap();
         std::thread::sleep(Duration::from_millis(5));
     }
-    // All seats are taken: who has been idle longest makes room.
+    // All seats that one user may have are taken: who has been idle longest makes room.
     assert!(ask(&mut live.connect(), read)["ok"].is_object());
     assert!(others.iter_mut().all(|other| ask(other, read)["ok"].is_object()), "they stay");
     blank.set_read_timeout(Some(PATIENCE)).unwrap();

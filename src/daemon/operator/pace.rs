@@ -4,7 +4,7 @@
 //! not wait; a crowd waits in the order in which it came, and costs the machine no more turns than
 //! the pace has.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::time::{Instant, sleep_until};
@@ -15,30 +15,45 @@ pub(super) struct Pace {
     /// The most time that unused turns save for a later crowd.
     saved_max: Duration,
     next: Mutex<Instant>,
+    /// The clients that wait, in order. The first of them holds the lock.
+    waiting: tokio::sync::Mutex<()>,
 }
 
 impl Pace {
     /// A turn in each `every`. After a rest, `at_once` turns need no wait.
     pub fn new(every: Duration, at_once: u32) -> Pace {
-        Pace { every, saved_max: every * at_once, next: Mutex::new(Instant::now()) }
+        Pace {
+            every,
+            saved_max: every * at_once,
+            next: Mutex::new(Instant::now()),
+            waiting: tokio::sync::Mutex::default(),
+        }
     }
 
     /// Takes the next turn: when it is.
     pub fn take(&self, now: Instant) -> Instant {
-        let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut next = self.next();
         let saved = now.checked_sub(self.saved_max).unwrap_or(now);
         let turn = (*next).max(saved);
         *next = turn + self.every;
         turn.max(now)
     }
 
-    /// Waits for the next turn.
+    /// Waits for the next turn. A client that goes before its turn takes none.
     pub async fn turn(&self) {
-        let now = Instant::now();
-        let turn = self.take(now);
-        if turn > now {
+        let _first = self.waiting.lock().await;
+        loop {
+            let turn = *self.next();
+            if turn <= Instant::now() {
+                break;
+            }
             sleep_until(turn).await;
         }
+        self.take(Instant::now());
+    }
+
+    fn next(&self) -> MutexGuard<'_, Instant> {
+        self.next.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -56,5 +71,20 @@ mod tests {
         assert_eq!(pace.take(start + ms(6)), start + ms(6));
         assert_eq!(pace.take(start + ms(100)), start + ms(100));
         assert_eq!(waits(start + ms(101))[..3], [ms(0), ms(0), ms(0)]);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_client_that_goes_before_its_turn_takes_none() {
+        let ms = Duration::from_millis;
+        let pace = Pace::new(ms(20), 1);
+        pace.turn().await;
+        pace.turn().await;
+        let start = Instant::now();
+        for _ in 0..1000 {
+            let waited = tokio::time::timeout(Duration::ZERO, pace.turn()).await;
+            assert!(waited.is_err(), "it had to wait");
+        }
+        pace.turn().await;
+        assert!(start.elapsed() <= ms(21), "{:?}", start.elapsed());
     }
 }

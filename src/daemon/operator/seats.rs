@@ -1,8 +1,9 @@
 //! The seats at the operator's socket: a limited number of clients at a time; idle ones make room.
 //!
-//! A thousand connections of one user do not keep the next user out. Where all seats are taken, the
-//! user with the most seats loses one: the one that has been idle longest. Used by `server`, which
-//! lets clients in, and by `session`.
+//! A thousand connections of one user do not keep the next user out: no user has the last seats, nor
+//! have all users together that may only look. If all seats are taken, the user with the most seats
+//! loses one: the one that has been idle longest. Used by `server`, which lets clients in, and by
+//! `session`.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,11 +11,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
+/// The number of seats that no single user has beside all others, nor all users together that may
+/// only look.
+pub(super) const KEPT: usize = 8;
+
 /// All seats.
 #[derive(Clone)]
 pub(super) struct Seats {
     taken: Arc<Mutex<Taken>>,
     count_max: usize,
+    kept: usize,
 }
 
 #[derive(Default)]
@@ -25,6 +31,7 @@ struct Taken {
 
 struct Sitter {
     uid: u32,
+    may_change: bool,
     /// Since when it is idle; `None` while a request of it is carried out.
     idle: Option<Instant>,
     leave: Arc<Notify>,
@@ -38,26 +45,32 @@ pub(super) struct Seat {
 }
 
 impl Seats {
-    pub fn new(count_max: usize) -> Seats {
-        Seats { taken: Arc::default(), count_max }
+    /// `count_max` seats, of which `kept` are kept from a crowd.
+    pub fn new(count_max: usize, kept: usize) -> Seats {
+        Seats { taken: Arc::default(), count_max, kept }
     }
 
-    /// A seat for a user; `None` where all are taken and all are at work.
-    pub fn take(&self, uid: u32) -> Option<Seat> {
+    /// A seat for a user; `None` if all seats that this user may have are taken and at work.
+    pub fn take(&self, uid: u32, may_change: bool) -> Option<Seat> {
         let mut taken = self.lock();
-        if taken.sitters.len() >= self.count_max && !taken.dismiss() {
+        let most = self.count_max - self.kept;
+        let room = taken.room(most, |sitter| sitter.uid == uid)
+            && (may_change || taken.room(most, |sitter| !sitter.may_change))
+            && taken.room(self.count_max, |_| true);
+        if !room {
             return None;
         }
         taken.last += 1;
         let (number, leave) = (taken.last, Arc::new(Notify::new()));
-        let sitter = Sitter { uid, idle: Some(Instant::now()), leave: Arc::clone(&leave) };
+        let idle = Some(Instant::now());
+        let sitter = Sitter { uid, may_change, idle, leave: Arc::clone(&leave) };
         taken.sitters.insert(number, sitter);
         Some(Seat { seats: self.clone(), number, leave })
     }
 
     /// Asks an idle client to leave, where there is one: the machine gives no further descriptor.
     pub fn make_room(&self) {
-        self.lock().dismiss();
+        self.lock().dismiss(|_| true);
     }
 
     fn lock(&self) -> MutexGuard<'_, Taken> {
@@ -66,23 +79,31 @@ impl Seats {
 }
 
 impl Taken {
-    /// Asks an idle client to leave; false where all are at work.
-    fn dismiss(&mut self) -> bool {
+    /// Whether fewer than `most` of these are left, if necessary after one idle client of them was
+    /// asked to leave.
+    fn room(&mut self, most: usize, these: impl Fn(&Sitter) -> bool) -> bool {
+        let sit = self.sitters.values().filter(|sitter| these(sitter)).count();
+        sit < most || self.dismiss(these)
+    }
+
+    /// Asks an idle client of these to leave; false if all of them are at work.
+    fn dismiss(&mut self, these: impl Fn(&Sitter) -> bool) -> bool {
         // It is told once, and its seat counts as free from now on.
-        let leaver = self.leaver().and_then(|leaver| self.sitters.remove(&leaver));
+        let leaver = self.leaver(these).and_then(|leaver| self.sitters.remove(&leaver));
         leaver.is_some_and(|sitter| {
             sitter.leave.notify_one();
             true
         })
     }
 
-    /// Of the user with most seats, the one that has been idle longest.
-    fn leaver(&self) -> Option<u64> {
+    /// Of the user with most seats, the one of these that has been idle longest.
+    fn leaver(&self, these: impl Fn(&Sitter) -> bool) -> Option<u64> {
         let mut counts: HashMap<u32, usize> = HashMap::new();
         for sitter in self.sitters.values() {
             *counts.entry(sitter.uid).or_default() += 1;
         }
-        let idle = self.sitters.iter().filter_map(|(number, sitter)| {
+        let these = self.sitters.iter().filter(|(_, sitter)| these(sitter));
+        let idle = these.filter_map(|(number, sitter)| {
             let since = sitter.idle?;
             Some((std::cmp::Reverse(counts[&sitter.uid]), since, *number))
         });
@@ -116,12 +137,12 @@ mod tests {
 
     #[test]
     fn the_idle_of_the_greediest_make_room_and_the_busy_stay() {
-        let seats = Seats::new(3);
-        let honest = seats.take(1).unwrap();
-        let first = seats.take(2).unwrap();
-        let second = seats.take(2).unwrap();
+        let seats = Seats::new(3, 0);
+        let honest = seats.take(1, true).unwrap();
+        let first = seats.take(2, true).unwrap();
+        let second = seats.take(2, true).unwrap();
         first.set_busy(true);
-        let third = seats.take(2).unwrap();
+        let third = seats.take(2, true).unwrap();
         let numbers = |seats: &Seats| {
             let mut numbers: Vec<u64> = seats.lock().sitters.keys().copied().collect();
             numbers.sort_unstable();
@@ -131,11 +152,44 @@ mod tests {
         drop(second);
         third.set_busy(true);
         honest.set_busy(true);
-        assert!(seats.take(3).is_none(), "all at work");
+        assert!(seats.take(3, true).is_none(), "all at work");
         first.set_busy(false);
-        let newcomer = seats.take(3).unwrap();
+        let newcomer = seats.take(3, true).unwrap();
         assert_eq!(numbers(&seats), [honest.number, third.number, newcomer.number]);
         drop((honest, third, newcomer, first));
         assert!(numbers(&seats).is_empty());
+    }
+
+    #[test]
+    fn no_user_takes_the_last_seats_and_those_that_look_leave_some_to_those_that_may_change() {
+        let seats = Seats::new(10, 2);
+        let busy = |uid: u32, may_change: bool| {
+            let seat = seats.take(uid, may_change)?;
+            seat.set_busy(true);
+            Some(seat)
+        };
+        let taken = |uid: u32, may_change: bool| {
+            let taken: Vec<Seat> = (0..20).map_while(|_| busy(uid, may_change)).collect();
+            taken
+        };
+        // One user, each of its clients at work.
+        let greedy = taken(7, true);
+        assert_eq!(greedy.len(), 8);
+        assert!(busy(0, true).is_some() && busy(8, false).is_some());
+        drop(greedy);
+        // Many users that may only look.
+        let crowd: Vec<Seat> = (100..120).map_while(|uid| busy(uid, false)).collect();
+        assert_eq!(crowd.len(), 8);
+        let root = busy(0, true).unwrap();
+        let operator = busy(1, true).unwrap();
+        assert!(busy(2, true).is_none() && busy(300, false).is_none());
+        // An idle one of them makes room for those that may change, and they not for one that looks.
+        crowd[3].set_busy(false);
+        root.set_busy(false);
+        let reader = seats.take(301, false).unwrap();
+        assert_eq!(seats.lock().sitters.len(), 10);
+        assert!(seats.lock().sitters.contains_key(&root.number));
+        assert!(!seats.lock().sitters.contains_key(&crowd[3].number));
+        drop((reader, operator));
     }
 }

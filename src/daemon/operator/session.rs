@@ -127,10 +127,7 @@ impl Session {
         let now = Instant::now();
         if line.iter().any(|byte| !byte.is_ascii_whitespace()) {
             self.asked = now;
-            // A client that waits for its turn counts as idle: it makes room for another one.
-            self.seat.set_busy(false);
-            self.unless_asked_to_leave(self.shared.requests.turn()).await?;
-            self.seat.set_busy(true);
+            self.wait_for(&self.shared.requests).await?;
             let answered = self.answer(&line).await;
             self.seat.set_busy(false);
             answered?;
@@ -138,6 +135,14 @@ impl Session {
             return Err(Closed::Idle);
         }
         self.unless_asked_to_leave(sleep_until(now + REQUEST_EVERY)).await
+    }
+
+    /// Waits for a turn. A client that waits counts as idle: it makes room for another one.
+    async fn wait_for(&self, pace: &Pace) -> Result<(), Closed> {
+        self.seat.set_busy(false);
+        self.unless_asked_to_leave(pace.turn()).await?;
+        self.seat.set_busy(true);
+        Ok(())
     }
 
     async fn unless_asked_to_leave(&self, wait: impl Future<Output = ()>) -> Result<(), Closed> {
@@ -198,6 +203,9 @@ impl Session {
             }
         };
         self.garbage = 0;
+        if let Request::Names { .. } = request {
+            self.wait_for(&self.shared.names).await?;
+        }
         let answer = self.done(&request).await;
         if let Err(refusal) = &answer {
             self.tell_refusal(&request, refusal);
@@ -213,9 +221,6 @@ impl Session {
                 self.peer
             );
             return Err(Refusal::new(RefusalKind::NotPermitted, message));
-        }
-        if let Request::Names { .. } = request {
-            self.shared.names.turn().await;
         }
         self.shared.desk.answer(&self.peer, request).await
     }
