@@ -100,7 +100,10 @@ pub fn run(
     faults::listen();
     let inputs = initial_inputs(&program, &setup);
     let mut engine = Engine::new(program.clone());
-    let has_operator = operator::SocketSpec::of(&setup.operator, &setup.controller).is_some();
+    let place = operator::SocketSpec::of(&setup.operator, &setup.controller);
+    let has_operator = place.is_some();
+    // Before the file of retentive memory is made: a refused start leaves nothing.
+    let socket = place.as_ref().map(operator::claim).transpose()?.flatten();
     let retained = setup.retain.as_ref().map(|wanted| {
         let runs_cold = options.runs_cold.unwrap_or(wanted.runs_cold);
         let wanted = Wanted { runs_cold, has_operator, ..wanted.clone() };
@@ -135,7 +138,7 @@ pub fn run(
     let Host { tokio, signals } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
     let field = (prepared.lines(), healths);
-    let first = First { running, reloader, narration, field, limit };
+    let first = First { running, reloader, narration, field, limit, socket };
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention }))
 }
 
@@ -156,6 +159,8 @@ struct First {
     field: (Vec<Ends>, Vec<Health>),
     /// How long a reload may read files.
     limit: Duration,
+    /// The place of the operator's socket.
+    socket: Option<operator::Claim>,
 }
 
 /// Who the shell attends to besides the scan thread.
@@ -310,7 +315,7 @@ async fn start_drivers(
     retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
-    let First { running, reloader, narration, field: (ends, healths), limit } = first;
+    let First { running, reloader, narration, field: (ends, healths), limit, socket } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
@@ -343,12 +348,10 @@ async fn start_drivers(
     let (of, port) = (Arc::clone(&running), port.clone());
     let parts = reload::Parts { running: of, reloader, port: port.clone(), views, limit };
     let reloads = Arc::new(Reloads::new(parts));
-    if let Some(place) = operator::SocketSpec::of(&setup.operator, &setup.controller) {
+    if let Some(socket) = socket {
         let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
-        match operator::Server::bind(&place, desk) {
-            Ok(server) => drop(drivers.spawn(server.run(told(stopped)))),
-            Err(why) if operator::may_do_without(&place, &why) => {}
-            Err(why) => return Err(why),
+        if let Some(server) = operator::Server::bind(socket, desk)? {
+            drop(drivers.spawn(server.run(told(stopped))));
         }
     }
     Ok((drivers, reloads))

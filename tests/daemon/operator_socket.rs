@@ -1,6 +1,8 @@
 //! The operator's socket from outside: who has it, who may use it, and where it cannot be.
 
+use std::fs::File;
 use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::Command;
 
 use super::operator_commands::{LADDER, live};
@@ -51,11 +53,38 @@ fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
 
 #[test]
 fn a_lock_that_is_no_file_refuses_the_start_and_does_not_hang_it() {
-    let folder = live::folder(LADDER, "");
+    let folder = live::folder(LADDER, RETAINED);
     let lock = folder.join("s.lock");
     assert!(Command::new("mkfifo").arg(&lock).status().unwrap().success());
     let said = said(&mut run(&folder, &["--scans", "3"]));
     assert!(said.code == 74 && said.err.contains("s.lock is no file"), "{said:?}");
+    assert_eq!(files(&folder), ["controller.toml", "ladder.toml", "s.lock"]);
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+const RETAINED: &str = "[operator]\nsocket = \"s\"\n[retain]\nfile = \"memory\"\nranges = [\"D2\"]\n\
+                        cold-start = \"run\"\n";
+
+fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names
+}
+
+/// As the controller that holds the lock could not be asked, so the refused one may not touch memory.
+#[test]
+fn a_start_that_is_refused_for_its_lock_leaves_nothing() {
+    let folder = live::folder(LADDER, RETAINED);
+    let lock = File::create(folder.join("s.lock")).unwrap();
+    lock.try_lock().unwrap();
+    let refused = said(&mut run(&folder, &["--scans", "3"]));
+    assert!(refused.code == 74 && refused.err.contains("another rungd answers"), "{refused:?}");
+    assert_eq!(files(&folder), ["controller.toml", "ladder.toml", "s.lock"]);
+    drop(lock);
+    assert_eq!(said(&mut run(&folder, &["--scans", "3"])).code, 0);
+    assert_eq!(files(&folder), ["controller.toml", "ladder.toml", "memory", "s.lock"]);
     let _ = std::fs::remove_dir_all(folder);
 }
 

@@ -1,6 +1,7 @@
 //! The operator's commands at the running controller: the socket, its clients, their permissions.
 //!
-//! The shell binds a [`Server`] before the first scan and runs it among the drivers. `socket` is
+//! The shell makes a [`Claim`] before it opens any other file, binds a [`Server`] before the first
+//! scan, and runs it among the drivers. `socket` is
 //! the file, `peer` the user at the other end, `seats` and `pace` the limits, `session` one client;
 //! `desk` carries requests out, `status` tells how the controller is. Nothing here can make a scan
 //! wait.
@@ -17,7 +18,7 @@ mod socket;
 mod status;
 
 pub(super) use desk::Desk;
-pub(super) use server::{Server, may_do_without};
-pub(super) use socket::SocketSpec;
+pub(super) use server::{Server, claim};
 pub use socket::operator_socket;
+pub(super) use socket::{Claim, SocketSpec};
 pub(super) use status::{AboutParts, View};

@@ -19,9 +19,9 @@ use tokio::time::{Instant, interval, sleep, sleep_until};
 use super::desk::Desk;
 use super::pace::Pace;
 use super::peer::Peer;
-use super::seats::Seats;
+use super::seats::{KEPT, Seats};
 use super::session::{self, Session, Shared};
-use super::socket::{self, SocketSpec};
+use super::socket::{self, Claim, SocketSpec};
 use crate::daemon::failure::Failure;
 use crate::say::say;
 
@@ -45,17 +45,20 @@ pub(in super::super) struct Server {
 }
 
 impl Server {
-    /// Binds the socket at its place.
+    /// Binds the socket at its place. `None` if the controller runs without it.
     ///
     /// # Errors
-    /// Somebody answers there, the group is unknown, or the system says no.
-    pub fn bind(spec: &SocketSpec, desk: Desk) -> Result<Server, Failure> {
-        let (listener, socket) = socket::bind(spec)?;
+    /// The group is unknown, or the system says no to a socket that the controller file insists on.
+    pub fn bind(claim: Claim, desk: Desk) -> Result<Option<Server>, Failure> {
+        let spec = claim.spec().clone();
+        let Some((listener, socket)) = unless_done_without(&spec, claim.bind())? else {
+            return Ok(None);
+        };
         let listener = UnixListener::from_std(listener)?;
         tell_open(&socket);
-        let shared = Arc::new(Shared::new(desk, Seats::new(CLIENTS_MAX)));
+        let shared = Arc::new(Shared::new(desk, Seats::new(CLIENTS_MAX, KEPT)));
         let clients = Pace::new(CLIENT_EVERY, CLIENTS_MAX as u32);
-        Ok(Server { listener, socket, shared, clients, lost: false })
+        Ok(Some(Server { listener, socket, shared, clients, lost: false }))
     }
 
     /// Serves until `stop`; then all connections are closed, and the socket is gone.
@@ -118,7 +121,7 @@ impl Server {
 
     fn admit(&self, stream: UnixStream, clients: &mut JoinSet<()>) {
         let Ok(peer) = Peer::of(&stream, self.socket.owner) else { return };
-        let Some(seat) = self.shared.seats.take(peer.uid) else {
+        let Some(seat) = self.shared.seats.take(peer.uid, peer.may_change) else {
             session::turn_away(&stream, CLIENTS_MAX);
             return;
         };
@@ -144,15 +147,30 @@ fn tell_open(socket: &socket::Bound) {
     );
 }
 
-/// Whether a controller runs without its socket: yes, if only the environment asked for one.
-pub(in super::super) fn may_do_without(spec: &SocketSpec, why: &Failure) -> bool {
-    let Failure::Environment(why) = why else { return false };
-    if spec.insists || why.is::<socket::Taken>() {
-        return false;
+/// Claims the place of the operator's socket, before the start touches anything else. `None` if the
+/// controller runs without a socket.
+///
+/// # Errors
+/// Another controller has the place, or the system says no to a socket that the controller file
+/// insists on.
+pub(in super::super) fn claim(spec: &SocketSpec) -> Result<Option<Claim>, Failure> {
+    unless_done_without(spec, Claim::new(spec))
+}
+
+/// `None`, and a line in the log, for a failure that a controller runs with: only the environment
+/// asked for the socket.
+fn unless_done_without<T>(
+    spec: &SocketSpec,
+    done: Result<T, Failure>,
+) -> Result<Option<T>, Failure> {
+    match done {
+        Err(Failure::Environment(why)) if !spec.insists && !why.is::<socket::Taken>() => {
+            say!(OPERATOR_NO_SOCKET,
+                socket = %spec.path.display(),
+                "no operator's commands: {why:#}"
+            );
+            Ok(None)
+        }
+        done => done.map(Some),
     }
-    say!(OPERATOR_NO_SOCKET,
-        socket = %spec.path.display(),
-        "no operator's commands: {why:#}"
-    );
-    true
 }

@@ -40,6 +40,14 @@ pub(in super::super) struct SocketSpec {
 #[derive(Debug)]
 pub(in super::super) struct Taken(String);
 
+/// The place of a socket, held by its lock: no other controller can take it.
+///
+/// A start claims it before it touches anything else, so that a refused start leaves nothing.
+pub(in super::super) struct Claim {
+    spec: SocketSpec,
+    lock: File,
+}
+
 /// A socket that is bound; its file goes with it.
 pub(super) struct Bound {
     spec: SocketSpec,
@@ -98,15 +106,29 @@ impl SocketSpec {
     }
 }
 
-/// Binds it.
-pub(super) fn bind(spec: &SocketSpec) -> Result<(UnixListener, Bound), Failure> {
-    // First of all: beside what is no socket no lock belongs either.
-    is_socket_or_nothing(spec)?;
-    let lock = lock(spec)?;
-    clear(spec)?;
-    let (listener, meta) = make(spec)?;
-    let (owner, inode) = (Owner::of(&meta), meta.ino());
-    Ok((listener, Bound { spec: spec.clone(), inode, owner, lock }))
+impl Claim {
+    /// Claims a place.
+    ///
+    /// # Errors
+    /// A controller answers there, or the system says no.
+    pub fn new(spec: &SocketSpec) -> Result<Claim, Failure> {
+        // First of all: beside what is no socket no lock belongs either.
+        is_socket_or_nothing(spec)?;
+        let lock = lock(spec)?;
+        clear(spec)?;
+        Ok(Claim { spec: spec.clone(), lock })
+    }
+
+    /// Makes the socket at its place.
+    pub(super) fn bind(self) -> Result<(UnixListener, Bound), Failure> {
+        let (listener, meta) = make(&self.spec)?;
+        let (owner, inode) = (Owner::of(&meta), meta.ino());
+        Ok((listener, Bound { spec: self.spec, inode, owner, lock: self.lock }))
+    }
+
+    pub(super) fn spec(&self) -> &SocketSpec {
+        &self.spec
+    }
 }
 
 /// Makes the socket and puts it in its place. Only the holder of the lock calls this.
