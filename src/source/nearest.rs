@@ -207,7 +207,7 @@ mod tests {
         for (wrong, near) in [
             ("pump_50", Some("pump_500")),
             ("pump_777x", Some("pump_777")),
-            ("pump_9990", Some("pump_999")),
+            ("pump_999x", Some("pump_999")),
             ("ump_500", None),
         ] {
             counted::take_candidates();

@@ -1,9 +1,9 @@
 //! The seats at the operator's socket: a limited number of clients at a time; idle ones make room.
 //!
-//! A thousand connections of one user do not keep the next user out: no user has the last seats, nor
-//! have all users together that may only look. If all seats are taken, the user with the most seats
-//! loses one: the one that has been idle longest. Used by `server`, which lets clients in, and by
-//! `session`.
+//! A thousand connections of one user do not keep the next user out: no user has the last seats,
+//! nor have all users together that may only look. If all seats are taken, the user with the most
+//! seats loses one: the one that has been idle longest. Used by `server`, which lets clients in,
+//! and by `session`.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -183,7 +183,7 @@ mod tests {
         let root = busy(0, true).unwrap();
         let operator = busy(1, true).unwrap();
         assert!(busy(2, true).is_none() && busy(300, false).is_none());
-        // An idle one of them makes room for those that may change, and they not for one that looks.
+        // An idle client that may only look makes room for the next, and none of the others does.
         crowd[3].set_busy(false);
         root.set_busy(false);
         let reader = seats.take(301, false).unwrap();
