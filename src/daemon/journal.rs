@@ -1,8 +1,8 @@
 //! The journal's own protocol: an entry is one datagram of fields.
 //!
 //! `log_form` fills an [`Entry`]; `log_queue` sends it through a [`Socket`] from its own thread.
-//! The socket never blocks: where the journal does not read, the queue's thread waits, and no
-//! other. An entry that the socket cannot take goes to standard error as a line.
+//! The socket never blocks: while the journal does not read, only the queue's thread waits. An
+//! entry that the socket cannot take goes to standard error as a line.
 
 use std::io;
 use std::os::unix::net::UnixDatagram;
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Where journald listens.
 pub(super) const SOCKET: &str = "/run/systemd/journal/socket";
 
-/// Longest name of a field, as journald has it.
+/// journald's limit for the length of a field's name.
 const NAME_MAX: usize = 64;
 
 /// An entry being made.
@@ -19,7 +19,7 @@ const NAME_MAX: usize = 64;
 pub(super) struct Entry(Vec<u8>);
 
 impl Entry {
-    /// Adds a field. What is no letter, digit or `_` in its name becomes `_`.
+    /// Adds a field. Each character of its name other than a letter, a digit or `_` becomes `_`.
     pub fn field(&mut self, name: &str, value: &str) {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' };
         let name: String = name.chars().take(NAME_MAX).map(plain).collect();
@@ -39,14 +39,14 @@ impl Entry {
     }
 }
 
-/// The way to journald.
+/// A socket that sends to journald.
 pub(super) struct Socket {
     socket: UnixDatagram,
     path: PathBuf,
 }
 
 impl Socket {
-    /// `None` where nobody listens.
+    /// `None` if journald's socket does not exist.
     pub fn new(path: &Path) -> Option<Socket> {
         if !path.exists() {
             return None;
@@ -56,10 +56,10 @@ impl Socket {
         Some(Socket { socket, path: path.to_owned() })
     }
 
-    /// Sends an entry. The path is looked up each time: journald may have begun anew.
+    /// Sends an entry. The path is looked up each time: journald may have been restarted.
     ///
     /// # Errors
-    /// `WouldBlock` where it does not read; else it cannot be sent this way.
+    /// `WouldBlock` while journald does not read; every other error: this entry cannot be sent.
     pub fn send(&self, entry: &[u8]) -> io::Result<()> {
         self.socket.send_to(entry, &self.path).map(|_| ())
     }

@@ -1,9 +1,9 @@
-//! What was asked of the machine and what it granted, in the log, and what `strict` makes of it.
+//! Logs the real-time posture, requests and grants, and applies `strict`.
 
 use crate::runtime::Grant;
 use crate::say::say;
 
-/// Tells it; `Err` is why the controller does not start.
+/// Logs the grants; `Err` is the reason why the controller does not start.
 pub(super) fn tell(grants: &[Grant], strict: bool) -> Result<(), String> {
     let list = |all: &mut dyn Iterator<Item = &Grant>| {
         all.map(|grant| grant.what.as_str()).collect::<Vec<_>>().join(", ")

@@ -1,7 +1,7 @@
-//! Retentive memory at the start: what is found, restored, dropped, and told of it.
+//! Retentive memory at the start: opens the file, restores the newest image, and logs both.
 //!
-//! The shell calls [`begin`] before anything is scanned, and hands what it gives to
-//! `retain_thread`. What is in the file, and how it is written, is `crate::retain`.
+//! The shell calls [`begin`] before the first scan, and hands the result to `retain_thread`. The
+//! content of the file, and the way to write it, are in `crate::retain`.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -17,42 +17,42 @@ use crate::retain::{Keeper, RetainPlan};
 use crate::runtime::exchange::StopReason;
 use crate::say::say;
 
-/// What runs a controller without an operator's socket where nothing was restored.
+/// The way to run a controller that has no operator's socket after nothing was restored.
 pub(super) const COLD_BY_HAND: &str = "stop this process, then start it once by `rungd run \
     --cold-start run FILE`, or with `[retain] cold-start = \"run\"`: no operator's socket is there \
     for `rungd mode run`";
-/// The most lines about what was not restored.
+/// The greatest number of log lines about elements that were not restored.
 const DROPPED_LINES_MAX: usize = 100;
 const NO_STOP: &str = "and no orderly stop followed, so that all that has termination logic is \
                        terminated";
-/// The file's name in the directory that systemd gives, and its ending beside a controller file.
+/// The file's name in systemd's state directory, and its extension beside a controller file.
 const FILE_NAME: &str = "retain";
 
-/// What the controller file asks for.
+/// The settings of retentive memory, from the controller file.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     pub path: PathBuf,
     pub plan: RetainPlan,
     pub interval: Duration,
     pub runs_cold: bool,
-    /// Whether an operator can run what waits in STOP; set at the start.
+    /// Whether an operator can run a controller that waits in STOP; set at the start.
     pub has_operator: bool,
     /// Bytes a day.
     pub budget: u64,
 }
 
-/// A file that is open, and what was found in it.
+/// The open file, and the result of its restoration.
 pub(super) struct Opened {
     pub keeper: Keeper,
     pub wanted: Wanted,
-    /// What was restored, in words.
+    /// A sentence about what was restored, for the status.
     pub restored: String,
-    /// Why the controller is not to run at once, if it is not.
+    /// The reason why the controller starts in STOP; `None` if it may run.
     pub cold: Option<StopReason>,
 }
 
-/// Where memory is kept: where the controller file says (relative to it), else where systemd keeps
-/// state, else beside the controller file.
+/// The path of the file: the path that the controller file sets (relative to itself), else a file
+/// in systemd's state directory, else a file beside the controller file.
 pub(super) fn place(file: Option<&str>, controller: &Path) -> PathBuf {
     if let Some(file) = file {
         return controller.parent().unwrap_or(Path::new("")).join(file);
@@ -63,10 +63,10 @@ pub(super) fn place(file: Option<&str>, controller: &Path) -> PathBuf {
     }
 }
 
-/// Opens the file and restores what it has, before the first scan.
+/// Opens the file and restores its newest image, before the first scan.
 ///
 /// # Errors
-/// Another process has the file.
+/// A different process owns the file.
 pub(super) fn begin(wanted: &Wanted, engine: &mut Engine) -> Result<Opened, Failure> {
     let path = wanted.path.display();
     let opened = Keeper::open(&wanted.path, wanted.plan.clone(), new_id());
@@ -99,7 +99,7 @@ fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoratio
         engine.terminate_all();
     }
     let end = match what.terminated {
-        _ if is_final => "behind an orderly stop".to_owned(),
+        _ if is_final => "after an orderly stop".to_owned(),
         0 => NO_STOP.to_owned(),
         count => format!("{NO_STOP}: {count} of them are OFF or 0 by the program of that time"),
     };
@@ -170,7 +170,7 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
     format!("nothing restored: {why}")
 }
 
-/// What gives the values that count to a controller in STOP, which takes no write.
+/// How to set important values in a controller that is in STOP, which refuses `write`.
 fn sets_what_counts(wanted: &Wanted) -> &'static str {
     match wanted.has_operator {
         true => "force what counts (`rungd unforce` once it runs)",
@@ -178,7 +178,7 @@ fn sets_what_counts(wanted: &Wanted) -> &'static str {
     }
 }
 
-/// What runs a controller that has found nothing to restore. A restart alone does not.
+/// How to run a controller that found nothing to restore. A restart alone does not run it.
 fn runs_again(wanted: &Wanted) -> &'static str {
     if wanted.has_operator { "`rungd mode run`" } else { COLD_BY_HAND }
 }
@@ -223,7 +223,7 @@ pub(super) fn now_ms() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64)
 }
 
-/// A number that no other file has.
+/// A new id for a file, different from the ids of all other files.
 fn new_id() -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
     now as u64 ^ u64::from(std::process::id()) << 40

@@ -1,8 +1,10 @@
-//! The thread of retentive memory: it looks at the image that scans publish, and has it kept.
+//! The thread of retentive memory: it takes the images that scans publish, and writes them to the
+//! file.
 //!
-//! An ordinary thread. A disk that stalls stalls it alone: the scan publishes for everybody and
-//! waits for nobody. It writes when something changed, at most every interval, at once when the
-//! mode leaves RUN, when an operator asks, and at the end.
+//! It is an ordinary thread. A stalled disk stalls only this thread: the scan thread publishes its
+//! image for all readers and waits for none of them. The thread writes an image that differs from
+//! the last one: at most once per interval, at once when the mode leaves RUN, when an operator asks
+//! for it, and at the end.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -21,31 +23,32 @@ use crate::runtime::Generations;
 use crate::runtime::exchange::{Mode, Port};
 use crate::say::say;
 
-/// How soon a change of mode is seen, at most.
+/// The longest time until the thread sees a change of mode.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// How soon it is seen that somebody took the file away, or wrote it, while nothing changes.
+/// How often the thread checks, while no image changes, whether the file was removed or written by
+/// a different process.
 const WATCH_EVERY: Duration = Duration::from_secs(1);
-/// A write that failed is tried again after so long at least.
+/// The shortest time from a failed write to the next try.
 const RETRY_LEAST: Duration = Duration::from_secs(1);
-/// What lasts is told again after this.
+/// How often the log repeats a lasting trouble.
 const REPEAT: Duration = Duration::from_secs(60);
-/// Wear is projected once there was this much to measure.
+/// The shortest time that is measured before the wear is projected.
 const MEASURED_LEAST: Duration = Duration::from_secs(60);
-/// How long the end waits for the last image.
+/// How long the end of the process waits for the last image.
 const END_MAX: Duration = Duration::from_secs(60);
 const DAY_S: u64 = 86_400;
 
-/// What others hold of the thread. Cheap to clone.
+/// A handle to the thread. Cheap to clone.
 #[derive(Clone)]
 pub(super) struct Retention {
     orders: Sender<Order>,
     figures: Arc<Mutex<Figures>>,
     pub wanted: Arc<Wanted>,
-    /// What is retained, and what it is called: by program.
+    /// The retained elements and their names, for each program.
     pub plans: Generations<RetainPlan>,
 }
 
-/// How it goes.
+/// The figures that `status` shows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Figures {
     pub restored: String,
@@ -54,7 +57,7 @@ pub(super) struct Figures {
     pub flush_max: Duration,
     pub writes: u64,
     pub bytes: u64,
-    /// Why it fails at present.
+    /// The error of the last write, if it failed.
     pub failing: Option<String>,
     since: Option<Instant>,
 }
@@ -62,28 +65,28 @@ pub(super) struct Figures {
 /// An image that is durable.
 pub(super) struct Durable {
     pub kept: Kept,
-    /// How long it took; zero: it was durable already.
+    /// The time of the write; zero if the image was durable already.
     pub flush: Duration,
 }
 
-/// Why nothing was kept.
+/// Why no image was written.
 pub(super) enum NotSaved {
-    /// No scan is complete: memory is as it was at the start.
+    /// No scan is complete: memory is unchanged since the start.
     NothingToKeep,
-    /// The program that runs retains nothing; the last image stays.
+    /// The running program retains nothing; the last image stays.
     NothingRetained,
-    /// The disk, or the thread.
+    /// The disk failed, or the thread has ended.
     Failed(String),
 }
 
-/// How the end of retentive memory went.
+/// The last image at the end of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LastImage {
-    /// It is durable, or there was none to be kept.
+    /// It is durable, or there was nothing to write.
     Kept,
-    /// A further signal came first.
+    /// A second signal came before it was durable.
     Hurried,
-    /// The disk failed, or did not answer.
+    /// It is lost: the disk failed, or did not answer.
     Lost,
 }
 
@@ -98,7 +101,7 @@ impl Retention {
     /// Starts the thread.
     ///
     /// # Errors
-    /// The machine gives no thread.
+    /// The system cannot start a thread.
     pub fn start(opened: Opened, port: Port) -> io::Result<Retention> {
         let Opened { keeper, wanted, restored, .. } = opened;
         let figures = Figures { restored, ..Figures::default() };
@@ -125,17 +128,17 @@ impl Retention {
         Ok(Retention { orders, figures, wanted, plans })
     }
 
-    /// How it goes.
+    /// The current figures.
     pub fn figures(&self) -> Figures {
         locked(&self.figures).clone()
     }
 
-    /// Has the latest image kept; answers once it is durable.
+    /// Writes the latest image; returns once it is durable.
     pub async fn save(&self) -> Saved {
         self.order(Order::Save).await
     }
 
-    /// The end: the last image is kept. `hurry` ends the wait for it.
+    /// The end of the process: writes the last image. `hurry` ends the wait for it.
     pub async fn end(&self, hurry: impl Future<Output = &'static str>) -> LastImage {
         let begin = Instant::now();
         let (outcome, why) = tokio::select! {
@@ -150,7 +153,7 @@ impl Retention {
                     );
                     return LastImage::Kept;
                 }
-                // The file has what it had.
+                // The file keeps its last image.
                 Err(NotSaved::NothingToKeep | NotSaved::NothingRetained) => {
                     return LastImage::Kept;
                 }
@@ -180,13 +183,14 @@ impl Retention {
 }
 
 impl Figures {
-    /// Bytes a day, as it went so far; none where that is too short a time to tell.
+    /// Bytes per day at the rate so far; `None` if the time was too short to measure.
     pub fn projected(&self, budget: u64) -> Option<u64> {
         projected(self.bytes, self.since?.elapsed(), budget)
     }
 }
 
-/// What is more than a day's budget already needs no minute to be told.
+/// Projects the bytes per day. A total above the daily budget is projected at once, without the
+/// shortest time of measurement.
 fn projected(bytes: u64, over: Duration, budget: u64) -> Option<u64> {
     let seconds = over.as_secs_f64().max(1.0);
     let tells = over >= MEASURED_LEAST || bytes > budget;
@@ -208,18 +212,18 @@ impl std::fmt::Display for NotSaved {
 struct Worker {
     keeper: Keeper,
     plans: Generations<RetainPlan>,
-    /// Whose plan the keeper has.
+    /// The generation of the keeper's plan.
     generation: u32,
     port: Port,
     wanted: Arc<Wanted>,
     figures: Arc<Mutex<Figures>>,
-    /// When the last write was begun.
+    /// The begin of the last write.
     tried: Option<Instant>,
-    /// When the file was looked at last.
+    /// The time of the last check of the file.
     watched: Instant,
-    /// The mode was RUN at the last look.
+    /// Whether the mode was RUN at the last look.
     ran: bool,
-    /// Since when it fails was told last.
+    /// The time of the last log line about a failed write; `None` while writes succeed.
     failed: Option<Instant>,
     told_slow: Option<Instant>,
     told_wear: Option<Instant>,
@@ -243,7 +247,7 @@ impl Worker {
     fn look(&mut self) {
         let runs = self.port.latest().mode == Mode::Run;
         let left = std::mem::replace(&mut self.ran, runs) && !runs;
-        // A disk that fails is not to be hurried.
+        // Fewer tries while the disk fails.
         let rest = if self.failed.is_some() { RETRY_LEAST } else { Duration::ZERO };
         let wait = self.wanted.interval.max(rest);
         let due = self.tried.is_none_or(|tried| tried.elapsed() >= wait);
@@ -252,7 +256,7 @@ impl Worker {
         }
     }
 
-    /// Once in a while: whether the file is as it was left.
+    /// Checks once per `WATCH_EVERY` whether a different process has changed the file.
     fn is_disturbed(&mut self) -> bool {
         if self.watched.elapsed() < WATCH_EVERY {
             return false;
@@ -261,7 +265,7 @@ impl Worker {
         self.failed.is_none() && self.keeper.is_disturbed()
     }
 
-    /// Keeps the latest image, if there is one and it differs from what is kept.
+    /// Writes the latest image, if there is one and it differs from the durable one.
     fn save(&mut self) -> Saved {
         let latest = self.port.latest();
         if latest.scans == 0 {
@@ -288,7 +292,7 @@ impl Worker {
         if let Err(error) = &saved
             && error.kind() == io::ErrorKind::NotFound
         {
-            // The file is not what it was: that is told, and it is made anew at once.
+            // The file is gone or was changed: the log says so, and the next save makes it again.
             self.tell_failure(error);
             saved = self.keeper.save(image);
         }
@@ -372,7 +376,7 @@ impl Worker {
     }
 }
 
-/// Whether it is to be told (again), which is noted.
+/// Whether a line is due: the first one, or the next one after `every`. Notes its time if so.
 fn due(told: &mut Option<Instant>, every: Duration) -> bool {
     if told.is_some_and(|told| told.elapsed() < every) {
         return false;

@@ -1,7 +1,7 @@
-//! A controller from its start to its end: threads, drivers, signals, systemd.
+//! Runs a controller from its start to its end: threads, drivers, signals, systemd.
 //!
-//! Read [`run`] top-down. The scan thread does its work whatever happens here; this shell looks at
-//! it fifty times a second, for that is all that signals and systemd need.
+//! Read [`run`] top-down. The scan thread does not depend on this shell. The shell looks at the
+//! scan thread fifty times a second, which is often enough for signals and systemd.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -35,38 +35,38 @@ use crate::runtime::field::Ends;
 use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
 use crate::say::say;
 
-/// What the command line says beside the controller file.
+/// The options of the command line.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Stop in an orderly way with this scan.
+    /// Stop in order after this scan.
     pub scans: Option<u64>,
-    /// Whether a start runs that finds nothing to restore, whatever the controller file says.
+    /// Whether the controller runs though nothing was restored; overrides the controller file.
     pub runs_cold: Option<bool>,
-    /// How often the log repeats why the controller does not run.
+    /// How often the log repeats the reason why the controller does not run.
     pub repeat: Duration,
-    /// How long a reload may take to read and check its files.
+    /// The longest time in which a reload reads and checks its files.
     pub reload_limit: Duration,
-    /// Start in STOP, for this reason, and wait for an operator's run.
+    /// Start in STOP for this reason, and wait for `rungd mode run`.
     pub start_in_stop: Option<StopReason>,
 }
 
 /// How a controller ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// By a signal, or with its last scan.
+    /// After a signal, or after the last scan of `--scans`.
     Orderly,
-    /// `--scans` was given, and a fault came first.
+    /// A fault came before the last scan of `--scans`.
     Fault,
-    /// By a state that cannot be.
+    /// By a bug in rungd.
     Bug,
-    /// By a second signal, while it was stopping.
+    /// By a second signal during the stop.
     Hurried,
-    /// In an orderly way, but for the last image of retentive memory, which is lost.
+    /// In order, but the last image of retentive memory is lost.
     MemoryLost,
 }
 
 impl Ending {
-    /// A bug or a fault weighs more than a lost image.
+    /// Combines the ending with the last image. A bug or a fault outweighs a lost image.
     fn or(self, last_image: LastImage) -> Ending {
         match (self, last_image) {
             (Ending::Orderly, LastImage::Lost) => Ending::MemoryLost,
@@ -79,15 +79,15 @@ impl Ending {
 
 /// How often the shell looks at the scan thread.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// How much longer than a scan may take its end is waited for.
+/// Added to the longest time of a scan, when the shell waits for the last scan's end.
 const STOP_SLACK: Duration = Duration::from_secs(2);
-/// How long drivers may take to end: a field device's exchange under way, and its last one.
+/// The longest time for the drivers' end: a field device's current exchange, and its last one.
 const DRIVERS_END_MAX: Duration = Duration::from_secs(3);
 
 /// Runs a controller until it ends.
 ///
 /// # Errors
-/// It did not start.
+/// The controller did not start.
 pub fn run(
     host: &mut Host,
     program: engine::Program,
@@ -142,7 +142,7 @@ pub fn run(
     tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention }))
 }
 
-/// The inputs that are ON until their driver writes them: those with an initial value.
+/// The inputs with the initial value ON: they are ON until their driver writes them.
 fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
     let first = setup.symbols.layout.bit(Bit::Space(BitSpace::X, 0)).0;
     let on = program.initial_bits.iter().filter(|(_, on)| *on);
@@ -150,20 +150,20 @@ fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
     numbers.filter(|x| *x < setup.memory.inputs).collect()
 }
 
-/// The program that scans first, and what leads to others.
+/// The first program, and the parts that a reload needs.
 struct First {
     running: Arc<Running>,
     reloader: Reloader<Engine>,
     narration: Generations<Narration>,
-    /// The field devices' lines, and how they are.
+    /// The field devices' ends and healths, by number.
     field: (Vec<Ends>, Vec<Health>),
-    /// How long a reload may read files.
+    /// The longest time in which a reload reads and checks its files.
     limit: Duration,
     /// The place of the operator's socket.
     socket: Option<operator::Claim>,
 }
 
-/// Who the shell attends to besides the scan thread.
+/// The shell's duties besides the scan thread.
 struct Attendance<'a> {
     signals: &'a mut Signals,
     guard: &'a mut Guard,
@@ -196,7 +196,8 @@ async fn shell(
     let attended = caught(attend(&runtime, &reloads, &mut attendance)).await;
     let over = attended.unwrap_or(Over { asked: false, waiting: Waiting::Stuck });
     if over.waiting == Waiting::Stuck {
-        // Whatever it is that does not end: drivers write safe values, and no scan others.
+        // Even if the scan thread does not end: drivers write safe values, and no later scan
+        // overwrites them.
         runtime.request_stop();
     }
     let _ = stop.send(true);
@@ -215,7 +216,7 @@ async fn shell(
     Ok(conclude(report, asked).or(last_image))
 }
 
-/// How the shell's waiting came to its end.
+/// How the shell's wait for the scan thread ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Waiting {
     Ended,
@@ -229,7 +230,7 @@ struct Over {
     waiting: Waiting,
 }
 
-/// Signals and systemd, until the scan thread is over.
+/// Answers signals and notifies systemd until the scan thread has ended.
 async fn attend(
     runtime: &Runtime,
     reloads: &Arc<Reloads>,
@@ -287,7 +288,7 @@ async fn attend(
     }
 }
 
-/// A second signal.
+/// Logs a second signal.
 fn tell_again(name: &str, first: &str) {
     let also = if name == first { "again".into() } else { format!("after {first}") };
     say!(SIGNAL_AGAIN, signal = name, "{name} {also}: ending at once, without waiting");
@@ -375,7 +376,7 @@ async fn bind_modbus(
     Ok((server, maps))
 }
 
-/// The last lines, and what they come to.
+/// Logs the last lines, and judges the ending by the report.
 fn conclude(report: Option<Report>, asked: bool) -> Ending {
     let Some(report) = report else {
         say!(PROCESS_END at Error, "rungd ends: its scan thread had ended in a panic");
@@ -422,7 +423,7 @@ fn tell_start(setup: &Setup) {
     }
 }
 
-/// A panic goes to the log, where the other lines are, on whichever thread it is.
+/// Sends the text of a panic on any thread to the log.
 fn tell_panics() {
     std::panic::set_hook(Box::new(|panic| {
         let thread = std::thread::current();

@@ -1,7 +1,8 @@
-//! The signals that stop a controller, or have it read its files anew; heard from the first.
+//! The signals that stop a controller or reload its files.
 //!
-//! A [`Host`] is made first of all, so that no signal finds the process without an answer. What
-//! may take long before the first scan, reading files, is done on a thread of its own meanwhile.
+//! `run` makes a [`Host`] before all else, so that the process answers signals from the first
+//! moment. Reading the files may take long: a thread of its own does it, while the host waits for
+//! signals.
 
 use std::io;
 use std::panic::resume_unwind;
@@ -13,10 +14,10 @@ use tokio::task::{spawn_blocking, yield_now};
 
 use crate::say::say;
 
-/// The stack of the thread that loads, as large as a main thread's.
+/// The stack of the loading thread: the same size as a main thread's.
 const LOAD_STACK_BYTES: usize = 8 << 20;
 
-/// The process as a host of a controller: tokio, and the signals.
+/// A controller's process: tokio's runtime, and the signals.
 pub struct Host {
     pub(super) tokio: Runtime,
     pub(super) signals: Signals,
@@ -25,15 +26,15 @@ pub struct Host {
 pub(super) struct Signals {
     terminate: Signal,
     interrupt: Signal,
-    /// Not heard where whoever started us wants it ignored, as nohup does.
+    /// `None` if the parent process set it to be ignored, as nohup does.
     hangup: Option<Signal>,
 }
 
 impl Host {
-    /// From now on signals are heard.
+    /// Installs the signal handlers.
     ///
     /// # Errors
-    /// The machine gives no descriptors.
+    /// The system has no free descriptors.
     pub fn new() -> io::Result<Host> {
         let mut builder = Builder::new_current_thread();
         builder.thread_name("rungd-load").thread_stack_size(LOAD_STACK_BYTES);
@@ -45,8 +46,8 @@ impl Host {
         Ok(Host { tokio, signals })
     }
 
-    /// Does what comes before the first scan; `None` if a signal came first. The work then goes
-    /// on unheard until the process ends.
+    /// Does the work before the first scan; `None` if a signal came first. Then the work goes on
+    /// until the process ends, and its result is dropped.
     pub fn unless_stopped<T: Send + 'static>(
         &mut self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -70,13 +71,13 @@ impl Host {
         })
     }
 
-    /// Waits for nothing that still goes on.
+    /// Ends tokio's runtime, and waits for none of its threads.
     pub fn end(self) {
         self.tokio.shutdown_background();
     }
 }
 
-/// What a signal means.
+/// The meaning of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Told {
     /// An orderly stop, by the signal of this name.
@@ -96,7 +97,7 @@ impl Signals {
         })
     }
 
-    /// The next one.
+    /// The next signal.
     pub async fn next(&mut self) -> Told {
         let Signals { terminate, interrupt, hangup } = self;
         let hung_up = async {
@@ -112,7 +113,7 @@ impl Signals {
         }
     }
 
-    /// The name of the next one that stops. A reload that is asked for meanwhile waits.
+    /// The name of the next signal that stops. A SIGHUP in the meantime stays pending.
     pub async fn stop(&mut self) -> &'static str {
         tokio::select! {
             _ = self.terminate.recv() => "SIGTERM",
@@ -120,7 +121,7 @@ impl Signals {
         }
     }
 
-    /// One that stops and has come already.
+    /// Does the work; the name of a signal that stops, if one has come before its end.
     pub async fn before(&mut self, work: impl Future<Output = ()>) -> Option<&'static str> {
         tokio::select! {
             biased;
@@ -147,7 +148,7 @@ fn ignores_hangup(status: &str) -> bool {
     mask.is_some_and(|mask| mask & 1 == 1)
 }
 
-/// Ends when drivers must end: once `stopped` says so.
+/// Waits until the drivers must end: until `stopped` is true.
 pub(super) fn told(stopped: &watch::Receiver<bool>) -> impl Future<Output = ()> + use<> {
     let mut stopped = stopped.clone();
     async move {

@@ -1,9 +1,9 @@
-//! What systemd is told, and when: ready, alive, status, stopping.
+//! Notices to systemd: ready, alive, status, stopping.
 //!
-//! [`Notices`] decides from numbers, [`Systemd`] sends and never waits: what does not go out now is
-//! due again at the next look. Alive means evidence: complete scans, or ticks in STOP and FAULT,
-//! that were seen since the last time. A scan that never ends gives none, and systemd ends the
-//! process.
+//! [`Notices`] decides which notices are due. [`Systemd`] sends them and never waits: a notice that
+//! cannot be sent is due again at the next look. A watchdog notice needs evidence: the number of
+//! complete scans, or of ticks in STOP and FAULT, has grown since the last one. During a scan that
+//! never ends the number does not grow, and systemd ends the process.
 
 use std::ffi::OsStr;
 use std::os::linux::net::SocketAddrExt;
@@ -13,16 +13,16 @@ use std::time::Duration;
 
 use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 
-/// What is to be sent.
+/// A notice to systemd.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Notice {
     Stopping,
     Ready,
-    /// It starts, and needs this much more time at most.
+    /// The start goes on, and needs at most this much more time.
     Starting {
         extend_us: u64,
     },
-    /// It reads its files anew, since this moment (CLOCK_MONOTONIC).
+    /// A reload began at this moment (CLOCK_MONOTONIC).
     Reloading {
         since_us: u64,
     },
@@ -30,11 +30,11 @@ pub(super) enum Notice {
     Status(String),
 }
 
-/// The way to systemd, or to nobody.
+/// The socket of systemd; `None` if the process runs without systemd.
 pub(super) struct Systemd(Option<(UnixDatagram, SocketAddr)>);
 
 impl Systemd {
-    /// As `NOTIFY_SOCKET` names it.
+    /// The socket that `NOTIFY_SOCKET` names.
     pub fn of_environment() -> Systemd {
         let Some(name) = std::env::var_os("NOTIFY_SOCKET") else { return Systemd(None) };
         Systemd(address(&name).and_then(|address| {
@@ -44,7 +44,7 @@ impl Systemd {
         }))
     }
 
-    /// Sends a notice; false if it did not go out, as nobody reads them. Never waits.
+    /// Sends a notice; false if the socket did not take it. Never waits.
     pub fn send(&self, notice: &Notice) -> bool {
         let Some((socket, address)) = &self.0 else { return true };
         let text = match notice {
@@ -53,7 +53,7 @@ impl Systemd {
             Notice::Starting { extend_us } => {
                 format!("EXTEND_TIMEOUT_USEC={extend_us}\nWATCHDOG=1\n")
             }
-            // In one datagram, or systemd does not take it.
+            // systemd demands both lines in one datagram.
             Notice::Reloading { since_us } => format!("RELOADING=1\nMONOTONIC_USEC={since_us}\n"),
             Notice::Watchdog => "WATCHDOG=1\n".to_owned(),
             Notice::Status(status) => format!("STATUS={status}\n"),
@@ -63,8 +63,8 @@ impl Systemd {
 }
 
 impl Systemd {
-    /// Tells systemd, for as long as it is polled, that the start goes on: neither its time for a
-    /// start nor its watchdog ends a wait that has an end of its own.
+    /// Tells systemd, while it is polled, that the start goes on. So neither systemd's limit for a
+    /// start nor its watchdog ends the process during a wait that has a limit of its own.
     pub async fn starting(&self) {
         loop {
             let extend_us = START_STEP.as_micros() as u64 * 10;
@@ -74,10 +74,10 @@ impl Systemd {
     }
 }
 
-/// From notice to notice of a start that goes on; each asks for ten times as much.
+/// The time between two notices of a start; each asks for ten times this time.
 const START_STEP: Duration = Duration::from_millis(500);
 
-/// A path, or behind `@` an abstract name.
+/// The address of a path, or of an abstract name after `@`.
 fn address(name: &OsStr) -> Option<SocketAddr> {
     match name.as_bytes() {
         [b'@', rest @ ..] => SocketAddr::from_abstract_name(rest).ok(),
@@ -85,11 +85,11 @@ fn address(name: &OsStr) -> Option<SocketAddr> {
     }
 }
 
-/// What was sent so far.
+/// Decides which notices are due, by the notices sent so far.
 pub(super) struct Notices {
     /// systemd's own limit (`WatchdogSec=`), if it has one.
     watchdog: Option<Duration>,
-    /// The end was asked for, and systemd is to hear of it.
+    /// A stop was requested, and systemd does not know it yet.
     stopping: bool,
     ready: bool,
     pulses: u64,
@@ -106,13 +106,13 @@ impl Notices {
         Notices { watchdog, stopping: false, ready: false, pulses: 0, fed, told: None, status }
     }
 
-    /// From here on the controller stops.
+    /// The controller begins to stop.
     pub fn stop(&mut self) {
         self.stopping = true;
     }
 
-    /// Sends what is due. `now` counts from any moment; `pulses` are complete scans and ticks so
-    /// far; `send` says whether it went out.
+    /// Sends the notices that are due. `now` counts from any fixed moment; `pulses` is the number
+    /// of complete scans and ticks so far; `send` returns whether the notice was sent.
     pub fn tell(
         &mut self,
         now: Duration,
@@ -130,8 +130,8 @@ impl Notices {
         if often && pulses > self.pulses && send(&Notice::Watchdog) {
             (self.pulses, self.fed) = (pulses, now);
         }
-        // A start has its second before it is worth a word: with one, the first scan would go
-        // untold for as long.
+        // No status in the first second of a start: the status of the first scan would have to
+        // wait for a second after it.
         let starts = latest.mode == Mode::Stop(StopReason::NotStarted) && now < STATUS_EVERY;
         if !starts && self.told.is_none_or(|told| now >= told + STATUS_EVERY) {
             let status = status(latest);
@@ -142,7 +142,7 @@ impl Notices {
     }
 }
 
-/// A scan was complete, or the start meant to be in STOP.
+/// Whether a scan was complete, or the start was meant to end in STOP.
 fn is_ready(latest: &Snapshot) -> bool {
     latest.scans > 0 || matches!(latest.mode, Mode::Stop(reason) if reason.is_meant())
 }

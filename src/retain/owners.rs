@@ -1,8 +1,7 @@
-//! What a program does to what is retained: who owns structures, which constant a Sensaphone
-//! counter's PRE has from the ladder, what a stop terminates.
+//! The use of retained elements by a program: the owners of structures, the presets that the ladder
+//! states for Sensaphone counters, and the elements that a stop terminates.
 //!
-//! Asked by `plan`, which writes it down with every image, so that the next program can tell what
-//! has changed.
+//! `plan` stores these with every image, so that the next program can tell what has changed.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,11 +10,11 @@ use crate::isa::Address;
 use crate::isa::instruction::Termination;
 use crate::resolve::program::{Action, Instruction, Program, Value};
 
-/// Stands between an owner and the preset that it states.
+/// The text between an owner and the preset that it states.
 const WITH_PRESET: &str = " with PRE ";
 const FROM_LOCATION: &str = "from a location";
 
-/// Which preset the instructions of a Sensaphone counter state.
+/// The preset that the instructions of a Sensaphone counter state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Preset {
     Constant(i32),
@@ -41,8 +40,8 @@ pub(super) fn terminated(program: &Program) -> HashSet<Element> {
     elements.filter_map(element_of).collect()
 }
 
-/// The owners of structures: `UDCG in Main`; of a Sensaphone counter, each that counts, and the
-/// preset: `CTU in Main with PRE 10`.
+/// The owners of structures, as `UDCG in Main`. For a Sensaphone counter: all its counting
+/// instructions, and the preset, as `CTU in Main with PRE 10`.
 pub(super) fn owners(program: &Program) -> Vec<(String, Element)> {
     let mut owners: Vec<(String, Element)> = Vec::new();
     let mut presets = HashMap::new();
@@ -68,7 +67,7 @@ pub(super) fn owners(program: &Program) -> Vec<(String, Element)> {
     owners
 }
 
-/// The preset in the text of an owner; none where it does not say.
+/// The preset in the text of an owner; `None` if the text has none.
 pub(super) fn preset(owner: &str) -> Option<Preset> {
     match owner.rsplit_once(WITH_PRESET)?.1 {
         FROM_LOCATION => Some(Preset::Location),

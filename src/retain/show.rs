@@ -49,7 +49,7 @@ fn slot_text(slot: &Result<Stamp, BadSlot>) -> String {
         Err(bad) => bad.to_string(),
         Ok(stamp) => {
             let end = if stamp.flags & FLAG_FINAL != 0 {
-                "behind an orderly stop"
+                "after an orderly stop"
             } else {
                 "without an orderly stop"
             };
@@ -121,7 +121,7 @@ mod tests {
         let said = |flags| slot_text(&Ok(Stamp { flags, ..stamp }));
         let when = "1970-01-01 00:00:00 UTC";
         assert_eq!(said(0), format!("image 3 of scan 9, without an orderly stop, {when}"));
-        assert_eq!(said(FLAG_FINAL), format!("image 3 of scan 9, behind an orderly stop, {when}"));
+        assert_eq!(said(FLAG_FINAL), format!("image 3 of scan 9, after an orderly stop, {when}"));
     }
 
     #[test]

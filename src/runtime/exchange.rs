@@ -1,15 +1,15 @@
-//! The exchange: how the rest of the process meets the scan.
+//! The exchange of data between the scan and the rest of the process.
 //!
-//! A [`Port`] is all that a driver or a server holds. Through it inputs go in, whole batches of
-//! writes go in, and the image of the last complete scan comes out, never two scans mixed. Every
-//! call returns at once, and none can delay the scan: what is behind a `Mutex` here is shared by
-//! the world's threads alone, the scan thread takes none of them (its end is `link::ScanSide`).
+//! A driver or a server holds a [`Port`]. It takes inputs and whole batches of writes, and returns
+//! the image of the last complete scan, never a mix of two scans. Every call returns at once, and
+//! none can delay the scan: only threads other than the scan thread lock the mutexes here (the scan
+//! thread's end is `link::ScanSide`).
 //!
-//! Waiting is here too: [`Port::done`] ends with a batch, [`Port::answered`] with a command,
-//! [`Port::shows`] with an image. Each is a plain future, woken by the monitor thread when it has
-//! shown something; the scan thread wakes nobody.
+//! Callers wait here too: [`Port::done`] for a batch, [`Port::answered`] for a command,
+//! [`Port::shows`] for an image. Each is a plain future. The monitor thread wakes it after it has
+//! published something; the scan thread wakes no task.
 //!
-//! Deliberately absent: names, Modbus, and any limit of time: the caller sets its own.
+//! Deliberately absent: names, Modbus, and time limits. The caller sets its own limit.
 
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
@@ -23,28 +23,29 @@ pub use super::image::{Safe, Snapshot};
 pub use super::mode::{FaultReason, Mode, StopReason};
 use crate::engine::{BitCell, WordCell};
 
-/// The most writes that one batch may hold. (A Modbus request writes at most 1968 coils, and each
-/// may stand for an input too.)
+/// The greatest number of writes in one batch. (A Modbus request writes at most 1968 coils, and
+/// each coil may stand for an input as well.)
 pub const BATCH_WRITES_MAX: usize = 4096;
 
-/// The most batches that wait for a scan; one more is refused with [`Refused::QueueFull`].
+/// The greatest number of waiting batches; a further one is refused with [`Refused::QueueFull`].
 pub const QUEUED_BATCHES_MAX: usize = 256;
 
-/// The most writes that wait for a scan, and that one scan applies; with more a batch is refused
-/// with [`Refused::QueueFull`]. Any batch fits, and what waits is seen by the next scan.
+/// The greatest number of waiting writes, all of which one scan can apply. A batch that would
+/// exceed it is refused with [`Refused::QueueFull`]. So the next scan sees every waiting write.
 pub const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 
-/// How many refused tickets are remembered. No more can be on the way at once.
+/// The number of refused tickets that are remembered: as many as can be under way at once.
 const REFUSED_TICKETS_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
 
-/// One write, its value within its operand's range (the caller sees to that).
+/// One write. The caller has checked that the value is within the operand's range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Write {
     Bit(BitCell, bool),
     Word(WordCell, i32),
-    /// The low 16 bits of a word that holds no more: those of `and` stay, the others become those
-    /// of `or`. Of what the word holds in the scan, so that nothing comes between.
+    /// Changes the low 16 bits of a 16-bit word: bits that are 1 in `and` stay, the others become
+    /// those of `or`. The scan applies it to the word's current value, so that no write of the
+    /// ladder is lost.
     Masked {
         cell: WordCell,
         and: u16,
@@ -52,8 +53,8 @@ pub enum Write {
         /// The 16 bits are a signed number.
         signed: bool,
     },
-    /// An input, as [`Port::set_input`], but together with the rest of the batch. It stays as it
-    /// is set until it is set again, in whichever way.
+    /// Sets an input as [`Port::set_input`] does, but in the same scan as the rest of the batch.
+    /// The input keeps the value until it is set again, in either way.
     Input(u32, bool),
 }
 
@@ -65,7 +66,7 @@ impl Write {
     }
 }
 
-/// Why a batch was not taken.
+/// Why a batch was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
     /// The controller is in STOP or FAULT.
@@ -76,7 +77,7 @@ pub enum Refused {
     TooLarge,
 }
 
-/// A batch that was taken: the first of a process is 1.
+/// The number of an accepted batch: the first one of a process is 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Ticket(pub u64);
 
@@ -91,12 +92,12 @@ pub enum Outcome {
     Refused,
 }
 
-/// A batch on its way to the scan, and back to be dropped.
+/// A batch. It goes to the scan, and comes back to be freed.
 #[derive(Debug)]
 pub struct Batch {
     /// Its ticket.
     pub ticket: Ticket,
-    /// Applied whole, in this order.
+    /// The writes; the scan applies all of them, in this order.
     pub writes: Vec<Write>,
 }
 
@@ -106,7 +107,7 @@ pub struct Port {
     pub(super) shared: Arc<Shared>,
 }
 
-/// What the ports share with each other, and (its atomics alone) with the scan thread.
+/// The state that all ports share. The scan thread uses only its atomics.
 pub(super) struct Shared {
     /// Inputs, 64 to a word.
     pub(super) inputs: Box<[AtomicU64]>,
@@ -118,44 +119,44 @@ pub(super) struct Shared {
     latest: Mutex<Arc<Snapshot>>,
     door: Mutex<Door>,
     refusals: Mutex<Refusals>,
-    /// The monitor has called the scan thread stuck, and has heard nothing of it since.
+    /// The monitor has reported the scan thread as stuck, and has seen no sign of life since.
     stuck: AtomicBool,
     desk: Mutex<Desk>,
-    /// The tasks that wait for something to be shown.
+    /// The tasks that wait for news.
     waiting: Mutex<Vec<Waker>>,
-    /// The [`Tempo`] that scans have, in ns.
+    /// The current [`Tempo`], in ns.
     period_ns: AtomicU64,
     watchdog_ns: AtomicU64,
 }
 
-/// How often scans come, and how long one may take. A reload may change it.
+/// The period of scans and the time limit of one. A reload may change both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tempo {
-    /// From scan to scan.
+    /// The time from scan to scan.
     pub period_ns: u64,
     /// A scan longer than this is a fault.
     pub watchdog_ns: u64,
 }
 
 impl Tempo {
-    /// The time of this many periods and of one scan that takes as long as it may.
+    /// The time of this many periods and of one scan of the greatest permitted duration.
     pub fn patience(self, periods: u64) -> Duration {
         let periods_ns = self.period_ns.saturating_mul(periods);
         Duration::from_nanos(periods_ns.saturating_add(self.watchdog_ns))
     }
 }
 
-/// Where batches go in.
+/// The entry for batches.
 struct Door {
     queue: rtrb::Producer<Batch>,
     last: u64,
 }
 
-/// Tickets that were taken and then refused.
+/// The accepted batches that were refused later.
 #[derive(Default)]
 struct Refusals {
     tickets: VecDeque<u64>,
-    /// The scan thread will not answer any more: pending writes and commands are refused.
+    /// The scan thread does not answer any more: pending writes and commands are refused.
     all_pending: bool,
 }
 
@@ -184,7 +185,7 @@ impl Port {
         Port { shared: Arc::new(shared) }
     }
 
-    /// How often scans come at present, and how long one may take.
+    /// The current tempo.
     pub fn tempo(&self) -> Tempo {
         let shared = &self.shared;
         Tempo {
@@ -230,12 +231,12 @@ impl Port {
         self.until(move |port| (!Arc::ptr_eq(&port.latest(), &seen)).then_some(()))
     }
 
-    /// Ends with the first image that is as wanted; the latest one may be.
+    /// Ends with the first image that meets the condition; that may be the latest one.
     pub fn shows(&self, wanted: impl Fn(&Snapshot) -> bool) -> impl Future<Output = Arc<Snapshot>> {
         self.until(move |port| Some(port.latest()).filter(|latest| wanted(latest)))
     }
 
-    /// Ends with the result of `look`, which is called now and each time that something was shown.
+    /// Ends with the result of `look`. Calls `look` now and after all news.
     fn until<T, L: FnMut(&Port) -> Option<T>>(
         &self,
         mut look: L,
@@ -243,8 +244,8 @@ impl Port {
         let port = self.clone();
         poll_fn(move |context| {
             let mut waiting = locked(&port.shared.waiting);
-            // The look is made behind the lock. Whoever shows something takes the lock last, and
-            // so either this look finds it or this waker is called.
+            // `look` is called under the lock. A thread that publishes news takes the lock after
+            // that: either this look finds the news, or this waker is called.
             if let Some(found) = look(&port) {
                 return Poll::Ready(found);
             }
@@ -255,16 +256,17 @@ impl Port {
         })
     }
 
-    /// Wakes all that wait, so that they look again. The monitor calls it after it has shown news.
+    /// Wakes all waiting tasks, so that they look again. The monitor calls it after news.
     fn wake(&self) {
         let waiting = std::mem::take(&mut *locked(&self.shared.waiting));
         waiting.into_iter().for_each(Waker::wake);
     }
 
-    /// Hands in a batch: applied whole, between two scans, in the order of tickets.
+    /// Hands in a batch. The scan applies all its writes between two scans, in the order of
+    /// tickets.
     ///
     /// # Errors
-    /// At once, and nothing of the batch is applied: see [`Refused`].
+    /// The batch is refused, and none of its writes is applied: see [`Refused`].
     pub fn submit(&self, writes: Vec<Write>) -> Result<Ticket, Refused> {
         if writes.len() > BATCH_WRITES_MAX {
             return Err(Refused::TooLarge);
@@ -273,7 +275,7 @@ impl Port {
         if !self.shared.running.load(Ordering::Acquire) {
             return Err(Refused::NotRunning);
         }
-        // It grows behind the door alone, and shrinks when a scan takes a batch.
+        // The count grows only under this lock, and shrinks when a scan takes a batch.
         let (waiting, count) = (&self.shared.waiting_writes, writes.len());
         if door.queue.is_full() || waiting.load(Ordering::Acquire) + count > SCAN_WRITES_MAX {
             return Err(Refused::QueueFull);
@@ -300,7 +302,7 @@ impl Port {
 
     /// The outcome of a batch.
     pub fn outcome(&self, ticket: Ticket) -> Outcome {
-        // `latest` first: what it shows as done was entered among the refused before it.
+        // `latest` is read first: a refusal is entered before the snapshot that counts its ticket.
         let seen = ticket.0 <= self.latest().tickets_done;
         let refusals = locked(&self.shared.refusals);
         if refusals.tickets.contains(&ticket.0) {
@@ -314,10 +316,11 @@ impl Port {
         }
     }
 
-    /// Hands in a command: done between two scans, or at a tick, in the order of numbers.
+    /// Hands in a command. The scan thread executes it between two scans, or at a tick, in the
+    /// order of numbers.
     ///
     /// # Errors
-    /// At once: too many wait, or nobody would hear it.
+    /// Too many commands wait, or the scan thread is stuck.
     pub fn command(&self, command: Command) -> Result<CommandId, Denial> {
         if self.is_stuck() {
             return Err(Denial::ScanThreadStuck);
@@ -325,15 +328,15 @@ impl Port {
         locked(&self.shared.desk).hand_in(command)
     }
 
-    /// Whether the scan thread is held up, or gone: it hears nothing.
+    /// Whether the scan thread is stuck or gone, so that it takes no command.
     pub(super) fn is_stuck(&self) -> bool {
         self.shared.stuck.load(Ordering::Acquire)
     }
 
-    /// Ends when a command is answered, with how things were before it.
+    /// Ends with the answer to a command: the state before it.
     ///
     /// # Errors
-    /// The command is denied, and nothing changed.
+    /// The command was denied, and nothing changed.
     pub fn answered(&self, id: CommandId) -> impl Future<Output = Result<Before, Denial>> + use<> {
         self.until(move |port| match port.answer(id)? {
             Answer::Done(before) => Some(Ok(before)),
@@ -341,8 +344,8 @@ impl Port {
         })
     }
 
-    /// What became of a command, once that is in [`Port::latest`]; told once. A scan thread that
-    /// is stuck meanwhile answers when it comes back.
+    /// The answer to a command, after its effect is in [`Port::latest`]. It is returned once. A
+    /// stuck scan thread answers when it comes back.
     pub fn answer(&self, id: CommandId) -> Option<Answer> {
         locked(&self.shared.desk).answer(id)
     }
@@ -352,7 +355,7 @@ impl Port {
         self.wake();
     }
 
-    /// The scan thread was heard of: it is not stuck (any more). True if it was.
+    /// Notes a sign of life of the scan thread: it is not stuck. Returns whether it was.
     pub(super) fn hear(&self) -> bool {
         let was_stuck = self.shared.stuck.swap(false, Ordering::AcqRel);
         if was_stuck {
@@ -377,7 +380,7 @@ impl Port {
         self.wake();
     }
 
-    /// Until the scan thread is heard of again: pending requests are refused.
+    /// Refuses pending requests until the scan thread gives a sign of life.
     pub(super) fn refuse_pending(&self) {
         self.shared.running.store(false, Ordering::Release);
         self.shared.stuck.store(true, Ordering::Release);
@@ -385,7 +388,8 @@ impl Port {
     }
 }
 
-/// A lock that a panic elsewhere does not spoil: its data is whole after every statement.
+/// Locks, and ignores poison: the data is consistent after every statement, so a panic of a
+/// different thread does no harm.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,12 +1,12 @@
 //! The two ends of the exchange: the scan thread's and the world's, joined by rings.
 //!
-//! [`ScanSide`] is used by the scan thread between two scans; nothing in it locks, allocates or
-//! frees. [`WorldSide`] is driven by the monitor thread (or a test): it makes what the scan thread
-//! handed over visible in the [`Port`], and drops what may not be dropped by the scan.
+//! The scan thread uses [`ScanSide`] between two scans; it does not lock, allocate or free. The
+//! monitor thread (or a test) uses [`WorldSide`]: it makes the scan thread's publications visible
+//! in the [`Port`], and frees the objects that the scan thread must not free.
 //!
-//! The idea: snapshots circulate. The world fills a ring with spare ones, the scan thread takes
-//! one, copies its image into it and hands it over; when the last reader has let go of it, it is
-//! a spare again. Where none is spare, that scan is not published and the next one is.
+//! The idea: snapshots circulate. The world fills a ring with spare ones. The scan thread takes
+//! one, copies its image into it and hands it over. After the last reader has dropped it, it is a
+//! spare again. If there is no spare, this scan is not published, but the next one is.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -20,16 +20,16 @@ use super::image::{Safe, Snapshot};
 use super::mode::{FaultReason, Mode, StopReason};
 use crate::engine::{BitCell, Cell, WordCell};
 
-/// Spare snapshots at first, and the least that the world tries to keep.
+/// The number of spare snapshots at the start; the world refills the ring below half of it.
 pub(super) const SPARES: usize = 8;
 
-/// How many snapshots may wait for their last reader before further ones are simply freed.
+/// The greatest number of snapshots that wait for their last reader; further ones are freed.
 const RETIRED_MAX: usize = 64;
 
-/// Sizes and rules that both ends must know.
+/// The sizes and rules that both ends use.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// How many X there are.
+    /// The number of X.
     pub inputs: u32,
     /// The image before the first scan: its bits.
     pub bits: Vec<u8>,
@@ -48,7 +48,7 @@ pub struct Shape {
 pub enum Publication {
     /// A complete scan, or the memory after the passes of a stop.
     Image(Arc<Snapshot>),
-    /// A fault, and since when: there is no new image.
+    /// A fault and its time; there is no new image.
     Fault(FaultReason, u64),
     /// A spare of a program before this one.
     Outlived(Arc<Snapshot>),
@@ -61,9 +61,9 @@ pub struct Facts<'a> {
     pub scans: u64,
     pub now_ns: u64,
     pub mode: Mode,
-    /// Since when it is in this mode.
+    /// The time of the last change of mode.
     pub since_ns: u64,
-    /// A stop was asked for: this scan is the last one of its RUN, or the next one is.
+    /// A stop was requested: this scan or the next one is the last of its RUN.
     pub ending: bool,
     pub forces: &'a Forces,
 }
@@ -71,7 +71,7 @@ pub struct Facts<'a> {
 /// A batch on its way back, to be dropped outside the scan thread.
 #[derive(Debug)]
 pub struct Returned {
-    /// It.
+    /// The batch.
     pub batch: Batch,
     /// Whether a scan applied it.
     pub applied: bool,
@@ -90,9 +90,9 @@ pub struct ScanSide {
     applied: u64,
     /// Commands and their answers.
     pub(super) orders: Orders,
-    /// Which program it publishes.
+    /// The generation of the program.
     pub(super) generation: u32,
-    /// Spares that came with the program.
+    /// Spare snapshots that came with the program.
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
 
@@ -113,7 +113,7 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
     let (batch_in, batches) = RingBuffer::new(QUEUED_BATCHES_MAX);
     let (returns, return_out) = RingBuffer::new(2 * QUEUED_BATCHES_MAX);
     let (mut spare_in, spares) = RingBuffer::new(2 * SPARES);
-    // Room for every spare and for a fault: handing over never fails for want of room.
+    // There is room for every spare and for a fault, so a publication always finds a place.
     let (published, publish_out) = RingBuffer::new(4 * SPARES);
     let outputs = shape.safe.iter().map(|s| u8::from(*s == Safe::On)).collect();
     let first = Snapshot {
@@ -162,18 +162,18 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
 }
 
 impl ScanSide {
-    /// Opens or closes the door for batches. Those that are inside already are answered one by
-    /// one: by scans, or by [`ScanSide::refuse_waiting`].
+    /// Opens or closes the entry for batches. Batches that wait already are answered later: by
+    /// scans, or by [`ScanSide::refuse_waiting`].
     pub fn set_running(&mut self, running: bool) {
         self.port.shared.running.store(running, Ordering::Release);
     }
 
-    /// Scans come so often from here on.
+    /// Sets the tempo of the next scans.
     pub fn set_tempo(&self, tempo: Tempo) {
         self.port.set_tempo(tempo);
     }
 
-    /// Every input, as set last.
+    /// All inputs with their latest values.
     pub fn inputs(&self) -> impl Iterator<Item = (u32, bool)> + '_ {
         let count = self.port.shared.input_count;
         self.port.shared.inputs.iter().enumerate().flat_map(move |(at, word)| {
@@ -183,12 +183,11 @@ impl ScanSide {
         })
     }
 
-    /// The writes of the next batch, if they fit what this scan may still apply. It is answered
-    /// with all others of this scan by [`ScanSide::answer`].
-    /// Its inputs are set for the scans to come; for this one, which has read its inputs already,
-    /// the scan sets them.
+    /// The writes of the next batch, if there are at most `writes_left`. [`ScanSide::answer`]
+    /// answers all batches of a scan. The batch's inputs are set here for the next scans; this scan
+    /// has read its inputs already, so it must apply them itself.
     pub fn next_batch(&mut self, writes_left: usize) -> Option<&[Write]> {
-        // Every batch that is taken must find a place in the ring that takes it back.
+        // Every taken batch needs a place in the ring of returned batches.
         if self.taken.len() >= self.returns.slots().min(QUEUED_BATCHES_MAX) {
             return None;
         }
@@ -206,8 +205,8 @@ impl ScanSide {
         self.taken.last().map(|batch| &batch.writes[..])
     }
 
-    /// Answers all batches that were taken: applied, once the scan that saw them is complete and
-    /// before it is published; or refused.
+    /// Answers all taken batches: as applied, after their scan is complete and before it is
+    /// published; or as refused.
     pub fn answer(&mut self, applied: bool) {
         for batch in self.taken.drain(..) {
             if applied {
@@ -215,23 +214,23 @@ impl ScanSide {
             }
             if let Err(rtrb::PushError::Full(kept)) = self.returns.push(Returned { batch, applied })
             {
-                // `next_batch` saw a free place and nobody else fills it. Freeing here would be a
-                // call into the allocator, so in a state that cannot be the memory is let go.
+                // Never reached: `next_batch` has checked for a free place, and only this side
+                // fills the ring. The memory is leaked, as the scan thread must not free.
                 std::mem::forget(kept);
             }
         }
     }
 
-    /// Outside RUN: refuses the batches that came in while the mode changed.
+    /// Refuses the batches that came in while the mode changed; called outside RUN.
     pub fn refuse_waiting(&mut self) {
         while self.next_batch(usize::MAX).is_some() {}
         self.answer(false);
     }
 
-    /// Publishes an image; false where no snapshot is spare at present.
+    /// Publishes an image; false if there is no spare snapshot.
     pub fn publish(&mut self, facts: Facts<'_>, image: (&[u8], &[i32])) -> bool {
         let Some(mut spare) = self.spare() else { return false };
-        // A spare has no other reader: the world saw to that before it put it into the ring.
+        // A spare has no reader: the world has checked that before it put it into the ring.
         if let Some(snapshot) = Arc::get_mut(&mut spare) {
             snapshot.scans = facts.scans;
             snapshot.now_ns = facts.now_ns;
@@ -247,7 +246,7 @@ impl ScanSide {
         true
     }
 
-    /// A spare of this program. Others go back: the world has them dropped.
+    /// A spare of this program. Spares of earlier programs go back, and the world drops them.
     fn spare(&mut self) -> Option<Arc<Snapshot>> {
         if let Some(spare) = self.fresh.pop() {
             return Some(spare);
@@ -261,7 +260,7 @@ impl ScanSide {
         None
     }
 
-    /// Tells of a fault.
+    /// Publishes a fault.
     pub fn publish_fault(&mut self, reason: FaultReason, now_ns: u64) {
         self.hand_over(Publication::Fault(reason, now_ns));
     }
@@ -274,10 +273,11 @@ impl ScanSide {
 }
 
 impl WorldSide {
-    /// Makes the news of the scan thread visible. True if there were any.
+    /// Makes the scan thread's publications visible. True if there were any.
     pub fn pump(&mut self) -> bool {
         let mut any = false;
-        // An answer comes behind what it is about: those that are there now, behind all of it.
+        // An answer must come after the publication that shows its effect. The answers that wait
+        // now are delivered after all publications of this call.
         let answers = self.answers.waiting();
         while let Ok(publication) = self.published.pop() {
             if let Publication::Outlived(_) = publication {
@@ -285,12 +285,12 @@ impl WorldSide {
             }
             any = true;
             let was_stuck = self.port.hear();
-            // Batches first: a ticket that was refused must be known as such before a snapshot
-            // that counts it as done is seen.
+            // Batches first: a refusal must be known before a snapshot that counts the ticket is
+            // visible.
             self.drain_returns();
             match publication {
                 Publication::Image(snapshot) => self.show(snapshot),
-                // A fault that the monitor reported is one since then.
+                // The monitor has reported this fault already: it keeps that time.
                 Publication::Fault(reason, _) if was_stuck => self.show_fault(reason, None),
                 Publication::Fault(reason, now_ns) => self.show_fault(reason, Some(now_ns)),
                 Publication::Outlived(_) => {}
@@ -327,8 +327,8 @@ impl WorldSide {
             self.keep_image(fresh, &latest);
         }
         if fresh.mode != Mode::Run && latest.mode != Mode::Run {
-            // Nothing that is done outside RUN moves an output, but for other safe values: those
-            // of another program hold from its swap on. What is to be held stays as it is.
+            // Outside RUN only changed safe values move an output: those of a new program apply
+            // from its swap on. Outputs with `hold` stay as they are.
             fresh.outputs.copy_from_slice(&latest.outputs);
             if fresh.safe != latest.safe {
                 let safe = Arc::clone(&fresh.safe);
@@ -346,7 +346,7 @@ impl WorldSide {
         self.swap(snapshot);
     }
 
-    /// In FAULT the image stays the last complete scan's, but for the cells forced since.
+    /// In FAULT the image stays that of the last complete scan, except for forced cells.
     fn keep_image(&self, fresh: &mut Snapshot, latest: &Snapshot) {
         let forced = fresh.forces.list().iter().map(|cell| (*cell, fresh.value(*cell)));
         let active = Cell::Bit(BitCell(self.forces_active as u32));
@@ -377,8 +377,7 @@ impl WorldSide {
         }
     }
 
-    /// Turns snapshots that nobody reads any more into spares; makes new ones where too many are
-    /// still being read.
+    /// Turns snapshots without readers into spares; makes new spares if there are too few.
     fn refill(&mut self) {
         let generation = self.port.latest().generation;
         let mut at = 0;

@@ -1,10 +1,10 @@
 //! Local devices: lines that the scan thread itself reads and writes, within a time budget.
 //!
-//! A [`Local`] answers at once (a few system calls that the kernel serves from registers). It is
-//! opened by the world and handed in by a ring; when it fails, or takes longer than its budget
-//! several times running, the scan lets go of it, and the world opens another. The world keeps a
-//! reference of its own, so nothing is closed by the scan thread, and so that outputs can be made
-//! safe from outside when a scan never ends.
+//! A [`Local`] answers at once (a few system calls that the kernel serves from registers). The
+//! world opens it and hands it in through a ring. If it fails, or exceeds its budget several times
+//! in a row, the scan returns it, and the world opens it again. The world keeps a reference of its
+//! own: the scan thread never closes a device, and the world can write safe values when a scan
+//! never ends.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,32 +17,32 @@ use super::sys::monotonic_ns;
 use super::wiring::{Source, Wiring, last_words};
 use crate::engine::Cell;
 
-/// The scan lets go of a device when this number of reads running, or of writes, were late.
+/// The scan returns a device after this number of late reads, or late writes, in a row.
 const LATE_MAX: u32 = 3;
-/// Reads and writes are counted apart: the places of their counts.
+/// The places of the counts of late reads and late writes.
 const READ: usize = 0;
 const WRITE: usize = 1;
-/// Local devices on their way to the scan, at most.
+/// The greatest number of local devices that wait for the scan.
 const HANDED_MAX: usize = 4;
 
-/// Lines that answer at once. Called by the scan thread: it must not allocate, lock or wait.
+/// Lines that answer at once. The scan thread calls it, so it must not allocate, lock or wait.
 pub trait Local: Send + Sync {
-    /// Reads all inputs, one a point.
+    /// Reads all inputs, one value per point.
     ///
     /// # Errors
     /// The system's error number.
     fn read(&self, inputs: &mut [i32]) -> Result<(), i32>;
-    /// Writes all outputs, one a point.
+    /// Writes all outputs, one value per point.
     ///
     /// # Errors
     /// The system's error number.
     fn write(&self, outputs: &[i32]) -> Result<(), i32>;
 }
 
-/// Why the scan let go of a local device.
+/// Why the scan returned a local device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LocalFailure {
-    /// A call failed, with this number.
+    /// A system call failed with this error number.
     System(i32),
     /// Exchanges took too long.
     Late {
@@ -54,24 +54,24 @@ pub enum LocalFailure {
 /// The state that the two ends share.
 #[derive(Default)]
 struct Word {
-    /// 0: in use, or none was given, or it was told; else why it was let go of.
+    /// The encoded reason for the last return of the device, until it is read; else 0.
     failure: AtomicU64,
-    /// How many exchanges succeeded so far.
+    /// The number of exchanges that succeeded.
     exchanges: AtomicU64,
-    /// How long the last one took, ns.
+    /// The duration of the last one.
     last_ns: AtomicU64,
-    /// The slowest exchange so far, ns.
+    /// The duration of the slowest one.
     slowest_ns: AtomicU64,
 }
 
-/// What the scan has exchanged with a local device so far, be it opened anew in between.
+/// The exchanges with a local device since the start, across all its openings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Exchanged {
-    /// How many reads and writes succeeded.
+    /// The number of reads and writes that succeeded.
     pub count: u64,
-    /// How long the last one took, in nanoseconds.
+    /// The duration of the last one, in nanoseconds.
     pub last_ns: u64,
-    /// How long the slowest one took, in nanoseconds.
+    /// The duration of the slowest one, in nanoseconds.
     pub slowest_ns: u64,
 }
 
@@ -80,17 +80,18 @@ pub(super) struct LocalSide {
     handed: Consumer<Arc<dyn Local>>,
     returned: Producer<Arc<dyn Local>>,
     device: Option<Arc<dyn Local>>,
-    /// As the last good read found them, and what a read fills: a failed one changes nothing.
+    /// The inputs of the last good read, and the buffer that a read fills: a failed read changes no
+    /// input.
     inputs: Vec<i32>,
     reading: Vec<i32>,
     outputs: Vec<Source>,
-    /// The values that are to go out, and those that went out last.
+    /// The values to write, and the values that were written last.
     values: Vec<i32>,
     written: Vec<i32>,
     is_written: bool,
     budget_ns: u64,
-    /// How many reads, and how many writes, were late running. Apart: writes in time do not excuse
-    /// reads that are late in every scan.
+    /// The numbers of late reads and of late writes in a row. They are counted apart: punctual
+    /// writes do not excuse reads that are late in every scan.
     late: [u32; 2],
     word: Arc<Word>,
 }
@@ -133,7 +134,7 @@ pub(super) fn local(wiring: &Wiring, budget_ns: u64) -> (LocalSide, LocalEnd) {
 }
 
 impl LocalEnd {
-    /// Hands an opened device in; false where those before it were not taken.
+    /// Hands an opened device in; false if the scan has not taken the devices before it.
     pub fn hand_in(&mut self, device: Arc<dyn Local>) -> bool {
         while self.returned.pop().is_ok() {}
         if self.handed.is_full() {
@@ -144,7 +145,7 @@ impl LocalEnd {
         self.handed.push(device).is_ok()
     }
 
-    /// Why the scan has let go of the device, told once; the device is closed then.
+    /// The reason why the scan has returned the device, once; closes the device.
     pub fn failure(&mut self) -> Option<LocalFailure> {
         let failure = LocalFailure::decode(self.word.failure.swap(0, Ordering::AcqRel))?;
         while self.returned.pop().is_ok() {}
@@ -152,19 +153,19 @@ impl LocalEnd {
         Some(failure)
     }
 
-    /// The outputs' first values: the safe ones.
+    /// The first values of the outputs: the safe values.
     pub fn safe_values(&self, image: &Snapshot) -> Vec<i32> {
         let mut values = vec![0; self.rescue.outputs.len()];
         last_words(&self.rescue.outputs, image, &mut values);
         values
     }
 
-    /// Whether anything goes out to it.
+    /// Whether the device has outputs.
     pub fn has_outputs(&self) -> bool {
         !self.rescue.outputs.is_empty()
     }
 
-    /// The exchanges so far.
+    /// The exchanges since the start.
     pub fn exchanged(&self) -> Exchanged {
         let Word { exchanges, last_ns, slowest_ns, .. } = &*self.word;
         let [count, last_ns, slowest_ns] =
@@ -172,7 +173,7 @@ impl LocalEnd {
         Exchanged { count, last_ns, slowest_ns }
     }
 
-    /// The means to make its outputs safe from outside.
+    /// A handle that makes its outputs safe from outside the scan thread.
     pub fn rescue(&self) -> Rescue {
         self.rescue.clone()
     }
@@ -183,7 +184,7 @@ impl Rescue {
         self.device.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes the safe values; `None` where no device is open.
+    /// Writes the safe values; `None` if no device is open.
     pub fn make_safe(&self, image: &Snapshot) -> Option<Result<(), i32>> {
         let device = self.lock().clone()?;
         let mut values = vec![0; self.outputs.len()];
@@ -221,7 +222,7 @@ impl std::fmt::Display for LocalFailure {
 }
 
 impl LocalSide {
-    /// Takes a device that was handed in; true if one was.
+    /// Takes a device that was handed in; returns whether there was one.
     pub fn arrive(&mut self) -> bool {
         let mut any = false;
         while let Ok(device) = self.handed.pop() {
@@ -232,7 +233,7 @@ impl LocalSide {
         any
     }
 
-    /// Reads the inputs, all or none; false where that fails, or there is no device at present.
+    /// Reads all inputs or none; false if that fails or there is no device.
     pub fn read(&mut self) -> bool {
         self.arrive();
         let Some(device) = self.device.as_deref() else { return false };
@@ -245,12 +246,12 @@ impl LocalSide {
         is_good
     }
 
-    /// As the last good read found them.
+    /// The inputs of the last good read.
     pub fn inputs(&self) -> &[i32] {
         &self.inputs
     }
 
-    /// Writes a complete scan's outputs, where they changed.
+    /// Writes the outputs of a complete scan, if they changed.
     pub fn write_image(&mut self, image: (&[u8], &[i32]), first_output: usize) -> bool {
         for (value, source) in self.values.iter_mut().zip(&self.outputs) {
             *value = value_in(*source, image, first_output);
@@ -258,7 +259,8 @@ impl LocalSide {
         self.write()
     }
 
-    /// Writes the safe values; those that hold are the image's, or stay as they are.
+    /// Writes the safe values. Outputs with `hold` get the image's value, or stay as they are
+    /// without an image.
     pub fn write_safe(
         &mut self,
         safe: &[Safe],
@@ -279,7 +281,7 @@ impl LocalSide {
                 Source::Cell(_, fixed) => fixed.unwrap_or(held),
             };
         }
-        // Whatever went wrong: they are written, also where they should be so already.
+        // Safe values are written even if they equal the values that were written last.
         self.is_written = false;
         self.write()
     }
@@ -299,7 +301,7 @@ impl LocalSide {
         false
     }
 
-    /// Whether an exchange was good. One that was not loses the device.
+    /// Whether an exchange was good. After a bad one the device is returned to the world.
     fn judge(&mut self, what: usize, done: Result<(), i32>, begin_ns: u64) -> bool {
         let took_ns = monotonic_ns().saturating_sub(begin_ns);
         self.word.slowest_ns.fetch_max(took_ns, Ordering::Relaxed);
@@ -323,7 +325,7 @@ impl LocalSide {
     fn let_go(&mut self) {
         let Some(device) = self.device.take() else { return };
         if let Err(rtrb::PushError::Full(kept)) = self.returned.push(device) {
-            // Closing it here would be a system call more; the world has a reference anyway.
+            // Dropping it here could close it, which is a system call. The world has a reference.
             std::mem::forget(kept);
         }
     }

@@ -159,7 +159,7 @@ fn ask(plant: &Plant, words: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// D0 in the newest image, and whether that lies behind an orderly stop.
+/// D0 in the newest image, and whether that lies after an orderly stop.
 fn kept_d0(plant: &Plant) -> Option<(i32, bool)> {
     let mut device = FileDevice::open(&file(plant), Access::Read).ok()?;
     let newest = survey(&mut device).ok()?.newest?;

@@ -41,7 +41,7 @@ fn an_orderly_stop_loses_nothing() {
     let lines = run(&plant, "31");
     let restored = find(&lines, "restored: image");
     assert_eq!((&restored["restored"], &restored["dropped"]), (&4001.into(), &0.into()));
-    assert!(message(restored).contains("behind an orderly stop"), "{restored}");
+    assert!(message(restored).contains("after an orderly stop"), "{restored}");
     let found = held(&file(&plant)).unwrap();
     // The eye was ON at the end, and does not count again: its history is retained.
     assert_eq!((found.count, found.counter, found.is_final), (81, 40, true));

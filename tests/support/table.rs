@@ -9,7 +9,7 @@
 //! name for its cells (`Y0=output`); a row may have a label, and then each of its cells is a test
 //! of its own: case, label and column joined, `offdtmr-leg-on-output`.
 
-/// A row's name: a scan, or the memory behind an orderly stop.
+/// A row's name: a scan, or the memory after an orderly stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowName {
     Scan(u64),

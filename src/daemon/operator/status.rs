@@ -1,7 +1,7 @@
-//! How the controller is, in one answer.
+//! Makes the answer to `status`.
 //!
-//! Put together from what was settled at the start, the latest image, and what can be read of the
-//! scan thread from outside: no scan is asked for anything.
+//! It is made of facts from the start, the latest image, and the scan thread's atomics. It sends no
+//! command to the scan thread.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -22,13 +22,13 @@ use crate::operator::protocol::{
 use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
 
-/// What is the same for every program: settled at the start.
+/// The facts from the start, the same for every program.
 #[derive(Clone)]
 pub(in super::super) struct AboutParts {
     pub grants: Vec<Grant>,
     pub gauge: Gauge,
     pub started: Instant,
-    /// Where the Modbus server listens, how many it takes, and how many are there.
+    /// The Modbus server's address, its greatest number of clients, and their current number.
     pub modbus: Option<(String, u32, Arc<AtomicUsize>)>,
     pub retention: Option<Retention>,
     /// The field devices, by number.
@@ -36,7 +36,7 @@ pub(in super::super) struct AboutParts {
 }
 
 impl AboutParts {
-    /// Without a Modbus server.
+    /// The facts without a Modbus server and field devices; the caller adds these.
     pub fn new(prepared: &Prepared, retention: Option<Retention>) -> AboutParts {
         AboutParts {
             grants: prepared.grants().to_vec(),
@@ -49,7 +49,7 @@ impl AboutParts {
     }
 }
 
-/// What the desk knows of a program.
+/// The desk's data about a program.
 pub(in super::super) struct View {
     pub names: Arc<Names>,
     pub about: About,
@@ -61,7 +61,7 @@ impl View {
     }
 }
 
-/// What a status tells that does not change while a program scans, and where the rest is read.
+/// The facts of a status that stay the same while a program runs, and the sources of the others.
 pub(in super::super) struct About {
     controller: String,
     ladder: LadderFacts,
@@ -70,9 +70,9 @@ pub(in super::super) struct About {
     blocks: Vec<NamedBlock>,
     layout: Layout,
     rules: usize,
-    /// Tags with an alarm, by the cell of their bit.
+    /// The alarms, each with the cell of its bit.
     alarms: Vec<(BitCell, Alarm)>,
-    /// What drivers move: the driver, and its addresses.
+    /// Each driver with the addresses that it moves.
     movers: Vec<(String, HashSet<Address>)>,
 }
 
@@ -111,12 +111,12 @@ impl About {
         }
     }
 
-    /// Retentive memory, where it is asked for.
+    /// Retentive memory, if the controller file has it.
     pub(super) fn retention(&self) -> Option<&Retention> {
         self.parts.retention.as_ref()
     }
 
-    /// Which driver moves an input, or a word or bit as one.
+    /// The driver that moves an input, or a word or bit that serves as an input.
     pub(super) fn driver_of(&self, what: Address) -> Option<&str> {
         let mover = self.movers.iter().find(|(_, moved)| moved.contains(&what));
         mover.map(|(driver, _)| driver.as_str())
@@ -169,7 +169,7 @@ impl About {
         }
     }
 
-    /// The alarms whose bits are ON.
+    /// The alarms that are ON.
     fn standing(&self, latest: &Snapshot) -> Vec<Alarm> {
         let standing = self.alarms.iter().filter(|(cell, _)| latest.bit(*cell));
         standing.map(|(_, alarm)| alarm.clone()).collect()
@@ -221,7 +221,7 @@ fn named_blocks(setup: &Setup) -> Vec<NamedBlock> {
         blocks.push(NamedBlock { id, name: name.clone(), is_task: *is_task, stages: Vec::new() });
     }
     for (at, stage) in setup.symbols.stages.iter().enumerate() {
-        // `Drain.Open`: block names have no dot.
+        // A Stage's full name is `Drain.Open`; block names have no dot.
         let Some((block, name)) = stage.split_once('.') else { continue };
         if let Some(block) = blocks.iter_mut().find(|known| known.name == block) {
             block.stages.push((StageId(at as u32), name.to_owned()));
@@ -286,7 +286,7 @@ fn spread(spread: &runtime::Spread, bars: &[runtime::Bar]) -> protocol::Spread {
     }
 }
 
-/// Why the controller is in this mode, outside RUN.
+/// The reason for the mode, outside RUN.
 pub(super) fn reason(mode: Mode) -> Option<String> {
     (mode != Mode::Run).then(|| crate::daemon::narration::reason(mode))
 }

@@ -1,16 +1,16 @@
 //! Dry runs of a reload: one at a time, and at most half of the time.
 //!
-//! A dry run reads and checks files as a reload does, and changes nothing. So nothing but this
-//! limits how often it is asked for. Used by `daemon::reload`.
+//! A dry run reads and checks files as a reload does, and changes nothing. Only this limit keeps
+//! clients from dry runs without end. Used by `daemon::reload`.
 
 use std::future::Future;
 
 use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep_until};
 
-/// The turn of dry runs.
+/// Lets one dry run through at a time.
 pub(super) struct DryRuns {
-    /// When the next one may begin.
+    /// The earliest begin of the next dry run.
     next: Mutex<Instant>,
 }
 
@@ -19,8 +19,8 @@ impl DryRuns {
         DryRuns { next: Mutex::new(Instant::now()) }
     }
 
-    /// Does a dry run; `None` while another one is under way. It begins no sooner after the one
-    /// before than that one took.
+    /// Does a dry run; `None` while a different one is under way. Before it begins there is a pause
+    /// as long as the last dry run took.
     pub async fn one<T>(&self, run: impl Future<Output = T>) -> Option<T> {
         let mut next = self.next.try_lock().ok()?;
         sleep_until(*next).await;

@@ -1,10 +1,10 @@
 //! A reload from its request to its report: files, check, plan, the swap, and the way back.
 //!
-//! The operator's desk and SIGHUP ask for it; the shell looks whether a new program faults.
-//! Reading, checking and lowering are done on a thread of their own, within a limit; what comes of
-//! it goes to the scan thread in a package. One reload at a time, and none is left half done: it
-//! runs as a task of its own, whoever asked for it goes away meanwhile. Nobody who reads files
-//! holds what a rollback needs, so that this never waits for them.
+//! The operator's desk and SIGHUP request it; the shell checks whether a new program faults.
+//! A thread of its own reads, checks and lowers the files, within a time limit; the result goes to
+//! the scan thread in a package. There is one reload at a time. It runs as a task of its own, so
+//! that it is completed even if its client disconnects. A reload that reads files holds no lock
+//! that a rollback needs, so a rollback never waits for files.
 
 mod dry;
 mod reading;
@@ -38,70 +38,72 @@ pub(super) use ready::Running;
 use ready::{Fit, Ready};
 use trial::{Trial, Verdict};
 
-/// The shortest time that the scan thread's answer is waited for.
+/// The shortest time limit for the scan thread's answer.
 const ANSWER_LEAST: Duration = Duration::from_secs(10);
-/// How long a reload waits until those before it have ended.
+/// The longest time that a reload waits for the end of earlier reloads.
 const TURN_MAX: Duration = Duration::from_secs(60);
 
-/// Where reloads are done.
+/// Does reloads and rollbacks.
 pub(super) struct Reloads {
-    /// Whose turn it is to read files and put in what they say.
+    /// Held by the one reload that reads files and swaps programs.
     turn: tokio::sync::Mutex<()>,
     dry: DryRuns,
     files: FileReader,
-    /// A SIGHUP waits for its turn: another one would read the same files.
+    /// A SIGHUP waits for its turn. A second SIGHUP would read the same files, and is ignored.
     hangup_waits: AtomicBool,
-    /// Held for a swap, never while files are read.
+    /// Locked during a swap, never while files are read.
     inner: tokio::sync::Mutex<Inner>,
-    /// Of the program of this number.
+    /// The generation of the program on trial, and its trial.
     trial: Mutex<Option<(u32, Trial)>>,
     port: Port,
     views: Views,
     systemd: Systemd,
 }
 
-/// What reloads are made of.
+/// The parts of [`Reloads`].
 pub(super) struct Parts {
     pub running: Arc<Running>,
     pub reloader: Reloader<Engine>,
     pub port: Port,
     pub views: Views,
-    /// How long files may take to be read and checked.
+    /// The longest time to read and check the files.
     pub limit: Duration,
 }
 
 struct Inner {
     reloader: Reloader<Engine>,
-    /// As the process started: what a reload does not apply is as it says.
+    /// The first program of the process. Settings that a reload does not apply stay as this program
+    /// set them.
     started: Arc<Running>,
     running: Arc<Running>,
-    /// The last one that had stood its probation, before the one that runs.
+    /// The target of a rollback: the last program, before the running one, that passed its
+    /// probation.
     way_back: Option<Arc<Running>>,
-    /// Handed in, and not answered yet.
+    /// The program that was handed in and has no answer yet.
     pending: Option<Pending>,
     generation: u32,
 }
 
-/// A program on its way.
+/// A program that waits for the scan thread's swap.
 struct Pending {
     generation: u32,
     running: Arc<Running>,
-    /// It is the one before.
+    /// Whether the swap is a rollback.
     back: bool,
 }
 
-/// A fault of the program of this number.
+/// A fault of the program of this generation.
 struct OwnFault {
     generation: u32,
     reason: FaultReason,
 }
 
-/// Where a swap leads.
+/// The direction of a swap.
 #[derive(Clone, Copy, Default)]
 struct Direction {
-    /// Back to the program before.
+    /// To the previous program: a rollback.
     back: bool,
-    /// Out of FAULT.
+    /// Whether the mode changes from FAULT to RUN.
     resume: bool,
 }
 
@@ -126,7 +128,7 @@ impl Reloads {
         }
     }
 
-    /// Reads the files anew, and goes on with what they say.
+    /// Reads the files again, and swaps in their program.
     pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Done<Reloaded> {
         let done = tokio::spawn(async move {
             let done = match dry_run {
@@ -143,14 +145,14 @@ impl Reloads {
         done.await.unwrap_or_else(|bug| Err(refused(format!("a bug in rungd: {bug}"))))
     }
 
-    /// SIGHUP: its outcome is in the log.
+    /// Begins the reload of a SIGHUP. The log has its outcome.
     pub fn hangup(self: &Arc<Self>) {
         if !self.hangup_waits.swap(true, Ordering::AcqRel) {
             tokio::spawn(Arc::clone(self).reload("SIGHUP".to_owned(), false));
         }
     }
 
-    /// Goes back to the program before.
+    /// Swaps the previous program back in.
     pub async fn rollback(self: Arc<Self>, who: String) -> Done<Reloaded> {
         let done = tokio::spawn(async move {
             let done = self.go_back(&who, None).await;
@@ -162,7 +164,7 @@ impl Reloads {
         done.await.unwrap_or_else(|bug| Err(refused(format!("a bug in rungd: {bug}"))))
     }
 
-    /// Looks whether a new program faults within its probation, or has stood it.
+    /// Checks whether a new program has a fault within its probation, or has passed it.
     pub fn look(self: &Arc<Self>, latest: &Snapshot) {
         let mut trial = self.trial();
         let Some((generation, on_trial)) = &mut *trial else { return };
@@ -250,7 +252,7 @@ impl Reloads {
         Ok(done)
     }
 
-    /// What the files of a program say now.
+    /// Reads the files of a program as they are now.
     async fn read(&self, of: &Running) -> Done<Running> {
         let path = PathBuf::from(&of.setup.controller);
         let sizes = of.setup.symbols.layout.sizes().clone();
@@ -261,7 +263,8 @@ impl Reloads {
         read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))
     }
 
-    /// The files are those that run: nothing is swapped, and the way back is as it was.
+    /// The answer if the files are unchanged: nothing is swapped, and a rollback has the same
+    /// target as before.
     fn same(&self, who: &str, setup: &Setup, restart: Vec<String>, dry_run: bool) -> Reloaded {
         let same = Reloaded { same: true, restart, ..self.reloaded(setup, Vec::new(), None) };
         if dry_run {
@@ -278,7 +281,7 @@ impl Reloads {
         made.map_err(|bug| refused(format!("a bug in rungd: {bug}")))
     }
 
-    /// To the program before; `fault`: since the new one has met that.
+    /// Swaps the previous program back in; `fault`: because of this fault of the new one.
     async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Done<Reloaded> {
         let mut inner = self.settled().await;
         if let Some(OwnFault { generation, .. }) = fault
@@ -301,7 +304,8 @@ impl Reloads {
         Ok(done)
     }
 
-    /// Hands a program in, and waits until it is in: the report, and how long the swap took.
+    /// Hands a program to the scan thread, and waits for the swap. Returns the report and the
+    /// duration of the swap in microseconds.
     async fn swap(
         &self,
         inner: &mut Inner,
@@ -342,7 +346,7 @@ impl Reloads {
         Ok(told)
     }
 
-    /// The program on trial, if one is.
+    /// The program on trial, if there is one.
     fn trial(&self) -> MutexGuard<'_, Option<(u32, Trial)>> {
         self.trial.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -351,14 +355,14 @@ impl Reloads {
         *self.trial()
     }
 
-    /// What is known of programs, as the scan thread left it.
+    /// Locks the programs, after the swaps that the scan thread has completed are entered.
     async fn settled(&self) -> tokio::sync::MutexGuard<'_, Inner> {
         let mut inner = self.inner.lock().await;
         self.settle(&mut inner, |_, _| {});
         inner
     }
 
-    /// Takes back what the scan thread has let go of, and knows by it which program is in.
+    /// Takes back the packages that the scan thread has returned, and enters their swaps.
     fn settle(&self, inner: &mut Inner, mut look: impl FnMut(&Package<Engine>, Swapped)) {
         while let Some(package) = inner.reloader.returned() {
             let Some(swapped) = package.swapped else { continue };
@@ -373,7 +377,8 @@ impl Reloads {
             let mut trial = self.trial();
             match (back, &*trial) {
                 (true, _) => inner.way_back = None,
-                // What runs has not stood its probation: the way back stays the one that had.
+                // The replaced program has not passed its probation: the target of a rollback
+                // stays the last program that has.
                 (false, Some(_)) if inner.way_back.is_some() => {}
                 (false, _) => inner.way_back = Some(old),
             }
@@ -396,7 +401,8 @@ impl Reloads {
     }
 }
 
-/// What a swap did, by what was noted before it and what the passes left.
+/// The report of a swap, made of the values from before the swap and of the image after the
+/// termination passes.
 fn report(plan: &ReloadPlan, package: &Package<Engine>, forces: &[Cell]) -> Vec<String> {
     let image = package.machine.image();
     let (mut bits, mut words) = (image.bits().to_vec(), image.words().to_vec());
@@ -415,7 +421,7 @@ trait Dry {
 }
 
 impl Dry for Reloaded {
-    /// It is only said.
+    /// The same answer for a dry run.
     fn dry(self) -> Reloaded {
         Reloaded { dry_run: true, ..self }
     }

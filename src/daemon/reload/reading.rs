@@ -1,9 +1,9 @@
 //! Reads and checks files on a thread of its own, within a limit. Called by `daemon::reload`.
 //!
-//! When the time is over, the load is told so by its [`Progress`], and its thread ends; the answer
-//! names the step that took longest. A thread within a system call (a network mount that stalls)
-//! cannot be ended: it ends when the mount answers, and its result is dropped. A few such threads
-//! may be left, and no more.
+//! When the time is over, the [`Progress`] makes the load stop, and its thread ends; the answer
+//! names the step that took longest. A thread within a system call (a stalled network mount)
+//! cannot be ended: it ends when the mount answers, and its result is dropped. The number of such
+//! threads is limited.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,18 +16,18 @@ use tokio::time::timeout;
 use crate::daemon::narration::span;
 use crate::progress::{Progress, Step};
 
-/// How many threads may be left whose time is over.
+/// The greatest number of threads that still run after their time is over.
 const LEFT_MAX: usize = 4;
-/// The stack of a thread that loads, as large as a main thread's.
+/// The stack of a loading thread: the same size as a main thread's.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Where files are read.
+/// Reads files on threads of its own.
 pub(super) struct FileReader {
     limit: Duration,
     threads: Arc<AtomicUsize>,
 }
 
-/// Counts a thread until it ends, by a panic too.
+/// Counts a thread until it ends, also if it ends by a panic.
 struct Counted(Arc<AtomicUsize>);
 
 impl Drop for Counted {
@@ -41,7 +41,7 @@ impl FileReader {
         FileReader { limit, threads: Arc::default() }
     }
 
-    /// Does the work on a thread of its own; `Err` says why it has no result.
+    /// Does the work on a thread of its own; `Err` is the reason why there is no result.
     pub async fn done<T: Send + 'static>(
         &self,
         work: impl FnOnce(&Progress) -> T + Send + 'static,
@@ -75,7 +75,7 @@ impl FileReader {
     }
 }
 
-/// Why there is no result: the limit, and the step that took longest.
+/// The reason after the time limit: the limit, and the step that took longest.
 fn too_long(limit: Duration, progress: &Progress) -> String {
     let limit = span(limit.as_nanos() as u64);
     match progress.longest() {
@@ -98,7 +98,7 @@ mod tests {
 
     use super::*;
 
-    /// What `done` says of work that begins these steps and then takes longer than the limit.
+    /// The error of `done` for work that begins a step and then takes longer than the limit.
     async fn given_up(
         reader: &FileReader,
         wait: impl FnOnce(&Progress) + Send + 'static,
@@ -109,7 +109,7 @@ mod tests {
             let _ = begun.send(());
             wait(progress);
         });
-        // Virtual time stands still as long as something else is to do: until the step has begun.
+        // Virtual time stands still while a task is ready: here until the step has begun.
         let begun = async {
             while has_begun.try_recv().is_err() {
                 yield_now().await
@@ -118,7 +118,7 @@ mod tests {
         tokio::join!(done, begun).0.unwrap_err()
     }
 
-    /// What `done` says of short work, while virtual time stands still.
+    /// The result of `done` for short work, while virtual time stands still.
     async fn judged(reader: &FileReader) -> Result<i32, String> {
         let ended = async {
             while reader.threads.load(Ordering::Acquire) > 0 {

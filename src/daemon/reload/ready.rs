@@ -1,6 +1,8 @@
-//! A program made ready for its swap: plan, package, and what of the controller file must wait.
+//! Prepares a program for its swap: the plan, the package, and the list of changed settings that
+//! need a restart.
 //!
-//! Done on a thread that may take its time. Nothing here touches what runs.
+//! `daemon::reload` calls it on a thread that may take long. Nothing here touches the running
+//! program.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,27 +17,27 @@ use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package, Safe};
 use crate::source::render::Style;
 
-/// A program that scans, or has.
+/// A program that is or was running, with its settings.
 pub(in crate::daemon) struct Running {
     pub program: engine::Program,
     pub setup: Setup,
 }
 
-/// A program, ready to be handed in.
+/// A program that is ready for its swap.
 pub(super) struct Ready {
     pub running: Arc<Running>,
     pub plan: ReloadPlan,
     pub package: Box<Package<Engine>>,
 }
 
-/// What files must fit, to be put in without a restart.
+/// The properties that the files must keep for a reload without a restart.
 pub(super) struct Fit {
     pub sizes: MemorySizes,
-    /// The field devices' names, in their order.
+    /// The names of the field devices, in their order.
     pub devices: Vec<String>,
 }
 
-/// What the files say now; the text of `Err` has all findings.
+/// Reads and checks the files; the text of `Err` has all findings.
 pub(super) fn read(path: &Path, fit: &Fit, progress: &Progress) -> Result<Running, String> {
     let style = Style { color: false, deny_warnings: false };
     let loaded = config::load(path, style, progress).map_err(|failure| format!("{failure:#}"))?;
@@ -58,7 +60,7 @@ pub(super) fn read(path: &Path, fit: &Fit, progress: &Progress) -> Result<Runnin
 }
 
 impl Ready {
-    /// A program behind another one.
+    /// Prepares `next` as the successor of `old`.
     pub fn of(old: &Running, next: Arc<Running>, generation: u32, latest: &Snapshot) -> Ready {
         let plan = ReloadPlan::new(side(old), side(&next));
         let mut engine = Engine::new(next.program.clone());
@@ -80,7 +82,7 @@ impl Ready {
     }
 }
 
-/// What of the controller file is another from here on, and no program's.
+/// The changed settings of the controller file that take effect with the swap, one a line.
 pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String> {
     let (was, is) = (old.pace.tempo, new.pace.tempo);
     let elements = |of: &Setup| of.retain.as_ref().map_or(0, |wanted| wanted.plan.elements());
@@ -103,7 +105,8 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
     lines
 }
 
-/// Neighbouring outputs that are another outside RUN, a line for each run of the same.
+/// The outputs whose safe value changed: one line for each run of neighbours with one
+/// change.
 fn safe_values(old: &[Safe], new: &[Safe]) -> Vec<String> {
     let mut runs: Vec<(usize, usize, (Safe, Safe))> = Vec::new();
     for (y, values) in old.iter().copied().zip(new.iter().copied()).enumerate() {
@@ -130,7 +133,7 @@ fn side(of: &Running) -> Side<'_> {
     Side { program: &of.program, symbols: &of.setup.symbols }
 }
 
-/// Alarms and logged tags go on by their tags.
+/// Pairs the watched alarms and tags of both programs by the tags' names.
 fn carried(old: &Narration, new: &Narration) -> Carried {
     let place = |of: &[String], name: &String| {
         of.iter().position(|other| other == name).map(|at| at as u32)
@@ -142,13 +145,13 @@ fn carried(old: &Narration, new: &Narration) -> Carried {
     }
 }
 
-/// What the controller file says otherwise than at the start, and a reload does not apply.
+/// The settings that differ from those of the start, and that a reload does not apply.
 pub(super) fn needs_restart(old: &Setup, new: &Setup) -> Vec<String> {
     let retain = |of: &Setup| {
         let wanted = of.retain.as_ref()?;
         Some((wanted.path.clone(), wanted.interval, wanted.runs_cold, wanted.budget))
     };
-    // That nothing is retained any more is said by the ranges.
+    // If `[retain]` is gone, the line of the ranges says so.
     let retain_differs = new.retain.is_some() && retain(old) != retain(new);
     let modbus = |of: &Setup| {
         let server = of.modbus.as_ref()?;

@@ -1,4 +1,4 @@
-//! What the log says of reloads and rollbacks.
+//! The log lines of reloads and rollbacks.
 
 use super::trial::Trial;
 use crate::daemon::config::Setup;
@@ -8,7 +8,7 @@ use crate::reload::WARNING;
 use crate::runtime::exchange::FaultReason;
 use crate::say::say;
 
-/// A reload is done.
+/// Logs a reload that is done.
 pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Trial>) {
     report(done);
     let ladder = &setup.ladder;
@@ -28,7 +28,7 @@ pub(super) fn done(who: &str, done: &Reloaded, setup: &Setup, trial: Option<Tria
     );
 }
 
-/// A reload found the files unchanged.
+/// Logs a reload that found the files unchanged.
 pub(super) fn same(who: &str, same: &Reloaded) {
     report(same);
     say!(
@@ -40,7 +40,7 @@ pub(super) fn same(who: &str, same: &Reloaded) {
     );
 }
 
-/// A rollback is done.
+/// Logs a rollback that is done.
 pub(super) fn rolled_back(who: &str, done: &Reloaded, fault: Option<FaultReason>) {
     report(done);
     let why = fault.map_or_else(|| "asked for".to_owned(), |fault| format!("FAULT: {fault}"));
@@ -79,7 +79,7 @@ fn report(done: &Reloaded) {
     }
 }
 
-/// The refusal: one error, which says what is wrong; behind it the findings line by line.
+/// Logs a refusal: one line with the error, then the findings line by line.
 pub(super) fn refusal(who: &str, refusal: &Refusal) {
     if refusal.kind != RefusalKind::BadFiles {
         let why = &refusal.message;
@@ -97,8 +97,8 @@ pub(super) fn refusal(who: &str, refusal: &Refusal) {
     }
 }
 
-/// The first error of what `render` made, its place, and how many there are. A text that is no
-/// finding, as it is.
+/// The first error in the text of `render`, its place, and the number of errors. A text without
+/// findings is returned unchanged.
 fn summary(text: &str) -> String {
     let mut lines = text.lines().skip_while(|line| !line.starts_with("error"));
     let Some(error) = lines.next() else { return text.trim().to_owned() };

@@ -1,51 +1,52 @@
-//! The probation of a new program: when it begins, when it is stood, and what a fault in it means.
+//! The probation of a new program: its begin, its end, and the reaction to a fault within it.
 //!
-//! Decisions from a mode and a moment; no thread, no lock. Probation is time in RUN without a
-//! break: it begins with the program's first scans, and a stop within it has it begin anew.
+//! It decides by a mode and a time; it has no thread and no lock. Probation is time in RUN without
+//! a break: it begins with the program's first scans, and begins again after a stop.
 
 use std::time::{Duration, Instant};
 
 use crate::runtime::exchange::{FaultReason, Mode};
 
-/// From one attempt to go back to the next, where the scan thread does not hear.
+/// The time between two attempts of a rollback while the scan thread does not answer.
 const TRY_AGAIN: Duration = Duration::from_millis(500);
 
-/// With a period longer than its probation a program has proven nothing before so many scans.
+/// The least number of scans in a probation, for programs whose period is longer than their
+/// probation.
 const SCANS_LEAST: u64 = 2;
 
-/// A program that has not stood its probation yet.
+/// A program within its probation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trial {
     span: Duration,
-    /// The one before it ran, or had been stopped: a fault is the new one's, and goes back.
+    /// Whether a fault causes a rollback: the previous program had no fault of its own.
     goes_back: bool,
-    /// Since it is in RUN: when it is stood, and behind which scan of the process.
+    /// The end of the probation, as a time and as a number of scans; `None` outside RUN.
     until: Option<(Instant, u64)>,
-    /// When the way back was tried last.
+    /// The time of the last attempt of a rollback.
     tried: Option<Instant>,
 }
 
-/// What a look at it says.
+/// The result of a look at a program on trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// It is on trial still.
+    /// The probation goes on.
     Wait,
-    /// It has stood it.
+    /// The program has passed its probation.
     Proved,
-    /// A bug in the engine: what its memory is worth is not known, and nothing goes on with it.
+    /// A bug in the engine: its memory cannot be trusted, so no program may go on with it.
     NoWayBack,
-    /// The old one is to come back; `first`: it was not tried yet.
+    /// A rollback is due; `first`: it is the first attempt.
     GoBack { fault: FaultReason, first: bool },
 }
 
 impl Trial {
-    /// Of a program that was swapped in, in this mode; `None` where there is none.
+    /// Begins the trial of a program that was swapped in, in this mode; `None` without probation.
     pub fn new(span: Duration, found: Mode) -> Option<Trial> {
         let goes_back = !matches!(found, Mode::Fault(_));
         (!span.is_zero()).then_some(Trial { span, goes_back, until: None, tried: None })
     }
 
-    /// `scans`: complete scans of the process.
+    /// Judges the program. `scans`: the complete scans of the process.
     pub fn look(&mut self, mode: Mode, scans: u64, now: Instant) -> Verdict {
         match mode {
             Mode::Run => {
@@ -77,7 +78,7 @@ mod tests {
     const STOP: Mode = Mode::Stop(StopReason::Operator);
     const FAULT: Mode = Mode::Fault(FaultReason::ScanNeverEnds);
 
-    /// What a look says after so many ms in these modes.
+    /// Looks at a trial at these times (in ms) in these modes, and compares the verdicts.
     fn check(found: Mode, looks: &[(u64, Mode, Verdict)]) {
         let (begin, mut trial) = (Instant::now(), Trial::new(Duration::from_secs(1), found));
         for (ms, mode, verdict) in looks {

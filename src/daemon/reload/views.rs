@@ -1,4 +1,5 @@
-//! What the world knows of each program: for the desk, the log, the Modbus server, the device.
+//! The readers' data about each program: for the desk, the log, the Modbus server, the simulated
+//! device and retentive memory.
 
 use crate::daemon::config::Setup;
 use crate::daemon::narration::Narration;
@@ -9,12 +10,12 @@ use crate::resolve::program::Program;
 use crate::retain::RetainPlan;
 use crate::runtime::Generations;
 
-/// By generation, each for its reader.
+/// The data about each program, by generation, one field for each reader.
 pub(in super::super) struct Views {
     pub desk: Generations<View>,
     pub about: AboutParts,
     pub narration: Generations<Narration>,
-    /// With the settings that it was started with.
+    /// The server's maps, and the settings of its start.
     pub modbus: Option<(Generations<modbus::Map>, Modbus)>,
     pub device: Option<Generations<plant::Rules>>,
 }
@@ -26,14 +27,15 @@ impl Views {
         self.narration.insert(generation, setup.narration.clone());
         let layout = &setup.symbols.layout;
         if let Some((maps, started)) = &self.modbus {
-            // Without one in the file it serves until the restart, and takes no writes.
+            // If the new file has no `[modbus-server]`, the server goes on until the restart, and
+            // takes no writes.
             let none = started.clone().bare();
             let settings = setup.modbus.as_ref().unwrap_or(&none);
             let limits = |word| setup.symbols.limits(word);
             maps.insert(generation, modbus::Map::new(settings, layout, limits));
         }
         if let Some(retention) = &self.about.retention {
-            // Where nothing is to be retained any more, nothing is written: the last image stays.
+            // If the new file has no `[retain]`, nothing is written: the last image stays.
             let nothing = || RetainPlan::new(&[], &Program::default(), &setup.symbols);
             let plan = setup.retain.as_ref().map_or_else(nothing, |wanted| wanted.plan.clone());
             retention.plans.insert(generation, plan);
@@ -52,7 +54,7 @@ impl Views {
         self.about.retention.iter().for_each(|kept| kept.plans.remove(generation));
     }
 
-    /// Forgets what no snapshot shows any more.
+    /// Forgets the programs that no snapshot shows any more.
     pub(super) fn forget_before(&self, generation: u32) {
         self.desk.forget_before(generation);
         self.narration.forget_before(generation);
