@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""How long `rungd check` takes on files that no person wrote, and how much memory.
+"""Time and memory of `rungd check` on huge generated files.
 
     cargo build --release && benches/check.py target/release/rungd [NAME ...]
 
-Makes one file (or folder) a case, runs `check` on it, and prints seconds, the peak of resident
-memory, the bytes of the answer, the exit code and its last line. Nothing is judged here: the figures
-are for docs/speed.md.
+Makes one file (or folder) for each case and runs `check` on it. Prints the seconds, the peak of
+resident memory, the bytes of the answer, the exit code and the answer's last line. It has no
+limits to pass or fail: docs/speed.md has the figures.
 """
 import os, resource, subprocess, sys, tempfile, time
 

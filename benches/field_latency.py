@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""From an input's change at a remote device to the output's change there: a histogram.
+"""Latency from an input's change at a remote device to the output's change there: a histogram.
 
 usage: benches/field_latency.py [SAMPLES]        (default 1000 a row)
 
 Needs a release build (`cargo build --release`, or RUNGD=PATH) and Python 3. The peer is one device
-of tests/peer/watched_io.py, in this process: it turns a discrete input ON or OFF at a random moment,
-rungd reads it, the ladder copies it to an output, rungd writes that, and the peer's own clock says how
-long all of it took. For each period and `poll` the share of samples is shown that took longer than
-the bound: two scan periods, the poll, and what one exchange took
-last, as `rungd status` says. Times are the machine's: say what else ran on it.
+of tests/peer/watched_io.py, in this process. It turns a discrete input ON or OFF at a random moment;
+rungd reads the input, the ladder copies it to an output, and rungd writes the output. The peer's
+clock measures the whole time. For each period and `poll` it prints the share of samples above the
+bound: two scan periods, one poll, and the duration of the last exchange according to `rungd
+status`. The times depend on the machine: state its load with the figures.
 """
 
 import json
@@ -54,7 +54,7 @@ class Echo:
             self.came.set()
 
     def sample(self, value):
-        """ms from the input's change to the output's; None: it never came."""
+        """The ms from the input's change to the output's; None: the output did not change."""
         self.came.clear()
         since_us = now_us()
         self.device.banks["discrete"][0] = value
@@ -77,7 +77,7 @@ map = [ {{ from = "discrete 0", to = "X0" }}, {{ from = "Y0", to = "coil 0" }} ]
 
 
 def exchange_ms(socket):
-    """What one exchange takes, the slowest so far, as `rungd status` says."""
+    """The durations of the last and of the slowest exchange, according to `rungd status`."""
     command = [RUNGD, "status", "--json", "--socket", socket]
     status = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
     device = status["devices"]["field"][0]

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""What 2,000 points on 16 Modbus devices cost: processor time of rungd, and lateness of its scans.
+"""Cost of 2,000 points on 16 Modbus devices: processor time of rungd, and lateness of its scans.
 
 usage: benches/field_load.py [SECONDS [POLL_MS...]]        (default 30, 20 10)
 
-Needs a release build (`cargo build --release`, or RUNGD=PATH) and Python 3. A process of its own is
-16 devices (tests/peer/watched_io.py), each of 125 points: 40 discrete inputs, 20 input registers, 40
-coils, 25 holding registers. The period is 10 ms, 16 outputs of each device change with every scan,
-and the peer moves none of its inputs. Runs without and with devices take turns; printed are the
-processor time of the rungd process (utime + stime) as a part of one core, its overruns, and its
-lateness. The aim is a quarter of a core. Times are the machine's: say what else ran on it.
+Needs a release build (`cargo build --release`, or RUNGD=PATH) and Python 3. A separate process
+simulates 16 devices (tests/peer/watched_io.py) of 125 points each: 40 discrete inputs, 20 input
+registers, 40 coils, 25 holding registers. The period is 10 ms, 16 outputs of each device change in
+every scan, and no input changes. Runs without and with devices alternate. It prints the processor
+time of the rungd process (utime + stime) as a share of one core, its overruns and its lateness. The
+aim is a quarter of a core. The times depend on the machine: state its load with the figures.
 """
 
 import json
@@ -66,7 +66,7 @@ def processor_s(pid):
 
 
 def run(folder, ports, poll_ms, seconds):
-    """One turn; no ports: without devices."""
+    """One turn; without ports it has no devices."""
     with open(os.path.join(folder, "controller.toml"), "w", encoding="utf-8") as file:
         file.write(controller(ports, poll_ms))
     command = [RUNGD, "run", os.path.join(folder, "controller.toml"), "--log-format", "json"]

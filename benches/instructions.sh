@@ -1,8 +1,9 @@
 #!/bin/sh
-# Instructions a rung a scan by callgrind, of the engine and of the straight-line native code.
+# Processor instructions per rung and scan, counted by callgrind: the engine, and the straight-line
+# native code.
 #
-# Each is run for two numbers of scans, with and without the scans themselves; the differences
-# leave neither loading nor what comes from outside. Counts repeat where times do not.
+# Each program runs with two numbers of scans, with and without the scans themselves. The differences
+# leave out loading and all other work around the scans. Counts repeat exactly; times do not.
 # Needs valgrind. Usage: benches/instructions.sh [WORKLOAD [N]]
 set -eu
 cd "$(dirname "$0")/.."
@@ -26,7 +27,7 @@ count() {
 # one WORKLOAD N RUNGS-PER-SCAN
 one() {
     case $1 in *"$only"*) ;; *) return ;; esac
-    # The straight-line code is compiled in a run of its own.
+    # A run of its own compiles the straight-line code.
     "$program" "$1" --n "$2" --side native --scans 1
     for pair in native/native-outside engine/outside; do
         side=${pair%/*}

@@ -1,13 +1,13 @@
 #!/bin/sh
-# Wake-up lateness of rungd's scan thread beside cyclictest's, at 1 ms, in the same minute.
+# Wake-up lateness of rungd's scan thread compared with cyclictest's, at 1 ms, in the same minute.
 #
 # usage: benches/lateness.sh [SECONDS [SECONDS_A_TURN]]      (default 60, 3)
 #
-# The two run in turns, cyclictest (apt: rt-tests) and rungd, each for a few seconds until the time
-# is over, with the same posture: SCHED_FIFO 80, timer slack 1 ns, /dev/cpu_dma_latency held at 0.
-# (cyclictest holds it by itself.) Short turns and medians, since on a virtual machine the tail of
-# any single turn is the hypervisor's. Where SCHED_FIFO is not granted both run without. What is
-# printed are medians over the turns of each, and the ratio of the p99s; the aim is 1.2.
+# cyclictest (apt: rt-tests) and rungd run in alternate turns of a few seconds, with the same posture:
+# SCHED_FIFO 80, timer slack 1 ns, /dev/cpu_dma_latency held at 0 (cyclictest holds it by itself).
+# Without the right to SCHED_FIFO both run without it. Turns are short and medians are used, because on
+# a virtual machine the hypervisor makes the tail of any single turn. It prints the medians over the
+# turns of each program, and the ratio of the p99s; the aim is 1.2.
 set -eu
 
 seconds=${1:-60}
@@ -42,7 +42,7 @@ $policy
 cpu-latency = "0us"
 CONTROLLER
 
-# Percentiles of cyclictest's histograms (one value in us a line, with its count), all turns added.
+# Percentiles of cyclictest's histograms (a value in us and its count on each line), of all turns.
 percentiles() {
     cat "$@" | grep -E '^[0-9]' | awk '
         { count[$1 + 0] += $2; total += $2; if ($1 + 0 > last) last = $1 + 0 }
@@ -60,7 +60,7 @@ percentiles() {
         }'
 }
 
-# Of rungd each turn gives its own percentiles; over the turns, of equal length, the median.
+# rungd reports the percentiles of each turn; the result is their median over the turns.
 field() {
     sed -n "s/.*\"$1\":\([0-9.]*\).*/\1/p" "$work"/rungd.* | sort -n |
         awk '{ v[NR] = $1 } END { print (v[int((NR + 1) / 2)] + v[int((NR + 2) / 2)]) / 2 }'

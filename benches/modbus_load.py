@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""The scan's wake-up lateness while Modbus clients hammer the server, beside that of an idle one.
+"""Wake-up lateness of the scan under a load of Modbus clients, compared with an idle server.
 
 usage: benches/modbus_load.py [--rungd PATH] [--rounds 6] [--seconds 10] [--connections 300]
                               [--rate 1000]
 
-Starts rungd at 1 ms with its Modbus server on loopback; after a warm-up times without clients and
-times with `connections` clients, that send `rate` requests a second in all, take turns. A third of
-them is malformed: functions that do not exist, addresses out of range, writes to what is not
-listed, requests shorter than they say, and bytes that are no Modbus (the client then connects
-anew). Another third writes. rungd's own statistics, one line a second, tell of both: overruns are
-added up, of the lateness it is the median of the lines' percentiles. What the hypervisor took from
-the machine meanwhile (steal) stands beside, since nobody is on time without a processor.
+Starts rungd with a period of 1 ms and its Modbus server on loopback. After a warm-up, phases without
+clients and phases with `connections` clients alternate; together the clients send `rate` requests a
+second. A third of the requests is malformed: functions and addresses that do not exist, writes to
+elements outside the map, requests shorter than their length field, and bytes that are not Modbus
+(after which the client connects again). A second third writes. The figures come from rungd's own
+statistics, one line a second: the sum of the overruns, and the median of the lines' percentiles of
+lateness. The processor time that the hypervisor took (steal) is printed beside them, because it
+delays every process.
 """
 
 import argparse, asyncio, json, os, random, statistics, struct, subprocess, tempfile, threading, time
@@ -44,7 +45,7 @@ def frame(number, pdu):
 
 
 async def client(port, at, arguments, counts, ends):
-    """Sends a request every `connections / rate` seconds, its first at its own time."""
+    """Sends a request every `connections / rate` seconds, the first one after a delay."""
     chance, every = random.Random(at), arguments.connections / arguments.rate
     due = time.monotonic() + every * at / arguments.connections
     stream, number = None, 0
@@ -83,7 +84,7 @@ def stolen():
 
 
 def phases(lines, spans):
-    """What the statistics of all these times come to."""
+    """Sums up the statistics of all phases of one kind."""
     inside = [line for came, line in lines
               if any(begin + 1.1 <= came <= end for begin, end, _ in spans)]
     middle = lambda field: round(statistics.median(line[field] for line in inside), 1)

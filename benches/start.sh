@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# From the start of the process `rungd run` to the end of its first scan, with W(n) shuffled as its
-# ladder: time by the clock, and processor time of the whole process, which others who compute at
-# the same time disturb less.
+# Time from the start of the process `rungd run` to the end of its first scan, with the shuffled W(n)
+# as its ladder: the elapsed time, and the processor time of the whole process, which depends less on
+# other processes.
 #
 # usage: benches/start.sh [RUNGS [TIMES]]      (default 10000, 9)
 #
-# The end is the log's last line, of a run of one scan. What is printed are medians.
+# The run has one scan, and ends with the last line of its log. It prints medians.
 set -eu
 
 rungs=${1:-10000}

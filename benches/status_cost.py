@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What looking costs: `rungd status` twice a second, and `rungd watch` of 50 operands, against idle.
+"""Cost of observers: `rungd status` twice a second, and `rungd watch` of 50 operands, against idle.
 
 usage: benches/status_cost.py [ROUNDS [PERIOD]]      (default 10, 1ms)
 
-One controller runs through it all, with 1000 rungs and SCHED_FIFO 80 where that is granted. A round is
-idle, status, idle, watch; each phase lasts for three of the controller's own two-second reports, of
-which the first, which began in the phase before, is left out. Printed are medians over the reports of
-each kind, in microseconds, and how far status and watch are from idle. RUNGD names another binary.
+One controller with 1000 rungs runs through all rounds, with SCHED_FIFO 80 if that is granted. A round
+has four phases: idle, status, idle, watch. Each phase lasts for three of the controller's two-second
+reports; the first report is left out, as it began in the phase before. It prints the medians over the
+reports of each kind, in microseconds, and the differences of status and watch from idle. RUNGD names
+a different binary.
 """
 
 import json
@@ -38,7 +39,7 @@ def ladder():
 
 
 class Reports:
-    """The statistics that the controller logs, as they come."""
+    """Collects the statistics that the controller logs."""
 
     def __init__(self, log):
         self.lines, self.arrived = [], threading.Condition()
