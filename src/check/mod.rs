@@ -30,7 +30,6 @@ mod names;
 mod out_elsewhere;
 mod out_lost_on_jump_back;
 mod owned_twice;
-mod pages;
 mod reach;
 mod reset_without_owner;
 mod retained_but_reset;
@@ -43,7 +42,6 @@ mod task_starts_itself;
 mod testing;
 mod unused_tag;
 
-pub use pages::{PAGES, page};
 pub use silence::silence;
 
 type Rule = fn(&context::Context, &mut Vec<Finding>);

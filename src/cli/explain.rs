@@ -8,7 +8,6 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::terminal::{print, say};
-use crate::check::page;
 use crate::events::{self, Event, Limit};
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{LegName, OperandKind, Spec, dialects, pages};
@@ -146,14 +145,10 @@ fn section(page: &str, title: &str) -> String {
     page[from..end].to_owned()
 }
 
+/// The page of a finding without the marks for its test, and without the blank lines around them.
 fn of_finding(code: Code) -> String {
-    page(code.name()).map(for_a_terminal).unwrap_or_default()
-}
-
-/// A page without the marks for its test, and without the blank lines around them.
-fn for_a_terminal(page: &str) -> String {
     let mut lines: Vec<&str> = Vec::new();
-    for line in page.lines().filter(|line| !line.starts_with("<!--")) {
+    for line in code.row().page.lines().filter(|line| !line.starts_with("<!--")) {
         if !(line.is_empty() && lines.last().is_some_and(|last| last.is_empty())) {
             lines.push(line);
         }

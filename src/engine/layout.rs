@@ -124,7 +124,7 @@ impl Layout {
     pub fn bit(&self, bit: Bit) -> BitCell {
         BitCell(match bit {
             Bit::Space(space, n) => self.space(space) + (n - space.first()),
-            Bit::Flag(structure, flag) => self.flags(structure) + flag_at(structure, flag),
+            Bit::Flag(structure, flag) => self.flags(structure) + flag_at(flag),
             Bit::Stage(StageId(n)) => self.stages + n,
             Bit::Running(BlockId(n)) => self.running + n,
             Bit::Done(BlockId(n)) => self.done + n,
@@ -206,20 +206,12 @@ pub enum Cell {
 
 /// A flag's place in its structure's record. Counters and timers: Done, Reset, Zero, and DnDone or
 /// Timing; Sensaphone counters: CU, CD, DN, OV, UN.
-fn flag_at(structure: Structure, flag: Flag) -> u32 {
-    if let Structure::Sensaphone(_) = structure {
-        return match flag {
-            Flag::Cu => 0,
-            Flag::Cd => 1,
-            Flag::Dn => 2,
-            Flag::Ov => 3,
-            _ => 4,
-        };
-    }
+fn flag_at(flag: Flag) -> u32 {
     match flag {
-        Flag::Done => 0,
-        Flag::Reset => 1,
-        Flag::Zero => 2,
-        _ => 3,
+        Flag::Done | Flag::Cu => 0,
+        Flag::Reset | Flag::Cd => 1,
+        Flag::Zero | Flag::Dn => 2,
+        Flag::DnDone | Flag::Timing | Flag::Ov => 3,
+        Flag::Un => 4,
     }
 }

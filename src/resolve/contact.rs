@@ -44,11 +44,11 @@ impl Resolver<'_> {
     /// Resolves a bit.
     fn bit(&mut self, name: &str, span: Span) -> Option<Bit> {
         let thing = self.look_up(name, span)?;
-        if let Thing::Address(address @ Address::Bit(bit)) = thing {
-            self.note(name, span, address);
-            return Some(bit);
-        }
         let help = match thing {
+            Thing::Address(address @ Address::Bit(bit)) => {
+                self.note(name, span, address);
+                return Some(bit);
+            }
             Thing::Address(Address::Word(_)) => format!("compare it: `{name} != 0`"),
             Thing::Address(Address::Structure(structure)) => {
                 let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
@@ -56,7 +56,7 @@ impl Resolver<'_> {
             }
             Thing::Constant(..) => format!("compare something with it: `D0 == {name}`"),
             Thing::Device(_) => format!("`{name}.Ok` is ON while it exchanges"),
-            _ => format!("`{name}.Running` is ON while it runs"),
+            Thing::Block(_) => format!("`{name}.Running` is ON while it runs"),
         };
         self.wrong_kind(name, span, thing, "a bit", &help);
         None
@@ -70,7 +70,7 @@ impl Resolver<'_> {
             AtomKind::Name(name) => name,
         };
         let thing = self.look_up(name, atom.span)?;
-        match thing {
+        let help = match thing {
             Thing::Constant(value, written) => {
                 let tag = self.scope.tag_index(name);
                 self.constants.extend(tag.map(|tag| (atom.span, tag)));
@@ -80,15 +80,16 @@ impl Resolver<'_> {
                 self.note(name, atom.span, address);
                 return Some(Value::Word(word));
             }
-            _ => {}
-        }
-        let help = match thing {
             Thing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
                 format!("its value is `{name}.{acc}`")
             }
-            Thing::Address(_) => format!("a bit stands alone: `{name}`, or `!{name}`"),
-            _ => "a number, a duration, or a word as `D0` belongs here".to_owned(),
+            Thing::Address(Address::Bit(_)) => {
+                format!("a bit stands alone: `{name}`, or `!{name}`")
+            }
+            Thing::Block(_) | Thing::Device(_) => {
+                "a number, a duration, or a word as `D0` belongs here".to_owned()
+            }
         };
         self.wrong_kind(name, atom.span, thing, "a number", &help);
         None

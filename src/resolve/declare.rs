@@ -136,7 +136,9 @@ impl Resolver<'_> {
                 .related(*first, "first here")
                 .help(match role {
                     Role::Device => "devices share one set of names with tags, programs and tasks",
-                    _ => "tags, programs and tasks share one set of names, over all files",
+                    Role::Tag | Role::Block(_) | Role::Stage => {
+                        "tags, programs and tasks share one set of names, over all files"
+                    }
                 });
             self.find(finding);
             return;

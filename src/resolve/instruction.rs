@@ -4,7 +4,6 @@
 //! `Action::new`, which matches every mnemonic. The checks and `lower` match every [`Action`].
 //! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
 //! are answered here once.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure, Word};
 use crate::source::atom::Written;

@@ -4,6 +4,7 @@
 //! [`load_ladders`] takes the texts of one or several ladder files and returns the resolved
 //! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
 //! I/O.
+#![deny(clippy::wildcard_enum_match_arm)]
 
 mod contact;
 mod declare;
@@ -232,12 +233,11 @@ impl<'a> Resolver<'a> {
                     self.named.push((span, NamedOperand { name, address }));
                 }
             }
-            // `N,0,6` would be three columns.
-            _ if name.contains(',') => {
-                let name = address.to_string();
+            Address::Bit(_) | Address::Word(_) => {
+                // `N,0,6` would be three columns.
+                let name = if name.contains(',') { address.to_string() } else { name.to_owned() };
                 self.named.push((span, NamedOperand { name, address }));
             }
-            _ => self.named.push((span, NamedOperand { name: name.to_owned(), address })),
         }
     }
 

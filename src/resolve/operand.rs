@@ -1,5 +1,4 @@
 //! Resolves instructions: checks each operand against the instruction table. Called by `rung`.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
 use super::declare::BUILT_IN;
@@ -157,24 +156,24 @@ impl Resolver<'_> {
             self.note(name, atom.span, address);
             return Some(bit);
         }
-        let finding = if let Bit::Space(BitSpace::X, n) = bit {
-            let message = format!("`{name}` is an input: no instruction writes it");
-            Finding::new(Code::WriteToInput, atom.span, message).help(format!(
-                "outputs are `Y{n}` and the like, internal bits `C{n}`; to try inputs out, use a \
-                 stimulus or a simulated device"
-            ))
-        } else {
-            let help = match bit {
-                Bit::Stage(_) => "SGSET, SGRST and JMP turn stages ON and OFF",
-                Bit::Running(_) | Bit::Done(_) => "RUN, HALT and ENTASK start and stop blocks",
-                Bit::Device(..) => "it says how the device is; nothing writes it",
-                Bit::Flag(..) => "the owning instruction writes it; RSTCT, RSTT and RES reset it",
-                _ => "status bits are the controller's; use a C bit",
-            };
-            let message = format!("`{name}` is read-only");
-            Finding::new(Code::ReadOnly, atom.span, message).help(help)
+        let help = match bit {
+            Bit::Space(BitSpace::X, n) => {
+                let message = format!("`{name}` is an input: no instruction writes it");
+                let finding = Finding::new(Code::WriteToInput, atom.span, message);
+                self.find(finding.help(format!(
+                    "outputs are `Y{n}` and the like, internal bits `C{n}`; to try inputs out, \
+                     use a stimulus or a simulated device"
+                )));
+                return None;
+            }
+            Bit::Stage(_) => "SGSET, SGRST and JMP turn stages ON and OFF",
+            Bit::Running(_) | Bit::Done(_) => "RUN, HALT and ENTASK start and stop blocks",
+            Bit::Device(..) => "it says how the device is; nothing writes it",
+            Bit::Flag(..) => "the owning instruction writes it; RSTCT, RSTT and RES reset it",
+            Bit::Space(..) => "status bits are the controller's; use a C bit",
         };
-        self.find(finding);
+        let message = format!("`{name}` is read-only");
+        self.find(Finding::new(Code::ReadOnly, atom.span, message).help(help));
         None
     }
 

@@ -133,6 +133,7 @@ fn numbered(address: Address, n: u32) -> Address {
         Address::Word(Word::Space(space, _)) => Address::Word(Word::Space(space, n)),
         Address::Word(Word::Acc(of)) => Address::Word(Word::Acc(of.numbered(n))),
         Address::Word(Word::Pre(_)) => Address::Word(Word::Pre(n)),
-        other => other,
+        Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..))
+        | Address::Structure(_) => address,
     }
 }

@@ -401,23 +401,22 @@ fn unknown_member(name: &str, members: &[&str]) -> Mistake {
 }
 
 fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing, Mistake> {
-    let thing = match meaning {
-        TagMeaning::Address(address) => Thing::Address(address),
-        TagMeaning::Constant(value, written) => Thing::Constant(value, written),
+    let Some(member) = member else {
+        return Ok(match meaning {
+            TagMeaning::Address(address) => Thing::Address(address),
+            TagMeaning::Constant(value, written) => Thing::Constant(value, written),
+        });
     };
-    let Some(member) = member else { return Ok(thing) };
-    let Thing::Address(Address::Structure(structure)) = thing else {
-        let what = match thing {
-            Thing::Address(address) => format!("it is {address}"),
-            _ => "it is a constant".to_owned(),
-        };
-        let message = format!("`{base}` has no members: {what}");
-        return Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))));
+    let what = match meaning {
+        TagMeaning::Address(Address::Structure(structure)) => {
+            let address = structure.member(member).map(Thing::Address);
+            return address.ok_or_else(|| member_mistake(base, structure, member));
+        }
+        TagMeaning::Address(address) => format!("it is {address}"),
+        TagMeaning::Constant(..) => "it is a constant".to_owned(),
     };
-    structure
-        .member(member)
-        .map(Thing::Address)
-        .ok_or_else(|| member_mistake(base, structure, member))
+    let message = format!("`{base}` has no members: {what}");
+    Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
 }
 
 fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {

@@ -57,7 +57,7 @@ impl Atom {
     pub fn name(&self) -> Option<&str> {
         match &self.kind {
             AtomKind::Name(name) => Some(name),
-            _ => None,
+            AtomKind::Integer(_) | AtomKind::Duration(_) => None,
         }
     }
 }

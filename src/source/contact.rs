@@ -119,7 +119,9 @@ fn series(f: &mut fmt::Formatter<'_>, items: &[Contact], sign: &str) -> fmt::Res
         match item {
             // Neither needs parentheses beside `&` and `|`.
             Contact::Not(..) | Contact::Compare(..) => write!(f, "{item}")?,
-            _ => write!(f, "{}", Grouped(item))?,
+            Contact::Bit(_) | Contact::Edge(..) | Contact::All(..) | Contact::Any(..) => {
+                write!(f, "{}", Grouped(item))?;
+            }
         }
     }
     Ok(())
@@ -132,7 +134,7 @@ impl fmt::Display for Grouped<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Contact::Bit(_) | Contact::Edge(..) | Contact::Not(..) => self.0.fmt(f),
-            other => write!(f, "({other})"),
+            Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => write!(f, "({})", self.0),
         }
     }
 }

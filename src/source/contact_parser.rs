@@ -89,7 +89,7 @@ impl Parser<'_> {
         match self.peek()?.0 {
             Token::And => Some(Power::And),
             Token::Or => Some(Power::Or),
-            _ => None,
+            Token::Atom(_) | Token::Not | Token::Open | Token::Close | Token::Compare(_) => None,
         }
     }
 
@@ -168,7 +168,7 @@ impl Parser<'_> {
         }
         match atom.kind {
             AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
-            _ => {
+            AtomKind::Integer(_) | AtomKind::Duration(_) => {
                 let message = format!("`{atom}` is a number, not a contact");
                 let finding = Finding::new(Code::ContactSyntax, atom.span, message);
                 Err(finding.help(format!("compare it with something: `D0 == {atom}`")))
@@ -290,10 +290,17 @@ fn one_bit(word: &str, place: Span) -> Finding {
 /// `left op right`. With `grow`, `right` is appended to `left`, a series of the same operator.
 fn join(left: Contact, power: Power, right: Contact, grow: bool) -> Contact {
     let span = left.span().to(right.span());
-    let mut items = match left {
-        Contact::All(items, _) | Contact::Any(items, _) if grow => items,
-        other => vec![other],
+    let items = match left {
+        Contact::All(mut items, _) | Contact::Any(mut items, _) if grow => {
+            items.push(right);
+            items
+        }
+        Contact::Bit(_)
+        | Contact::Not(..)
+        | Contact::All(..)
+        | Contact::Any(..)
+        | Contact::Edge(..)
+        | Contact::Compare(..) => vec![left, right],
     };
-    items.push(right);
     if power == Power::And { Contact::All(items, span) } else { Contact::Any(items, span) }
 }

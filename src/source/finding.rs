@@ -113,6 +113,8 @@ pub struct Row {
     pub severity: Severity,
     /// Its meaning, in one sentence.
     pub summary: &'static str,
+    /// Its page, `docs/findings/NAME.md`, as `rungd explain` prints it.
+    pub page: &'static str,
 }
 
 macro_rules! findings {
@@ -124,7 +126,11 @@ macro_rules! findings {
 
         /// The table of findings: errors first, then warnings.
         pub const TABLE: &[Row] = &[$(Row {
-            code: Code::$code, name: $name, severity: Severity::$severity, summary: $summary,
+            code: Code::$code,
+            name: $name,
+            severity: Severity::$severity,
+            summary: $summary,
+            page: include_str!(concat!("../../docs/findings/", $name, ".md")),
         }),*];
     };
 }

@@ -4,6 +4,7 @@
 //! [`ladder::read`] and `controller::read` take the text of one file. The resolver takes the first
 //! result, `controller` the second. Both return findings as well, and [`render`] turns findings
 //! into text.
+#![deny(clippy::wildcard_enum_match_arm)]
 
 pub mod atom;
 pub mod contact;

@@ -3,6 +3,7 @@
 //! These are the invariants of `ARCHITECTURE.md` that a reader could not see in a change.
 
 mod cycles;
+mod recipes;
 
 use std::collections::BTreeSet;
 use std::fs;

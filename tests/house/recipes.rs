@@ -1,0 +1,207 @@
+//! The recipes of `CONTRIBUTING.md`, followed on a scratch copy of the repository: rows and variants
+//! are added there and nothing else, and the places that the compiler names are the recipe's.
+//!
+//! The copy is compiled into the folder that this test was compiled into, so that everything but
+//! the crate itself is there already. Not even the crate is made: the compiler ends at the errors.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rungd::isa::instruction::TABLE;
+
+/// Texts that are replaced in a file of the copy.
+type Additions = &'static [(&'static str, &'static str, &'static str)];
+
+/// The row of an instruction and of an operation, and a variant for each enum that a recipe
+/// extends; all called Blip.
+const BLIPS: Additions = &[
+    (
+        "src/isa/instruction.rs",
+        "    Set \"SET\"",
+        "    Blip \"BLIP\" \"Blip\", WHEN, BIT, false, Off, HELP, \"Blips.\";\n    Set \"SET\"",
+    ),
+    ("src/resolve/instruction.rs", "    /// STOP.\n    Stop,", "    /// STOP.\n    Stop, Blip,"),
+    (
+        "src/engine/ops.rs",
+        "    /// SET: ",
+        "    /// Blips.\n    Blip blip { leg: Leg, bit: BitWritten }\n    /// SET: ",
+    ),
+    ("src/operator/protocol.rs", "    RetainSave {},\n", "    RetainSave {},\n    Blip {},\n"),
+    ("src/cli/mod.rs", "enum Command {\n", "enum Command {\n    Blip,\n"),
+    (
+        "src/controller/device/settings.rs",
+        "    Simulated(Plant),\n",
+        "    Simulated(Plant),\n    Blip,\n",
+    ),
+];
+
+/// The enum, its recipe, and the files with a match of it that has no arm for Blip.
+const ASKED_FOR: &[(&str, &str, &[&str])] = &[
+    ("Mnemonic", "Adding an instruction", &["src/isa/pages.rs", "src/resolve/instruction.rs"]),
+    (
+        "Action",
+        "Adding an instruction",
+        &["src/resolve/instruction.rs", "src/check/context.rs", "src/lower/instructions.rs"],
+    ),
+    ("DriverSettings", "Adding a driver", &["src/daemon/devices.rs", "src/daemon/config.rs"]),
+    ("Command", "Adding a command", &["src/cli/mod.rs"]),
+    ("Request", "Adding a command", &["src/operator/protocol.rs", "src/daemon/operator/desk.rs"]),
+];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A copy of the repository with the additions: its own sources, everything else by links.
+fn copy(additions: Additions) -> PathBuf {
+    let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recipes");
+    let _ = fs::remove_dir_all(&copy);
+    copy_folder(&root().join("src"), &copy.join("src"));
+    for file in ["Cargo.toml", "Cargo.lock"] {
+        fs::copy(root().join(file), copy.join(file)).expect("copied");
+    }
+    for folder in ["benches", "config", "docs", "tests"] {
+        symlink(root().join(folder), copy.join(folder)).expect("linked");
+    }
+    for (file, before, after) in additions {
+        let text = fs::read_to_string(copy.join(file)).expect("it was copied");
+        assert_eq!(text.matches(before).count(), 1, "{file} has not once: {before}");
+        fs::write(copy.join(file), text.replace(before, after)).expect("writable");
+    }
+    copy
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder of the copy");
+    for entry in fs::read_dir(from).expect("a folder is readable") {
+        let path = entry.expect("an entry is readable").path();
+        let to = to.join(path.file_name().expect("a name"));
+        if path.is_dir() {
+            copy_folder(&path, &to);
+        } else {
+            fs::copy(&path, &to).expect("copied");
+        }
+    }
+}
+
+/// What the compiler says of a copy: its lines with errors.
+fn errors(copy: &Path) -> Vec<String> {
+    // `target/PROFILE/deps/house-…`
+    let own = std::env::current_exe().expect("the path of this test");
+    let folder = own.ancestors().nth(2).expect("the profile's folder");
+    let profile = match folder.file_name().and_then(|name| name.to_str()) {
+        Some("debug") => "dev",
+        Some(other) => other,
+        None => panic!("{} is in no profile's folder", own.display()),
+    };
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args([
+        "test",
+        "--test",
+        "house",
+        "--no-run",
+        "--offline",
+        "--locked",
+        "--message-format",
+        "short",
+    ]);
+    cargo.args(["--color", "never", "--profile", profile, "--target-dir"]);
+    cargo.arg(folder.parent().expect("the target folder")).current_dir(copy);
+    let output = cargo.env("CARGO_INCREMENTAL", "0").output().expect("cargo runs");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success(), "the compiler asks for nothing: {said}");
+    let errors: Vec<String> =
+        said.lines().filter(|line| line.contains(": error")).map(str::to_owned).collect();
+    assert!(!errors.is_empty(), "{said}");
+    errors
+}
+
+/// ``src/a.rs:1:2: error[E0004]: non-exhaustive patterns: `isa::Mnemonic::Blip` not covered``: the
+/// enum and the file.
+fn missing_arm(error: &str) -> Option<(String, String)> {
+    let (place, message) = error.split_once(": error[E0004]: ")?;
+    let path = message.split('`').nth(1)?;
+    let (of, _) = path.split_once("::Blip")?;
+    let of = of.rsplit("::").next()?.trim_start_matches('&');
+    Some((of.to_owned(), place.split(':').next()?.to_owned()))
+}
+
+fn recipe(title: &str) -> String {
+    let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("readable");
+    let (_, recipe) = page.split_once(&format!("\n## {title}\n")).expect("the recipe");
+    recipe.split("\n## ").next().expect("a text").to_owned()
+}
+
+#[test]
+fn the_compiler_asks_for_the_places_that_the_recipes_name() {
+    let errors = errors(&copy(BLIPS));
+    let mut asked: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    // The operation has no `run`.
+    let (operation, arms): (Vec<_>, Vec<_>) =
+        errors.iter().partition(|error| error.contains("`Blip: Operation` is not satisfied"));
+    assert!(!operation.is_empty(), "{errors:#?}");
+    for error in arms {
+        let (of, file) = missing_arm(error).unwrap_or_else(|| panic!("{errors:#?}"));
+        asked.entry(of).or_default().insert(file);
+    }
+    let expected = ASKED_FOR.iter().map(|(of, _, files)| {
+        ((*of).to_owned(), files.iter().map(|file| (*file).to_owned()).collect())
+    });
+    assert_eq!(asked, expected.collect(), "{errors:#?}");
+    for (_, title, files) in ASKED_FOR {
+        let recipe = recipe(title);
+        for file in *files {
+            assert!(recipe.contains(&format!("`{file}`")), "{title} does not name {file}");
+        }
+    }
+}
+
+fn texts(folder: &str) -> String {
+    let entries = fs::read_dir(root().join(folder)).expect("a folder is readable");
+    let paths = entries.map(|entry| entry.expect("an entry is readable").path());
+    let files = paths.filter(|path| path.is_file());
+    files.map(|path| fs::read_to_string(path).expect("a text")).collect()
+}
+
+/// The steps of the instruction's recipe that no compiler sees.
+#[test]
+fn an_instruction_has_its_cases_its_behaviour_and_its_model() {
+    let semantics = fs::read_to_string(root().join("docs/semantics.md")).expect("readable");
+    let (cases, model) = (texts("tests/semantics"), texts("tests/support/model"));
+    for spec in TABLE {
+        let is_word = |text: &str| {
+            let word = |c: char| !c.is_ascii_uppercase();
+            text.split(word).any(|part| part == spec.name)
+        };
+        assert!(is_word(&semantics), "docs/semantics.md says nothing of {}", spec.name);
+        assert!(is_word(&cases), "no case of tests/semantics has {}", spec.name);
+        assert!(is_word(&model), "the model of tests/support/model does not know {}", spec.name);
+    }
+}
+
+#[test]
+fn every_rule_of_the_check_has_its_tests() {
+    let text = |file: &str| fs::read_to_string(root().join("src/check").join(file)).expect(file);
+    let table = text("mod.rs");
+    let rows = table.lines().filter_map(|line| line.trim().strip_prefix("(Needs::"));
+    let rules: BTreeSet<&str> =
+        rows.filter_map(|row| row.rsplit(", ").next()?.split("::").next()).collect();
+    assert!(rules.len() > 20, "{rules:?}");
+    for rule in rules {
+        let has_tests = text(&format!("{rule}.rs")).contains("#[cfg(test)]");
+        assert!(has_tests, "src/check/{rule}.rs has no tests");
+    }
+}
+
+/// No `_` stands for variants that are yet to come.
+#[test]
+fn matches_of_the_languages_enums_are_exhaustive() {
+    for module in ["reload", "lower", "check", "resolve", "source", "engine", "isa"] {
+        let path = root().join("src").join(module).join("mod.rs");
+        let text = fs::read_to_string(path).expect("readable");
+        assert!(text.contains("#![deny(clippy::wildcard_enum_match_arm)]"), "src/{module}");
+    }
+}
