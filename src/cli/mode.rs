@@ -5,7 +5,7 @@ use clap::Args;
 
 use super::exit::Exit;
 use super::operator::At;
-use super::terminal::say;
+use super::terminal::{one_line, say_line};
 use crate::operator::protocol::{ModeChange, ModeWanted, Request};
 
 /// Sets a controller from STOP or FAULT to RUN, or stops its scan in an orderly way
@@ -26,6 +26,13 @@ pub struct ModeArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn mode(args: &ModeArgs) -> Result<Exit> {
+    if args.no_wait && args.to == ModeWanted::Run {
+        say_line(
+            "rungd: `--no-wait` is for `mode stop`: it does not wait until the last image of \
+             retentive memory is durable; `mode run` writes no image",
+        );
+        return Ok(Exit::Usage);
+    }
     let request = Request::Mode { to: args.to, no_wait: args.no_wait };
     let change: ModeChange = match args.at.ask(&request) {
         Ok(change) => change,
@@ -35,11 +42,11 @@ pub fn mode(args: &ModeArgs) -> Result<Exit> {
     let after = &change.after;
     let wanted = if args.to == ModeWanted::Run { "RUN" } else { "STOP" };
     if after != wanted {
-        say(&format!("rungd: {wanted} was asked for, and it is in {after}: the log says why\n"));
+        say_line(&format!("rungd: {wanted} was asked for, and it is in {after}: the log says why"));
         return Ok(Exit::Refused);
     }
     if let Some(why) = &change.not_kept {
-        say(&format!("rungd: {why}\n"));
+        say_line(&format!("rungd: {why}"));
         return Ok(Exit::Io);
     }
     Ok(Exit::Ok)
@@ -49,5 +56,5 @@ fn text(change: &ModeChange) -> String {
     let ModeChange { before, after, reason, kept, .. } = change;
     let reason = reason.as_ref().map_or(String::new(), |why| format!(" ({why})"));
     let kept = kept.as_ref().map_or(String::new(), super::retain::text);
-    format!("{after}{reason}, was {before}\n{kept}")
+    format!("{}\n{kept}", one_line(&format!("{after}{reason}, was {before}")))
 }

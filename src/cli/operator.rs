@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::exit::Exit;
-use super::terminal::{plain, plain_json, print, say};
+use super::terminal::{one_line, plain_json, print, say, say_line};
 use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, Failure};
 use crate::operator::protocol::{Change, Given, Name, Names, Refusal, RefusalKind, Request};
@@ -50,7 +50,9 @@ impl New {
 impl At {
     /// Sends a request; `Err` is the exit code of a refusal or failure, which has been printed.
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
-        client::ask(&client::socket(self.socket.clone()), request).map_err(|failure| {
+        let socket = client::socket(self.socket.clone());
+        let waits = |why: &str| say_line(&format!("rungd: {why}"));
+        client::ask_and_tell(&socket, request, &waits).map_err(|failure| {
             let exit = exit_of(&failure);
             if self.json {
                 let kind = kind_of(&failure);
@@ -63,7 +65,7 @@ impl At {
                 say(&format!("{}\n", message.trim_end()));
                 say("rungd: the files cannot be run as they are; the running program goes on\n");
             } else {
-                say(&format!("rungd: {failure}\n"));
+                say_line(&format!("rungd: {failure}"));
             }
             exit
         })
@@ -96,7 +98,7 @@ impl At {
             let forced = |is: bool| if is { ", forced" } else { "" };
             format!(
                 "{}: {did}{}{}, was {}{}\n",
-                change.now,
+                one_line(&change.now.to_string()),
                 change.now.value,
                 forced(change.now.forced),
                 change.before,
@@ -104,7 +106,7 @@ impl At {
             )
         })?;
         if let Some(note) = change.note.filter(|_| !self.json) {
-            say(&format!("note: {note}\n"));
+            say_line(&format!("note: {note}"));
         }
         Ok(Exit::Ok)
     }
@@ -152,8 +154,8 @@ pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
         Err(_) => return Vec::new(),
     };
     let candidate = |name: &Name| {
-        let about = plain(&name.about).into_owned();
-        CompletionCandidate::new(plain(&name.name).into_owned()).help(Some(about.into()))
+        let about = one_line(&name.about).into_owned();
+        CompletionCandidate::new(one_line(&name.name).into_owned()).help(Some(about.into()))
     };
     names.names.iter().map(candidate).collect()
 }

@@ -10,7 +10,7 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use super::exit::Exit;
 use super::operator::At;
-use super::say;
+use super::terminal::{one_line, say, say_line};
 use crate::daemon;
 use crate::operator::protocol::{Reloaded, Request};
 
@@ -57,7 +57,7 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
     }
     let Some(socket) = socket else {
         let file = controller.display();
-        say(&format!("rungd: {file}: there is no operator's socket; SIGHUP makes it reload\n"));
+        say_line(&format!("rungd: {file}: there is no operator's socket; SIGHUP makes it reload"));
         return Ok(Exit::Unavailable);
     };
     ask(&At { socket: socket.into(), ..args.at.clone() }, &request)
@@ -100,16 +100,16 @@ fn ask(at: &At, request: &Request) -> Result<Exit> {
 fn text(done: &Reloaded) -> String {
     let mut text = String::new();
     for line in &done.report {
-        text += &format!("{line}\n");
+        text += &format!("{}\n", one_line(line));
     }
     for line in &done.restart {
-        text += &format!("needs a restart: {line}\n");
+        text += &format!("needs a restart: {}\n", one_line(line));
     }
     text + &end(done)
 }
 
 fn end(done: &Reloaded) -> String {
-    let (ladder, mode) = (&done.ladder, &done.mode);
+    let (ladder, mode) = (one_line(&done.ladder), &done.mode);
     match done.swap_us {
         _ if done.same => "nothing changed: the files are those that run already\n".to_owned(),
         Some(us) if mode == "RUN" => {

@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 
 use super::exit::Exit;
 use super::operator::At;
-use super::terminal::{print, say};
+use super::terminal::{one_line, print, say_line};
 use crate::daemon::span;
 use crate::operator::protocol::{Request, Saved};
 use crate::retain::file::{Access, FileDevice};
@@ -46,7 +46,7 @@ pub fn retain(args: &RetainArgs) -> Result<Exit> {
             match opened.and_then(|mut device| show(&mut device)) {
                 Ok(text) => print(&text)?,
                 Err(why) => {
-                    say(&format!("rungd: {}: {why}\n", file.display()));
+                    say_line(&format!("rungd: {}: {why}", file.display()));
                     return Ok(Exit::Io);
                 }
             }
@@ -70,7 +70,8 @@ pub(super) fn text(saved: &Saved) -> String {
     let Saved { file, image, scan, flush_us } = saved;
     let took = match flush_us {
         0 => "durable already".to_owned(),
+        1..1000 => "durable in under 1 ms".to_owned(),
         us => format!("durable in {}", span(us * 1000)),
     };
-    format!("{file}: image {image} of scan {scan}, {took}\n")
+    format!("{}: image {image} of scan {scan}, {took}\n", one_line(file))
 }

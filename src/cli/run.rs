@@ -119,7 +119,7 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
         reload_limit: args.reload_limit,
         start_in_stop: match (guard.trips(), args.stopped) {
             (true, _) => Some(StopReason::RestartGuard),
-            (false, true) => Some(StopReason::Operator),
+            (false, true) => Some(StopReason::CommandLine),
             (false, false) => None,
         },
     };

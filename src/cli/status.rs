@@ -6,6 +6,7 @@ use clap::Args;
 use super::exit::Exit;
 use super::operator::At;
 use super::read::table;
+use super::terminal::one_line;
 use crate::daemon::span;
 use crate::operator::protocol::{Block, Log, Posture, Request, Retain, Scan, Spread, Status};
 
@@ -73,7 +74,7 @@ fn page(status: &Status, histogram: bool) -> String {
     lines.extend(spread("lateness", &status.scan.lateness, histogram));
     lines.extend(rows("posture", status.posture.iter().map(posture_line).collect()));
     lines.push(row("log", &log_line(&status.log)));
-    lines.iter().map(|line| format!("{}\n", line.trim_end())).collect()
+    lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
 }
 
 fn log_line(log: &Log) -> String {

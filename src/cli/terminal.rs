@@ -15,10 +15,19 @@ fn is_obeyed(c: char) -> bool {
     c.is_control() || turns
 }
 
-/// A text for a terminal. Line ends stay.
+/// A text for a terminal. Line ends stay: only for a text whose lines rungd itself has made.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
-    let odd = |c: char| is_obeyed(c) && c != '\n';
-    if !text.contains(odd) {
+    escaped(text, |c| is_obeyed(c) && c != '\n')
+}
+
+/// A text for one line of a terminal. Line ends are escaped too: a name with a line end in it
+/// cannot add a line to an answer.
+pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
+    escaped(text, is_obeyed)
+}
+
+fn escaped(text: &str, odd: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&odd) {
         return Cow::Borrowed(text);
     }
     let mut plain = String::with_capacity(text.len());
@@ -63,6 +72,11 @@ pub(crate) fn say(text: &str) {
     say_drawn(&plain(text));
 }
 
+/// Prints one line on standard error.
+pub(crate) fn say_line(text: &str) {
+    say_drawn(&format!("{}\n", one_line(text)));
+}
+
 /// Prints findings on standard error as they were drawn, with their colours.
 pub(crate) fn say_drawn(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
@@ -77,6 +91,7 @@ mod tests {
         assert_eq!(plain("Füllstand: 3 mm\nok\n"), "Füllstand: 3 mm\nok\n");
         assert_eq!(plain("a\u{1b}[2Jb\rc\u{9b}d"), "a\\u{1b}[2Jb\\u{d}c\\u{9b}d");
         assert_eq!(plain("on\u{202e}ffo"), "on\\u{202e}ffo");
+        assert_eq!(one_line("jam\n  mode RUN"), "jam\\u{a}  mode RUN");
         let json = serde_json::json!({ "doc": "\u{1b}\u{7f}\u{9b}\u{202e}é" });
         let shown = plain_json(&json.to_string()).into_owned();
         assert!(!shown.contains(is_obeyed), "{shown}");

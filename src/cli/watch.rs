@@ -14,7 +14,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{At, complete};
 use super::read::table;
-use super::terminal::plain;
+use super::terminal::{one_line, plain};
 use crate::isa::duration;
 use crate::operator::protocol::{Request, Value, Values};
 
@@ -79,7 +79,7 @@ fn draw(drawing: &str) -> io::Result<()> {
 
 /// `RUN scan=120 jam=OFF bin_size=12,forced`.
 fn line(values: &Values) -> String {
-    let name = |value: &Value| value.tag.clone().unwrap_or_else(|| value.operand.clone());
+    let name = |value: &Value| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
     let forced = |value: &Value| if value.forced { ",forced" } else { "" };
     let shown = values.values.iter();
     let shown = shown.map(|value| format!(" {}={}{}", name(value), value.value, forced(value)));

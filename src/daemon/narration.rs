@@ -74,6 +74,8 @@ impl Facts {
                 "`rungd mode run` runs it; a restart finds nothing to restore either"
             }
             (StopReason::NothingRestored, false) => COLD_BY_HAND,
+            (StopReason::CommandLine, true) => "`rungd mode run` runs it",
+            (StopReason::CommandLine, false) => "restart rungd without `--stopped`",
             (
                 StopReason::NotStarted
                 | StopReason::Instruction

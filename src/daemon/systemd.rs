@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_start_that_is_meant_to_be_in_stop_is_ready_there() {
-        for reason in [StopReason::Operator, StopReason::RestartGuard] {
+        for reason in [StopReason::CommandLine, StopReason::RestartGuard] {
             let mut notices = Notices::new(None);
             assert_eq!(notices.due(ms(0), 0, &snapshot(0, Mode::Stop(reason)))[0], Notice::Ready);
         }

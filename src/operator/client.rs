@@ -12,13 +12,22 @@ use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
-use super::protocol::{Refusal, Reply, Request};
+use rustix::net::sockopt::{Timeout, set_socket_timeout, socket_peercred};
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
+
+use super::protocol::{ModeWanted, Refusal, Reply, Request};
 use super::{SOCKET_DEFAULT, SOCKET_NAME};
 
-/// The time limit of an answer. The server may wait for the controller's next scan, and reports
-/// by itself if none comes.
-const ANSWER_MAX: Duration = Duration::from_secs(150);
-/// The time limit for sending a request.
+/// The time limit of an answer that waits for nothing.
+const ANSWER_MAX: Duration = Duration::from_secs(10);
+/// The time limit of an answer that waits for a scan, a disk or files. The server reports by
+/// itself if they do not come.
+const CHANGE_MAX: Duration = Duration::from_secs(150);
+/// The time limit of a list of names: a person has pressed a key and looks at the line.
+const NAMES_MAX: Duration = Duration::from_secs(3);
+/// The time after which a person is told what is waited for.
+const TELL_AFTER: Duration = Duration::from_secs(2);
+/// The time limit for a connection, and for sending a request.
 const SEND_MAX: Duration = Duration::from_secs(5);
 /// The longest answer.
 const ANSWER_BYTES_MAX: usize = 64 << 20;
@@ -58,11 +67,25 @@ fn is_trusted(path: &Path) -> bool {
 /// # Errors
 /// [`Failure`].
 pub fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, Failure> {
-    let stream = UnixStream::connect(socket).map_err(|error| match error.kind() {
+    ask_and_tell(socket, request, &|_| ())
+}
+
+/// As [`ask`]; tells what it waits for, if it has to wait.
+///
+/// # Errors
+/// [`Failure`].
+pub(crate) fn ask_and_tell<T: DeserializeOwned>(
+    socket: &Path,
+    request: &Request,
+    tell: &dyn Fn(&str),
+) -> Result<T, Failure> {
+    let stream = connected(socket).map_err(|error| match error.kind() {
         io::ErrorKind::PermissionDenied => Failure::NotAllowed(socket.into(), error),
+        io::ErrorKind::TimedOut => Failure::Broken(socket.into(), error),
         _ => Failure::NotRunning(socket.into(), error),
     })?;
-    let line = exchange(stream, request).map_err(|error| Failure::Broken(socket.into(), error))?;
+    let wait = Wait { request, limit: limit_of(request), began: Instant::now(), tell };
+    let line = wait.exchange(stream).map_err(|error| Failure::Broken(socket.into(), error))?;
     match serde_json::from_slice(&line) {
         Ok(Reply::Ok(answer)) => Ok(answer),
         Ok(Reply::Error(refusal)) => Err(Failure::Refused(refusal)),
@@ -70,40 +93,153 @@ pub fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, F
     }
 }
 
-fn exchange(mut stream: UnixStream, request: &Request) -> io::Result<Vec<u8>> {
-    stream.set_write_timeout(Some(SEND_MAX))?;
-    let mut line = serde_json::to_vec(request)?;
-    line.push(b'\n');
-    // A rejected client gets the reason even if its request was not received.
-    let sent = stream.write_all(&line);
-    let answer = read_line(&mut stream);
-    if answer.as_ref().is_ok_and(|line| !line.is_empty()) { answer } else { sent.and(answer) }
+/// Connects, within a time limit: a process that hangs lets nobody in once its queue is full.
+fn connected(socket: &Path) -> io::Result<UnixStream> {
+    let stream = socket_with(AddressFamily::UNIX, SocketType::STREAM, SocketFlags::CLOEXEC, None)?;
+    set_socket_timeout(&stream, Timeout::Send, Some(SEND_MAX))?;
+    connect(&stream, &SocketAddrUnix::new(socket)?).map_err(|error| {
+        match io::Error::from(error) {
+            full if full.kind() == io::ErrorKind::WouldBlock => io::Error::new(
+                io::ErrorKind::TimedOut,
+                format!("the process has let no client in for {} s: it hangs", SEND_MAX.as_secs()),
+            ),
+            other => other,
+        }
+    })?;
+    Ok(stream.into())
 }
 
-fn read_line(stream: &mut UnixStream) -> io::Result<Vec<u8>> {
-    let deadline = Instant::now() + ANSWER_MAX;
-    let (mut line, mut part) = (Vec::new(), [0; 16 * 1024]);
-    loop {
-        let left = deadline.saturating_duration_since(Instant::now());
-        stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
-        let count = match stream.read(&mut part) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                return Err(io::Error::new(io::ErrorKind::TimedOut, "no answer came in time"));
+fn limit_of(request: &Request) -> Duration {
+    match request {
+        Request::Names { .. } => NAMES_MAX,
+        Request::Status {} | Request::Read { .. } | Request::LogLevel { .. } => ANSWER_MAX,
+        Request::Write { .. }
+        | Request::Force { .. }
+        | Request::Unforce { .. }
+        | Request::UnforceAll {}
+        | Request::Mode { .. }
+        | Request::Reload { .. }
+        | Request::Rollback {}
+        | Request::RetainSave {} => CHANGE_MAX,
+    }
+}
+
+/// A request whose answer is waited for.
+struct Wait<'a> {
+    request: &'a Request,
+    limit: Duration,
+    began: Instant,
+    tell: &'a dyn Fn(&str),
+}
+
+impl Wait<'_> {
+    fn exchange(&self, mut stream: UnixStream) -> io::Result<Vec<u8>> {
+        stream.set_write_timeout(Some(SEND_MAX))?;
+        let mut line = serde_json::to_vec(self.request)?;
+        line.push(b'\n');
+        // A rejected client gets the reason even if its request was not received.
+        let sent = stream.write_all(&line);
+        let answer = self.read_line(&mut stream);
+        if answer.as_ref().is_ok_and(|line| !line.is_empty()) { answer } else { sent.and(answer) }
+    }
+
+    fn read_line(&self, stream: &mut UnixStream) -> io::Result<Vec<u8>> {
+        let (mut line, mut part) = (Vec::new(), [0; 16 * 1024]);
+        let mut told = false;
+        loop {
+            let until = if told { self.limit } else { TELL_AFTER.min(self.limit) };
+            let left = until.saturating_sub(self.began.elapsed());
+            stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+            let count = match stream.read(&mut part) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    let process = Process::of(stream);
+                    if told || until == self.limit {
+                        return Err(io::Error::new(
+                            io::ErrorKind::TimedOut,
+                            self.no_answer(process),
+                        ));
+                    }
+                    (self.tell)(&self.waiting(process));
+                    told = true;
+                    continue;
+                }
+                other => other?,
+            };
+            if count == 0 {
+                let ended = "the connection ended before the answer";
+                return Err(io::Error::new(io::ErrorKind::UnexpectedEof, ended));
             }
-            other => other?,
+            if let Some(end) = part[..count].iter().position(|byte| *byte == b'\n') {
+                line.extend_from_slice(&part[..end]);
+                return Ok(line);
+            }
+            line.extend_from_slice(&part[..count]);
+            if line.len() > ANSWER_BYTES_MAX {
+                return Err(io::Error::new(io::ErrorKind::InvalidData, "an answer without an end"));
+            }
+        }
+    }
+
+    /// What is waited for, and what to do.
+    fn waiting(&self, process: Process) -> String {
+        let awaited = match self.request {
+            Request::Mode { to: ModeWanted::Stop, no_wait: false } => {
+                "; a stop is answered when its last image of retentive memory is durable \
+                 (`--no-wait` does not wait for it)"
+            }
+            Request::RetainSave {} => "; it is answered when the image is durable",
+            Request::Reload { .. } => "; it is answered when the files are checked",
+            Request::Write { .. }
+            | Request::Force { .. }
+            | Request::Unforce { .. }
+            | Request::UnforceAll {}
+            | Request::Mode { .. }
+            | Request::Rollback {} => "; it is answered when the scan thread has done it",
+            Request::Status {}
+            | Request::Read { .. }
+            | Request::Names { .. }
+            | Request::LogLevel { .. } => "",
         };
-        if count == 0 {
-            let ended = "the connection ended before the answer";
-            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, ended));
+        let (told, limit) = (TELL_AFTER.as_secs(), self.limit.as_secs());
+        let hint = process.hint();
+        format!("{process} has not answered for {told} s{awaited}; waiting up to {limit} s{hint}")
+    }
+
+    fn no_answer(&self, process: Process) -> String {
+        let limit = self.limit.as_secs();
+        let yet = if self.request.only_looks() { "" } else { "; the command may yet be done" };
+        format!("{process} gave no answer in {limit} s: it hangs{yet}{}", process.hint())
+    }
+}
+
+/// The process at the other end.
+#[derive(Clone, Copy)]
+struct Process(Option<i32>);
+
+impl Process {
+    fn of(stream: &UnixStream) -> Process {
+        Process(socket_peercred(stream).ok().map(|peer| peer.pid.as_raw_nonzero().get()))
+    }
+
+    /// What shows why it does not answer.
+    fn hint(self) -> String {
+        let Some(pid) = self.0 else { return String::new() };
+        let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+        match status.lines().any(|line| line.starts_with("State:\tT")) {
+            true => {
+                format!(" (process {pid} is stopped by a signal: `kill -CONT {pid}` continues it)")
+            }
+            false => format!(" (`ps -o pid,stat,wchan,args -p {pid}` shows its state)"),
         }
-        if let Some(end) = part[..count].iter().position(|byte| *byte == b'\n') {
-            line.extend_from_slice(&part[..end]);
-            return Ok(line);
-        }
-        line.extend_from_slice(&part[..count]);
-        if line.len() > ANSWER_BYTES_MAX {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "an answer without an end"));
+    }
+}
+
+impl fmt::Display for Process {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(pid) => write!(f, "process {pid}"),
+            None => f.write_str("the process"),
         }
     }
 }

@@ -207,9 +207,10 @@ impl fmt::Display for Denial {
                  known; restart rungd",
             ),
             Denial::Ending => f.write_str("rungd is about to end"),
-            Denial::Faulted => {
-                f.write_str("the controller is in FAULT and does not scan; run clears it")
-            }
+            Denial::Faulted => f.write_str(
+                "the controller is in FAULT: it does not scan, and its outputs are safe; `rungd \
+                 mode run` leaves FAULT, and then `rungd mode stop` stops it",
+            ),
             Denial::NoProgram => f.write_str("the program did not come with its command"),
             Denial::TooManyForces => write!(f, "{FORCES_MAX} bits and words are forced already"),
         }

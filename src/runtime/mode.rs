@@ -29,6 +29,8 @@ pub enum StopReason {
     ScanLimit,
     /// An operator asked for it.
     Operator,
+    /// The command line asked for a start in STOP.
+    CommandLine,
     /// It was restarted too often in too short a time, and so started in STOP.
     RestartGuard,
     /// Nothing was found to be restored, and memory is as after a cold start.
@@ -61,8 +63,8 @@ impl StopReason {
 
     /// Whether a start may be meant to be in STOP for it.
     pub fn is_meant(self) -> bool {
-        use StopReason::{NothingRestored, Operator, RestartGuard};
-        matches!(self, Operator | RestartGuard | NothingRestored)
+        use StopReason::{CommandLine, NothingRestored, Operator, RestartGuard};
+        matches!(self, Operator | CommandLine | RestartGuard | NothingRestored)
     }
 }
 
@@ -85,6 +87,7 @@ impl fmt::Display for StopReason {
             StopReason::Signal => "a signal asked for it",
             StopReason::ScanLimit => "the number of scans asked for is complete",
             StopReason::Operator => "an operator asked for it",
+            StopReason::CommandLine => "the command line asked for it (`--stopped`)",
             StopReason::RestartGuard => "it was restarted too often in too short a time",
             StopReason::NothingRestored => {
                 "nothing was found to be restored, and memory is as after a cold start"

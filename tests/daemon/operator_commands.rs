@@ -195,7 +195,7 @@ fn a_force_is_seen_by_modbus_in_forces_active_and_in_status() {
     live.ok("force eye on");
     assert!(live.ok("unforce --all").starts_with("3 not forced any more:\n"));
     assert_eq!(live.ok("unforce --all"), "nothing was forced\n");
-    assert!(live.say("unforce jam").err.contains("it was not forced"));
+    assert!(live.say("unforce jam").err.contains("it was not forced; nothing is forced"));
 }
 
 #[test]
@@ -296,6 +296,27 @@ fn nothing_that_a_ladder_says_is_obeyed_by_a_terminal() {
         assert!(!text.contains(['\u{1b}', '\u{9b}', '\u{202e}']), "{text:?}");
     }
     assert!(shown[0].contains("Bottles \\u{1b}[2J\\u{9b}1mjammed\\u{202e}"), "{}", shown[0]);
+}
+
+#[test]
+fn nothing_that_a_ladder_says_adds_a_line_to_an_answer() {
+    let text = "jammed\\n  mode        RUN for 1h";
+    let live = Live::start(
+        &LADDER.replace("Bottles jammed", text).replace("\"bottling\"", "\"a\\nb\""),
+        "",
+        &[],
+    );
+    live.ok("force jam on");
+    live.await_values("lamp", "ON");
+    live.ok("mode stop");
+    let status = live.ok("status");
+    let modes = status.lines().filter(|line| line.starts_with("  mode")).count();
+    assert!(modes == 1 && status.contains("jam: jammed\\u{a}  mode "), "{status}");
+    let mut ladder = std::fs::read_to_string(live.folder.join("ladder.toml")).unwrap();
+    ladder.push_str("# edited\n");
+    std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
+    let reloaded = live.ok("reload");
+    assert!(reloaded.contains("a\\u{a}b is in since"), "{reloaded}");
 }
 
 #[test]
@@ -420,7 +441,7 @@ fn forces_are_shown_and_ended_by_what_their_addresses_are_called_now() {
     assert_eq!(forces(), is(None));
     let said = live.say("unforce size");
     assert_eq!(said.out, "size (D2): not forced, 12, was 12\n");
-    let note = "D1 is, which was called `size` when it was forced: `rungd unforce D1`";
+    let note = "it was not forced; D1 is forced, and was called `size` then: `rungd unforce D1`";
     assert!(said.err.contains(note), "{said:?}");
 
     let said = reload("size", "width");
@@ -429,6 +450,12 @@ fn forces_are_shown_and_ended_by_what_their_addresses_are_called_now() {
     let said = reload("size", "girth");
     assert!(said.contains("tag width (D1) is called girth now; the force stays on it"), "{said}");
     assert_eq!(forces(), is(Some("girth")));
+    let said = live.say("unforce width");
+    assert!(said.err.contains("nothing is called `width`"), "{said:?}");
+    assert!(said.err.contains("forced now: girth (D1) (`rungd unforce --all`"), "{said:?}");
+    let said = live.say("unforce size");
+    assert!(said.code == 2 && said.err.contains("nothing is called `size`"), "{said:?}");
+    assert!(said.err.contains("D1 is forced, and was called `size` then: `rungd unforce D1`"));
     let without = LADDER.replace("preset=size", "preset=12");
     let without: String = without
         .lines()

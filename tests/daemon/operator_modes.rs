@@ -2,7 +2,12 @@
 
 use crate::support::live;
 use crate::support::needs::{Need, skip};
+use std::io::{BufRead, BufReader};
+use std::os::fd::OwnedFd;
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
+
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 
 use crate::support::live::Live;
 
@@ -72,9 +77,11 @@ fn stop_and_run_keep_memory_as_the_termination_table_says() {
 #[test]
 fn a_start_in_stop_is_left_by_run_with_memory_as_after_a_cold_start() {
     let live = Live::start(LADDER, "", &["--stopped"]);
-    live.line("STOP: an operator asked for it");
+    live.line("STOP: the command line asked for it");
     live.await_values("D9 Main.Running", "0 OFF");
-    assert!(live.ok("status").contains("STOP (an operator asked for it)"));
+    assert!(live.ok("status").contains("STOP (the command line asked for it (`--stopped`))"));
+    let said = live.say("mode run --no-wait");
+    assert!(said.code == 2 && said.err.contains("`--no-wait` is for `mode stop`"), "{said:?}");
     assert_eq!(live.ok("mode run"), "RUN, was STOP\n");
     live.await_values("D9 Main.Running", "1 ON");
 }
@@ -90,7 +97,9 @@ fn a_fault_is_left_by_run_and_can_come_again() {
         let status = live.say("status --json").json();
         assert_eq!(status["mode"], "FAULT");
         assert!(status["reason"].as_str().unwrap().contains("the watchdog"), "{status}");
-        assert_eq!(live.say("mode stop").code, 1, "nothing scans");
+        let said = live.say("mode stop");
+        assert_eq!(said.code, 1, "nothing scans");
+        assert!(said.err.contains("held up") || said.err.contains("`rungd mode run`"), "{said:?}");
         live.await_ok("force D3 9");
         live.await_values("D3 $ForcesActive", "9 ON");
         assert_eq!(live.await_ok("mode run"), "RUN, was FAULT\n");
@@ -144,4 +153,43 @@ fn run_is_answered_with_the_mode_behind_the_first_scan() {
         assert_eq!(said.code, 1);
         live.await_values("D8", &run.to_string());
     }
+}
+
+/// Waits for a line on the standard error of a command.
+fn line(child: &mut Child) -> String {
+    let mut line = String::new();
+    BufReader::new(child.stderr.as_mut().unwrap()).read_line(&mut line).unwrap();
+    line
+}
+
+#[test]
+fn a_process_that_hangs_is_told_and_not_waited_for_without_end() {
+    let live = Live::start(LADDER, "", &[]);
+    live.signal("STOP");
+    let stopped = format!("`kill -CONT {}` continues it", live.child.id());
+    let mut stop = live.command("mode stop").stderr(Stdio::piped()).spawn().unwrap();
+    let told = line(&mut stop);
+    assert!(told.contains("has not answered for 2 s; a stop is answered when"), "{told}");
+    assert!(told.contains(&stopped), "{told}");
+    let status = live.say("status");
+    assert_eq!((status.code, status.err.lines().count()), (74, 2), "{status:?}");
+    let [told, ended] = [0, 1].map(|at| status.err.lines().nth(at).unwrap());
+    assert!(told.contains("has not answered for 2 s; waiting up to 10 s"), "{told}");
+    assert!(ended.contains("gave no answer in 10 s: it hangs") && ended.contains(&stopped));
+    // A queue that is full lets nobody in.
+    let waiting: Vec<_> = (0..200).map_while(|_| connected(&live)).collect();
+    assert!(waiting.len() < 200);
+    let said = live.say("status");
+    assert!(said.code == 74 && said.err.contains("has let no client in for 5 s"), "{said:?}");
+    drop(waiting);
+    live.signal("CONT");
+    assert_eq!(stop.wait().unwrap().code(), Some(0), "it was only waiting");
+    live.await_mode("STOP");
+}
+
+/// A connection, unless the queue of the socket is full.
+fn connected(live: &Live) -> Option<OwnedFd> {
+    let (flags, path) = (SocketFlags::NONBLOCK, SocketAddrUnix::new(&live.socket).unwrap());
+    let stream = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None).unwrap();
+    connect(&stream, &path).is_ok().then_some(stream)
 }

@@ -113,9 +113,10 @@ fn the_stop_instruction_leaves_the_process_in_stop_and_the_log_repeats_why() {
 fn a_start_in_stop_says_so_until_it_is_told_to_end() {
     let plant = Plant::new(ALIVE, "");
     let mut running = plant.start(&["--stopped", "--repeat-reason", "150ms"]);
-    let stop = running.line("STOP: an operator asked for it");
+    let stop = running.line("STOP: the command line asked for it (`--stopped`)");
     assert_eq!((&stop["level"], &stop["scan"]), (&"WARN".into(), &0.into()));
-    running.line("still in STOP after");
+    let still = running.line("still in STOP after");
+    assert!(message(&still).contains("restart rungd without `--stopped`"), "{still}");
     running.signal("TERM");
     running.line("SIGTERM: ending from STOP; no further scan comes");
     assert_eq!(running.line("rungd ends")["scans"], 0);

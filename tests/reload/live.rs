@@ -188,7 +188,10 @@ fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
     assert!(live.ok("unforce D9").contains("not forced"));
     assert!(live.ok("reload").contains("nothing changed"));
     let waits = live.say("write D9 45").err;
-    assert!(waits.contains("it waits for the next scan, which comes every 20m"), "{waits}");
+    assert!(waits.contains("45 is written with the next scan; a scan comes every 20m"), "{waits}");
+    let told = live.line("asked to write to D9: 45 is written with the next scan");
+    assert_eq!((&told["before"], &told["after"]), (&"44".into(), &"45".into()), "{told}");
+    assert!(told["message"].as_str().unwrap().ends_with("until then it is 44"), "{told}");
     assert_eq!(scans(), before, "nothing was scanned for all that");
     assert_eq!(live.ok("mode stop"), "STOP (an operator asked for it), was RUN\n");
     assert_eq!(scans(), before + 1, "the last scan");

@@ -232,7 +232,7 @@ fn cannot_grow(plant: &Plant, running: &Running) {
     let told = running.line("cannot be written");
     assert!(message(&told).contains("memory.new is in the way: "), "{told}");
     // A third has to wait as well as a second.
-    let mut second = Running::new(&mut plant.command(&[] as &[&str]));
+    let mut second = Running::new(&mut plant.second());
     second.line("another rungd keeps its memory in this file");
     assert_eq!(second.end().code(), Some(74));
 }

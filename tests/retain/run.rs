@@ -266,7 +266,7 @@ fn two_controllers_do_not_share_a_file() {
     let plant = Plant::new(COUNTS, KEEPS);
     let mut first = Running::new(&mut plant.command(&[] as &[&str]));
     first.line("RUN");
-    let mut second = Running::new(&mut plant.command(&[] as &[&str]));
+    let mut second = Running::new(&mut plant.second());
     second.line("another rungd keeps its memory in this file");
     assert_eq!(second.end().code(), Some(74));
     first.stop();

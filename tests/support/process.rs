@@ -42,10 +42,14 @@ impl Plant {
 
     /// `PREFIX rungd run controller.toml --log-format json`, heard by nobody yet.
     pub fn command<S: AsRef<OsStr>>(&self, prefix: &[S]) -> Command {
+        self.command_of(prefix, "controller.toml")
+    }
+
+    fn command_of<S: AsRef<OsStr>>(&self, prefix: &[S], controller: &str) -> Command {
         let words = prefix.iter().map(AsRef::as_ref);
         let mut words = words.chain([OsStr::new(env!("CARGO_BIN_EXE_rungd"))]);
         let mut command = Command::new(words.next().unwrap());
-        command.args(words).arg("run").arg(self.0.join("controller.toml"));
+        command.args(words).arg("run").arg(self.0.join(controller));
         command.args(["--log-format", "json"]);
         let variables = ["RUNGD_LOG", "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"];
         let systemd = ["JOURNAL_STREAM", "RUNTIME_DIRECTORY", "STATE_DIRECTORY"];
@@ -54,6 +58,14 @@ impl Plant {
         });
         command.stdout(Stdio::null()).stderr(Stdio::piped());
         command
+    }
+
+    /// As [`Plant::command`], with a socket of its own: a second controller of the same files.
+    pub fn second(&self) -> Command {
+        let text = std::fs::read_to_string(self.0.join("controller.toml")).unwrap();
+        let text = text.replace("socket = \"op\"", "socket = \"op2\"");
+        std::fs::write(self.0.join("second.toml"), text).unwrap();
+        self.command_of(&[] as &[&str], "second.toml")
     }
 
     /// What a command says that asks this plant's controller at its socket `op`; it ends with 0.

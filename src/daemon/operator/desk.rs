@@ -23,8 +23,8 @@ use crate::isa::Address;
 use crate::operator::names::Names;
 use crate::operator::operand::Operand;
 use crate::operator::protocol::{
-    self, Change, Given, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal, RefusalKind,
-    Request, Values,
+    self, Change, Given, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
+    RefusalKind, Request, Values,
 };
 use crate::runtime::Generations;
 use crate::runtime::command::{Before, Command, CommandId, Denial};
@@ -33,6 +33,8 @@ use crate::say::say;
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
+/// The most forces that an answer names.
+const FORCES_NAMED_MAX: usize = 8;
 /// The least time limit of a change's wait for the scan that sees it.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
@@ -171,9 +173,15 @@ impl Desk {
         };
         let latest = self.port.latest();
         let mut change = change(&operand, &before, &latest);
-        change.note = if seen { self.note(&operand, value, &change) } else { Some(waits(period)) };
-        let did = format!("wrote {} to {}", operand.held(value), change.now);
-        tell(peer, &events::OPERATOR_WRITE, &operand, &change, &did);
+        let written = operand.held(value);
+        if seen {
+            change.note = self.note(&operand, value, &change);
+            let did = format!("wrote {written} to {}", change.now);
+            tell(peer, &events::OPERATOR_WRITE, &operand, &change, &did);
+        } else {
+            tell_waiting(peer, &operand, &change, (written, period));
+            change.note = Some(waits(written, period));
+        }
         Ok(change)
     }
 
@@ -225,28 +233,42 @@ impl Desk {
     }
 
     async fn unforce(&self, peer: &Peer, text: &str) -> Done<Change> {
-        let operand = self.names().find_one(text)?;
+        let operand = self.names().find_one(text).map_err(|unknown| {
+            let message = format!("{}; {}", unknown.message, self.forced_now(text.trim()));
+            Refusal { message, ..unknown }
+        })?;
         let before = self.carried_out(self.hand_in(Command::Release(operand.cell))?).await?;
         let mut change = self.forced_change(&operand, before);
         if before.forced {
             let did = format!("ended the force of {}", change.now);
             tell(peer, &events::OPERATOR_UNFORCE, &operand, &change, &did);
         } else {
-            change.note = Some(self.not_forced(text.trim()));
+            change.note = Some(format!("it was not forced; {}", self.forced_now(text.trim())));
         }
         Ok(change)
     }
 
-    /// What to do instead: a reload may have given the name to something else.
-    fn not_forced(&self, text: &str) -> String {
+    /// What can be unforced instead: a reload may have renamed it, or given its name to something
+    /// else.
+    fn forced_now(&self, text: &str) -> String {
         let (latest, view) = self.seen();
         let forces = self.forces(&latest, &view.names);
-        match forces.into_iter().find(|(_, name)| name == text) {
-            Some((Operand { address, .. }, _)) => format!(
-                "it was not forced; {address} is, which was called `{text}` when it was forced: \
-                 `rungd unforce {address}`"
+        if let Some((Operand { address, .. }, _)) = forces.iter().find(|(_, name)| name == text) {
+            return format!(
+                "{address} is forced, and was called `{text}` then: `rungd unforce {address}` ends \
+                 it"
+            );
+        }
+        let named = forces.iter().take(FORCES_NAMED_MAX);
+        let named = named.map(|(operand, _)| operand.seen(&latest).to_string()).collect::<Vec<_>>();
+        match forces.len() {
+            0 => "nothing is forced".to_owned(),
+            count if count > FORCES_NAMED_MAX => format!(
+                "{count} are forced, among them {}: `rungd status` shows all, `rungd unforce \
+                 --all` ends all",
+                named.join(", ")
             ),
-            None => "it was not forced".to_owned(),
+            _ => format!("forced now: {} (`rungd unforce --all` ends all)", named.join(", ")),
         }
     }
 
@@ -405,10 +427,29 @@ fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &st
     );
 }
 
+/// The line in the log of a write that no scan has seen yet. No further line follows.
+fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held, Duration)) {
+    let (written, period) = waiting;
+    let (before, address) = (change.before, &operand.address);
+    say!(
+        OPERATOR_WRITE,
+        who = %peer.name,
+        uid = peer.uid,
+        pid = peer.pid,
+        what = %operand.tag.as_ref().unwrap_or(address),
+        %address,
+        %before,
+        after = %written,
+        "{peer} asked to write to {}: {}; until then it is {before}",
+        change.now,
+        waits(written, period)
+    );
+}
+
 /// The note of a write that no scan has seen yet.
-fn waits(period: Duration) -> String {
+fn waits(written: Held, period: Duration) -> String {
     let period = span(period.as_nanos() as u64);
-    format!("it waits for the next scan, which comes every {period}")
+    format!("{written} is written with the next scan; a scan comes every {period}")
 }
 
 fn denied(why: Denial) -> Refusal {
