@@ -22,9 +22,9 @@ use crate::source::span::{Located, Span};
 #[derive(Clone, Copy)]
 pub struct Around<'a> {
     /// The controller file's retained ranges; empty without one.
-    pub retained: &'a [Range],
+    pub(crate) retained: &'a [Range],
     /// Of the load.
-    pub progress: &'a Progress,
+    pub(crate) progress: &'a Progress,
 }
 
 impl<'a> Around<'a> {

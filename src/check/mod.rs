@@ -42,7 +42,7 @@ mod task_starts_itself;
 mod testing;
 mod unused_tag;
 
-pub use silence::silence;
+pub(crate) use silence::silence;
 
 type Rule = fn(&context::Context, &mut Vec<Finding>);
 
@@ -92,7 +92,7 @@ pub fn check(program: &Program, around: Around) -> Vec<Finding> {
 /// The correct findings for a program with parts left out because of mistakes. `misplaced`: headers
 /// are misplaced, so that places may not be the intended ones; rules that need places then do not
 /// run.
-pub fn check_partial(program: &Program, around: Around, misplaced: bool) -> Vec<Finding> {
+pub(crate) fn check_partial(program: &Program, around: Around, misplaced: bool) -> Vec<Finding> {
     apply(program, around, if misplaced { Needs::Itself } else { Needs::Place })
 }
 

@@ -56,7 +56,7 @@ impl Context<'_> {
             Bit::Running(id) => format!("{}.Running", program.block(id).name),
             Bit::Done(id) => format!("{}.Done", program.block(id).name),
             Bit::Device(id, health) => {
-                format!("{}.{}", program.devices[id.0 as usize].name, health.name())
+                format!("{}.{}", program.devices[id.0 as usize], health.name())
             }
             Bit::Flag(structure, flag) => {
                 format!("{}.{}", self.name(Address::Structure(structure)), flag.name())

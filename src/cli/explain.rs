@@ -19,7 +19,7 @@ use crate::source::nearest::nearest;
 /// Without a name, lists all of them. An event is found by its code (`RUNGD-0301`), too. For an
 /// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd.
 #[derive(Args, Debug)]
-pub struct ExplainArgs {
+pub(crate) struct ExplainArgs {
     /// A mnemonic, the name of a finding, or the name or code of an event
     #[arg(value_name = "NAME")]
     name: Option<String>,
@@ -29,7 +29,7 @@ pub struct ExplainArgs {
 ///
 /// # Errors
 /// Standard output cannot be written.
-pub fn explain(args: &ExplainArgs) -> Result<Exit> {
+pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
     let text = match &args.name {
         None => list(),
         Some(name) => match explanation(name) {
@@ -51,7 +51,7 @@ pub fn explain(args: &ExplainArgs) -> Result<Exit> {
 
 /// The text for a mnemonic in any case, a finding's name, an event's name or code, or a mnemonic of
 /// other controllers.
-pub fn explanation(name: &str) -> Option<String> {
+pub(crate) fn explanation(name: &str) -> Option<String> {
     if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
         return Some(of_instruction(mnemonic.spec()));
     }

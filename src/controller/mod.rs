@@ -9,20 +9,21 @@
 mod claims;
 pub mod device;
 mod doubts;
-pub mod modbus_server;
+pub(crate) mod modbus_server;
 pub mod operator;
-pub mod realtime;
+pub(crate) mod realtime;
 mod resolver;
 pub mod retain;
 mod settings;
 mod simulated_device;
-pub mod written;
+pub(crate) mod written;
 
 use resolver::{Resolver, Wanted};
 use retain::Retention;
 pub use settings::Controller;
 use written::WrittenController;
-pub use written::{read, shape};
+pub use written::read;
+pub(crate) use written::shape;
 
 use crate::isa::{BitSpace, Space};
 use crate::resolve::program::Program;

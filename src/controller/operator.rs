@@ -10,28 +10,28 @@ use crate::source::span::Span;
 #[derive(Clone, Debug)]
 pub struct WrittenOperator {
     /// The place of its header.
-    pub span: Span,
+    pub(crate) span: Span,
     /// `enabled`: whether there is a socket at all.
-    pub enabled: bool,
+    pub(crate) enabled: bool,
     /// `socket`: its path, relative to the controller file.
-    pub socket: Option<Text>,
+    pub(crate) socket: Option<Text>,
     /// `mode`: its permissions, in octal digits.
-    pub mode: Option<Text>,
+    pub(crate) mode: Option<Text>,
     /// `group`: its group, by name or number.
-    pub group: Option<Text>,
+    pub(crate) group: Option<Text>,
 }
 
 /// The settings of the operator's socket.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Operator {
     /// Whether there is a socket.
-    pub enabled: bool,
+    pub(crate) enabled: bool,
     /// Its path, relative to the controller file; if not given, the daemon's default path.
-    pub socket: Option<String>,
+    pub(crate) socket: Option<String>,
     /// Its permissions.
-    pub mode: u32,
+    pub(crate) mode: u32,
     /// Its group, by name or number; else the daemon's own.
-    pub group: Option<String>,
+    pub(crate) group: Option<String>,
 }
 
 impl Default for Operator {
@@ -42,7 +42,7 @@ impl Default for Operator {
 
 /// The longest path. The system's limit is 107 bytes, and the socket is made under a longer,
 /// temporary name.
-pub const SOCKET_BYTES_MAX: usize = 103;
+pub(crate) const SOCKET_BYTES_MAX: usize = 103;
 
 /// Reads `[operator]` where it is.
 pub(super) fn read_in(root: &mut Table<'_>) -> Option<WrittenOperator> {

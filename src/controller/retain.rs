@@ -8,7 +8,7 @@ use crate::source::span::{FileId, Located, Span};
 
 /// `[retain]`.
 #[derive(Clone, Debug)]
-pub struct WrittenRetain {
+pub(crate) struct WrittenRetain {
     /// `ranges`.
     pub ranges: Vec<Text>,
     /// `file`: its path, relative to the controller file.
@@ -37,7 +37,7 @@ impl WrittenRetain {
 
 /// The settings of retentive memory's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Retention {
+pub(crate) struct Retention {
     /// Its file, relative to the controller file; if not given, the daemon's default path.
     pub file: Option<String>,
     /// The shortest time between two writes, ms; at least 1.

@@ -24,7 +24,7 @@ pub struct Controller {
     /// The ranges that survive a restart.
     pub retain: Vec<Range>,
     /// The settings of their file.
-    pub retention: Retention,
+    pub(crate) retention: Retention,
     /// The Modbus server, if there is one.
     pub modbus: Option<Modbus>,
     /// Rules of simulated inputs; at most one per input.
@@ -32,9 +32,9 @@ pub struct Controller {
     /// Field devices.
     pub devices: Vec<Device>,
     /// The operator's socket.
-    pub operator: Operator,
+    pub(crate) operator: Operator,
     /// The time between two log lines of statistics, ms; 0: never.
     pub statistics_ms: u32,
     /// The time for which a reloaded program is on trial, ms; 0: no trial.
-    pub probation_ms: u32,
+    pub(crate) probation_ms: u32,
 }

@@ -34,7 +34,7 @@ pub struct WrittenController {
     /// `[outputs]`.
     pub outputs: SafeOutputs,
     /// `[retain]`.
-    pub retain: WrittenRetain,
+    pub(crate) retain: WrittenRetain,
     /// `[modbus-server]`.
     pub modbus_server: Option<ModbusServer>,
     /// `[[simulated-device]]`, in file order.

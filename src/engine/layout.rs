@@ -169,7 +169,7 @@ impl Layout {
     }
 
     /// The number of a structure's record; its `.Acc` is the word with the same number.
-    pub fn record(&self, structure: Structure) -> u32 {
+    pub(crate) fn record(&self, structure: Structure) -> u32 {
         let record = RECORD as u32;
         match structure {
             Structure::Counter(n) => self.counter_flags / record + n,
@@ -179,7 +179,7 @@ impl Layout {
     }
 
     /// The bits of a structure's record: its flags, then its owner's private state.
-    pub fn record_bits(&self, structure: Structure) -> std::ops::Range<u32> {
+    pub(crate) fn record_bits(&self, structure: Structure) -> std::ops::Range<u32> {
         let first = self.flags(structure);
         first..first + RECORD as u32
     }

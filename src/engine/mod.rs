@@ -34,10 +34,12 @@ mod termination;
 mod timers;
 mod transfer;
 
-pub use events::{BlockEvent, Element};
+pub use events::BlockEvent;
+pub(crate) use events::Element;
 pub use image::{BitCell, Image, WordCell};
-pub use layout::Cell;
-pub use layout::Layout;
-pub use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Program, Tables};
+pub use layout::{Cell, Layout};
+pub use program::Program;
+pub(crate) use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Tables};
 pub use scan::{Engine, ScanEnd, ScanTimes};
-pub use transfer::{Restage, Stretch, Transfer};
+pub use transfer::Transfer;
+pub(crate) use transfer::{Restage, Stretch};

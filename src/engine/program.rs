@@ -106,9 +106,9 @@ pub struct Program {
     /// Number of all words: the public ones and the program's constants.
     pub word_count: u32,
     /// The values of bits after a cold start; all others are OFF.
-    pub initial_bits: Vec<(BitCell, bool)>,
+    pub(crate) initial_bits: Vec<(BitCell, bool)>,
     /// The values of words after a cold start (and the constants); all others are 0.
-    pub initial_words: Vec<(WordCell, i32)>,
+    pub(crate) initial_words: Vec<(WordCell, i32)>,
     /// Operations, batches, terminations.
     pub tables: Tables,
     /// Blocks, by `BlockId`.

@@ -95,7 +95,7 @@ impl Engine {
     }
 
     /// Whether a stop was requested: the next scan is the last one, or the last one has begun.
-    pub fn stops(&self) -> bool {
+    pub(crate) fn stops(&self) -> bool {
         self.machine.stop_requested
     }
 
@@ -209,7 +209,7 @@ impl Engine {
     }
 
     /// Sets a cell to its saved value. Call before the first scan.
-    pub fn restore(&mut self, cell: Cell, value: i32) {
+    pub(crate) fn restore(&mut self, cell: Cell, value: i32) {
         match cell {
             Cell::Bit(bit) => self.machine.memory.image.put_bits(bit.0, &[u8::from(value != 0)]),
             Cell::Word(word) => self.machine.memory.image.put_words(word.0, &[value]),
@@ -218,7 +218,7 @@ impl Engine {
 
     /// Terminates everything with termination logic. Call before the first scan, if the restored
     /// memory was saved without a termination pass.
-    pub fn terminate_all(&mut self) {
+    pub(crate) fn terminate_all(&mut self) {
         let Machine { program, blocks, stages, .. } = &mut self.machine;
         for (state, code) in blocks.iter_mut().zip(&program.blocks) {
             state.executed = code.own.has_rungs;

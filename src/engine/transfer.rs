@@ -46,9 +46,9 @@ pub struct Restage {
 #[derive(Clone, Debug, Default)]
 pub struct Transfer {
     /// Bits to copy: public bits by address, then histories, block and Stage bits.
-    pub bits: Vec<Stretch>,
+    pub(crate) bits: Vec<Stretch>,
     /// Words to copy: public words by address.
-    pub words: Vec<Stretch>,
+    pub(crate) words: Vec<Stretch>,
     /// Records of structures with a new owner: the record and `.Acc` become as after a cold start.
     pub fresh: Vec<u32>,
     /// Bits set to a new value, after the copies.
@@ -58,11 +58,11 @@ pub struct Transfer {
     /// Blocks in both programs: old and new number.
     pub blocks: Vec<(BlockId, BlockId)>,
     /// Stages in both programs: old and new number.
-    pub stages: Vec<(StageId, StageId)>,
+    pub(crate) stages: Vec<(StageId, StageId)>,
     /// New blocks that run from the start.
-    pub starting: Vec<BlockId>,
+    pub(crate) starting: Vec<BlockId>,
     /// Tasks with a changed interval: the Task's new number, and the new word of the interval.
-    pub intervals: Vec<(BlockId, u32)>,
+    pub(crate) intervals: Vec<(BlockId, u32)>,
     /// Removed blocks.
     pub gone_blocks: Vec<BlockId>,
     /// Removed instructions: their element, and the index of their termination.
@@ -71,7 +71,7 @@ pub struct Transfer {
     /// element.
     pub moved: Vec<(Element, Element)>,
     /// Programs that may need their initial Stage.
-    pub restages: Vec<Restage>,
+    pub(crate) restages: Vec<Restage>,
 }
 
 impl Transfer {

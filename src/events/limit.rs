@@ -16,16 +16,16 @@ pub struct Limit {
     /// Lines at once; 0 is without limit.
     pub burst: u32,
     /// Milliseconds from line to line in the long run.
-    pub every_ms: u32,
+    pub(crate) every_ms: u32,
 }
 
 impl Limit {
     /// For lines that are rare by themselves, or are thinned out where they are made.
     pub const NONE: Limit = Limit { burst: 0, every_ms: 0 };
     /// For what the plant can cause.
-    pub const PLANT: Limit = Limit { burst: 200, every_ms: 50 };
+    pub(crate) const PLANT: Limit = Limit { burst: 200, every_ms: 50 };
     /// For what any client on the network or the socket can cause.
-    pub const CLIENTS: Limit = Limit { burst: 20, every_ms: 1000 };
+    pub(crate) const CLIENTS: Limit = Limit { burst: 20, every_ms: 1000 };
     /// For one alarm, beside [`Limit::PLANT`] for all of them.
     pub(crate) const ALARM: Limit = Limit { burst: 20, every_ms: 500 };
     /// For the trouble of one field device.

@@ -18,7 +18,7 @@ pub struct StageId(pub u32);
 
 /// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ElementId {
+pub(crate) struct ElementId {
     /// The block.
     pub block: BlockId,
     /// The Stage; `None`: the block's own rungs.
@@ -104,7 +104,7 @@ pub enum Address {
 
 impl Space {
     /// The address of a number.
-    pub fn address(self, n: u32) -> Address {
+    pub(crate) fn address(self, n: u32) -> Address {
         match self {
             Space::Bit(space) => Address::Bit(Bit::Space(space, n)),
             Space::Word(space) => Address::Word(Word::Space(space, n)),
@@ -116,7 +116,7 @@ impl Space {
 
     /// The space and number of an address; for a member, those of its structure. `None` for bits of
     /// Stages, blocks and devices.
-    pub fn of(address: Address) -> Option<(Space, u32)> {
+    pub(crate) fn of(address: Address) -> Option<(Space, u32)> {
         match address {
             Address::Bit(Bit::Space(space, n)) => Some((Space::Bit(space), n)),
             Address::Word(Word::Space(space, n)) => Some((Space::Word(space), n)),
@@ -131,7 +131,7 @@ impl Space {
 
 impl Structure {
     /// Its space.
-    pub fn space(self) -> Space {
+    pub(crate) fn space(self) -> Space {
         match self {
             Structure::Counter(_) => Space::Counter,
             Structure::Timer(_) => Space::Timer,
@@ -140,14 +140,14 @@ impl Structure {
     }
 
     /// The number.
-    pub fn number(self) -> u32 {
+    pub(crate) fn number(self) -> u32 {
         match self {
             Structure::Counter(n) | Structure::Timer(n) | Structure::Sensaphone(n) => n,
         }
     }
 
     /// The structure with number `n` in the same space.
-    pub fn numbered(self, n: u32) -> Structure {
+    pub(crate) fn numbered(self, n: u32) -> Structure {
         match self {
             Structure::Counter(_) => Structure::Counter(n),
             Structure::Timer(_) => Structure::Timer(n),
@@ -156,7 +156,7 @@ impl Structure {
     }
 
     /// The members' names, in the order of the texts; for `N`, by element number.
-    pub fn members(self) -> &'static [&'static str] {
+    pub(crate) fn members(self) -> &'static [&'static str] {
         match self {
             Structure::Counter(_) => &["Acc", "Done", "Reset", "Zero", "DnDone"],
             Structure::Timer(_) => &["Acc", "Done", "Reset", "Zero", "Timing"],
@@ -165,7 +165,7 @@ impl Structure {
     }
 
     /// The member with this name, one of [`Structure::members`].
-    pub fn member(self, name: &str) -> Option<Address> {
+    pub(crate) fn member(self, name: &str) -> Option<Address> {
         let flag = |flag| Some(Address::Bit(Bit::Flag(self, flag)));
         let sensaphone = matches!(self, Structure::Sensaphone(_));
         if !self.members().contains(&name) {
@@ -203,7 +203,7 @@ impl Flag {
     }
 
     /// The flag's name, as written after the dot.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         Self::NAMES[self as usize].0
     }
 }
@@ -213,7 +213,7 @@ impl Health {
     pub const ALL: [Health; 2] = [Health::Ok, Health::Stale];
 
     /// The name as written after the dot.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Health::Ok => "Ok",
             Health::Stale => "Stale",
@@ -221,14 +221,14 @@ impl Health {
     }
 
     /// The bit with this name.
-    pub fn from_name(name: &str) -> Option<Health> {
+    pub(crate) fn from_name(name: &str) -> Option<Health> {
         Health::ALL.into_iter().find(|health| health.name() == name)
     }
 }
 
 impl Bit {
     /// Whether an instruction may write the space: Y, C, MC and MI.
-    pub fn writable_by_ladder(self) -> bool {
+    pub(crate) fn writable_by_ladder(self) -> bool {
         matches!(self, Bit::Space(BitSpace::Y | BitSpace::C | BitSpace::Mc | BitSpace::Mi, _))
     }
 

@@ -79,7 +79,7 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
 
 /// Whether a name has the form of an address, in upper or lower case. Tags, blocks and stages may
 /// not have such a name.
-pub fn reads_as_address(name: &str) -> bool {
+pub(crate) fn reads_as_address(name: &str) -> bool {
     split_base(name)
         .is_some_and(|(prefix, _)| Space::from_name(&prefix.to_ascii_uppercase()).is_some())
 }

@@ -26,7 +26,7 @@ pub fn parse(text: &str) -> Result<i32, DurationError> {
 }
 
 /// Whether a text starts like a duration: a digit, and later a unit or a colon.
-pub fn looks_like(text: &str) -> bool {
+pub(crate) fn looks_like(text: &str) -> bool {
     let rest = text.trim_start_matches(|c: char| c.is_ascii_digit());
     rest.len() < text.len() && (rest.starts_with([':', 'h', 'm', 's']))
 }

@@ -29,14 +29,14 @@ impl LegName {
     }
 
     /// The leg with this key after `leg.`.
-    pub fn from_key(key: &str) -> Option<LegName> {
+    pub(crate) fn from_key(key: &str) -> Option<LegName> {
         [LegName::Up, LegName::Dn, LegName::Rst, LegName::En].into_iter().find(|l| l.key() == key)
     }
 }
 
 /// The kind of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OperandKind {
+pub(crate) enum OperandKind {
     /// A bit that a program may write: Y, C, MC, MI.
     WritableBit,
     /// A word that a program may write.
@@ -71,11 +71,11 @@ pub struct Operand {
     /// `None`: positional. `Some(key)`: written `key=value`.
     pub key: Option<&'static str>,
     /// Its name in the resolved instruction; for a keyed operand, the key.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Its kind.
-    pub kind: OperandKind,
+    pub(crate) kind: OperandKind,
     /// Whether it may be left out.
-    pub optional: bool,
+    pub(crate) optional: bool,
 }
 
 /// The effect of a termination pass on an instruction.
@@ -101,7 +101,7 @@ pub enum Termination {
 #[derive(Debug)]
 pub struct Spec {
     /// The instruction.
-    pub mnemonic: Mnemonic,
+    pub(crate) mnemonic: Mnemonic,
     /// The mnemonic as written.
     pub name: &'static str,
     /// The instruction's full name.
@@ -111,11 +111,11 @@ pub struct Spec {
     /// Its operands, positional ones first.
     pub operands: &'static [Operand],
     /// Whether it needs several scans to finish (the vendor's yellow triangle).
-    pub multi_scan: bool,
+    pub(crate) multi_scan: bool,
     /// The effect of a termination pass on it.
     pub termination: Termination,
     /// The source of its behaviour.
-    pub source: &'static str,
+    pub(crate) source: &'static str,
     /// Its behaviour, in two or three sentences.
     pub summary: &'static str,
 }
@@ -294,17 +294,17 @@ instructions! {
 
 impl Mnemonic {
     /// The table row.
-    pub fn spec(self) -> &'static Spec {
+    pub(crate) fn spec(self) -> &'static Spec {
         &TABLE[self as usize]
     }
 
     /// The instruction with this name, in upper case as in the table.
-    pub fn from_name(name: &str) -> Option<Mnemonic> {
+    pub(crate) fn from_name(name: &str) -> Option<Mnemonic> {
         TABLE.iter().find(|spec| spec.name == name).map(|spec| spec.mnemonic)
     }
 
     /// Whether it owns the structure that it names. A structure has one owner in a program.
-    pub fn owns_structure(self) -> bool {
+    pub(crate) fn owns_structure(self) -> bool {
         let structure = matches!(
             self.spec().operands.first().map(|o| o.kind),
             Some(OperandKind::Counter | OperandKind::Timer | OperandKind::Sensaphone)
@@ -315,7 +315,7 @@ impl Mnemonic {
 
 impl Spec {
     /// The operand with this name.
-    pub fn operand(&self, name: &str) -> Option<&'static Operand> {
+    pub(crate) fn operand(&self, name: &str) -> Option<&'static Operand> {
         self.operands.iter().find(|o| o.name == name)
     }
 

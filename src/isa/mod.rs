@@ -10,12 +10,12 @@ pub mod address_text;
 pub(crate) mod dialects;
 pub mod duration;
 pub mod instruction;
-pub mod pages;
-pub mod space;
+pub(crate) mod pages;
+pub(crate) mod space;
 pub mod status;
 
-pub use address::{
-    Address, Bit, BlockId, DeviceId, ElementId, Flag, Health, StageId, Structure, Word,
-};
-pub use instruction::{LegName, Mnemonic, Operand, OperandKind, Spec};
+pub use address::{Address, Bit, BlockId, DeviceId, Health, StageId, Structure, Word};
+pub(crate) use address::{ElementId, Flag};
+pub use instruction::Spec;
+pub(crate) use instruction::{LegName, Mnemonic, Operand, OperandKind};
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

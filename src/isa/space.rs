@@ -95,7 +95,7 @@ pub const SENSAPHONE_COUNT: u32 = 64;
 
 impl Space {
     /// All spaces, the bits first.
-    pub const ALL: [Space; 14] = [
+    pub(crate) const ALL: [Space; 14] = [
         Space::Bit(BitSpace::X),
         Space::Bit(BitSpace::Y),
         Space::Bit(BitSpace::C),
@@ -114,7 +114,7 @@ impl Space {
 
     /// The spaces that may survive a restart: bits and words that only programs and clients write,
     /// and structures.
-    pub const RETAINABLE: [Space; 10] = [
+    pub(crate) const RETAINABLE: [Space; 10] = [
         Space::Bit(BitSpace::C),
         Space::Bit(BitSpace::Mc),
         Space::Bit(BitSpace::Mi),
@@ -128,7 +128,7 @@ impl Space {
     ];
 
     /// The prefix as written.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Space::Bit(space) => space.name(),
             Space::Word(space) => space.name(),
@@ -139,12 +139,12 @@ impl Space {
     }
 
     /// The space with this prefix.
-    pub fn from_name(name: &str) -> Option<Space> {
+    pub(crate) fn from_name(name: &str) -> Option<Space> {
         Space::ALL.into_iter().find(|space| space.name() == name)
     }
 
     /// The first number: 1 in the Modbus spaces, else 0.
-    pub fn first(self) -> u32 {
+    pub(crate) fn first(self) -> u32 {
         match self {
             Space::Bit(space) => space.first(),
             Space::Word(space) => space.first(),
@@ -153,7 +153,7 @@ impl Space {
     }
 
     /// How many elements the space has.
-    pub fn count(self, sizes: &MemorySizes) -> u32 {
+    pub(crate) fn count(self, sizes: &MemorySizes) -> u32 {
         match self {
             Space::Bit(space) => space.count(sizes),
             Space::Word(space) => space.count(sizes),
@@ -166,11 +166,11 @@ impl Space {
 
 impl BitSpace {
     /// The spaces with a size that can be set: all but the status bits.
-    pub const SIZED: [BitSpace; 5] =
+    pub(crate) const SIZED: [BitSpace; 5] =
         [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi];
 
     /// The space's prefix as written.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             BitSpace::X => "X",
             BitSpace::Y => "Y",
@@ -201,10 +201,11 @@ impl BitSpace {
 
 impl WordSpace {
     /// The spaces with a size that can be set: all but the status words.
-    pub const SIZED: [WordSpace; 4] = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir];
+    pub(crate) const SIZED: [WordSpace; 4] =
+        [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir];
 
     /// The space's prefix as written.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             WordSpace::V => "V",
             WordSpace::D => "D",
@@ -231,7 +232,7 @@ impl WordSpace {
     }
 
     /// The values an element can hold.
-    pub fn range(self) -> (i32, i32) {
+    pub(crate) fn range(self) -> (i32, i32) {
         match self {
             WordSpace::V | WordSpace::Mhr | WordSpace::Mir => (0, 65_535),
             WordSpace::D | WordSpace::Dst => (i32::MIN, i32::MAX),

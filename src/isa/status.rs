@@ -3,7 +3,7 @@
 //! The engine writes them at step 1 of every scan; programs read them and never write them.
 
 /// Status bit numbers: the n of `STn`.
-pub mod st {
+pub(crate) mod st {
     /// ON in the first scan of a RUN only.
     pub const FIRST_SCAN: u32 = 0;
     /// Always ON.
@@ -29,7 +29,7 @@ pub mod st {
 }
 
 /// Status word numbers: the n of `DSTn`.
-pub mod dst {
+pub(crate) mod dst {
     /// Scans completed since the start of RUN.
     pub const SCAN_COUNTER: u32 = 0;
     /// Filtered mean of the scan time, µs.
@@ -62,6 +62,6 @@ pub const BIT_NICKNAMES: [&str; 10] = [
 pub const WORD_NICKNAMES: [&str; 4] = ["$ScanCounter", "$ScanTime", "$MinScanTime", "$MaxScanTime"];
 
 /// Number of status bits: `ST0`..`ST9`.
-pub const ST_COUNT: u32 = st::COUNT as u32;
+pub(crate) const ST_COUNT: u32 = st::COUNT as u32;
 /// Number of status words: `DST0`..`DST4`.
-pub const DST_COUNT: u32 = dst::COUNT as u32;
+pub(crate) const DST_COUNT: u32 = dst::COUNT as u32;

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-pub use files::read_bytes;
+pub(crate) use files::read_bytes;
 
 use crate::check::{Around, check, check_partial, silence};
 use crate::controller::written::WrittenController;
@@ -48,7 +48,7 @@ pub struct Loaded {
 
 /// A file's path and bytes. It is read only once, since it may be a pipe.
 #[derive(Debug)]
-pub struct Input {
+pub(crate) struct Input {
     path: PathBuf,
     bytes: Vec<u8>,
 }
@@ -86,7 +86,7 @@ pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
 ///
 /// # Errors
 /// A file that is named twice.
-pub fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
+pub(crate) fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
     let mut loaded = Loaded::default();
     let mut seen: HashSet<PathBuf> = HashSet::new();
     for input in inputs {
@@ -113,14 +113,14 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
 ///
 /// # Errors
 /// The controller file cannot be read.
-pub fn controller_file_within(path: &Path, progress: &Progress) -> Result<Loaded> {
+pub(crate) fn controller_file_within(path: &Path, progress: &Progress) -> Result<Loaded> {
     progress.begin(Step::Reading(path.display().to_string()));
     let input = Input::of(path, files::read_regular(path))?;
     Ok(controller(&input, progress))
 }
 
 /// As [`controller_file`].
-pub fn controller_input(input: &Input) -> Loaded {
+pub(crate) fn controller_input(input: &Input) -> Loaded {
     controller(input, &Progress::default())
 }
 

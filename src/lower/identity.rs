@@ -43,7 +43,7 @@ pub struct Identity {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub struct BlockName {
-    pub kind: BlockKind,
+    pub(crate) kind: BlockKind,
     pub name: String,
 }
 
@@ -63,7 +63,7 @@ pub struct Owner {
     /// The instruction.
     pub mnemonic: Mnemonic,
     /// The element that the instruction stands in.
-    pub element: ElementId,
+    pub(crate) element: ElementId,
     /// Its presets, by the names of their operands.
     pub presets: Vec<(&'static str, Value)>,
 }
@@ -74,7 +74,7 @@ pub struct History {
     /// Its cell.
     pub cell: BitCell,
     /// The element that its contact or instruction stands in.
-    pub element: ElementId,
+    pub(crate) element: ElementId,
     /// The name of its rung.
     pub rung: Option<String>,
     /// The text of its rung, in addresses.
@@ -90,7 +90,7 @@ pub struct History {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 pub struct RungText {
-    pub element: ElementId,
+    pub(crate) element: ElementId,
     pub name: Option<String>,
     pub whole: Arc<str>,
 }
@@ -230,7 +230,7 @@ impl Default for Site {
 /// The current place of lowering.
 #[derive(Clone, Debug)]
 pub(super) struct Site {
-    pub element: ElementId,
+    pub(crate) element: ElementId,
     pub rung: Option<String>,
     pub whole: Arc<str>,
 }

@@ -9,13 +9,13 @@
 
 mod assembler;
 mod contacts;
-pub mod identity;
+pub(crate) mod identity;
 mod instructions;
 mod rungs;
 pub mod schedule;
 mod symbols;
 
-pub use symbols::{Alarm, LoggedTag, Symbols};
+pub use symbols::Symbols;
 
 use std::sync::Arc;
 

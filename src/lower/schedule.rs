@@ -18,7 +18,7 @@ use crate::engine::ops::{Op, OpKind, Touches};
 pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each.
-pub fn schedule(ops: Vec<Op>, window: usize) -> Vec<Vec<Op>> {
+pub(crate) fn schedule(ops: Vec<Op>, window: usize) -> Vec<Vec<Op>> {
     let mut batches = Vec::new();
     let mut segment = Segment::default();
     for op in ops {

@@ -35,18 +35,16 @@ pub struct LoggedTag {
 pub struct Symbols {
     /// The cells of all addresses.
     pub layout: Layout,
-    /// The program's name.
-    pub name: String,
     /// Block names, by `BlockId`.
     pub blocks: Vec<String>,
     /// Stage names with their Programs', by `StageId`: `Drain.Open`.
     pub stages: Vec<String>,
     /// Field devices' names, by `DeviceId`.
-    pub devices: Vec<String>,
+    pub(crate) devices: Vec<String>,
     /// Tags with an alarm, in file order.
     pub alarms: Vec<Alarm>,
     /// Tags whose changes are logged, in file order.
-    pub logged: Vec<LoggedTag>,
+    pub(crate) logged: Vec<LoggedTag>,
     /// The names of parts with a state.
     pub identity: Identity,
     limits: HashMap<Word, (i32, i32)>,
@@ -56,10 +54,9 @@ impl Symbols {
     pub(super) fn new(program: &Program, layout: Layout, identity: Identity) -> Symbols {
         let mut symbols = Symbols {
             layout,
-            name: program.name.clone(),
             blocks: program.blocks.iter().map(|b| b.name.clone()).collect(),
             stages: stage_names(program),
-            devices: program.devices.iter().map(|d| d.name.clone()).collect(),
+            devices: program.devices.clone(),
             alarms: Vec::new(),
             logged: Vec::new(),
             identity,
@@ -107,7 +104,7 @@ impl Symbols {
     }
 
     /// A field device's name.
-    pub fn device(&self, id: DeviceId) -> &str {
+    pub(crate) fn device(&self, id: DeviceId) -> &str {
         &self.devices[id.0 as usize]
     }
 

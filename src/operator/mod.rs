@@ -6,7 +6,7 @@
 pub mod client;
 pub mod names;
 mod offer;
-pub mod operand;
+pub(crate) mod operand;
 pub mod protocol;
 #[cfg(test)]
 mod protocol_tests;

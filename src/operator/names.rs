@@ -56,7 +56,7 @@ impl Names {
         }
         for device in &program.devices {
             for health in Health::ALL {
-                names.offered.add(format!("{}.{}", device.name, health.name()), "a field device");
+                names.offered.add(format!("{}.{}", device, health.name()), "a field device");
             }
         }
         for operand in &program.operands {
@@ -81,7 +81,7 @@ impl Names {
     ///
     /// # Errors
     /// It names nothing, or more than one request reads.
-    pub fn find(&self, text: &str) -> Result<Vec<Operand>, Refusal> {
+    pub(crate) fn find(&self, text: &str) -> Result<Vec<Operand>, Refusal> {
         let written = written(text);
         if is_range(&written.text) {
             return self.range(&written);
@@ -138,7 +138,7 @@ impl Names {
     }
 
     /// The operand of an address, with its name in this program.
-    pub fn called(&self, what: Address) -> Option<Operand> {
+    pub(crate) fn called(&self, what: Address) -> Option<Operand> {
         let name = self.tags.get(&what).cloned().unwrap_or_else(|| self.address(what));
         self.operand(&name, what).ok()
     }

@@ -6,21 +6,22 @@
 
 use serde::{Deserialize, Serialize};
 
-pub use super::state::{
-    Alarm, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, Posture, Retain, Scan, Spread,
-    Status,
+pub(crate) use super::state::{
+    Alarm, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, Retain, Scan, Spread,
 };
-pub use super::value::{Given, Held, Value};
+pub use super::state::{Posture, Status};
+pub use super::value::Given;
+pub(crate) use super::value::{Held, Value};
 use crate::events::Level;
 
 /// The version of this protocol, as [`Status`] tells it.
-pub const PROTOCOL: u32 = 1;
+pub(crate) const PROTOCOL: u32 = 1;
 
 /// The longest line that a client may send, with its end.
-pub const REQUEST_BYTES_MAX: usize = 32 * 1024;
+pub(crate) const REQUEST_BYTES_MAX: usize = 32 * 1024;
 
 /// The most operands that one request may read.
-pub const OPERANDS_MAX: usize = 256;
+pub(crate) const OPERANDS_MAX: usize = 256;
 
 /// A request. (The empty braces make serde refuse unknown keys in these requests too.)
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -96,7 +97,7 @@ pub enum ModeWanted {
 /// The answer to a request.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Reply<T> {
+pub(crate) enum Reply<T> {
     /// It is done.
     Ok(T),
     /// It is not.
@@ -107,7 +108,7 @@ pub enum Reply<T> {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
     /// For programs.
-    pub kind: RefusalKind,
+    pub(crate) kind: RefusalKind,
     /// For people.
     pub message: String,
 }
@@ -115,7 +116,7 @@ pub struct Refusal {
 /// The kinds of refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum RefusalKind {
+pub(crate) enum RefusalKind {
     /// The line is no request.
     BadRequest,
     /// An operand names nothing, or nothing that this request can use.
@@ -134,7 +135,7 @@ pub enum RefusalKind {
 
 /// The answer to a read: all of one complete scan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Values {
+pub(crate) struct Values {
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
     /// Complete scans since the process started; all values are of the last one.
@@ -147,19 +148,19 @@ pub struct Values {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Change {
     /// The value before.
-    pub before: Held,
+    pub(crate) before: Held,
     /// Whether it was forced before.
-    pub was_forced: bool,
+    pub(crate) was_forced: bool,
     /// The present value; after a write, the value after the scan that saw it.
-    pub now: Value,
+    pub(crate) now: Value,
     /// A note about the change: for example, that something else writes the operand too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub note: Option<String>,
+    pub(crate) note: Option<String>,
 }
 
 /// The answer to a mode command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ModeChange {
+pub(crate) struct ModeChange {
     /// `RUN`, `STOP` or `FAULT`.
     pub before: String,
     /// Where it is now.
@@ -176,7 +177,7 @@ pub struct ModeChange {
 
 /// The answer to a reload or rollback.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reloaded {
+pub(crate) struct Reloaded {
     /// Whether it was a dry run.
     pub dry_run: bool,
     /// Whether the files are those that run already: nothing changed.
@@ -199,7 +200,7 @@ pub struct Reloaded {
 
 /// The answer to a log level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LevelChange {
+pub(crate) struct LevelChange {
     /// The level before.
     pub before: Level,
     /// The level now.
@@ -208,7 +209,7 @@ pub struct LevelChange {
 
 /// The answer to a request to save retentive memory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Saved {
+pub(crate) struct Saved {
     /// The file.
     pub file: String,
     /// The image's number in it.
@@ -221,7 +222,7 @@ pub struct Saved {
 
 /// The answer to a question for names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Names {
+pub(crate) struct Names {
     /// In order; not all of them where there are very many.
     pub names: Vec<Name>,
 }
@@ -230,14 +231,14 @@ pub struct Names {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Name {
     /// It.
-    pub name: String,
+    pub(crate) name: String,
     /// What it is, in a few words.
-    pub about: String,
+    pub(crate) about: String,
 }
 
 impl Refusal {
     /// A refusal.
-    pub fn new(kind: RefusalKind, message: impl Into<String>) -> Refusal {
+    pub(crate) fn new(kind: RefusalKind, message: impl Into<String>) -> Refusal {
         Refusal { kind, message: message.into() }
     }
 }

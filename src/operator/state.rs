@@ -11,38 +11,38 @@ use crate::events::Level;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub struct Status {
-    pub protocol: u32,
+    pub(crate) protocol: u32,
     /// rungd's own version.
-    pub version: String,
-    pub pid: u32,
-    pub uptime_ms: u64,
+    pub(crate) version: String,
+    pub(crate) pid: u32,
+    pub(crate) uptime_ms: u64,
     /// The controller file.
-    pub controller: String,
-    pub ladder: Ladder,
+    pub(crate) controller: String,
+    pub(crate) ladder: Ladder,
     /// `RUN`, `STOP` or `FAULT`.
     pub mode: String,
     /// Why, outside RUN.
-    pub reason: Option<String>,
+    pub(crate) reason: Option<String>,
     /// The time in this mode.
-    pub mode_ms: u64,
+    pub(crate) mode_ms: u64,
     /// Complete scans since the process started.
     pub scans: u64,
-    pub period_us: u64,
-    pub watchdog_us: u64,
+    pub(crate) period_us: u64,
+    pub(crate) watchdog_us: u64,
     /// The requests to the machine, each with whether it was granted.
-    pub posture: Vec<Posture>,
-    pub scan: Scan,
-    pub blocks: Vec<Block>,
+    pub(crate) posture: Vec<Posture>,
+    pub(crate) scan: Scan,
+    pub(crate) blocks: Vec<Block>,
     /// The alarms that are ON.
     #[serde(default)]
-    pub alarms: Vec<Alarm>,
+    pub(crate) alarms: Vec<Alarm>,
     /// The forced operands.
-    pub forces: Vec<Value>,
-    pub devices: Devices,
+    pub(crate) forces: Vec<Value>,
+    pub(crate) devices: Devices,
     /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retain: Option<Retain>,
-    pub log: Log,
+    pub(crate) log: Log,
 }
 
 /// An alarm that stands: the bit of a tag with an `alarm` is ON.
@@ -113,11 +113,11 @@ pub struct Ladder {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Posture {
     /// The request.
-    pub asked: String,
+    pub(crate) asked: String,
     /// Whether it was granted.
-    pub granted: bool,
+    pub(crate) granted: bool,
     /// Why not.
-    pub why: Option<String>,
+    pub(crate) why: Option<String>,
 }
 
 /// Statistics since the start of RUN.

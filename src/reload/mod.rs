@@ -17,8 +17,9 @@ mod tags;
 
 use crate::engine::Transfer;
 use plan::Names;
-pub use plan::{Difference, Elsewhere, ReloadPlan, Side, Start, State};
-pub use report::{Seen, WARNING};
+pub use plan::{ReloadPlan, Side};
+pub use report::Seen;
+pub(crate) use report::WARNING;
 
 impl ReloadPlan {
     /// Compares `old` and `new`.

@@ -25,7 +25,7 @@ pub struct ReloadPlan {
     /// For the engine.
     pub transfer: Transfer,
     /// For people, grouped by subject.
-    pub differences: Vec<Difference>,
+    pub(crate) differences: Vec<Difference>,
     /// Programs that may begin at their initial Stage, by their new number: that Stage, and the
     /// condition.
     pub(super) starts: BTreeMap<BlockId, (StageId, Start)>,

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use super::Resolver;
-use super::program::{Block, BlockKind, DeviceName, Program, Stage};
+use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::isa::address_text::reads_as_address;
 use crate::isa::{BlockId, DeviceId, StageId, instruction};
@@ -98,8 +98,7 @@ impl Resolver<'_> {
                 self.find(finding.near(&name.text, &known));
             }
             self.scope.add_device(&name.text, DeviceId(program.devices.len() as u32));
-            let (name, span) = (kept(&name.text), name.span);
-            program.devices.push(DeviceName { name, span, real });
+            program.devices.push(kept(&name.text));
         }
     }
 
@@ -164,8 +163,7 @@ impl Resolver<'_> {
                 }
                 None => (String::new(), stage.span),
             };
-            let doc = stage.doc.clone();
-            stages.push(Stage { id: stage_id, name: text, span, doc, rungs: Vec::new() });
+            stages.push(Stage { id: stage_id, name: text, span, rungs: Vec::new() });
         }
         if block.name.is_some() {
             self.scope.add_block(name, BlockNames::new(id, kind, ids));
@@ -176,7 +174,6 @@ impl Resolver<'_> {
             span: block.name.as_ref().map_or(block.span, |name| name.span),
             kind,
             autostart: self.autostart(block, name),
-            doc: block.doc.clone(),
             rungs: Vec::new(),
             stages,
         });

@@ -20,7 +20,7 @@ pub enum Value {
 
 /// One instruction with its operands.
 #[derive(Clone, Debug)]
-pub struct Instruction {
+pub(crate) struct Instruction {
     /// Its row in the instruction table.
     pub mnemonic: Mnemonic,
     /// The place of its whole text.
@@ -31,7 +31,7 @@ pub struct Instruction {
 
 /// The action of an instruction with its operands; one variant for each shape of operands.
 #[derive(Clone, Debug)]
-pub enum Action {
+pub(crate) enum Action {
     /// OUT, SET, RST, PD, ND, PONOFF.
     Coil {
         /// How the bit follows the rung.
@@ -153,7 +153,7 @@ pub enum Action {
 /// How a bit follows the rung.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Coil {
+pub(crate) enum Coil {
     Out,
     Set,
     Rst,
@@ -165,7 +165,7 @@ pub enum Coil {
 /// The direction in which a counter counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Direction {
+pub(crate) enum Direction {
     Up,
     Down,
 }
@@ -173,14 +173,14 @@ pub enum Direction {
 /// The edge of its leg that a delay timer delays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Delay {
+pub(crate) enum Delay {
     On,
     Off,
 }
 
 /// A timer without an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TimerKind {
+pub(crate) enum TimerKind {
     /// TMR: the leg OFF resets it.
     Up,
     /// TMRDOWN: the leg OFF reloads it.
@@ -204,7 +204,7 @@ pub enum Source {
 
 impl Source {
     /// Its numbers: one of MOVE, two of ADD and SUB.
-    pub fn values(self) -> impl Iterator<Item = Located<Value>> {
+    pub(crate) fn values(self) -> impl Iterator<Item = Located<Value>> {
         let (a, b) = match self {
             Source::Value(a) => (a, None),
             Source::Sum(a, b) | Source::Difference(a, b) => (a, Some(b)),
@@ -215,7 +215,7 @@ impl Source {
 
 impl Value {
     /// Whether both are the same number, in any written form.
-    pub fn is_as(self, other: Value) -> bool {
+    pub(crate) fn is_as(self, other: Value) -> bool {
         match (self, other) {
             (Value::Const(a, _), Value::Const(b, _)) => a == b,
             (Value::Word(a), Value::Word(b)) => a == b,
@@ -227,7 +227,7 @@ impl Value {
 /// An operand of any type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum OperandValue {
+pub(crate) enum OperandValue {
     Bit(Bit),
     Word(Word),
     Value(Value),
@@ -237,7 +237,7 @@ pub enum OperandValue {
 }
 
 /// A type of operand.
-pub trait OperandType: Copy {
+pub(crate) trait OperandType: Copy {
     /// The operand, if it is of this type.
     fn of(operand: OperandValue) -> Option<Self>;
     /// As an operand of any type.
@@ -269,7 +269,7 @@ operand_types! {
 
 /// Operands with their names in the instruction table.
 #[derive(Clone, Debug, Default)]
-pub struct OperandList(pub(super) Vec<(&'static str, Located<OperandValue>)>);
+pub(crate) struct OperandList(pub(super) Vec<(&'static str, Located<OperandValue>)>);
 
 impl OperandList {
     fn with<T: OperandType>(mut self, name: &'static str, operand: Located<T>) -> OperandList {

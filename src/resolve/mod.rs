@@ -10,7 +10,7 @@ mod contact;
 mod declare;
 pub mod instruction;
 mod operand;
-pub mod operands;
+pub(crate) mod operands;
 mod order;
 pub mod program;
 pub mod range;
@@ -61,7 +61,7 @@ pub fn load_ladders(
 
 /// As [`load_ladders`], but returns the program despite errors, if all files are TOML. Parts with
 /// mistakes are left out, so that the rules can check the rest. Such a program must not be lowered.
-pub fn resolve_ladders(
+pub(crate) fn resolve_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
 ) -> (Option<Program>, Vec<Finding>) {
@@ -71,7 +71,7 @@ pub fn resolve_ladders(
     for (at, file) in files.iter().enumerate() {
         let id = FileId(options.first_file.0 + at as u32);
         options.progress.begin(Step::Parsing(file.name.clone()));
-        let (ladder, found) = ladder::read_within(&mut room, &file.text, id);
+        let (ladder, found) = ladder::read(&mut room, &file.text, id);
         findings.extend(found);
         ladders.push((id, ladder));
     }

@@ -5,10 +5,10 @@
 //! every part that a finding may point at. If a ladder has an error, parts with mistakes are left
 //! out; then the program is checked, but never lowered or run.
 
-pub use super::instruction::{Action, Instruction, Value};
+pub(crate) use super::instruction::{Action, Instruction, Value};
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, StageId};
-pub use crate::source::atom::Written;
-pub use crate::source::contact::{Comparison, Edge};
+pub(crate) use crate::source::atom::Written;
+pub(crate) use crate::source::contact::{Comparison, Edge};
 use crate::source::span::{FileId, Span};
 
 /// A whole program, of one or several ladder files.
@@ -29,7 +29,7 @@ pub struct Program {
     /// All tags, in file order.
     pub tags: Vec<Tag>,
     /// The field devices that the ladder may name, by `DeviceId`.
-    pub devices: Vec<DeviceName>,
+    pub devices: Vec<String>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
     /// The places where the ladder names a constant by its tag, and the tag's index; in order of
@@ -39,21 +39,10 @@ pub struct Program {
     pub allow: Vec<(FileId, String)>,
 }
 
-/// A field device that a controller file has, or that a ladder file lists in `[ladder] devices`.
-#[derive(Clone, Debug)]
-pub struct DeviceName {
-    /// Its name.
-    pub name: String,
-    /// The place of the name.
-    pub span: Span,
-    /// Whether a controller file has it; else only a ladder file lists it.
-    pub real: bool,
-}
-
 /// The kind of a block; it determines when the block executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum BlockKind {
+pub(crate) enum BlockKind {
     /// A Program; `Main` has `autostart` set and never stops.
     Program,
     /// A Task that ENTASK starts.
@@ -68,49 +57,41 @@ pub enum BlockKind {
 #[derive(Clone, Debug)]
 pub struct Block {
     /// Its number.
-    pub id: BlockId,
+    pub(crate) id: BlockId,
     /// Its name.
     pub name: String,
     /// The place of its name.
-    pub span: Span,
+    pub(crate) span: Span,
     /// Its kind.
-    pub kind: BlockKind,
+    pub(crate) kind: BlockKind,
     /// Whether it runs from the first scan on (`Main`, or `autostart = true`).
-    pub autostart: bool,
-    /// `doc`.
-    pub doc: Option<String>,
+    pub(crate) autostart: bool,
     /// Its own rungs.
-    pub rungs: Vec<Rung>,
+    pub(crate) rungs: Vec<Rung>,
     /// Its stages; the first is the initial one. Empty in a Task.
-    pub stages: Vec<Stage>,
+    pub(crate) stages: Vec<Stage>,
 }
 
 /// A Stage of a Program.
 #[derive(Clone, Debug)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// Its number over the whole program.
     pub id: StageId,
     /// Its name, unique in its Program.
     pub name: String,
     /// The place of its name.
     pub span: Span,
-    /// `doc`.
-    pub doc: Option<String>,
     /// Its rungs.
     pub rungs: Vec<Rung>,
 }
 
 /// One rung. Either one leg `When`, or the legs of its one instruction.
 #[derive(Clone, Debug)]
-pub struct Rung {
+pub(crate) struct Rung {
     /// `name`.
     pub name: Option<String>,
-    /// `doc`.
-    pub doc: Option<String>,
     /// Names of the warnings silenced in this rung.
     pub allow: Vec<String>,
-    /// The place of the rung's header.
-    pub span: Span,
     /// From its header to the end of its last value; findings within belong to the rung.
     pub extent: Span,
     /// Its legs, in the order of the instruction's legs.
@@ -123,20 +104,16 @@ pub struct Rung {
 
 /// A series of contacts; all of them must be ON.
 #[derive(Clone, Debug)]
-pub struct Leg {
+pub(crate) struct Leg {
     /// The leg.
     pub name: LegName,
-    /// The place of its array.
-    pub span: Span,
     /// The elements of the array, left to right; never empty.
     pub contacts: Vec<Contact>,
 }
 
 /// Further contacts after the rung's own, and the instructions that they control.
 #[derive(Clone, Debug)]
-pub struct Branch {
-    /// The place of the branch's header.
-    pub span: Span,
+pub(crate) struct Branch {
     /// Its contacts; ANDed with the rung's power.
     pub contacts: Vec<Contact>,
     /// `do`, in order.
@@ -148,7 +125,7 @@ pub struct Branch {
 /// The place of `Not`, `All` and `Any` includes the parentheses around it, if it has any: a
 /// series begins before its first contact exactly when it stands in parentheses.
 #[derive(Clone, Debug)]
-pub enum Contact {
+pub(crate) enum Contact {
     /// A bit.
     Bit(Bit, Span),
     /// `!`.
@@ -169,30 +146,30 @@ pub struct Tag {
     /// Its name.
     pub name: String,
     /// The place of its name.
-    pub span: Span,
+    pub(crate) span: Span,
     /// `doc`.
     pub doc: Option<String>,
     /// Its meaning.
-    pub meaning: TagMeaning,
+    pub(crate) meaning: TagMeaning,
     /// `initial`: the value after a cold start (of a bit: 0 or 1).
-    pub initial: Option<(i32, Span)>,
+    pub(crate) initial: Option<(i32, Span)>,
     /// `min`.
-    pub min: Option<(i32, Span)>,
+    pub(crate) min: Option<(i32, Span)>,
     /// `max`.
-    pub max: Option<(i32, Span)>,
+    pub(crate) max: Option<(i32, Span)>,
     /// `alarm`: on a bit.
     pub alarm: Option<String>,
     /// `log = "change"`.
-    pub log_changes: bool,
+    pub(crate) log_changes: bool,
     /// `spare = true`.
-    pub spare: bool,
+    pub(crate) spare: bool,
     /// Whether the ladder names it.
     pub used: bool,
 }
 
 /// The meaning of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TagMeaning {
+pub(crate) enum TagMeaning {
     /// `at`.
     Address(Address),
     /// `value`.
@@ -205,12 +182,12 @@ pub struct NamedOperand {
     /// The name as written (`part_seen`, `X0`, `bottles.Done`, `Drain.Open`).
     pub name: String,
     /// The bit or word; never a whole structure.
-    pub address: Address,
+    pub(crate) address: Address,
 }
 
 /// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
 #[derive(Clone, Copy, Debug)]
-pub struct Part<'p> {
+pub(crate) struct Part<'p> {
     /// The block.
     pub block: &'p Block,
     /// The Stage; `None`: the block's own rungs.
@@ -221,7 +198,7 @@ pub struct Part<'p> {
 
 impl Program {
     /// All parts in file order: of each block its own rungs, then its Stages.
-    pub fn parts(&self) -> impl Iterator<Item = Part<'_>> {
+    pub(crate) fn parts(&self) -> impl Iterator<Item = Part<'_>> {
         self.blocks.iter().flat_map(|block| {
             let own = Part { block, stage: None, rungs: &block.rungs };
             let stages = block.stages.iter();
@@ -234,7 +211,7 @@ impl Program {
     }
 
     /// All instructions in file order, each with its block.
-    pub fn instructions(&self) -> impl Iterator<Item = (&Block, &Instruction)> {
+    pub(crate) fn instructions(&self) -> impl Iterator<Item = (&Block, &Instruction)> {
         self.parts().flat_map(|part| {
             let instructions = part.rungs.iter().flat_map(Rung::instructions);
             instructions.map(move |(_, instruction)| (part.block, instruction))
@@ -242,12 +219,12 @@ impl Program {
     }
 
     /// The block of a number.
-    pub fn block(&self, id: BlockId) -> &Block {
+    pub(crate) fn block(&self, id: BlockId) -> &Block {
         &self.blocks[id.0 as usize]
     }
 
     /// The stage of a number.
-    pub fn stage(&self, id: StageId) -> &Stage {
+    pub(crate) fn stage(&self, id: StageId) -> &Stage {
         let (block, at) = self.stages[id.0 as usize];
         &self.block(block).stages[at]
     }

@@ -21,18 +21,18 @@ pub struct Range {
 
 impl Range {
     /// The number of its elements.
-    pub fn count(&self) -> u32 {
+    pub(crate) fn count(&self) -> u32 {
         self.last - self.first + 1
     }
 
     /// Its addresses, in order.
-    pub fn addresses(&self) -> impl Iterator<Item = Address> {
+    pub(crate) fn addresses(&self) -> impl Iterator<Item = Address> {
         let space = self.space;
         (self.first..=self.last).map(move |n| space.address(n))
     }
 
     /// Whether two ranges have an element in common.
-    pub fn overlaps(&self, other: &Range) -> bool {
+    pub(crate) fn overlaps(&self, other: &Range) -> bool {
         self.space == other.space && self.first <= other.last && other.first <= self.last
     }
 }
@@ -56,7 +56,7 @@ pub(crate) fn is_range(text: &str) -> bool {
 ///
 /// # Errors
 /// A finding: an end is not an address, the ends are in two spaces, or they are in the wrong order.
-pub fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
+pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding> {
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);
     }

@@ -83,16 +83,13 @@ impl Resolver<'_> {
         };
         let body = self.body(&rung.body, &specs, block);
         let branches = rung.branches.iter().zip(&branch_specs).map(|(branch, specs)| Branch {
-            span: branch.span,
             contacts: self.contacts(&branch.contacts),
             body: self.body(&branch.body, specs, block),
         });
         Rung {
             branches: branches.collect(),
             name: rung.name.as_ref().map(|name| kept(&name.text)),
-            doc: rung.doc.clone(),
             allow: rung.allow.iter().map(|name| self.allowed(name)).collect(),
-            span: rung.span,
             extent: rung.extent,
             legs,
             body,
@@ -285,7 +282,7 @@ impl Resolver<'_> {
     }
 
     fn leg(&mut self, name: LegName, leg: &ladder::Leg) -> Leg {
-        Leg { name, span: leg.span, contacts: self.contacts(&leg.contacts) }
+        Leg { name, contacts: self.contacts(&leg.contacts) }
     }
 }
 

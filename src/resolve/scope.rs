@@ -69,7 +69,7 @@ const BLOCK_BITS: [&str; 2] = ["Running", "Done"];
 
 /// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Thing {
+pub(crate) enum Thing {
     /// A bit, word or structure.
     Address(Address),
     /// A tag with a `value`.
@@ -82,7 +82,7 @@ pub enum Thing {
 
 /// The result of a look-up.
 #[derive(Debug)]
-pub struct Found {
+pub(crate) struct Found {
     /// The thing that the name means.
     pub thing: Thing,
     /// The index of the tag in the program, if the name is a tag.
@@ -91,7 +91,7 @@ pub struct Found {
 
 /// The reason why a name has no meaning.
 #[derive(Debug)]
-pub enum Mistake {
+pub(crate) enum Mistake {
     /// Its tag has a mistake, which is already reported.
     Reported,
     /// A mistake that is not yet reported.
@@ -157,7 +157,7 @@ impl Scope {
             scope.add_block(&block.name, BlockNames::new(block.id, block.kind, stages));
         }
         for (at, device) in program.devices.iter().enumerate() {
-            scope.add_device(&device.name, DeviceId(at as u32));
+            scope.add_device(device, DeviceId(at as u32));
         }
         scope
     }
@@ -239,7 +239,7 @@ impl Scope {
     ///
     /// # Errors
     /// The mistake in the name.
-    pub fn look_up(&self, name: &str) -> Result<Found, Mistake> {
+    pub(crate) fn look_up(&self, name: &str) -> Result<Found, Mistake> {
         match address_text::parse(name, &self.sizes) {
             Ok(address) => return Ok(Found { thing: Thing::Address(address), tag: None }),
             Err(AddressError::NotAnAddress) => {}

@@ -26,7 +26,7 @@ pub enum ElementKind {
 }
 
 /// How many bytes of bits a structure has: those that a program sees, then its owner's own.
-pub const RECORD_BYTES: usize = 8;
+pub(crate) const RECORD_BYTES: usize = 8;
 
 const KINDS: [ElementKind; 10] = [
     ElementKind::C,
@@ -48,11 +48,11 @@ const TERMINATED: u8 = 1;
 const ELEMENTS_MAX: u64 = 1 << 20;
 
 /// One element: `D5` is kind D, number 5.
-pub type Element = (ElementKind, u32);
+pub(crate) type Element = (ElementKind, u32);
 
 /// Neighbouring elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Run {
+pub(crate) struct Run {
     /// Of this kind.
     pub kind: ElementKind,
     /// From this number on.
@@ -69,9 +69,9 @@ pub struct Value {
     /// A bit: 0 or 1; a word; a structure's `.Acc`.
     pub word: i32,
     /// A Sensaphone counter's PRE; else 0.
-    pub preset: i32,
+    pub(crate) preset: i32,
     /// A structure's bits; else 0.
-    pub record: [u8; RECORD_BYTES],
+    pub(crate) record: [u8; RECORD_BYTES],
 }
 
 /// A content, read.
@@ -89,7 +89,7 @@ pub struct Content {
 
 impl ElementKind {
     /// As addresses are written: `CT`.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             ElementKind::C => "C",
             ElementKind::Mc => "MC",
@@ -105,7 +105,7 @@ impl ElementKind {
     }
 
     /// The type of a value: only an element of the same type takes it.
-    pub fn type_name(self) -> &'static str {
+    pub(crate) fn type_name(self) -> &'static str {
         match self {
             ElementKind::C | ElementKind::Mc | ElementKind::Mi => "a bit",
             ElementKind::V | ElementKind::Mhr | ElementKind::Mir => "a 16-bit word",
@@ -117,7 +117,7 @@ impl ElementKind {
     }
 
     /// How many bytes a value has.
-    pub fn value_bytes(self) -> usize {
+    pub(crate) fn value_bytes(self) -> usize {
         match self {
             ElementKind::C | ElementKind::Mc | ElementKind::Mi => 1,
             ElementKind::V | ElementKind::D | ElementKind::Mhr | ElementKind::Mir => 4,
@@ -127,7 +127,7 @@ impl ElementKind {
     }
 
     /// The range of a word of this kind.
-    pub fn range(self) -> (i32, i32) {
+    pub(crate) fn range(self) -> (i32, i32) {
         match self {
             ElementKind::C | ElementKind::Mc | ElementKind::Mi => (0, 1),
             ElementKind::V | ElementKind::Mhr | ElementKind::Mir => (0, 0xFFFF),

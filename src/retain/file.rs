@@ -63,12 +63,12 @@ impl FileDevice {
     ///
     /// # Errors
     /// The system's.
-    pub fn identity(&self) -> io::Result<(u64, u64)> {
+    pub(crate) fn identity(&self) -> io::Result<(u64, u64)> {
         identity(&self.file.metadata()?)
     }
 
     /// The metadata of the file that now has this name: any change but a read shows in it.
-    pub fn trace(&self) -> Option<Trace> {
+    pub(crate) fn trace(&self) -> Option<Trace> {
         let named = fs::metadata(&self.path).ok()?;
         let changed = (named.mtime(), named.mtime_nsec(), named.ctime(), named.ctime_nsec());
         Some(Trace { file: (named.dev(), named.ino(), named.len()), changed })
@@ -78,7 +78,7 @@ impl FileDevice {
     ///
     /// # Errors
     /// The system's; `ResourceBusy` if another process is making one.
-    pub fn create_beside(path: &Path) -> io::Result<FileDevice> {
+    pub(crate) fn create_beside(path: &Path) -> io::Result<FileDevice> {
         let path = with_ending(&followed(path), ".new");
         // A file that another process is making is locked; one that a process left is not.
         let left = OpenOptions::new().read(true).custom_flags(AS_IT_IS.bits() as i32).open(&path);
@@ -111,7 +111,7 @@ impl FileDevice {
     }
 
     /// Deletes the file that [`FileDevice::create_beside`] made.
-    pub fn discard_beside(path: &Path) {
+    pub(crate) fn discard_beside(path: &Path) {
         let _ = fs::remove_file(with_ending(&followed(path), ".new"));
     }
 
@@ -120,7 +120,7 @@ impl FileDevice {
     ///
     /// # Errors
     /// The system's; `ResourceBusy` if there is one by now.
-    pub fn put_in_place(&mut self, path: &Path, replaces: bool) -> io::Result<()> {
+    pub(crate) fn put_in_place(&mut self, path: &Path, replaces: bool) -> io::Result<()> {
         let place = followed(path);
         match rename_anew(&self.path, &place) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists && replaces => {
@@ -227,7 +227,7 @@ impl Device for FileDevice {
 ///
 /// # Errors
 /// The system's; `ResourceBusy` if it is another process's.
-pub fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
+pub(crate) fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
     let held = FileDevice::open(path, Access::Own)?;
     if held.identity()? != seen {
         return Err(busy());
@@ -239,7 +239,7 @@ pub fn keep_aside(path: &Path, seen: (u64, u64)) -> io::Result<PathBuf> {
 ///
 /// # Errors
 /// The system's.
-pub fn rename_aside(path: &Path) -> io::Result<PathBuf> {
+pub(crate) fn rename_aside(path: &Path) -> io::Result<PathBuf> {
     let path = &followed(path);
     for number in 1..10_000 {
         let aside = with_ending(path, &format!(".aside-{number}"));

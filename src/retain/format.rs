@@ -9,21 +9,21 @@
 //! themselves.
 
 /// Headers and slots begin and end at multiples of this; it is a multiple of any sector's size.
-pub const BLOCK_BYTES: usize = 4096;
+pub(crate) const BLOCK_BYTES: usize = 4096;
 /// The number of copies of the header, one block each; slots follow.
-pub const HEADER_COPIES: usize = 2;
+pub(crate) const HEADER_COPIES: usize = 2;
 /// The version that this program reads and writes.
-pub const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 /// The most bytes of a slot.
-pub const SLOT_BYTES_MAX: u32 = 64 << 20;
+pub(crate) const SLOT_BYTES_MAX: u32 = 64 << 20;
 /// The most slots.
-pub const SLOTS_MAX: u32 = 64;
+pub(crate) const SLOTS_MAX: u32 = 64;
 /// The fewest slots: one is written while a second one is known to be durable.
-pub const SLOTS_LEAST: u32 = 3;
+pub(crate) const SLOTS_LEAST: u32 = 3;
 /// As many slots as a new file has.
-pub const SLOTS_DEFAULT: u32 = 4;
+pub(crate) const SLOTS_DEFAULT: u32 = 4;
 /// Flag: written after an orderly stop and its termination passes.
-pub const FLAG_FINAL: u32 = 1;
+pub(crate) const FLAG_FINAL: u32 = 1;
 
 const MAGIC: [u8; 16] = *b"rungd retain\r\n\x1a\n";
 const HEADER_BYTES: usize = 64;
@@ -104,7 +104,7 @@ impl Geometry {
     }
 
     /// Whether a content of this length fits into a slot.
-    pub fn fits(&self, content_bytes: usize) -> bool {
+    pub(crate) fn fits(&self, content_bytes: usize) -> bool {
         slot_bytes(content_bytes) <= self.slot_bytes as usize
     }
 
@@ -123,7 +123,7 @@ pub fn slot_bytes(content_bytes: usize) -> usize {
 }
 
 /// One copy of the header, a whole block.
-pub fn header(geometry: &Geometry) -> Vec<u8> {
+pub(crate) fn header(geometry: &Geometry) -> Vec<u8> {
     let mut block = Vec::with_capacity(BLOCK_BYTES);
     block.extend_from_slice(&MAGIC);
     for number in [VERSION, geometry.slot_bytes, geometry.slots, 0] {
@@ -140,7 +140,7 @@ pub fn header(geometry: &Geometry) -> Vec<u8> {
 ///
 /// # Errors
 /// [`BadHeader`].
-pub fn read_header(blocks: &[u8]) -> Result<Geometry, BadHeader> {
+pub(crate) fn read_header(blocks: &[u8]) -> Result<Geometry, BadHeader> {
     let copies = || blocks.chunks(BLOCK_BYTES).take(HEADER_COPIES);
     if let Some(geometry) = copies().find_map(header_copy) {
         return Ok(geometry);

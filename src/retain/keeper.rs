@@ -79,7 +79,7 @@ impl Keeper {
     ///
     /// # Errors
     /// Another process owns the file.
-    pub fn open(path: &Path, plan: RetainPlan, id: u64) -> io::Result<(Keeper, Start)> {
+    pub(crate) fn open(path: &Path, plan: RetainPlan, id: u64) -> io::Result<(Keeper, Start)> {
         let mut keeper = Keeper {
             path: path.to_owned(),
             plan,
@@ -110,18 +110,18 @@ impl Keeper {
     }
 
     /// The plan of the elements that are retained.
-    pub fn plan(&self) -> &RetainPlan {
+    pub(crate) fn plan(&self) -> &RetainPlan {
         &self.plan
     }
 
     /// The program has changed: the next save follows this plan. It makes a longer file if it needs
     /// one.
-    pub fn set_plan(&mut self, plan: RetainPlan) {
+    pub(crate) fn set_plan(&mut self, plan: RetainPlan) {
         self.plan = plan;
     }
 
     /// The last image that is known to be durable, since this process started.
-    pub fn kept(&self) -> Option<Kept> {
+    pub(crate) fn kept(&self) -> Option<Kept> {
         self.kept
     }
 
@@ -248,7 +248,7 @@ impl Keeper {
 
     /// Whether another process has changed the file since it was known to hold the kept image. It
     /// compares metadata, for a time in which nothing is written.
-    pub fn is_disturbed(&self) -> bool {
+    pub(crate) fn is_disturbed(&self) -> bool {
         self.kept.is_some() && self.trace_now() != self.trace
     }
 
@@ -262,7 +262,7 @@ impl Keeper {
     /// # Errors
     /// The system's. The previous image stays durable, but for `NotFound`: the file is gone, or its
     /// bytes were changed. The next save, which may follow at once, repairs it.
-    pub fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
+    pub(crate) fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };
         if self.kept.is_some_and(|kept| kept.stamp.flags == flags)

@@ -16,13 +16,14 @@ pub mod content;
 mod device;
 pub mod file;
 pub mod format;
-pub mod keeper;
+pub(crate) mod keeper;
 mod limits;
 mod owners;
-pub mod plan;
+pub(crate) mod plan;
 pub mod show;
 pub mod slots;
 
 pub use device::Device;
-pub use keeper::{Keeper, Kept};
+pub use keeper::Keeper;
+pub(crate) use keeper::Kept;
 pub use plan::RetainPlan;

@@ -79,7 +79,7 @@ impl RetainPlan {
     }
 
     /// The retained ranges in order: `C0..C7 D100`.
-    pub fn ranges(&self) -> String {
+    pub(crate) fn ranges(&self) -> String {
         let said = self.runs.iter().map(|run| match (run.kind, run.first + run.count - 1) {
             (_, last) if last == run.first => address((run.kind, last)),
             (kind, last) => format!("{}..{}", address((kind, run.first)), address((kind, last))),
@@ -88,12 +88,12 @@ impl RetainPlan {
     }
 
     /// How many elements are retained.
-    pub fn elements(&self) -> usize {
+    pub(crate) fn elements(&self) -> usize {
         self.runs.iter().map(|run| run.count as usize).sum()
     }
 
     /// Whether nothing is.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
@@ -143,7 +143,7 @@ impl RetainPlan {
     ///
     /// Otherwise the elements that its program terminates are terminated here: today's program may
     /// have changed, and not terminate them.
-    pub fn restore(&self, found: &Content, is_final: bool) -> Restoration {
+    pub(crate) fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
         let values: HashMap<Element, &Value> =

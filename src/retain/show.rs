@@ -106,7 +106,7 @@ fn held(kind: ElementKind, value: &Value) -> String {
 }
 
 /// A time of day as people read it: `2026-03-01 12:00:00 UTC`.
-pub fn utc(ms: u64) -> String {
+pub(crate) fn utc(ms: u64) -> String {
     let utc = Utc::of(ms / 1000);
     format!("{utc} {} UTC", utc.time())
 }

@@ -113,12 +113,12 @@ impl<D: Device> Slots<D> {
     }
 
     /// How the device is divided.
-    pub fn geometry(&self) -> &Geometry {
+    pub(crate) fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
     /// Whether a further image with a content of this many bytes can be saved here.
-    pub fn takes(&self, content_bytes: usize) -> bool {
+    pub(crate) fn takes(&self, content_bytes: usize) -> bool {
         self.geometry.fits(content_bytes) && self.sequence < u64::MAX
     }
 
@@ -128,12 +128,12 @@ impl<D: Device> Slots<D> {
     }
 
     /// The device, to be renamed.
-    pub fn device_mut(&mut self) -> &mut D {
+    pub(crate) fn device_mut(&mut self) -> &mut D {
         &mut self.device
     }
 
     /// The next image gets the number after this one.
-    pub fn continue_from(&mut self, sequence: u64) {
+    pub(crate) fn continue_from(&mut self, sequence: u64) {
         self.sequence = self.sequence.max(sequence);
     }
 
@@ -204,7 +204,7 @@ impl<D: Device> Slots<D> {
     ///
     /// # Errors
     /// The device's; `NotFound`: it is not ours any more.
-    pub fn newest(&mut self) -> io::Result<Option<Found>> {
+    pub(crate) fn newest(&mut self) -> io::Result<Option<Found>> {
         self.device.in_place()?;
         match survey(&mut self.device) {
             Ok(survey) => Ok(survey.newest),

@@ -11,12 +11,13 @@ use std::fmt;
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-pub use super::forces::{FORCES_MAX, Forces};
+pub(crate) use super::forces::FORCES_MAX;
+pub use super::forces::Forces;
 use super::mode::Mode;
 use crate::engine::Cell;
 
 /// The most commands that wait for the scan thread; one more is denied.
-pub const COMMANDS_MAX: usize = 64;
+pub(crate) const COMMANDS_MAX: usize = 64;
 
 /// How many answers are kept for those that asked.
 const ANSWERS_KEPT: usize = 4 * COMMANDS_MAX;
@@ -69,7 +70,7 @@ pub enum Denial {
 
 /// The outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub(crate) enum Answer {
     /// It is done, and published; this is how it was before.
     Done(Before),
     /// It is not done, and nothing changed.
@@ -78,7 +79,7 @@ pub enum Answer {
 
 /// How things were before a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Before {
+pub(crate) struct Before {
     /// The mode.
     pub mode: Mode,
     /// The value of the bit or word; 0 where the command names none.
@@ -130,7 +131,7 @@ pub(super) fn desk() -> (Desk, Orders, Answers) {
 }
 
 impl Desk {
-    pub fn hand_in(&mut self, command: Command) -> Result<CommandId, Denial> {
+    pub(crate) fn hand_in(&mut self, command: Command) -> Result<CommandId, Denial> {
         let order = Order { id: self.last + 1, command };
         self.orders.push(order).map_err(|_| Denial::QueueFull)?;
         self.last = order.id;
@@ -138,7 +139,7 @@ impl Desk {
     }
 
     /// The answer, once; then it is forgotten.
-    pub fn answer(&mut self, id: CommandId) -> Option<Answer> {
+    pub(crate) fn answer(&mut self, id: CommandId) -> Option<Answer> {
         let at = self.answers.iter().position(|(of, _)| *of == id.0)?;
         self.answers.remove(at).map(|(_, answer)| answer)
     }
@@ -153,7 +154,7 @@ impl Desk {
 
 impl Orders {
     /// The next command, if there is room to answer it.
-    pub fn next(&mut self) -> Option<(CommandId, Command)> {
+    pub(crate) fn next(&mut self) -> Option<(CommandId, Command)> {
         if self.taken.len() >= self.answers.slots().min(COMMANDS_MAX) {
             return None;
         }
@@ -161,17 +162,17 @@ impl Orders {
     }
 
     /// Whether a command waits.
-    pub fn wait(&self) -> bool {
+    pub(crate) fn wait(&self) -> bool {
         !self.orders.is_empty()
     }
 
     /// Notes an answer.
-    pub fn note(&mut self, id: CommandId, answer: Answer) {
+    pub(crate) fn note(&mut self, id: CommandId, answer: Answer) {
         self.taken.push(Answered { id: id.0, answer });
     }
 
     /// Gives the answers of this step, after its images are published.
-    pub fn give(&mut self) {
+    pub(crate) fn give(&mut self) {
         for answered in self.taken.drain(..) {
             // `next` saw a free place, and no other thread fills it.
             let _ = self.answers.push(answered);
@@ -181,12 +182,12 @@ impl Orders {
 
 impl Answers {
     /// How many wait.
-    pub fn waiting(&self) -> usize {
+    pub(crate) fn waiting(&self) -> usize {
         self.0.slots()
     }
 
     /// Makes this number of them visible.
-    pub fn show(&mut self, count: usize, desk: &mut Desk) {
+    pub(crate) fn show(&mut self, count: usize, desk: &mut Desk) {
         for _ in 0..count {
             if let Ok(answered) = self.0.pop() {
                 desk.put(answered);

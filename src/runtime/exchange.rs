@@ -25,14 +25,14 @@ use crate::engine::{BitCell, WordCell};
 
 /// The greatest number of writes in one batch. (A Modbus request writes at most 1968 coils, and
 /// each coil may stand for an input as well.)
-pub const BATCH_WRITES_MAX: usize = 4096;
+pub(crate) const BATCH_WRITES_MAX: usize = 4096;
 
 /// The greatest number of waiting batches; a further one is refused with [`Refused::QueueFull`].
-pub const QUEUED_BATCHES_MAX: usize = 256;
+pub(crate) const QUEUED_BATCHES_MAX: usize = 256;
 
 /// The greatest number of waiting writes, all of which one scan can apply. A batch that would
 /// exceed it is refused with [`Refused::QueueFull`]. So the next scan sees every waiting write.
-pub const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
+pub(crate) const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 
 /// The number of refused tickets that are remembered: as many as can be under way at once.
 const REFUSED_TICKETS_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
@@ -83,7 +83,7 @@ pub struct Ticket(pub u64);
 
 /// The outcome of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// No complete scan has seen it yet.
     Pending,
     /// A scan that saw it is complete, and in [`Port::latest`].
@@ -94,7 +94,7 @@ pub enum Outcome {
 
 /// A batch. It goes to the scan, and comes back to be freed.
 #[derive(Debug)]
-pub struct Batch {
+pub(crate) struct Batch {
     /// Its ticket.
     pub ticket: Ticket,
     /// The writes; the scan applies all of them, in this order.
@@ -140,7 +140,7 @@ pub struct Tempo {
 
 impl Tempo {
     /// The time of this many periods and of one scan of the greatest permitted duration.
-    pub fn patience(self, periods: u64) -> Duration {
+    pub(crate) fn patience(self, periods: u64) -> Duration {
         let periods_ns = self.period_ns.saturating_mul(periods);
         Duration::from_nanos(periods_ns.saturating_add(self.watchdog_ns))
     }
@@ -186,7 +186,7 @@ impl Port {
     }
 
     /// The current tempo.
-    pub fn tempo(&self) -> Tempo {
+    pub(crate) fn tempo(&self) -> Tempo {
         let shared = &self.shared;
         Tempo {
             period_ns: shared.period_ns.load(Ordering::Acquire),
@@ -201,7 +201,7 @@ impl Port {
     }
 
     /// The shortest time that a caller should wait for the scan that sees its request.
-    pub fn patience(&self) -> Duration {
+    pub(crate) fn patience(&self) -> Duration {
         self.tempo().patience(3)
     }
 
@@ -226,13 +226,16 @@ impl Port {
     }
 
     /// Ends once [`Port::latest`] is a newer image than `seen`.
-    pub fn changed(&self, seen: &Arc<Snapshot>) -> impl Future<Output = ()> + use<> {
+    pub(crate) fn changed(&self, seen: &Arc<Snapshot>) -> impl Future<Output = ()> + use<> {
         let seen = Arc::clone(seen);
         self.until(move |port| (!Arc::ptr_eq(&port.latest(), &seen)).then_some(()))
     }
 
     /// Ends with the first image that meets the condition; that may be the latest one.
-    pub fn shows(&self, wanted: impl Fn(&Snapshot) -> bool) -> impl Future<Output = Arc<Snapshot>> {
+    pub(crate) fn shows(
+        &self,
+        wanted: impl Fn(&Snapshot) -> bool,
+    ) -> impl Future<Output = Arc<Snapshot>> {
         self.until(move |port| Some(port.latest()).filter(|latest| wanted(latest)))
     }
 
@@ -292,7 +295,7 @@ impl Port {
     ///
     /// # Errors
     /// [`Refused::NotRunning`]: the controller left RUN first.
-    pub fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), Refused>> + use<> {
+    pub(crate) fn done(&self, ticket: Ticket) -> impl Future<Output = Result<(), Refused>> + use<> {
         self.until(move |port| match port.outcome(ticket) {
             Outcome::Pending => None,
             Outcome::Applied => Some(Ok(())),
@@ -301,7 +304,7 @@ impl Port {
     }
 
     /// The outcome of a batch.
-    pub fn outcome(&self, ticket: Ticket) -> Outcome {
+    pub(crate) fn outcome(&self, ticket: Ticket) -> Outcome {
         // `latest` is read first: a refusal is entered before the snapshot that counts its ticket.
         let seen = ticket.0 <= self.latest().tickets_done;
         let refusals = locked(&self.shared.refusals);
@@ -337,7 +340,10 @@ impl Port {
     ///
     /// # Errors
     /// The command was denied, and nothing changed.
-    pub fn answered(&self, id: CommandId) -> impl Future<Output = Result<Before, Denial>> + use<> {
+    pub(crate) fn answered(
+        &self,
+        id: CommandId,
+    ) -> impl Future<Output = Result<Before, Denial>> + use<> {
         self.until(move |port| match port.answer(id)? {
             Answer::Done(before) => Some(Ok(before)),
             Answer::Denied(denial) => Some(Err(denial)),
@@ -346,7 +352,7 @@ impl Port {
 
     /// The answer to a command, after its effect is in [`Port::latest`]. It is returned once. A
     /// stuck scan thread answers when it comes back.
-    pub fn answer(&self, id: CommandId) -> Option<Answer> {
+    pub(crate) fn answer(&self, id: CommandId) -> Option<Answer> {
         locked(&self.shared.desk).answer(id)
     }
 

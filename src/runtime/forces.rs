@@ -24,12 +24,12 @@ impl Default for Forces {
 
 impl Forces {
     /// The cells, in the order in which they were forced.
-    pub fn list(&self) -> &[Cell] {
+    pub(crate) fn list(&self) -> &[Cell] {
         &self.cells[..self.count]
     }
 
     /// Whether a cell is forced.
-    pub fn has(&self, cell: Cell) -> bool {
+    pub(crate) fn has(&self, cell: Cell) -> bool {
         self.list().contains(&cell)
     }
 

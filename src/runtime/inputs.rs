@@ -71,23 +71,23 @@ impl InputEnd {
 
 impl Pulse {
     /// When the last good exchange ended; 0: there was none.
-    pub fn good_ns(&self) -> u64 {
+    pub(crate) fn good_ns(&self) -> u64 {
         self.good_ns.load(Ordering::Acquire)
     }
 
     /// The last exchange failed.
-    pub fn is_troubled(&self) -> bool {
+    pub(crate) fn is_troubled(&self) -> bool {
         self.troubled.load(Ordering::Acquire)
     }
 
     /// An exchange has succeeded in all.
-    pub fn well(&self, now_ns: u64) {
+    pub(crate) fn well(&self, now_ns: u64) {
         self.good_ns.store(now_ns.max(1), Ordering::Release);
         self.troubled.store(false, Ordering::Release);
     }
 
     /// An exchange has failed.
-    pub fn trouble(&self) {
+    pub(crate) fn trouble(&self) {
         self.troubled.store(true, Ordering::Release);
     }
 }

@@ -280,7 +280,8 @@ impl WorldSide {
         // now are delivered after all publications of this call.
         let answers = self.answers.waiting();
         while let Ok(publication) = self.published.pop() {
-            if let Publication::Outlived(_) = publication {
+            if let Publication::Outlived(spare) = publication {
+                drop(spare);
                 continue;
             }
             any = true;

@@ -106,7 +106,7 @@ pub struct LocalEnd {
 
 /// Makes a local device's outputs safe from outside the scan thread. Cheap to clone.
 #[derive(Clone, Default)]
-pub struct Rescue {
+pub(crate) struct Rescue {
     device: Arc<Mutex<Option<Arc<dyn Local>>>>,
     outputs: Arc<[Source]>,
 }
@@ -154,14 +154,14 @@ impl LocalEnd {
     }
 
     /// The first values of the outputs: the safe values.
-    pub fn safe_values(&self, image: &Snapshot) -> Vec<i32> {
+    pub(crate) fn safe_values(&self, image: &Snapshot) -> Vec<i32> {
         let mut values = vec![0; self.rescue.outputs.len()];
         last_words(&self.rescue.outputs, image, &mut values);
         values
     }
 
     /// Whether the device has outputs.
-    pub fn has_outputs(&self) -> bool {
+    pub(crate) fn has_outputs(&self) -> bool {
         !self.rescue.outputs.is_empty()
     }
 
@@ -174,7 +174,7 @@ impl LocalEnd {
     }
 
     /// A handle that makes its outputs safe from outside the scan thread.
-    pub fn rescue(&self) -> Rescue {
+    pub(crate) fn rescue(&self) -> Rescue {
         self.rescue.clone()
     }
 }
@@ -223,7 +223,7 @@ impl std::fmt::Display for LocalFailure {
 
 impl LocalSide {
     /// Takes a device that was handed in; returns whether there was one.
-    pub fn arrive(&mut self) -> bool {
+    pub(crate) fn arrive(&mut self) -> bool {
         let mut any = false;
         while let Ok(device) = self.handed.pop() {
             self.let_go();
@@ -234,7 +234,7 @@ impl LocalSide {
     }
 
     /// Reads all inputs or none; false if that fails or there is no device.
-    pub fn read(&mut self) -> bool {
+    pub(crate) fn read(&mut self) -> bool {
         self.arrive();
         let Some(device) = self.device.as_deref() else { return false };
         let begin_ns = monotonic_ns();
@@ -247,12 +247,12 @@ impl LocalSide {
     }
 
     /// The inputs of the last good read.
-    pub fn inputs(&self) -> &[i32] {
+    pub(crate) fn inputs(&self) -> &[i32] {
         &self.inputs
     }
 
     /// Writes the outputs of a complete scan, if they changed.
-    pub fn write_image(&mut self, image: (&[u8], &[i32]), first_output: usize) -> bool {
+    pub(crate) fn write_image(&mut self, image: (&[u8], &[i32]), first_output: usize) -> bool {
         for (value, source) in self.values.iter_mut().zip(&self.outputs) {
             *value = value_in(*source, image, first_output);
         }
@@ -261,7 +261,7 @@ impl LocalSide {
 
     /// Writes the safe values. Outputs with `hold` get the image's value, or stay as they are
     /// without an image.
-    pub fn write_safe(
+    pub(crate) fn write_safe(
         &mut self,
         safe: &[Safe],
         image: Option<(&[u8], &[i32])>,

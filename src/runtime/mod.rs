@@ -11,7 +11,7 @@
 mod beat;
 pub mod command;
 pub mod exchange;
-pub mod field;
+pub(crate) mod field;
 mod forces;
 mod histogram;
 mod image;
@@ -43,16 +43,22 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-pub use histogram::Bar;
+pub(crate) use histogram::Bar;
 pub use image::Safe;
-pub use link::{Facts, Publication, Returned, ScanSide, Shape, WorldSide, link};
-pub use machine::Machine;
+pub use link::{Facts, Shape, link};
+#[cfg(test)]
+pub(crate) use link::{ScanSide, WorldSide};
+pub(crate) use machine::Machine;
 pub use monitor::{Monitor, Observer};
-pub use posture::{Grant, Held, Policy, Posture, Refusal};
+pub(crate) use posture::{Grant, Held};
+pub use posture::{Policy, Posture};
 pub use record::{Carried, DeviceEdge, Record, Watched, What};
-pub use scanner::{Pace, Report, Scanner};
-pub use statistics::{Meter, MeterReading, Spread, Statistics};
-pub use swap::{Contents, Generations, Package, Reloader, Swapped};
+pub(crate) use scanner::Report;
+pub use scanner::{Pace, Scanner};
+pub use statistics::Statistics;
+pub(crate) use statistics::{Meter, MeterReading, Spread};
+pub use swap::{Contents, Package, Reloader};
+pub(crate) use swap::{Generations, Swapped};
 pub use sys::monotonic_ns;
 
 use beat::{Beat, Life};
@@ -94,7 +100,7 @@ pub struct Memory {
 }
 
 /// The scan thread and the monitor, ready to go; the scan thread waits with its posture taken.
-pub struct Prepared {
+pub(crate) struct Prepared {
     grants: Vec<Grant>,
     go: Sender<()>,
     scan: JoinHandle<Report>,
@@ -108,7 +114,7 @@ pub struct Prepared {
 
 /// The state of the two threads for observers, beside the images. Cheap to clone.
 #[derive(Clone, Debug)]
-pub struct Gauge {
+pub(crate) struct Gauge {
     /// The statistics since the start of RUN.
     pub meter: Meter,
     records_dropped: Arc<AtomicU64>,
@@ -123,7 +129,7 @@ impl Gauge {
 
 /// How the two threads are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub(crate) enum State {
     /// Both live (or the scan thread is lost, and the monitor shows it as a fault).
     Running,
     /// The scan thread has ended as it should, and all it left was handed on.
@@ -133,7 +139,7 @@ pub enum State {
 }
 
 /// The running controller.
-pub struct Runtime {
+pub(crate) struct Runtime {
     port: Port,
     beat: Arc<Beat>,
     scan: JoinHandle<Report>,
@@ -224,7 +230,7 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
 ///
 /// # Errors
 /// The machine gives no thread.
-pub fn prepare<M, O>(
+pub(crate) fn prepare<M, O>(
     machine: M,
     settings: &Settings,
     observer: O,

@@ -57,12 +57,12 @@ pub enum FaultReason {
 
 impl StopReason {
     /// Whether the process stays, for an operator to run it again.
-    pub fn waits_for_operator(self) -> bool {
+    pub(crate) fn waits_for_operator(self) -> bool {
         self == StopReason::Instruction || self.is_meant()
     }
 
     /// Whether a start may be meant to be in STOP for it.
-    pub fn is_meant(self) -> bool {
+    pub(crate) fn is_meant(self) -> bool {
         use StopReason::{CommandLine, NothingRestored, Operator, RestartGuard};
         matches!(self, Operator | CommandLine | RestartGuard | NothingRestored)
     }
@@ -70,7 +70,7 @@ impl StopReason {
 
 impl Mode {
     /// `RUN`, `STOP` or `FAULT`.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Mode::Run => "RUN",
             Mode::Stop(_) => "STOP",

@@ -17,7 +17,7 @@ pub trait Clock {
 
 /// The machine's own clock.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct MonotonicClock;
+pub(crate) struct MonotonicClock;
 
 impl Clock for MonotonicClock {
     fn now_ns(&self) -> u64 {
@@ -31,7 +31,7 @@ impl Clock for MonotonicClock {
 
 /// The grid: `first`, `first + period`, `first + 2 periods`, …
 #[derive(Clone, Copy, Debug)]
-pub struct Grid {
+pub(crate) struct Grid {
     period_ns: u64,
     deadline_ns: u64,
 }

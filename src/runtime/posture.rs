@@ -67,7 +67,7 @@ const PREFAULT_BYTES: usize = 256 * 1024;
 
 impl Posture {
     /// The process's part; called once, before threads are started.
-    pub fn apply_to_process(&self) -> (Held, Vec<Grant>) {
+    pub(crate) fn apply_to_process(&self) -> (Held, Vec<Grant>) {
         let mut grants = Vec::new();
         let mut held = Held::default();
         if self.lock_memory {
@@ -87,7 +87,7 @@ impl Posture {
     }
 
     /// The scan thread's part; called on it. The policy comes last.
-    pub fn apply_to_scan_thread(&self) -> Vec<Grant> {
+    pub(crate) fn apply_to_scan_thread(&self) -> Vec<Grant> {
         prefault_stack();
         let slack = sys::set_timer_slack_ns(1);
         let mut grants = vec![grant("timer slack 1 ns".into(), slack, || "nothing known")];

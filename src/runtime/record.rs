@@ -26,7 +26,7 @@ pub struct Record {
     /// The scan: 1 is the first since the process started.
     pub scan: u64,
     /// CLOCK_MONOTONIC.
-    pub at_ns: u64,
+    pub(crate) at_ns: u64,
     /// The event.
     pub what: What,
 }

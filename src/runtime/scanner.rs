@@ -230,12 +230,12 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     }
 
     /// The statistics since the start of RUN, for observers.
-    pub fn meter(&self) -> Meter {
+    pub(crate) fn meter(&self) -> Meter {
         self.books.meter()
     }
 
     /// The remains at the end.
-    pub fn report(&self) -> Report {
+    pub(crate) fn report(&self) -> Report {
         let statistics = self.books.whole(self.ended_ns);
         Report { mode: self.mode, scans: self.scans, statistics }
     }

@@ -28,19 +28,19 @@ pub struct Spread {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
     /// Whether it is about the whole time since the start of RUN, or since the last report.
-    pub whole: bool,
+    pub(crate) whole: bool,
     /// How long that was.
-    pub over_ns: u64,
+    pub(crate) over_ns: u64,
     /// Complete scans in it.
-    pub scans: u64,
+    pub(crate) scans: u64,
     /// How long a scan took, from its timestamp to the end of `BottomOfScan`.
-    pub execution: Spread,
+    pub(crate) execution: Spread,
     /// How long after its grid point the scan thread was awake.
-    pub lateness: Spread,
+    pub(crate) lateness: Spread,
     /// Scans that ended after the next grid point.
-    pub overruns: u64,
+    pub(crate) overruns: u64,
     /// Grid points that passed without a scan because of them.
-    pub skipped: u64,
+    pub(crate) skipped: u64,
 }
 
 /// One quantity being measured. The scan thread alone writes.

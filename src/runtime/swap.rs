@@ -26,15 +26,15 @@ pub(super) const NO_PROGRAM: u32 = u32::MAX;
 /// A program with all that it needs to be scanned.
 pub struct Package<M> {
     /// The new machine; after the swap, the old one.
-    pub machine: M,
+    pub(crate) machine: M,
     /// The cells that it takes over.
-    pub transfer: Transfer,
+    pub(crate) transfer: Transfer,
     /// Its number: one more than that of any program before it.
-    pub generation: u32,
+    pub(crate) generation: u32,
     /// How often it is scanned.
-    pub tempo: Tempo,
+    pub(crate) tempo: Tempo,
     /// Cells of the old machine, and their values before it.
-    pub asked: Vec<(Cell, i32)>,
+    pub(crate) asked: Vec<(Cell, i32)>,
     /// The facts of the swap, after it.
     pub swapped: Option<Swapped>,
     pub(super) watches: Watches,

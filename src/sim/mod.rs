@@ -6,7 +6,7 @@
 
 mod run;
 pub mod stimulus;
-pub mod svg;
+pub(crate) mod svg;
 pub mod trace;
 
 pub use run::{Plan, run};

@@ -25,7 +25,7 @@ pub struct Plan {
 
 impl Plan {
     /// Whether the timestamp of the last scan, in ns, fits into 64 bits.
-    pub fn fits(&self) -> bool {
+    pub(crate) fn fits(&self) -> bool {
         let (scans, period_ns) =
             (self.scans.saturating_sub(1), u64::from(self.period_ms) * NS_PER_MS);
         scans.checked_mul(period_ns).is_some()

@@ -31,7 +31,7 @@ pub enum Target {
 }
 
 /// Resolves an operand's name; the error is the reason why it cannot be written.
-pub type Lookup<'a> = &'a dyn Fn(&str) -> Result<Target, String>;
+pub(crate) type Lookup<'a> = &'a dyn Fn(&str) -> Result<Target, String>;
 
 /// All changes, in order of scans.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -99,7 +99,7 @@ impl Stimulus {
     }
 
     /// An error for the first row at or after scan `scans`, which the simulation does not reach.
-    pub fn beyond(&self, scans: u64) -> Option<StimulusError> {
+    pub(crate) fn beyond(&self, scans: u64) -> Option<StimulusError> {
         let at = self.rows.partition_point(|(scan, _)| *scan < scans);
         let (scan, line) = *self.rows.get(at)?;
         let rows = self.rows.len() - at;
@@ -128,7 +128,7 @@ impl StimulusError {
 }
 
 /// A sentence about `N,3,6` in a list of operands separated by commas.
-pub fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
+pub(crate) fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
     let number = |text: &&str| text.parse::<u32>().is_ok();
     let mut behind = names.skip_while(|name| !name.eq_ignore_ascii_case("N")).skip(1);
     let counter = behind.next().filter(number)?;

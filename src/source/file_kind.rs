@@ -12,7 +12,7 @@ pub fn is_controller(source: &str) -> bool {
 
 /// The place of the first table that only a ladder file has; `None` if the text is not a ladder
 /// file.
-pub fn ladder_place(source: &str, file: FileId) -> Option<Span> {
+pub(crate) fn ladder_place(source: &str, file: FileId) -> Option<Span> {
     let place = |root: Table<'_>| {
         let keys = ["program", "task", "tags"].iter().filter_map(|key| root.key_span(key));
         let head = root.key_span("ladder").filter(|_| root.has_table("ladder"));

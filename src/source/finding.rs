@@ -28,13 +28,13 @@ pub struct Finding {
     /// Which, by its stable name.
     pub code: Code,
     /// Its place.
-    pub span: Span,
+    pub(crate) span: Span,
     /// The mistake, in one sentence.
     pub message: String,
     /// A few words under the underlined place.
-    pub label: String,
+    pub(crate) label: String,
     /// Related places, each with a few words.
-    pub related: Vec<(Span, String)>,
+    pub(crate) related: Vec<(Span, String)>,
     /// What to write instead, ready to paste.
     help: Option<String>,
     /// For an unknown name: the nearest known name replaces the help, if there is one.
@@ -65,25 +65,25 @@ impl Finding {
     }
 
     /// What to write instead.
-    pub fn help(mut self, help: impl Into<String>) -> Finding {
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Finding {
         self.help = Some(bounded(help.into()));
         self
     }
 
     /// Searches the known names for one near to `name`; if there is one, it replaces the help.
-    pub fn near(mut self, name: &str, known: &Names) -> Finding {
+    pub(crate) fn near(mut self, name: &str, known: &Names) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
         self
     }
 
     /// As [`Finding::near`], with the result of a look-up.
-    pub fn near_any(mut self, near: Option<Near>) -> Finding {
+    pub(crate) fn near_any(mut self, near: Option<Near>) -> Finding {
         self.near = near.map(Box::new);
         self
     }
 
     /// What to write instead. Searches the nearest name now, so call it for shown findings only.
-    pub fn help_text(&self) -> Option<Cow<'_, str>> {
+    pub(crate) fn help_text(&self) -> Option<Cow<'_, str>> {
         let near = self.near.as_ref().and_then(|near| near.help()).map(Cow::Owned);
         near.or_else(|| self.help.as_deref().map(Cow::Borrowed))
     }
@@ -219,7 +219,7 @@ findings! {
 
 impl Code {
     /// The table row.
-    pub fn row(self) -> &'static Row {
+    pub(crate) fn row(self) -> &'static Row {
         &TABLE[self as usize]
     }
 
@@ -229,12 +229,12 @@ impl Code {
     }
 
     /// Error or warning.
-    pub fn severity(self) -> Severity {
+    pub(crate) fn severity(self) -> Severity {
         self.row().severity
     }
 
     /// The code with this name.
-    pub fn from_name(name: &str) -> Option<Code> {
+    pub(crate) fn from_name(name: &str) -> Option<Code> {
         TABLE.iter().find(|row| row.name == name).map(|row| row.code)
     }
 }

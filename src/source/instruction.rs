@@ -12,16 +12,16 @@ use crate::isa::{Mnemonic, OperandKind};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instruction {
     /// The place of its whole text.
-    pub span: Span,
+    pub(crate) span: Span,
     /// The first word.
-    pub mnemonic: Located<String>,
+    pub(crate) mnemonic: Located<String>,
     /// The other words.
-    pub operands: Vec<Operand>,
+    pub(crate) operands: Vec<Operand>,
 }
 
 /// One operand.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Operand {
+pub(crate) struct Operand {
     /// The place of the whole word.
     pub span: Span,
     /// The key of `key=value`.

@@ -78,8 +78,6 @@ pub struct Block {
     pub span: Span,
     /// `name`.
     pub name: Option<Text>,
-    /// `doc`.
-    pub doc: Option<String>,
     /// `autostart`, of a Program.
     pub autostart: Option<Located<bool>>,
     /// Its own rungs.
@@ -95,8 +93,6 @@ pub struct Stage {
     pub span: Span,
     /// `name`.
     pub name: Option<Text>,
-    /// `doc`.
-    pub doc: Option<String>,
     /// Its rungs.
     pub rungs: Vec<Rung>,
 }
@@ -104,14 +100,10 @@ pub struct Stage {
 /// A rung.
 #[derive(Clone, Debug)]
 pub struct Rung {
-    /// The place of its header.
-    pub span: Span,
     /// From its header to the end of its last value.
     pub extent: Span,
     /// `name`.
     pub name: Option<Text>,
-    /// `doc`.
-    pub doc: Option<String>,
     /// `allow`.
     pub allow: Vec<Text>,
     /// `when`.
@@ -155,13 +147,9 @@ const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst
 const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]}],
             "anyOf":[{"required":["do"]},{"required":["branch"]}]}"#;
 
-/// Reads a ladder file. The ladder is `None` when the text is not TOML, or a controller file.
-pub fn read(source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
-    read_within(&mut Room::default(), source, file)
-}
-
-/// As [`read`], for one of several files that share the `Room` of a load.
-pub fn read_within(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
+/// Reads a ladder file, one of those that share the `Room` of a load. The ladder is `None` if the
+/// text is not TOML, or a controller file.
+pub fn read(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder>, Vec<Finding>) {
     let (ladder, findings) = reader::document_within(room, source, file, |mut root| {
         if file_kind::is_controller_root(&root) {
             let finding = controller_file(&mut root);
@@ -268,7 +256,7 @@ fn read_tag(name: Text, mut table: Table<'_>) -> Tag {
 
 fn read_block(mut table: Table<'_>, form: BlockForm) -> Block {
     let name = table.required_string(key("name", "Its name.").limited(BLOCK_NAME));
-    let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
+    table.string(key("doc", "What it does."));
     let program = form == BlockForm::Program;
     let autostart = if program {
         table.boolean(key("autostart", "Runs from the first scan on."))
@@ -297,13 +285,13 @@ fn read_block(mut table: Table<'_>, form: BlockForm) -> Block {
     let stages = stages.into_iter().map(read_stage).collect();
     let span = table.span();
     table.finish();
-    Block { form, span, name, doc, autostart, rungs, stages }
+    Block { form, span, name, autostart, rungs, stages }
 }
 
 fn read_stage(mut table: Table<'_>) -> Stage {
     let name =
         table.required_string(key("name", "Its name, unique in its program.").limited(BLOCK_NAME));
-    let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
+    table.string(key("doc", "What it does."));
     let rungs = table
         .tables(key("rung", "Its rungs, executed while the stage is ON."), "a rung")
         .into_iter()
@@ -311,7 +299,7 @@ fn read_stage(mut table: Table<'_>) -> Stage {
         .collect();
     let span = table.span();
     table.finish();
-    Stage { span, name, doc, rungs }
+    Stage { span, name, rungs }
 }
 
 /// `None` when the load is to end.
@@ -324,7 +312,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
     table.together(ONE_KIND_OF_LEGS);
     let name =
         table.string(key("name", "A name in kebab-case, unique in its block.").limited(RUNG_NAME));
-    let doc = table.string(key("doc", "Why the rung is there.")).map(|doc| doc.text);
+    table.string(key("doc", "Why the rung is there."));
     let allow = table
         .strings(key("allow", "Names of warnings that are silenced here."))
         .map_or(Vec::new(), |allow| allow.value);
@@ -356,7 +344,7 @@ fn read_rung(mut table: Table<'_>) -> Rung {
         table.find(no_instruction("a rung", span));
     }
     table.finish();
-    Rung { span, extent, name, doc, allow, when, legs, body, branches }
+    Rung { extent, name, allow, when, legs, body, branches }
 }
 
 fn check_legs(table: &Table<'_>) {

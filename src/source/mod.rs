@@ -6,8 +6,8 @@
 //! into text.
 #![deny(clippy::wildcard_enum_match_arm)]
 
-pub mod atom;
-pub mod contact;
+pub(crate) mod atom;
+pub(crate) mod contact;
 mod contact_lexer;
 pub mod contact_parser;
 #[cfg(test)]
@@ -17,14 +17,14 @@ pub mod file_kind;
 pub mod finding;
 mod headers;
 pub mod instruction;
-pub mod key;
-pub mod ladder;
-pub mod nearest;
-pub mod reader;
+pub(crate) mod key;
+pub(crate) mod ladder;
+pub(crate) mod nearest;
+pub(crate) mod reader;
 pub mod render;
-pub mod room;
-pub mod shape;
+pub(crate) mod room;
+pub(crate) mod shape;
 pub mod span;
 mod strict;
-pub mod table;
+pub(crate) mod table;
 mod wording;

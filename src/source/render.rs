@@ -89,12 +89,12 @@ fn without_places_of_excerpts(mut drawn: String) -> String {
 }
 
 /// Whether the findings cause the command to refuse: an error, or a warning with `--deny warnings`.
-pub fn refuses(findings: &[Finding], style: Style) -> bool {
+pub(crate) fn refuses(findings: &[Finding], style: Style) -> bool {
     findings.iter().any(|finding| severity(finding, style) == Severity::Error)
 }
 
 /// `3 errors, 1 warning`.
-pub fn count(findings: &[Finding], style: Style) -> String {
+pub(crate) fn count(findings: &[Finding], style: Style) -> String {
     let errors = findings.iter().filter(|f| severity(f, style) == Severity::Error).count();
     let warnings = findings.len() - errors;
     format!("{}, {}", plural(errors, "error"), plural(warnings, "warning"))

@@ -26,7 +26,8 @@ pub struct SourceFile {
 
 impl SourceFile {
     /// Line and column (both from 1, columns in characters) of a byte offset.
-    pub fn line_column(&self, offset: u32) -> (u32, u32) {
+    #[cfg(test)]
+    pub(crate) fn line_column(&self, offset: u32) -> (u32, u32) {
         let at = (offset as usize).min(self.text.len());
         let at = (0..=at).rev().find(|i| self.text.is_char_boundary(*i)).unwrap_or(0);
         let before = &self.text[..at];
@@ -38,12 +39,12 @@ impl SourceFile {
 
 impl Span {
     /// From the start of this place to the end of a later place of the same file.
-    pub fn to(self, end: Span) -> Span {
+    pub(crate) fn to(self, end: Span) -> Span {
         Span { file: self.file, start: self.start, end: end.end.max(self.start) }
     }
 
     /// A part of this place: bytes `start..end`, counted from its start.
-    pub fn part(self, start: usize, end: usize) -> Span {
+    pub(crate) fn part(self, start: usize, end: usize) -> Span {
         Span { file: self.file, start: self.start + start as u32, end: self.start + end as u32 }
     }
 }
@@ -52,7 +53,7 @@ impl Span {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Located<T> {
     /// The value.
-    pub value: T,
+    pub(crate) value: T,
     /// Its place.
-    pub span: Span,
+    pub(crate) span: Span,
 }

@@ -8,9 +8,9 @@ use super::{gpio, modbus, simulated};
 /// A driver.
 pub struct DriverRow {
     /// The words for `driver` that select it: one for each variant.
-    pub names: &'static [&'static str],
+    pub(crate) names: &'static [&'static str],
     /// Its keys, still unread, for one of its names; without a name, the keys of all its variants.
-    pub keys: fn(Option<&str>) -> Box<dyn DriverKeys>,
+    pub(crate) keys: fn(Option<&str>) -> Box<dyn DriverKeys>,
 }
 
 /// All drivers.
@@ -26,7 +26,7 @@ pub fn names() -> Vec<&'static str> {
 }
 
 /// The unread keys of a named driver; of all drivers if no driver has this name.
-pub fn keys_of(name: Option<&str>) -> Vec<Box<dyn DriverKeys>> {
+pub(crate) fn keys_of(name: Option<&str>) -> Vec<Box<dyn DriverKeys>> {
     let is_named = |driver: &&DriverRow| name.is_none_or(|name| driver.names.contains(&name));
     DRIVERS.iter().filter(is_named).map(|driver| (driver.keys)(name)).collect()
 }

@@ -6,13 +6,13 @@
 //! own folder knows the meaning of a text like `coil 0..7`: it takes rows with resolved addresses,
 //! and gives the points in the same order.
 
-pub mod driver;
+pub(crate) mod driver;
 pub mod drivers;
 pub mod gpio;
-pub mod keys;
+pub(crate) mod keys;
 pub mod modbus;
 pub mod settings;
-pub mod simulated;
+pub(crate) mod simulated;
 mod wiring;
 
 use driver::{Direction, DriverKeys, MapRow, Row, WrittenDevice, at_least_one, one_word};
@@ -23,12 +23,13 @@ use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::{Constant, Text};
 
-pub use settings::{Device, DriverSettings, Input, OnLoss, Output, SafeValue};
-pub use wiring::moved_twice;
+pub use settings::{Device, DriverSettings};
+pub(crate) use settings::{Input, OnLoss, Output, SafeValue};
+pub(crate) use wiring::moved_twice;
 pub(super) use wiring::unmapped_outputs;
 
 /// The most points that a device may have.
-pub const POINTS_MAX: usize = 65_536;
+pub(crate) const POINTS_MAX: usize = 65_536;
 
 /// Resolves all `[[device]]`. With an error among the findings, devices may be missing.
 pub(super) fn resolve(

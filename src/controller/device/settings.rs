@@ -12,13 +12,13 @@ pub struct Device {
     /// Its number; its bits `Ok` and `Stale` are known by it.
     pub id: DeviceId,
     /// Its name.
-    pub name: String,
+    pub(crate) name: String,
     /// The place of its name.
-    pub span: Span,
+    pub(crate) span: Span,
     /// The time between exchanges, ms; at least 1.
-    pub poll_ms: u32,
+    pub(crate) poll_ms: u32,
     /// The values of its inputs when it is lost.
-    pub on_loss: OnLoss,
+    pub(crate) on_loss: OnLoss,
     /// The age of the last good exchange at which it is lost, ms; at least 1.
     pub loss_after_ms: u32,
     /// The bits and words that it moves, one per point.
@@ -31,7 +31,7 @@ pub struct Device {
 
 /// The values of a lost device's inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OnLoss {
+pub(crate) enum OnLoss {
     /// Inputs keep the values that were read last.
     #[default]
     Hold,
@@ -50,7 +50,7 @@ pub struct Input {
     /// Its address; X, C, MC, MI, V, D, MHR or MIR.
     pub address: Address,
     /// The place of its row.
-    pub span: Span,
+    pub(crate) span: Span,
 }
 
 /// A bit or word that goes to a device.
@@ -59,14 +59,14 @@ pub struct Output {
     /// Its address; never a structure.
     pub address: Address,
     /// The value that goes out instead, outside RUN.
-    pub safe: SafeValue,
+    pub(crate) safe: SafeValue,
     /// The place of its row.
-    pub span: Span,
+    pub(crate) span: Span,
 }
 
 /// The value of an output outside RUN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SafeValue {
+pub(crate) enum SafeValue {
     /// A Y: the value that `[outputs]` gives it.
     AsOutput,
     /// This value.

@@ -128,7 +128,7 @@ impl Health {
     }
 
     /// Notes that its task has ended, for this reason: there are no exchanges any more.
-    pub fn end(&self, reason: &str) {
+    pub(crate) fn end(&self, reason: &str) {
         self.bad(reason);
         let condition = self.condition();
         let (device, peer) = (&condition.name, &condition.peer);

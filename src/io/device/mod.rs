@@ -13,7 +13,7 @@ mod retry;
 mod task;
 
 pub use driver::{Done, Driver, Exchange, Occasion, Trouble};
-pub use health::{Condition, Health};
+pub use health::Health;
 pub use keeper::{Keeper, Opener};
 pub(super) use retry::Retry;
 pub use task::{Device, Parts};

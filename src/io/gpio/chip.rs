@@ -44,20 +44,20 @@ pub trait Chip {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineFacts {
     /// Its name; empty if it has none.
-    pub name: String,
+    pub(crate) name: String,
     /// Its holder, if it has one; empty if the holder's name is not known.
-    pub holder: Option<String>,
+    pub(crate) holder: Option<String>,
 }
 
 /// A request for several lines together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request<'a> {
     /// Their numbers, 64 at most.
-    pub offsets: &'a [u32],
+    pub(crate) offsets: &'a [u32],
     /// The setting of all these lines.
-    pub setting: Setting,
+    pub(crate) setting: Setting,
     /// The first values of outputs, one bit per line; `None` for inputs.
-    pub values: Option<u64>,
+    pub(crate) values: Option<u64>,
 }
 
 /// Lines that were taken. Dropping the value releases them.

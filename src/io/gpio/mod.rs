@@ -18,7 +18,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::device::Opener;
 use crate::runtime::local::Local;
 
-pub use chip::{CONSUMER, Chip, Chips, LineFacts, Lines, REQUEST_LINES_MAX, Request};
+pub(crate) use chip::REQUEST_LINES_MAX;
+pub use chip::{Chip, Chips, LineFacts, Lines, Request};
 pub use kernel::Kernel;
 use settings::{At, Gpio as Settings, GpioLine, Setting};
 

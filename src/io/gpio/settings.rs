@@ -45,19 +45,19 @@ pub enum At {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Setting {
     /// A low level is ON.
-    pub active_low: bool,
+    pub(crate) active_low: bool,
     /// The resistor that holds it when nothing drives it.
-    pub bias: Bias,
+    pub(crate) bias: Bias,
     /// How an output drives it.
-    pub drive: Drive,
+    pub(crate) drive: Drive,
     /// The time for which an input's level has to last before it counts; 0: at once.
-    pub debounce_ms: u32,
+    pub(crate) debounce_ms: u32,
 }
 
 /// The resistor that holds a line when nothing drives it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Bias {
+pub(crate) enum Bias {
     #[default]
     AsIs,
     PullUp,
@@ -74,7 +74,7 @@ impl Bias {
 /// How an output drives its line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Drive {
+pub(crate) enum Drive {
     #[default]
     PushPull,
     OpenDrain,

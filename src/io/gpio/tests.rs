@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
+use super::chip::CONSUMER;
 use super::*;
 use crate::io::gpio::settings::{Bias, Chip as ChipName, Drive};
 

@@ -26,6 +26,7 @@ impl Network {
     }
 
     /// All addresses with the same first `prefix` bits; the further bits of `address` do not count.
+    #[cfg(test)]
     pub fn of(address: IpAddr, prefix: u32) -> Network {
         let (bits, v4) = bits_of(address);
         Network { bits: bits & mask(prefix, v4), prefix, v4 }

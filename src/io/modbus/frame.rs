@@ -12,7 +12,7 @@
 //! piece by piece, but a write here must be one batch for one scan, applied whole or not at all.
 
 /// Bytes of the header.
-pub const HEADER_BYTES: usize = 7;
+pub(crate) const HEADER_BYTES: usize = 7;
 
 /// Bytes of the longest frame: six, and a length of at most 254.
 pub const FRAME_BYTES_MAX: usize = 260;
@@ -25,7 +25,7 @@ const LENGTH_MAX: usize = 254;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The client's number of the request.
-    pub transaction: u16,
+    pub(crate) transaction: u16,
     /// The unit asked.
     pub unit: u8,
 }

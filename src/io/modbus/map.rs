@@ -51,7 +51,7 @@ pub struct Asker {
 
 /// A read, for [`Map::read`].
 #[derive(Clone, Copy, Debug)]
-pub struct Read {
+pub(crate) struct Read {
     /// The function code, for the reply.
     pub function: u8,
     /// The table.
@@ -98,7 +98,7 @@ impl Map {
     }
 
     /// Whether a unit identifier is answered.
-    pub fn answers(&self, unit: u8) -> bool {
+    pub(crate) fn answers(&self, unit: u8) -> bool {
         self.units.as_ref().is_none_or(|units| units.contains(&unit))
     }
 
@@ -106,7 +106,7 @@ impl Map {
     ///
     /// # Errors
     /// If an element does not exist; then nothing is appended.
-    pub fn read(
+    pub(crate) fn read(
         &self,
         unit: u8,
         ask: Read,
@@ -129,7 +129,11 @@ impl Map {
     /// # Errors
     /// If an element does not exist or is not writable by the client, or a tag does not allow a
     /// value. Then nothing is written.
-    pub fn writes(&self, asker: Asker, request: &Request<'_>) -> Result<Vec<Write>, Refusal> {
+    pub(crate) fn writes(
+        &self,
+        asker: Asker,
+        request: &Request<'_>,
+    ) -> Result<Vec<Write>, Refusal> {
         match *request {
             Request::Read { .. } => Ok(Vec::new()),
             Request::WriteCoils { first, count, packed } => {
@@ -234,7 +238,10 @@ impl Map {
     }
 
     /// The values of the image's inputs before a client has written any: the values of their coils.
-    pub fn first_inputs<'a>(&'a self, first: &'a Snapshot) -> impl Iterator<Item = (u32, bool)> {
+    pub(crate) fn first_inputs<'a>(
+        &'a self,
+        first: &'a Snapshot,
+    ) -> impl Iterator<Item = (u32, bool)> {
         self.inputs.iter().map(move |(cell, x)| (*x, first.bit(*cell)))
     }
 

@@ -8,7 +8,7 @@
 //! limits of log lines, which the log has. `docs/modbus.md` describes the server for its clients.
 
 pub mod answer;
-pub mod clients;
+pub(crate) mod clients;
 mod closed;
 mod connection;
 mod elements;
@@ -16,8 +16,8 @@ pub mod frame;
 mod guests;
 pub mod map;
 pub mod number;
-pub mod pdu;
-pub mod refusal;
+pub(crate) mod pdu;
+pub(crate) mod refusal;
 mod server;
 pub mod settings;
 mod shared;
@@ -25,4 +25,4 @@ mod shared;
 mod tests;
 
 pub use map::Map;
-pub use server::Server;
+pub(crate) use server::Server;

@@ -28,7 +28,7 @@ pub enum WordOrder {
 
 impl NumberType {
     /// All types with their names; the integers first.
-    pub const NAMES: [(&'static str, NumberType); 5] = [
+    pub(crate) const NAMES: [(&'static str, NumberType); 5] = [
         ("u16", NumberType::U16),
         ("i16", NumberType::I16),
         ("u32", NumberType::U32),
@@ -37,7 +37,7 @@ impl NumberType {
     ];
 
     /// The integer type that holds every value of a word.
-    pub fn of(word: Word) -> NumberType {
+    pub(crate) fn of(word: Word) -> NumberType {
         match word {
             Word::Space(WordSpace::V | WordSpace::Mhr | WordSpace::Mir, _) => NumberType::U16,
             Word::Acc(Structure::Sensaphone(_)) | Word::Pre(_) => NumberType::I16,
@@ -46,7 +46,7 @@ impl NumberType {
     }
 
     /// The number of its registers, 1 or 2.
-    pub fn registers(self) -> u16 {
+    pub(crate) fn registers(self) -> u16 {
         match self {
             NumberType::U16 | NumberType::I16 => 1,
             NumberType::U32 | NumberType::I32 | NumberType::F32 => 2,
@@ -54,7 +54,7 @@ impl NumberType {
     }
 
     /// The least and the greatest integer that the registers hold; for an f32, the range of memory.
-    pub fn range(self) -> (i64, i64) {
+    pub(crate) fn range(self) -> (i64, i64) {
         match self {
             NumberType::U16 => (0, u16::MAX.into()),
             NumberType::I16 => (i16::MIN.into(), i16::MAX.into()),
@@ -65,7 +65,7 @@ impl NumberType {
 
     /// The integer of these bits (of the lower 16 for one register); an f32 is rounded. `None`: an
     /// f32 that is not a number.
-    pub fn value(self, bits: u32) -> Option<i64> {
+    pub(crate) fn value(self, bits: u32) -> Option<i64> {
         Some(match self {
             NumberType::U16 => i64::from(bits as u16),
             NumberType::I16 => i64::from(bits as u16 as i16),
@@ -79,7 +79,7 @@ impl NumberType {
     }
 
     /// The bits of an integer, or of the nearest one that the registers hold.
-    pub fn bits(self, value: i64) -> u32 {
+    pub(crate) fn bits(self, value: i64) -> u32 {
         let (min, max) = self.range();
         let value = value.clamp(min, max);
         match self {
@@ -92,11 +92,11 @@ impl NumberType {
 
 impl WordOrder {
     /// Both orders with their names.
-    pub const NAMES: [(&'static str, WordOrder); 2] =
+    pub(crate) const NAMES: [(&'static str, WordOrder); 2] =
         [("high-first", WordOrder::HighFirst), ("low-first", WordOrder::LowFirst)];
 
     /// The bits of two registers.
-    pub fn join(self, first: u16, second: u16) -> u32 {
+    pub(crate) fn join(self, first: u16, second: u16) -> u32 {
         let (high, low) = match self {
             WordOrder::HighFirst => (first, second),
             WordOrder::LowFirst => (second, first),
@@ -105,7 +105,7 @@ impl WordOrder {
     }
 
     /// The two registers of these bits.
-    pub fn split(self, bits: u32) -> [u16; 2] {
+    pub(crate) fn split(self, bits: u32) -> [u16; 2] {
         let (high, low) = ((bits >> 16) as u16, bits as u16);
         match self {
             WordOrder::HighFirst => [high, low],

@@ -15,15 +15,15 @@ pub struct Modbus {
     /// The address at which it listens.
     pub listen: SocketAddr,
     /// The unit identifiers that are answered; `None`: all.
-    pub units: Option<Vec<u8>>,
+    pub(crate) units: Option<Vec<u8>>,
     /// Whether MC, MI, MHR and MIR have their standard places.
-    pub standard_map: bool,
+    pub(crate) standard_map: bool,
     /// The operands with further places; no two share a place.
-    pub entries: Vec<Entry>,
+    pub(crate) entries: Vec<Entry>,
     /// The lists of writes; at most [`LISTS_MAX`]. The first is `writable`, for every client.
-    pub lists: Vec<WriteList>,
+    pub(crate) lists: Vec<WriteList>,
     /// Coils copied to inputs: (MC, X), of the same length.
-    pub inputs: Option<(Range, Range)>,
+    pub(crate) inputs: Option<(Range, Range)>,
     /// Outputs copied to discrete inputs: (Y, MI), of the same length.
     pub outputs: Option<(Range, Range)>,
     /// The most connections at a time.
@@ -49,7 +49,7 @@ pub enum Table {
 
 /// Operands at further places: consecutive addresses of one table.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub(crate) struct Entry {
     /// What.
     pub operands: Operands,
     /// The table.
@@ -68,7 +68,7 @@ pub struct Entry {
 
 /// The operands that certain clients may write.
 #[derive(Clone, Debug)]
-pub struct WriteList {
+pub(crate) struct WriteList {
     /// What.
     pub ranges: Vec<Operands>,
     /// The clients; `None`: every client.
@@ -76,11 +76,11 @@ pub struct WriteList {
 }
 
 /// The most lists of writes, including `writable`: the server keeps a bit for each.
-pub const LISTS_MAX: usize = 64;
+pub(crate) const LISTS_MAX: usize = 64;
 
 impl Modbus {
     /// The same without lists, map entries and image: it serves only reads of the standard map.
-    pub fn bare(self) -> Modbus {
+    pub(crate) fn bare(self) -> Modbus {
         let none = WriteList { ranges: Vec::new(), clients: None };
         Modbus { lists: vec![none], entries: Vec::new(), inputs: None, outputs: None, ..self }
     }
@@ -88,26 +88,26 @@ impl Modbus {
 
 impl Table {
     /// All tables.
-    pub const ALL: [Table; 4] =
+    pub(crate) const ALL: [Table; 4] =
         [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
 
     /// The table of a name in a controller file.
-    pub fn named(text: &str) -> Option<Table> {
+    pub(crate) fn named(text: &str) -> Option<Table> {
         Table::ALL.into_iter().find(|table| table.name() == text)
     }
 
     /// Whether its elements are bits.
-    pub fn is_bits(self) -> bool {
+    pub(crate) fn is_bits(self) -> bool {
         matches!(self, Table::Coils | Table::DiscreteInputs)
     }
 
     /// Whether a client can write it.
-    pub fn is_writable(self) -> bool {
+    pub(crate) fn is_writable(self) -> bool {
         matches!(self, Table::Coils | Table::HoldingRegisters)
     }
 
     /// Its name in a controller file.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Table::Coils => "coil",
             Table::DiscreteInputs => "discrete",
@@ -117,7 +117,7 @@ impl Table {
     }
 
     /// The prefix of its elements in the standard map.
-    pub fn prefix(self) -> &'static str {
+    pub(crate) fn prefix(self) -> &'static str {
         match self {
             Table::Coils => "MC",
             Table::DiscreteInputs => "MI",

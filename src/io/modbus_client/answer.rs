@@ -75,13 +75,13 @@ fn data_bytes(request: &[u8]) -> Option<u8> {
 }
 
 /// The length of the answer's PDU in bytes, if the answer is not an exception.
-pub fn expected_bytes(request: &[u8]) -> usize {
+pub(crate) fn expected_bytes(request: &[u8]) -> usize {
     data_bytes(request).map_or(5, |bytes| 2 + usize::from(bytes))
 }
 
 impl Wrong {
     /// Whether a gateway reports that its unit does not answer.
-    pub fn is_absence(self) -> bool {
+    pub(crate) fn is_absence(self) -> bool {
         matches!(self, Wrong::Exception(code) if GATEWAY.contains(&code))
     }
 }

@@ -22,6 +22,6 @@ mod unit;
 mod values;
 
 pub use client::Client;
-pub use link::{Failure, Link};
+pub use link::Link;
 pub use serial::{Rtu, SerialLines};
 pub use tcp::Tcp;

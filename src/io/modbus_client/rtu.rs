@@ -6,10 +6,10 @@
 //! [`hear`] detects it. No input makes these functions panic.
 
 /// Bytes of the longest frame: the unit, a PDU of 253, the CRC.
-pub const FRAME_BYTES_MAX: usize = 256;
+pub(crate) const FRAME_BYTES_MAX: usize = 256;
 
 /// The checksum of Modbus RTU: CRC-16 with the polynomial 0x8005, reflected, from 0xffff on.
-pub fn crc(bytes: &[u8]) -> u16 {
+pub(crate) fn crc(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xffff, |crc, byte| {
         let at = (crc ^ u16::from(*byte)) & 0xff;
         crc >> 8 ^ TABLE[usize::from(at)]
@@ -43,7 +43,7 @@ pub fn frame(frame: &mut Vec<u8>, unit: u8, pdu: &[u8]) {
 
 /// The content of the bytes received so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard<'a> {
+pub(crate) enum Heard<'a> {
     /// No answer yet.
     Nothing,
     /// The PDU of an answer.
@@ -54,13 +54,13 @@ pub enum Heard<'a> {
 
 /// Whether the right answer to a request equals the request, as for a write of one coil or
 /// register. Then an echo looks like an answer.
-pub fn is_answered_by_itself(request: &[u8]) -> bool {
+pub(crate) fn is_answered_by_itself(request: &[u8]) -> bool {
     matches!(request.first(), Some(5 | 6))
 }
 
 /// Reads the bytes of a line that should not send requests back; `frame` is the request's. Bytes
 /// that may still become an echo count as nothing until it `is_late`.
-pub fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
+pub(crate) fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
     let Some((unit, request)) = parts(frame) else { return Heard::Nothing };
     if is_answered_by_itself(request) {
         return find(received, unit, request).map_or(Heard::Nothing, Heard::Answer);
@@ -81,7 +81,7 @@ pub fn hear<'a>(received: &'a [u8], frame: &[u8], is_late: bool) -> Heard<'a> {
 }
 
 /// Reads the bytes of a line that sends requests back: the answer follows the request's frame.
-pub fn behind_echo<'a>(received: &'a [u8], frame: &[u8]) -> Heard<'a> {
+pub(crate) fn behind_echo<'a>(received: &'a [u8], frame: &[u8]) -> Heard<'a> {
     let behind = received.strip_prefix(frame).zip(parts(frame));
     let answer = behind.and_then(|(received, (unit, request))| find(received, unit, request));
     answer.map_or(Heard::Nothing, Heard::Answer)

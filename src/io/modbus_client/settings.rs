@@ -68,7 +68,7 @@ pub enum Parity {
 
 impl Parity {
     /// All by name.
-    pub const NAMES: [(&'static str, Parity); 3] =
+    pub(crate) const NAMES: [(&'static str, Parity); 3] =
         [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
 }
 
@@ -86,7 +86,7 @@ pub enum Writes {
 
 impl Writes {
     /// All by name.
-    pub const NAMES: [(&'static str, Writes); 3] =
+    pub(crate) const NAMES: [(&'static str, Writes); 3] =
         [("fitting", Writes::Fitting), ("single", Writes::Single), ("multiple", Writes::Multiple)];
 }
 
@@ -142,7 +142,7 @@ pub struct Number {
 
 impl Point {
     /// The number of elements of its table that it takes.
-    pub fn width(&self) -> u16 {
+    pub(crate) fn width(&self) -> u16 {
         match self.form {
             PointForm::Number(number) => number.kind.registers(),
             PointForm::Bit | PointForm::RegisterBit(_) => 1,

@@ -15,7 +15,7 @@ pub mod settings;
 
 use std::time::Instant;
 
-pub use drive::{Drive, Rules};
+pub(crate) use drive::{Drive, Rules};
 pub use model::{Lost, Model};
 pub use rules::Device;
 
@@ -23,7 +23,7 @@ use super::device::{Done, Driver, Exchange, Trouble};
 use settings::Plant as Settings;
 
 /// A plant that runs by the machine's clock.
-pub struct Plant {
+pub(crate) struct Plant {
     model: Model,
     inputs: Vec<i32>,
     /// The time of its first step.

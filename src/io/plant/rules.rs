@@ -35,7 +35,7 @@ impl Device {
     }
 
     /// A device with these rules. A rule that has not changed continues from its present state.
-    pub fn going_on(&self, rules: &[Rule]) -> Device {
+    pub(crate) fn going_on(&self, rules: &[Rule]) -> Device {
         let mut device = Device::new(rules);
         for moved in &mut device.moved {
             let known = |before: &&Moved| {

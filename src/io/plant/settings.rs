@@ -6,10 +6,10 @@ use crate::source::span::Span;
 
 /// A point of a plant, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PointId(pub u32);
+pub(crate) struct PointId(pub u32);
 
 /// A valve or drive that is fully open: 1000 thousandths.
-pub mod opening {
+pub(crate) mod opening {
     /// Fully open.
     pub const FULL: i32 = 1000;
 }
@@ -18,35 +18,35 @@ pub mod opening {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
     /// The seed of the noise.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Its parts, in file order.
-    pub parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
     /// Its faults, in file order.
-    pub faults: Vec<Fault>,
+    pub(crate) faults: Vec<Fault>,
     /// The driver of each command, also of the faults'; in the order of their points.
-    pub commands: Vec<Command>,
+    pub(crate) commands: Vec<Command>,
     /// The number of points.
-    pub points: usize,
+    pub(crate) points: usize,
     /// The points that come in, one for each input of the device.
-    pub inputs: Vec<PointId>,
+    pub(crate) inputs: Vec<PointId>,
     /// The number of points that go out; [`Feed::Output`] numbers them.
-    pub outputs: usize,
+    pub(crate) outputs: usize,
 }
 
 /// A command's value: the feed's value times the gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
     /// The command.
-    pub point: PointId,
+    pub(crate) point: PointId,
     /// Its driver.
-    pub feed: Feed,
+    pub(crate) feed: Feed,
     /// 1, or the value of a fully open valve if a bit opens it.
-    pub gain: i32,
+    pub(crate) gain: i32,
 }
 
 /// The driver of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feed {
+pub(crate) enum Feed {
     /// An output to the device, by its number.
     Output(usize),
     /// A point of the plant.
@@ -57,7 +57,7 @@ pub enum Feed {
 
 /// A part.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub(crate) struct Part {
     /// Its first point.
     pub first: PointId,
     /// Its kind, with its measures.
@@ -67,7 +67,7 @@ pub struct Part {
 /// The kind of a part, with its measures. Positions and levels are in the order of their points.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum PartSettings {
+pub(crate) enum PartSettings {
     Delay { delays: Delays, invert: bool },
     Motor { delays: Delays },
     Conveyor { length_mm: u32, speed_mm_s: u32, every_ms: u32, part_mm: u32, eyes_mm: Vec<u32> },
@@ -78,7 +78,7 @@ pub enum PartSettings {
 
 /// The time for which a bit must be ON, and OFF, before it is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Delays {
+pub(crate) struct Delays {
     /// ON, ms.
     pub after_ms: u32,
     /// OFF, ms.
@@ -87,7 +87,7 @@ pub struct Delays {
 
 /// A straight line from the measured value to the sensor's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Scale {
+pub(crate) struct Scale {
     /// Two measured values.
     pub range: [i32; 2],
     /// The sensor's value for each.
@@ -96,7 +96,7 @@ pub struct Scale {
 
 /// A fault on demand.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub(crate) struct Fault {
     /// The point that turns it on.
     pub when: PointId,
     /// Its effect.
@@ -106,7 +106,7 @@ pub struct Fault {
 /// The effect of a fault while it is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Effect {
+pub(crate) enum Effect {
     /// The point has this value.
     Fixed { point: PointId, value: i32 },
     /// The point keeps the value that it had when the fault came.
@@ -133,7 +133,7 @@ pub struct Rule {
     /// The input is ON where the rule says OFF.
     pub invert: bool,
     /// The place of the rule.
-    pub span: Span,
+    pub(crate) span: Span,
 }
 
 /// How a simulated input moves.

@@ -10,7 +10,7 @@
 //! # fails with { from = "Y0", to = "line 5" } beside it: line 5 stands in two rows
 //! ```
 
-pub mod keys;
+pub(crate) mod keys;
 
 use keys::{Keys, RowKeys};
 

@@ -3,7 +3,7 @@
 //! Called by [`super`], which has resolved the addresses of memory. `points` reads texts like
 //! `coil 0..7`; `peers` finds devices of one peer that conflict with each other.
 
-pub mod keys;
+pub(crate) mod keys;
 mod peers;
 mod points;
 
