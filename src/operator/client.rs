@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 use rustix::net::sockopt::{Timeout, set_socket_timeout, socket_peercred};
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 
-use super::protocol::{ModeWanted, Refusal, Reply, Request};
+use super::protocol::{Awaited, Refusal, Reply, Request};
 use super::{SOCKET_DEFAULT, SOCKET_NAME};
 
 /// The time limit of an answer that waits for nothing.
@@ -110,17 +110,10 @@ fn connected(socket: &Path) -> io::Result<UnixStream> {
 }
 
 fn limit_of(request: &Request) -> Duration {
-    match request {
-        Request::Names { .. } => NAMES_MAX,
-        Request::Status {} | Request::Read { .. } | Request::LogLevel { .. } => ANSWER_MAX,
-        Request::Write { .. }
-        | Request::Force { .. }
-        | Request::Unforce { .. }
-        | Request::UnforceAll {}
-        | Request::Mode { .. }
-        | Request::Reload { .. }
-        | Request::Rollback {}
-        | Request::RetainSave {} => CHANGE_MAX,
+    match request.awaits() {
+        Awaited::Nothing if matches!(request, Request::Names { .. }) => NAMES_MAX,
+        Awaited::Nothing => ANSWER_MAX,
+        Awaited::ScanThread | Awaited::Files | Awaited::Image => CHANGE_MAX,
     }
 }
 
@@ -183,23 +176,14 @@ impl Wait<'_> {
 
     /// What is waited for, and what to do.
     fn waiting(&self, process: Process) -> String {
-        let awaited = match self.request {
-            Request::Mode { to: ModeWanted::Stop, no_wait: false } => {
-                "; a stop is answered when its last image of retentive memory is durable \
-                 (`--no-wait` does not wait for it)"
+        let awaited = match self.request.awaits() {
+            Awaited::Nothing => "",
+            Awaited::ScanThread => "; it is answered when the scan thread has done it",
+            Awaited::Files => "; it is answered when the files are checked",
+            Awaited::Image => {
+                "; it is answered when the image of retentive memory is durable (`mode stop \
+                 --no-wait` does not wait for it)"
             }
-            Request::RetainSave {} => "; it is answered when the image is durable",
-            Request::Reload { .. } => "; it is answered when the files are checked",
-            Request::Write { .. }
-            | Request::Force { .. }
-            | Request::Unforce { .. }
-            | Request::UnforceAll {}
-            | Request::Mode { .. }
-            | Request::Rollback {} => "; it is answered when the scan thread has done it",
-            Request::Status {}
-            | Request::Read { .. }
-            | Request::Names { .. }
-            | Request::LogLevel { .. } => "",
         };
         let (told, limit) = (TELL_AFTER.as_secs(), self.limit.as_secs());
         let hint = process.hint();

@@ -243,7 +243,40 @@ impl Refusal {
     }
 }
 
+/// What the answer to a request waits for, in rungd.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Awaited {
+    /// Nothing: it is made at once.
+    Nothing,
+    /// The scan thread.
+    ScanThread,
+    /// Files that are read and checked, and the scan thread.
+    Files,
+    /// A durable image of retentive memory.
+    Image,
+}
+
 impl Request {
+    /// What its answer waits for: a client that has waited for long tells it.
+    pub(crate) fn awaits(&self) -> Awaited {
+        match self {
+            Request::Status {}
+            | Request::Read { .. }
+            | Request::Names { .. }
+            | Request::LogLevel { .. } => Awaited::Nothing,
+            Request::Mode { to: ModeWanted::Stop, no_wait: false } | Request::RetainSave {} => {
+                Awaited::Image
+            }
+            Request::Write { .. }
+            | Request::Force { .. }
+            | Request::Unforce { .. }
+            | Request::UnforceAll {}
+            | Request::Mode { .. }
+            | Request::Rollback {} => Awaited::ScanThread,
+            Request::Reload { .. } => Awaited::Files,
+        }
+    }
+
     /// Whether every user that can open the socket may send it. A dry reload changes nothing, but
     /// is not among these requests: it reads files with rungd's rights, shows lines of them, and
     /// costs as much as a reload.

@@ -35,6 +35,11 @@ fn rest(mut stream: UnixStream) -> String {
     String::from_utf8_lossy(&text).into_owned()
 }
 
+/// The number of descriptors that the controller has open.
+fn descriptors(live: &Live) -> usize {
+    std::fs::read_dir(format!("/proc/{}/fd", live.child.id())).unwrap().count()
+}
+
 fn live() -> Live {
     Live::start(LADDER, "", &[])
 }
@@ -82,6 +87,7 @@ fn a_line_that_never_ends_is_cut() {
 #[test]
 fn who_never_reads_is_closed_and_holds_up_nobody() {
     let mut live = live();
+    let before = descriptors(&live);
     let mut deaf: Vec<UnixStream> = (0..20).map(|_| live.connect()).collect();
     for stream in &mut deaf {
         stream.set_nonblocking(true).unwrap();
@@ -96,7 +102,11 @@ fn who_never_reads_is_closed_and_holds_up_nobody() {
     }
     assert!(worst < Duration::from_secs(5), "{worst:?}");
     // Its answers fill the socket, and then it is closed: what can be read comes to an end.
-    std::thread::sleep(Duration::from_secs(7));
+    let begun = Instant::now();
+    while descriptors(&live) > before {
+        assert!(begun.elapsed() < 2 * PATIENCE, "it is still being served");
+        std::thread::sleep(Duration::from_millis(100));
+    }
     let deadline = Instant::now() + PATIENCE;
     for mut stream in deaf {
         stream.set_nonblocking(false).unwrap();
@@ -143,8 +153,7 @@ fn a_thousand_connections_keep_nobody_out() {
             live.ok("read size");
         }
     }
-    let descriptors = format!("/proc/{}/fd", live.child.id());
-    let open = std::fs::read_dir(descriptors).unwrap().count();
+    let open = descriptors(&live);
     assert!(open < 64 + 40, "{open} descriptors are open");
     assert_no_scan_lost(&mut live);
 }

@@ -169,7 +169,7 @@ fn a_process_that_hangs_is_told_and_not_waited_for_without_end() {
     let stopped = format!("`kill -CONT {}` continues it", live.child.id());
     let mut stop = live.command("mode stop").stderr(Stdio::piped()).spawn().unwrap();
     let told = line(&mut stop);
-    assert!(told.contains("has not answered for 2 s; a stop is answered when"), "{told}");
+    assert!(told.contains("has not answered for 2 s; it is answered when the image"), "{told}");
     assert!(told.contains(&stopped), "{told}");
     let status = live.say("status");
     assert_eq!((status.code, status.err.lines().count()), (74, 2), "{status:?}");

@@ -176,6 +176,8 @@ fn harmed(harm: impl Fn(&std::path::Path, &[u8])) {
     let plant = Plant::new(STILL, &KEEPS.replace("20ms", "1h"));
     let mut running = Running::new(&mut plant.command(&[] as &[&str]));
     running.line("RUN");
+    // A write is answered behind a complete scan: before the first, there is nothing to save.
+    ask(&plant, &["write", "D0", "7"]);
     ask(&plant, &["retain", "save"]);
     let older = fs::read(file(&plant)).unwrap();
     ask(&plant, &["write", "D0", "8"]);

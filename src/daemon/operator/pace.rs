@@ -7,7 +7,17 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use rustix::time::{ClockId, clock_gettime};
 use tokio::time::{Instant, sleep_until};
+
+/// All turns of a pace together take at most one part in this number of the thread's time.
+const SHARE: u32 = 2;
+
+/// The time for which this thread has run on a processor.
+pub(super) fn thread_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
+}
 
 /// Turns, given in order.
 pub(super) struct Pace {
@@ -52,6 +62,12 @@ impl Pace {
         self.take(Instant::now());
     }
 
+    /// Delays the next turn if this one cost more than its share. The cost is [`thread_time`], not
+    /// time of day: a busy machine delays no turn.
+    pub fn charge(&self, cost: Duration) {
+        *self.next() += (cost * SHARE).saturating_sub(self.every);
+    }
+
     fn next(&self) -> MutexGuard<'_, Instant> {
         self.next.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -71,6 +87,20 @@ mod tests {
         assert_eq!(pace.take(start + ms(6)), start + ms(6));
         assert_eq!(pace.take(start + ms(100)), start + ms(100));
         assert_eq!(waits(start + ms(101))[..3], [ms(0), ms(0), ms(0)]);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn long_answers_leave_half_of_the_time_to_others() {
+        let ms = Duration::from_millis;
+        let pace = Pace::new(ms(1), 3);
+        for (cost, least, most) in [(ms(10), ms(980), ms(1025)), (ms(0), ms(45), ms(75))] {
+            let start = Instant::now();
+            for _ in 0..50 {
+                pace.turn().await;
+                pace.charge(cost);
+            }
+            assert!((least..=most).contains(&start.elapsed()), "{:?}", start.elapsed());
+        }
     }
 
     #[tokio::test(start_paused = true)]

@@ -15,7 +15,7 @@ use tokio::net::UnixStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
 use super::desk::Desk;
-use super::pace::Pace;
+use super::pace::{Pace, thread_time};
 use super::peer::Peer;
 use super::seats::{Seat, Seats};
 use crate::daemon::narration::one_line;
@@ -203,14 +203,22 @@ impl Session {
             }
         };
         self.garbage = 0;
-        if let Request::Names { .. } = request {
-            self.wait_for(&self.shared.names).await?;
+        let is_names = matches!(request, Request::Names { .. });
+        let pace = if is_names { &self.shared.names } else { &self.shared.requests };
+        if is_names {
+            self.wait_for(pace).await?;
         }
+        let began = thread_time();
         let answer = self.done(&request).await;
         if let Err(refusal) = &answer {
             self.tell_refusal(&request, refusal);
         }
-        self.send(&answer.map_or_else(Reply::Error, Reply::Ok)).await
+        let line = line_of(&answer.map_or_else(Reply::Error, Reply::Ok));
+        if request.only_looks() {
+            // Nothing was awaited: all of this time went into the answer.
+            pace.charge(thread_time().saturating_sub(began));
+        }
+        self.send_line(&line).await
     }
 
     async fn done(&self, request: &Request) -> Result<serde_json::Value, Refusal> {
@@ -256,14 +264,17 @@ impl Session {
     }
 
     async fn send(&mut self, reply: &impl Serialize) -> Result<(), Closed> {
-        let line = line_of(reply);
+        self.send_line(&line_of(reply)).await
+    }
+
+    async fn send_line(&mut self, line: &[u8]) -> Result<(), Closed> {
         // The request is done: a client that does not take the answer makes room as an idle one
         // does.
         self.seat.set_busy(false);
         let Session { stream, seat, .. } = self;
         tokio::select! {
             biased;
-            taken = timeout(TAKE_MAX, stream.write_all(&line)) => match taken {
+            taken = timeout(TAKE_MAX, stream.write_all(line)) => match taken {
                 Err(_) => Err(Closed::NotTaken),
                 Ok(Err(_)) => Err(Closed::ByClient),
                 Ok(Ok(())) => Ok(()),
