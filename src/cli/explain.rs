@@ -39,8 +39,13 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
                 let known = known.chain(finding::TABLE.iter().map(|row| row.name));
                 let known = known.chain(events::all().map(|event| event.name));
                 let near = nearest(name, known);
-                let near = near.map_or(String::new(), |near| format!(": did you mean `{near}`?"));
-                say(&format!("rungd: no instruction, finding or event is called `{name}`{near}\n"));
+                let help = near
+                    .map_or("`rungd explain` lists what can be explained".to_owned(), |near| {
+                        format!("did you mean `{near}`?")
+                    });
+                say(&format!(
+                    "rungd: no instruction, finding or event is called `{name}`: {help}\n"
+                ));
                 return Ok(Exit::Usage);
             }
         },
@@ -161,7 +166,24 @@ fn termination(spec: &Spec) -> &'static str {
         Termination::Off => "the bit it drives goes OFF",
         Termination::Reset if spec.operand("output").is_none() => "its structure is reset",
         Termination::Reset => "its structure is reset, and its output bit goes OFF",
-        Termination::Kept => "what it wrote is kept",
+        Termination::Kept => match spec.operands.last().map(|operand| operand.kind) {
+            Some(OperandKind::WritableBit) => "none: the bit keeps its value",
+            Some(OperandKind::WritableWord) => "none: the word keeps its value",
+            Some(OperandKind::Counter | OperandKind::Timer | OperandKind::Sensaphone) => {
+                "none: the structure keeps its values"
+            }
+            None
+            | Some(
+                OperandKind::Value(..)
+                | OperandKind::Duration
+                | OperandKind::Interval
+                | OperandKind::Program
+                | OperandKind::Block
+                | OperandKind::Task
+                | OperandKind::Stage
+                | OperandKind::Stages,
+            ) => "none",
+        },
         Termination::Untouched | Termination::Held | Termination::EnableOff => {
             "none: it keeps its value when its block stops"
         }

@@ -63,7 +63,7 @@ impl At {
                 &failure
             {
                 say(&format!("{}\n", message.trim_end()));
-                say("rungd: the files cannot be run as they are; the running program goes on\n");
+                say("rungd: the files cannot be run as they are; nothing is changed\n");
             } else {
                 say_line(&format!("rungd: {failure}"));
             }

@@ -58,7 +58,7 @@ pub struct SimArgs {
     /// output
     #[arg(long, default_value = "-", value_name = "OUT.csv|OUT.svg|-")]
     trace: PathBuf,
-    /// Stop in an orderly way: the last scan is the last scan, and a row `stop` follows
+    /// Stop in an orderly way after the last scan: termination passes run, and a row `stop` follows
     #[arg(long)]
     stop: bool,
 }

@@ -78,19 +78,28 @@ fn terminates(instruction: &Instruction) -> bool {
 /// The warning for a controller that waits in STOP for a command, and has no socket to take it.
 fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option<Finding> {
     let retains = controller.retain.iter().any(|range| Space::RETAINABLE.contains(&range.space));
-    if controller.operator.enabled || controller.retention.runs_cold || !retains {
+    let has_place = controller.operator.socket.is_some();
+    let has_socket = controller.operator.enabled && has_place;
+    if has_socket || controller.retention.runs_cold || !retains {
         return None;
     }
-    let message = "a start that finds nothing to restore waits in STOP for `rungd mode run`, and \
-                   there is no socket for it";
+    let range = written.retain.ranges.first()?.span;
+    let waits = "a start that finds nothing to restore waits in STOP for `rungd mode run`";
+    if controller.operator.enabled {
+        let message = format!("{waits}, and outside of a service there is no socket for it");
+        let finding = Finding::new(Code::ColdForEver, range, message).label("retained here");
+        return Some(finding.help(
+            "write `[operator] socket = \"rungd.sock\"` (a service uses its own); or `[retain] \
+             cold-start = \"run\"`",
+        ));
+    }
+    let message = format!("{waits}, and there is no socket for it");
     let place = written.operator.as_ref()?.span;
-    let finding =
-        Finding::new(Code::ColdForEver, place, message).label("without an operator's socket").help(
-            "write `[retain] cold-start = \"run\"`; or start it the first time by `rungd run \
-             --cold-start run FILE`; or let it have its socket",
-        );
-    Some(match written.retain.ranges.first() {
-        Some(range) => finding.related(range.span, "retained here"),
-        None => finding,
-    })
+    let finding = Finding::new(Code::ColdForEver, place, message)
+        .label("without an operator's socket")
+        .related(range, "retained here");
+    Some(finding.help(
+        "write `[retain] cold-start = \"run\"`; or start it the first time by `rungd run \
+         --cold-start run FILE`; or let it have its socket",
+    ))
 }

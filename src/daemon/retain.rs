@@ -162,25 +162,22 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start, and the mode \
-             is STOP: {path}: {why}. Find the cause, or {first}, then {again}",
-            first = sets_what_counts(wanted),
-            again = runs_again(wanted)
+             is STOP: {path}: {why}. Find the cause. To run without the lost memory, {steps}",
+            steps = steps(wanted)
         );
     }
     format!("nothing restored: {why}")
 }
 
-/// How to set important values in a controller that is in STOP, which refuses `write`.
-fn sets_what_counts(wanted: &Wanted) -> &'static str {
-    match wanted.has_operator {
-        true => "force what counts (`rungd unforce` once it runs)",
-        false => "give what counts its `initial` in the ladder",
+/// How to run a controller that found nothing to restore, with the values that matter. In STOP it
+/// refuses `write`, and a restart alone does not run it.
+fn steps(wanted: &Wanted) -> String {
+    if wanted.has_operator {
+        let steps =
+            "force the values that matter, then `rungd mode run`, then `rungd unforce --all`";
+        return steps.to_owned();
     }
-}
-
-/// How to run a controller that found nothing to restore. A restart alone does not run it.
-fn runs_again(wanted: &Wanted) -> &'static str {
-    if wanted.has_operator { "`rungd mode run`" } else { COLD_BY_HAND }
+    format!("give the values that matter as `initial` in the ladder, then {COLD_BY_HAND}")
 }
 
 fn tell_news(path: &Path, news: &News) {

@@ -81,7 +81,8 @@ rows! {
     OPERATOR_MODE = 804, "operator-mode", Info, NONE:
         "a3317009e0394e38a095d0eaaba52d2f",
         "An operator asked for a change of mode: user, old mode, new mode.",
-        "Nothing, if you know the user. The mode-run or mode-stop line follows.";
+        "Nothing, if you know the user. The mode-run or mode-stop line has the scan; it stands \
+         before or after this line, because two threads write them.";
 
     OPERATOR_LOG_LEVEL = 805, "operator-log-level", Info, NONE:
         "962be9f0526e4795834299b7abc06f27",

@@ -10,7 +10,7 @@ mod ended;
 mod files;
 #[cfg(test)]
 mod large;
-mod memory;
+mod own_files;
 
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;
@@ -143,7 +143,7 @@ fn controller(input: &Input, progress: &Progress) -> Loaded {
     let (written, found) = controller::read(&loaded.files[0].text, id);
     loaded.findings.extend(found);
     let Some(written) = written else { return loaded };
-    loaded.findings.extend(memory::finding(path, &written));
+    loaded.findings.extend(own_files::findings(path, &written));
     let first = loaded.files.len();
     if !loaded.named_files(path, &written.ladder) {
         loaded.settings(&written);

@@ -10,7 +10,7 @@ use super::file_kind;
 use super::finding::{Code, Finding};
 use super::instruction::{self, Instruction};
 use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
-use super::reader::{self, Constant, Table, Text};
+use super::reader::{self, Constant, NamedTable, Table, Text};
 use super::room::Room;
 use super::shape::Shape;
 use super::span::{FileId, Located, Span};
@@ -59,6 +59,25 @@ pub struct Tag {
     pub spare: Option<Located<bool>>,
     /// Whether the tag has `at` or `value`, even an unreadable one.
     pub has_meaning: bool,
+}
+
+impl Tag {
+    /// A tag whose mistake is reported at its declaration.
+    fn unreadable(name: Text) -> Tag {
+        Tag {
+            name,
+            at: None,
+            value: None,
+            doc: None,
+            initial: None,
+            min: None,
+            max: None,
+            alarm: None,
+            log: None,
+            spare: None,
+            has_meaning: true,
+        }
+    }
 }
 
 /// Whether a block is a Program or a Task.
@@ -210,7 +229,7 @@ fn read_root(mut root: Table<'_>) -> Ladder {
             format!("write `{name} = {{ {key} = {value} }}`")
         };
         let entries = tags.entries(any, "a tag", help);
-        ladder.tags = entries.into_iter().map(|(name, table)| read_tag(name, table)).collect();
+        ladder.tags = entries.into_iter().map(read_tag).collect();
     }
     let programs = root
         .tables(key("program", "Programs, scanned in file order; `Main` always runs."), "a program")
@@ -228,7 +247,8 @@ fn read_root(mut root: Table<'_>) -> Ladder {
     ladder
 }
 
-fn read_tag(name: Text, mut table: Table<'_>) -> Tag {
+fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
+    let Some(mut table) = table else { return Tag::unreadable(name) };
     table.together(r#"{"oneOf":[{"required":["at"]},{"required":["value"]}]}"#);
     let tag = Tag {
         name,

@@ -32,6 +32,14 @@ pub enum Constant {
     Bit(bool),
 }
 
+/// An entry of a table whose keys are names.
+pub struct NamedTable<'a> {
+    /// Its key.
+    pub name: Text,
+    /// Its value; `None` for a value of another type, which is reported.
+    pub table: Option<Table<'a>>,
+}
+
 /// One table, and the keys that were asked for.
 pub struct Table<'a> {
     doc: Doc<'a>,
@@ -338,34 +346,33 @@ impl<'a> Table<'a> {
         tables
     }
 
-    /// All entries that are tables, by key and in file order (the form of `[tags]`). An entry of
-    /// another type is a finding with the text of `help`.
+    /// All entries, in file order (the form of `[tags]`). An entry that is no table is a finding
+    /// with the text of `help`.
     pub fn entries(
         &mut self,
         any: Key,
         place: &'static str,
         help: impl Fn(&str, &str) -> String,
-    ) -> Vec<(Text, Table<'a>)> {
+    ) -> Vec<NamedTable<'a>> {
         let mut entries = Vec::new();
         if let Some((below, form)) = self.noted_below(place) {
             self.shape
                 .iter()
                 .for_each(|shape| shape.note_others(any, ValueForm::Table(form.clone())));
-            entries.push((self.doc.text("", 0..0), below));
+            entries.push(NamedTable { name: self.doc.text("", 0..0), table: Some(below) });
         }
         for (key, value) in self.in_file_order() {
-            match value.get_ref() {
-                DeValue::Table(table) => {
-                    let name = self.key_text(key);
-                    entries.push((name, self.below(table, value.span(), place)));
-                }
+            let table = match value.get_ref() {
+                DeValue::Table(table) => Some(self.below(table, value.span(), place)),
                 other => {
                     let message = format!("{place} is a table, not {}", describe(other));
                     let help = help(key.get_ref(), self.doc.slice(value.span()));
                     let span = self.doc.span(value.span());
                     self.find(Finding::new(Code::WrongType, span, message).help(help));
+                    None
                 }
-            }
+            };
+            entries.push(NamedTable { name: self.key_text(key), table });
         }
         entries
     }

@@ -115,6 +115,8 @@ fn a_service_has_its_socket_in_its_own_folder() {
     let log = said(&service.stderr);
     assert_eq!(service.status.code(), Some(0), "{log}");
     assert!(log.contains(&format!("{}/rungd.sock", run.display())), "{log}");
+    let why = "open here and not at `rungd.sock`: a service ignores a relative `[operator] socket`";
+    assert!(log.contains(why), "{log}");
 }
 
 /// What its README says: START after a second, five parts, the lamp.

@@ -139,11 +139,14 @@ impl Server {
 }
 
 fn tell_open(socket: &socket::Bound) {
+    let instead = socket.instead_of().map_or(String::new(), |path| {
+        format!(" here and not at `{path}`: a service ignores a relative `[operator] socket`")
+    });
     say!(OPERATOR_LISTENS,
         socket = %socket.path().display(),
         mode = %format_args!("{:04o}", socket.mode()),
         group = socket.owner.gid,
-        "the operator's socket is open"
+        "the operator's socket is open{instead}"
     );
 }
 

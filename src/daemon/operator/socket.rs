@@ -34,6 +34,8 @@ pub(in super::super) struct SocketSpec {
     pub group: Option<String>,
     /// The controller file asks for it: without it there is no start.
     pub insists: bool,
+    /// The controller file's relative path, if a service uses its own place instead.
+    pub instead_of: Option<String>,
 }
 
 /// Another controller answers there.
@@ -87,15 +89,18 @@ impl SocketSpec {
         let named = || std::env::var_os(SOCKET_VARIABLE).filter(|value| !value.is_empty());
         let systemd = || Some(directories::runtime()?.join("rungd.sock"));
         let is_service = directories::runtime().is_some();
+        let gives_way = |path: &&String| is_service && Path::new(path).is_relative();
+        let instead_of = asked.socket.as_ref().filter(gives_way).cloned();
         let path = match &asked.socket {
-            Some(path) if Path::new(path).is_absolute() || !is_service => {
+            Some(path) if instead_of.is_none() => {
                 let beside = Path::new(controller).parent().unwrap_or(Path::new(""));
                 Some(beside.join(path))
             }
             Some(_) | None => named().map(PathBuf::from).or_else(systemd),
         };
         let (mode, group, insists) = (asked.mode, asked.group.clone(), asked.socket.is_some());
-        path.filter(|_| asked.enabled).map(|path| SocketSpec { path, mode, group, insists })
+        let path = path.filter(|_| asked.enabled)?;
+        Some(SocketSpec { path, mode, group, insists, instead_of })
     }
 
     fn failure(&self, why: &dyn std::fmt::Display) -> Failure {
@@ -181,6 +186,11 @@ impl Bound {
     /// Its permissions.
     pub fn mode(&self) -> u32 {
         self.spec.mode
+    }
+
+    /// The controller file's relative path, which it does not have in a service.
+    pub fn instead_of(&self) -> Option<&str> {
+        self.spec.instead_of.as_deref()
     }
 
     /// The reason why clients cannot find it any more, if it is lost.

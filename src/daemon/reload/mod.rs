@@ -259,7 +259,7 @@ impl Reloads {
         let devices = of.setup.symbols.devices.clone();
         let fit = Fit { sizes, devices };
         let read = self.files.done(move |progress| ready::read(&path, &fit, progress)).await;
-        let read = read.map_err(|why| refused(format!("{why} The running program goes on")))?;
+        let read = read.map_err(|why| refused(format!("{why} Nothing is changed")))?;
         read.map_err(|text| Refusal::new(RefusalKind::BadFiles, text))
     }
 
@@ -290,8 +290,8 @@ impl Reloads {
             return Err(refused("the program that faulted is not there any more".to_owned()));
         }
         let Some(previous) = inner.way_back.clone() else {
-            let message = "there is no program to go back to: nothing was reloaded since the \
-                           start, or that was taken back already";
+            let message = "there is nothing to roll back: no reload has changed the program since \
+                           the start, or a rollback has undone it already";
             return Err(refused(message.to_owned()));
         };
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;

@@ -1,0 +1,66 @@
+//! Checks that neither the file of retentive memory nor the operator's socket is one of the
+//! controller's other files.
+//!
+//! Called by `load` with the controller file's settings. Without this check, a start would move a
+//! ladder file aside and put memory in its place. Whether the files can be made is not checked.
+
+use std::path::{Path, PathBuf};
+
+use crate::controller::written::WrittenController;
+use crate::source::finding::{Code, Finding};
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// A file that a controller has already.
+struct OtherFile {
+    what: &'static str,
+    /// The place that names it.
+    named: Option<Span>,
+}
+
+/// A finding for memory and for the socket, if it would take the place of another file.
+pub(super) fn findings(controller: &Path, written: &WrittenController) -> Vec<Finding> {
+    let memory = written.retain.file.as_ref();
+    let socket = written.operator.as_ref().and_then(|operator| operator.socket.as_ref());
+    let beside =
+        |name: &Text| place(&controller.parent().unwrap_or(Path::new("")).join(&name.text));
+    let input = |own: &Text| {
+        let own = beside(own);
+        if own == place(controller) {
+            return Some(OtherFile { what: "this controller file", named: None });
+        }
+        let ladder = written.ladder.iter().find(|name| beside(name) == own)?;
+        Some(OtherFile { what: "a ladder file", named: Some(ladder.span) })
+    };
+    let mut findings = Vec::new();
+    if let Some(memory) = memory {
+        let socket = socket.filter(|socket| beside(socket) == beside(memory));
+        let socket = socket
+            .map(|socket| OtherFile { what: "the operator's socket", named: Some(socket.span) });
+        let other = input(memory).or(socket);
+        let help = "write `file = \"/var/lib/rungd/memory\"`";
+        findings.extend(other.map(|other| finding(memory, &other, "memory").help(help)));
+    }
+    if let Some(socket) = socket {
+        let help = "write `socket = \"rungd.sock\"`";
+        findings.extend(input(socket).map(|other| finding(socket, &other, "a socket").help(help)));
+    }
+    findings
+}
+
+fn finding(own: &Text, other: &OtherFile, what: &str) -> Finding {
+    let message = format!("`{}` is {}: {what} has a file of its own", own.text, other.what);
+    let finding = Finding::new(Code::Controller, own.span, message);
+    match other.named {
+        Some(named) => finding.related(named, "named here"),
+        None => finding,
+    }
+}
+
+/// The identity of a file, also of a file that does not exist yet.
+fn place(path: &Path) -> PathBuf {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let folder = parent.unwrap_or(Path::new(".")).canonicalize();
+    let made = || Some(folder.ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(made).unwrap_or_else(|| path.to_owned())
+}
