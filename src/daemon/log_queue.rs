@@ -23,8 +23,10 @@ use crate::say::say;
 /// The number of waiting lines above which details, and then all lines, are dropped.
 const DETAILS_MAX: usize = 4096;
 const LINES_MAX: usize = DETAILS_MAX + 512;
-/// The longest time that the end of the process waits for a stuck log.
+/// The time without a line written after which the end of the process waits no longer.
 const FLUSH_MAX: Duration = Duration::from_secs(1);
+/// The number of such times that it waits for a log that is read slowly.
+const FLUSH_ROUNDS_MAX: u32 = 5;
 /// Dropped and withheld lines are told of this often at most.
 const TELL_EVERY: Duration = Duration::from_secs(1);
 /// The pause of the writing thread when standard error does not block and has no room.
@@ -129,7 +131,14 @@ impl LogQueue {
             };
             thread::sleep(Duration::from_millis(5));
         }
-        let _ = answer.recv_timeout(deadline.saturating_duration_since(Instant::now()));
+        // A slow reader is waited for as long as it reads.
+        for _ in 0..FLUSH_ROUNDS_MAX {
+            let waiting = self.waiting.load(Ordering::Relaxed);
+            let timed_out = answer.recv_timeout(FLUSH_MAX) == Err(RecvTimeoutError::Timeout);
+            if !timed_out || self.waiting.load(Ordering::Relaxed) >= waiting {
+                return;
+            }
+        }
     }
 }
 

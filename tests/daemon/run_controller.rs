@@ -240,7 +240,10 @@ fn statistics_come_at_their_interval() {
     let reports: Vec<_> = reports.collect();
     let scans: Vec<u64> = reports.iter().map(|line| line["scans"].as_u64().unwrap()).collect();
     assert!(reports.iter().all(|line| line["late_us_p99"].is_f64()), "{reports:#?}");
-    assert!((1..=3).contains(&scans.len()), "{scans:?}");
+    // A busy machine makes 300 scans longer than 600 ms: as many intervals as the run had are due.
+    let whole = find(&lines, "scan statistics of the whole run");
+    let most = (whole["over_us"].as_f64().unwrap() / 200_000.0) as usize + 1;
+    assert!((1..=most).contains(&scans.len()), "{scans:?}, {most} at most");
 }
 
 #[test]

@@ -111,9 +111,14 @@ fn unread_log(unread: Duration) {
     let mut command = plant.command(&["--log-level", "trace", "--log-format", "json"]);
     let mut child = command.spawn().unwrap();
     std::thread::sleep(unread);
+    // The reader begins before the stop, which waits a second at most for the log.
+    let mut log = child.stderr.take().unwrap();
+    let reader = std::thread::spawn(move || {
+        let mut text = String::new();
+        log.read_to_string(&mut text).map(|_| text)
+    });
     assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
-    let mut text = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+    let text = reader.join().unwrap().unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let lines: Vec<Value> = text.lines().map(|l| serde_json::from_str(l).expect(l)).collect();
     let sum = |words: &str, field: &str| -> u64 {
