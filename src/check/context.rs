@@ -12,7 +12,7 @@ use crate::isa::{Address, Bit, ElementId, Mnemonic, StageId, Structure, Word};
 use crate::progress::Progress;
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
-    Action, Block, BlockKind, Branch, Contact, Instruction, Part, Program, Rung, Stage, Tag,
+    Action, Block, BlockKind, Branch, Contact, Instruction, Program, ProgramPart, Rung, Stage, Tag,
     TagMeaning,
 };
 use crate::resolve::range::Range;
@@ -128,7 +128,7 @@ impl<'a> Context<'a> {
         context
     }
 
-    fn walk(&mut self, Part { block, stage, rungs }: Part<'a>) {
+    fn walk(&mut self, ProgramPart { block, stage, rungs }: ProgramPart<'a>) {
         for (at, rung) in rungs.iter().enumerate() {
             rung.legs.iter().for_each(|leg| self.walk_contacts(&leg.contacts));
             rung.branches.iter().for_each(|branch| self.walk_contacts(&branch.contacts));

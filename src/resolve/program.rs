@@ -187,7 +187,7 @@ pub struct NamedOperand {
 
 /// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part<'p> {
+pub(crate) struct ProgramPart<'p> {
     /// The block.
     pub block: &'p Block,
     /// The Stage; `None`: the block's own rungs.
@@ -198,11 +198,11 @@ pub(crate) struct Part<'p> {
 
 impl Program {
     /// All parts in file order: of each block its own rungs, then its Stages.
-    pub(crate) fn parts(&self) -> impl Iterator<Item = Part<'_>> {
+    pub(crate) fn parts(&self) -> impl Iterator<Item = ProgramPart<'_>> {
         self.blocks.iter().flat_map(|block| {
-            let own = Part { block, stage: None, rungs: &block.rungs };
+            let own = ProgramPart { block, stage: None, rungs: &block.rungs };
             let stages = block.stages.iter();
-            std::iter::once(own).chain(stages.map(move |of| Part {
+            std::iter::once(own).chain(stages.map(move |of| ProgramPart {
                 block,
                 stage: Some(of),
                 rungs: &of.rungs,

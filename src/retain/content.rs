@@ -203,7 +203,7 @@ fn put_u32(bytes: &mut Vec<u8>, count: usize) {
 
 /// Reads a content; `None`: it makes no sense.
 pub fn read(bytes: &[u8]) -> Option<Content> {
-    let mut reader = Reader { bytes, at: 0 };
+    let mut reader = ByteReader { bytes, at: 0 };
     let mut runs = Vec::new();
     let mut total = 0;
     for _ in 0..reader.u32()? {
@@ -231,12 +231,12 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     (reader.at == bytes.len()).then_some(Content { elements, tags, owners, terminated })
 }
 
-struct Reader<'a> {
+struct ByteReader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ByteReader<'a> {
     fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let taken = self.bytes.get(self.at..self.at.checked_add(count)?)?;
         self.at += count;

@@ -1,8 +1,8 @@
 //! The keeper: reads the file at the start, and writes images while the controller runs.
 //!
-//! Owned by the daemon's thread for retentive memory, which brings images, the time and the log.
-//! A file that cannot be used is never written over: it is kept aside, or left alone. A file that
-//! fails is opened anew at the next save, and made anew where it is gone.
+//! The daemon's thread of retentive memory owns it, and hands it images and the time. The keeper
+//! never writes over an unusable file: it renames the file, or leaves it alone. After a failure the
+//! next save opens the file again, or makes a new one if the file is gone.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,9 +22,9 @@ pub struct Keeper {
     /// The image that is durable.
     kept: Option<Kept>,
     kept_content: Vec<u8>,
-    /// The file's metadata when the file was last known to hold that image.
+    /// The file's metadata at the last check that it holds that image.
     trace: Option<Trace>,
-    /// Another process turned out to own the file.
+    /// The error if a different process owns the file.
     busy: Option<io::Error>,
 }
 
@@ -33,7 +33,7 @@ pub struct Keeper {
 pub struct Kept {
     /// Its numbers.
     pub stamp: Stamp,
-    /// How many bytes were written for it.
+    /// The number of bytes written for it.
     pub bytes: usize,
 }
 
@@ -45,16 +45,16 @@ pub struct Start {
     pub news: Vec<News>,
 }
 
-/// Something about the file that a person should know.
+/// News of the file for the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum News {
     /// A slot that should hold an image does not.
     Slot(usize, BadSlot),
-    /// There was a file; it is kept under this new name.
+    /// The file at the path was unusable; it was renamed to this.
     Aside(PathBuf),
-    /// A new file was made.
+    /// A new file was made, of this size.
     Made(Geometry),
-    /// It cannot be written at present.
+    /// The file cannot be written.
     NotWritable(String),
 }
 
@@ -67,18 +67,35 @@ pub struct Image<'a> {
     pub bits: &'a [u8],
     /// All public words.
     pub words: &'a [i32],
-    /// Whether its termination passes have run.
+    /// Whether the termination passes have run.
     pub is_final: bool,
     /// The time of day, ms since 1970.
     pub now_ms: u64,
 }
 
+/// A file to be made.
+#[derive(Clone, Copy)]
+struct NewFile<'a> {
+    id: u64,
+    /// The image that the file begins with.
+    first: Option<&'a Found>,
+    /// Whether it replaces a file that this process owns.
+    replaces: bool,
+}
+
+impl NewFile<'_> {
+    /// A file without an image, at a path that has no file.
+    fn empty(id: u64) -> Self {
+        NewFile { id, first: None, replaces: false }
+    }
+}
+
 impl Keeper {
-    /// Opens the file and reads its newest image, or makes a new file if it cannot be used. If that
-    /// fails, every save tries again.
+    /// Opens the file and reads its newest image, or makes a new file if the file is unusable. If
+    /// that fails, every save tries again.
     ///
     /// # Errors
-    /// Another process owns the file.
+    /// A different process owns the file.
     pub(crate) fn open(path: &Path, plan: RetainPlan, id: u64) -> io::Result<(Keeper, Start)> {
         let mut keeper = Keeper {
             path: path.to_owned(),
@@ -94,7 +111,7 @@ impl Keeper {
         let image = match FileDevice::open(path, Access::Own) {
             Err(busy) if busy.kind() == io::ErrorKind::ResourceBusy => return Err(busy),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                keeper.make((id, None), false, &mut news);
+                keeper.make(NewFile::empty(id), &mut news);
                 Err("there is no file yet".to_owned())
             }
             Err(error) => {
@@ -114,13 +131,12 @@ impl Keeper {
         &self.plan
     }
 
-    /// The program has changed: the next save follows this plan. It makes a longer file if it needs
-    /// one.
+    /// Sets the plan of a new program for the next save, which makes a longer file if needed.
     pub(crate) fn set_plan(&mut self, plan: RetainPlan) {
         self.plan = plan;
     }
 
-    /// The last image that is known to be durable, since this process started.
+    /// The last durable image of this process.
     pub(crate) fn kept(&self) -> Option<Kept> {
         self.kept
     }
@@ -155,10 +171,11 @@ impl Keeper {
             self.slots = Some(slots);
             return image;
         }
-        // Longer slots are needed, or the file was cut: a new one takes the image along first. The
-        // old one is ours until then.
-        self.make((id, survey.newest.as_ref()), true, news);
-        // Without a new file the old one stays, and its lock with it.
+        // Longer slots are needed, or the file was cut off: a new file gets the image. This process
+        // owns the old file until the new one is in place.
+        let new = NewFile { id, first: survey.newest.as_ref(), replaces: true };
+        self.make(new, news);
+        // If that failed, the old file stays in use, with its lock.
         self.slots.get_or_insert(slots);
         image
     }
@@ -179,7 +196,7 @@ impl Keeper {
         Ok((newest.stamp, self.plan.restore(&content, is_final)))
     }
 
-    /// Restores from a file that may be read and not written.
+    /// Restores from a file that can be read but not written.
     fn read_only(&mut self, news: &mut Vec<News>) -> Result<(Stamp, Restoration), String> {
         let opened = FileDevice::open(&self.path, Access::Read);
         let mut device = opened.map_err(|error| format!("it cannot be opened: {error}"))?;
@@ -194,10 +211,10 @@ impl Keeper {
         match aside {
             Ok(aside) => {
                 news.push(News::Aside(aside));
-                self.make((id, None), false, news);
+                self.make(NewFile::empty(id), news);
             }
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy => self.busy = Some(error),
-            // The file vanished after it was opened: another process has started with it.
+            // The file is gone since it was opened: a different process has renamed it.
             Err(error) if error.kind() == io::ErrorKind::NotFound => self.busy = Some(error),
             Err(error) => {
                 news.push(News::NotWritable(format!("it cannot be renamed: {error}")));
@@ -205,8 +222,9 @@ impl Keeper {
         }
     }
 
-    fn make(&mut self, new: (u64, Option<&Found>), replaces: bool, news: &mut Vec<News>) {
-        match self.try_make(new, replaces) {
+    /// Makes a file and keeps it open; a failure becomes news.
+    fn make(&mut self, new: NewFile<'_>, news: &mut Vec<News>) {
+        match self.try_make(new) {
             Ok(slots) => {
                 news.push(News::Made(*slots.geometry()));
                 self.slots = Some(slots);
@@ -218,13 +236,9 @@ impl Keeper {
         }
     }
 
-    /// Makes a file beside the place, with its id and the image that it is to begin with; renames
-    /// it when all of it is durable. `replaces`: the file that is there is ours.
-    fn try_make(
-        &self,
-        (id, first): (u64, Option<&Found>),
-        replaces: bool,
-    ) -> io::Result<Slots<FileDevice>> {
+    /// Makes a file under a temporary name, and renames it when all of it is durable.
+    fn try_make(&self, new: NewFile<'_>) -> io::Result<Slots<FileDevice>> {
+        let NewFile { id, first, replaces } = new;
         let longest = first.map_or(0, |first| first.content.len()).max(self.plan.content_bytes());
         let device = FileDevice::create_beside(&self.path)?;
         let made = Slots::format(device, Geometry::for_content(longest, id));
@@ -240,14 +254,14 @@ impl Keeper {
             Ok(slots)
         });
         if whole.is_err() {
-            // On a full disk half a file would take the room that a next try needs.
+            // On a full disk a partial file would take the room that the next try needs.
             FileDevice::discard_beside(&self.path);
         }
         whole
     }
 
-    /// Whether another process has changed the file since it was known to hold the kept image. It
-    /// compares metadata, for a time in which nothing is written.
+    /// Whether a different process has changed the file since the last check. Compares metadata;
+    /// called while no image changes.
     pub(crate) fn is_disturbed(&self) -> bool {
         self.kept.is_some() && self.trace_now() != self.trace
     }
@@ -256,12 +270,12 @@ impl Keeper {
         self.slots.as_ref().and_then(|slots| slots.device().trace())
     }
 
-    /// Writes an image unless the durable one has the same content, which is checked in the file.
-    /// Returns once the image is durable; `None`: it was durable before.
+    /// Writes an image, unless the file holds the same content already. Returns once the image is
+    /// durable; `None` if it was durable before.
     ///
     /// # Errors
-    /// The system's. The previous image stays durable, but for `NotFound`: the file is gone, or its
-    /// bytes were changed. The next save, which may follow at once, repairs it.
+    /// The system's. The previous image stays durable, except after `NotFound`: the file is gone, or
+    /// its bytes were changed. The next save repairs it, and may follow at once.
     pub(crate) fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };
@@ -286,7 +300,8 @@ impl Keeper {
                 Ok(self.kept)
             }
             Err(error) => {
-                // A file that has lost its name is given up; after other errors it is reopened.
+                // After `NotFound` the next save opens the path again; after other errors the slots
+                // reopen their file.
                 if error.kind() != io::ErrorKind::NotFound {
                     self.slots = Some(slots);
                 }
@@ -295,7 +310,7 @@ impl Keeper {
         }
     }
 
-    /// Whether the kept image is still in the file. If not, it counts as not kept.
+    /// Whether the kept image is still in the file. If not, the keeper forgets it.
     fn is_there(&mut self) -> io::Result<bool> {
         let Some((kept, slots)) = self.kept.zip(self.slots.as_mut()) else { return Ok(false) };
         if slots.is_doubted() {
@@ -315,11 +330,13 @@ impl Keeper {
         looked.and(Err(other()))
     }
 
-    /// A new file in the place of one that is ours and too short, or whose numbers are used up.
-    /// The old one stays ours until the new one is whole.
+    /// Makes a new file in place of one that is too short or has used up its sequence numbers. This
+    /// process owns the old file until the new one is complete.
     fn grow(&mut self, mut slots: Slots<FileDevice>, id: u64) -> io::Result<Slots<FileDevice>> {
         let newest = slots.newest();
-        let made = newest.and_then(|newest| self.try_make((id, newest.as_ref()), true));
+        let made = newest.and_then(|newest| {
+            self.try_make(NewFile { id, first: newest.as_ref(), replaces: true })
+        });
         if let Err(error) = &made
             && error.kind() != io::ErrorKind::NotFound
         {
@@ -328,11 +345,11 @@ impl Keeper {
         made
     }
 
-    /// The file as it is now: taken over if it is one of ours, made if there is none.
+    /// Opens the file at the path if it is usable; makes one if there is none.
     fn attach(&mut self, id: u64) -> io::Result<Slots<FileDevice>> {
         let device = match FileDevice::open(&self.path, Access::Own) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                return self.try_make((id, None), false);
+                return self.try_make(NewFile::empty(id));
             }
             other => other?,
         };
@@ -345,7 +362,7 @@ impl Keeper {
             Err(Unusable::Io(error)) => Err(error),
             Err(Unusable::Header(_)) => {
                 keep_aside(&self.path, seen)?;
-                self.try_make((id, None), false)
+                self.try_make(NewFile::empty(id))
             }
         }
     }

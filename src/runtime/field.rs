@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use super::image::Safe;
 use super::inputs::{InputEnd, Pulse};
-use super::latest::{Input, Reader, latest};
+use super::latest::{Input, InputReader, latest};
 use super::local::{LocalEnd, LocalSide};
 use super::machine::Machine;
 use super::record::{DeviceEdge, What};
@@ -41,7 +41,7 @@ pub(super) struct Field {
 struct Device {
     wiring: Wiring,
     pulse: Arc<Pulse>,
-    images: Reader,
+    images: InputReader,
     local: Option<LocalSide>,
     /// When the field was made, from which a first exchange is awaited.
     start_ns: u64,

@@ -7,7 +7,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use super::latest::{Input, Writer};
+use super::latest::{Input, InputWriter};
 use super::wiring::Target;
 
 /// The state of a device's exchanges, known to both ends.
@@ -22,7 +22,7 @@ pub(super) struct Pulse {
 /// The world's end of a device's inputs: held by its driver's task.
 pub struct InputEnd {
     pulse: Arc<Pulse>,
-    images: Writer,
+    images: InputWriter,
     targets: Vec<Target>,
     /// As read last.
     known: Box<[Input]>,
@@ -36,7 +36,7 @@ impl fmt::Debug for InputEnd {
 
 impl InputEnd {
     /// Of inputs that were never read.
-    pub(super) fn new(pulse: Arc<Pulse>, images: Writer, targets: Vec<Target>) -> InputEnd {
+    pub(super) fn new(pulse: Arc<Pulse>, images: InputWriter, targets: Vec<Target>) -> InputEnd {
         let known = vec![Input::default(); targets.len()].into();
         InputEnd { pulse, images, targets, known }
     }

@@ -35,25 +35,25 @@ struct Buffers {
 }
 
 /// The writing side.
-pub(super) struct Writer {
+pub(super) struct InputWriter {
     buffers: Arc<Buffers>,
     own: u8,
 }
 
 /// The reading side.
-pub(super) struct Reader {
+pub(super) struct InputReader {
     buffers: Arc<Buffers>,
     own: u8,
 }
 
 /// Both sides of an image of `count` inputs, none of them read yet.
-pub(super) fn latest(count: usize) -> (Writer, Reader) {
+pub(super) fn latest(count: usize) -> (InputWriter, InputReader) {
     let unread = || (0..count).map(|_| Slot::default()).collect();
     let buffers = Arc::new(Buffers { inputs: [unread(), unread(), unread()], between: 1.into() });
-    (Writer { buffers: Arc::clone(&buffers), own: 0 }, Reader { buffers, own: 2 })
+    (InputWriter { buffers: Arc::clone(&buffers), own: 0 }, InputReader { buffers, own: 2 })
 }
 
-impl Writer {
+impl InputWriter {
     /// Makes these the latest inputs, whole.
     pub fn write(&mut self, inputs: &[Input]) {
         for (slot, input) in self.buffers.inputs[self.own as usize].iter().zip(inputs) {
@@ -65,7 +65,7 @@ impl Writer {
     }
 }
 
-impl Reader {
+impl InputReader {
     /// Takes the newest image, if one was written since the last call.
     pub fn refresh(&mut self) {
         if self.buffers.between.load(Ordering::Relaxed) & NEW != 0 {
@@ -91,7 +91,7 @@ mod tests {
     fn the_reader_sees_the_newest_and_keeps_it() {
         let (mut writer, mut reader) = latest(2);
         let image = |n: i32| [n, -n].map(|value| Input { value, read_ns: n.unsigned_abs().into() });
-        let seen = |reader: &mut Reader| {
+        let seen = |reader: &mut InputReader| {
             reader.refresh();
             reader.inputs().collect::<Vec<_>>()
         };

@@ -31,7 +31,7 @@ pub(super) struct Register {
     pub word: Word,
     pub cell: WordCell,
     pub kind: NumberType,
-    pub part: Part,
+    pub part: WordPart,
     pub order: WordOrder,
     pub lists: Lists,
     /// The least and greatest value of the word: its range, narrowed by its tags.
@@ -40,7 +40,7 @@ pub(super) struct Register {
 
 /// The part of the word that a register holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum WordPart {
     Whole,
     First,
     Second,
@@ -110,9 +110,9 @@ impl Register {
         let bits = self.kind.bits(snapshot.word(self.cell).into());
         let [first, second] = self.order.split(bits);
         match self.part {
-            Part::Whole => bits as u16,
-            Part::First => first,
-            Part::Second => second,
+            WordPart::Whole => bits as u16,
+            WordPart::First => first,
+            WordPart::Second => second,
         }
     }
 
@@ -132,7 +132,7 @@ impl Register {
     /// Whether it takes and shows every 16-bit value, so that every mask write is valid.
     pub fn takes_mask(&self) -> bool {
         let (min, max) = self.limits;
-        self.part == Part::Whole && self.kind.range() == (min.into(), max.into())
+        self.part == WordPart::Whole && self.kind.range() == (min.into(), max.into())
     }
 }
 

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 
 use super::clients::Network;
-use super::elements::{BitElement, Lists, Part, Places, Register, Rows};
+use super::elements::{BitElement, Lists, Places, Register, Rows, WordPart};
 use super::number::{NumberType, WordOrder};
 use super::pdu::{self, Request, Table};
 use super::refusal::Refusal;
@@ -181,16 +181,16 @@ impl Map {
         }
         // Both halves of a value are neighbours in the map: only the request's ends can separate
         // them.
-        let ends = [(registers.first(), Part::Second), (registers.last(), Part::First)];
+        let ends = [(registers.first(), WordPart::Second), (registers.last(), WordPart::First)];
         let parted = ends.iter().find_map(|(end, part)| end.filter(|it| it.part == *part));
         if let Some(register) = parted {
             return Err(Refusal::HalfOf(register.word));
         }
         let mut values = values.chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]]));
         let mut writes = Vec::with_capacity(registers.len());
-        for register in registers.iter().filter(|register| register.part != Part::Second) {
+        for register in registers.iter().filter(|register| register.part != WordPart::Second) {
             let Some(first) = values.next() else { break };
-            let second = if register.part == Part::First { values.next() } else { None };
+            let second = if register.part == WordPart::First { values.next() } else { None };
             writes.push(Write::Word(register.cell, register.value(first, second)?));
         }
         Ok(writes)
@@ -202,7 +202,7 @@ impl Map {
         let mut writes = Vec::with_capacity(1);
         for register in registers {
             may_write(Address::Word(register.word), register.lists, admitted)?;
-            if register.part != Part::Whole {
+            if register.part != WordPart::Whole {
                 return Err(Refusal::HalfOf(register.word));
             }
             if !register.takes_mask() {
@@ -310,7 +310,7 @@ impl Make<'_> {
         let words = |space, count| {
             let order = WordOrder::default();
             let word =
-                |n| self.register(Word::Space(space, n), (NumberType::U16, order), Part::Whole);
+                |n| self.register(Word::Space(space, n), (NumberType::U16, order), WordPart::Whole);
             (1..=count).map(word).collect::<Vec<_>>()
         };
         let mut places = Places::default();
@@ -329,8 +329,8 @@ impl Make<'_> {
                 Address::Word(word) => {
                     let kind = entry.kind.unwrap_or_else(|| NumberType::of(word));
                     let parts = match kind.registers() {
-                        1 => &[Part::Whole][..],
-                        _ => &[Part::First, Part::Second],
+                        1 => &[WordPart::Whole][..],
+                        _ => &[WordPart::First, WordPart::Second],
                     };
                     let register = |part| self.register(word, (kind, entry.order), part);
                     words.extend(parts.iter().map(|part| register(*part)));
@@ -361,7 +361,12 @@ impl Make<'_> {
         BitElement { bit, cell: self.layout.bit(bit), output, lists, input }
     }
 
-    fn register(&self, word: Word, (kind, order): (NumberType, WordOrder), part: Part) -> Register {
+    fn register(
+        &self,
+        word: Word,
+        (kind, order): (NumberType, WordOrder),
+        part: WordPart,
+    ) -> Register {
         let (cell, limits) = (self.layout.word(word), (self.limits)(word));
         let lists = self.lists(Address::Word(word));
         Register { word, cell, kind, part, order, lists, limits }

@@ -31,7 +31,7 @@ pub struct Run {
 
 /// A part of a run, in elements from its first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct RunPart {
     from: usize,
     to: usize,
 }
@@ -111,31 +111,31 @@ impl Run {
     }
 
     /// The part to be written; with `all`, the whole run.
-    pub fn due(&self, all: bool) -> Option<Part> {
+    pub fn due(&self, all: bool) -> Option<RunPart> {
         if all || !self.is_known {
-            return Some(Part { from: 0, to: self.wanted.len() });
+            return Some(RunPart { from: 0, to: self.wanted.len() });
         }
         let changed = |at: &usize| self.wanted[*at] != self.sent[*at];
         let first = (0..self.wanted.len()).find(changed)?;
         let last = (0..self.wanted.len()).rev().find(changed)?;
-        let mut part = Part { from: first, to: last + 1 };
+        let mut part = RunPart { from: first, to: last + 1 };
         // Both halves of a number, even if only one changed.
         for (_, point) in self.points.iter().filter(|(_, point)| point.width() == 2) {
             let place = usize::from(point.at - self.first);
             if place < part.to && part.from < place + 2 {
-                part = Part { from: part.from.min(place), to: part.to.max(place + 2) };
+                part = RunPart { from: part.from.min(place), to: part.to.max(place + 2) };
             }
         }
         Some(part)
     }
 
     /// The number of requests that write a part.
-    pub fn requests(&self, part: Part, writes: Writes) -> usize {
+    pub fn requests(&self, part: RunPart, writes: Writes) -> usize {
         if writes == Writes::Single { part.to - part.from } else { 1 }
     }
 
     /// One of these requests.
-    pub fn push_request(&self, pdu: &mut Vec<u8>, part: Part, writes: Writes, number: usize) {
+    pub fn push_request(&self, pdu: &mut Vec<u8>, part: RunPart, writes: Writes, number: usize) {
         let are_coils = self.table.is_bits();
         let single = |at: usize| (self.first + at as u16, self.wanted[at]);
         match (writes, part.to - part.from) {
@@ -151,9 +151,9 @@ impl Run {
     }
 
     /// Notes that a part has been written.
-    pub fn written(&mut self, part: Part) {
+    pub fn written(&mut self, part: RunPart) {
         self.sent[part.from..part.to].copy_from_slice(&self.wanted[part.from..part.to]);
-        self.is_known |= part == Part { from: 0, to: self.wanted.len() };
+        self.is_known |= part == RunPart { from: 0, to: self.wanted.len() };
     }
 }
 

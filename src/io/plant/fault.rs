@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use super::settings::{Effect, Fault as Settings, PointId};
+use super::settings::{Effect, FaultSettings, PointId};
 
 /// The point that a fault falsifies: a command before the parts move, or a report after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl Random {
 impl Fault {
     /// A fault that is off; `None` for an effect that falsifies no point.
     pub fn new(
-        settings: &Settings,
+        settings: &FaultSettings,
         seed: u64,
         is_command: impl Fn(PointId) -> bool,
     ) -> Option<Fault> {

@@ -20,9 +20,9 @@ pub struct Plant {
     /// The seed of the noise.
     pub(crate) seed: u64,
     /// Its parts, in file order.
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<PlantPart>,
     /// Its faults, in file order.
-    pub(crate) faults: Vec<Fault>,
+    pub(crate) faults: Vec<FaultSettings>,
     /// The driver of each command, also of the faults'; in the order of their points.
     pub(crate) commands: Vec<Command>,
     /// The number of points.
@@ -57,7 +57,7 @@ pub(crate) enum Feed {
 
 /// A part.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Part {
+pub(crate) struct PlantPart {
     /// Its first point.
     pub first: PointId,
     /// Its kind, with its measures.
@@ -96,7 +96,7 @@ pub(crate) struct Scale {
 
 /// A fault on demand.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Fault {
+pub(crate) struct FaultSettings {
     /// The point that turns it on.
     pub when: PointId,
     /// Its effect.

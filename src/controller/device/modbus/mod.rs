@@ -67,7 +67,7 @@ fn client(
         Medium::Tcp => tcp(keys, device, findings),
         Medium::Serial => serial(keys, device, findings),
     };
-    let mut reader = Reader { keys, device, findings };
+    let mut reader = ModbusReader { keys, device, findings };
     let unit = reader.unit(keys.unit.as_ref(), 1);
     let writes = one_word("writes", keys.writes.as_ref(), &Writes::NAMES, reader.findings)
         .unwrap_or_default();
@@ -137,13 +137,13 @@ fn serial(keys: &Keys, device: &WrittenDevice, findings: &mut Vec<Finding>) -> O
 }
 
 /// The reader of one device's keys and rows.
-struct Reader<'a> {
+struct ModbusReader<'a> {
     keys: &'a Keys,
     device: &'a WrittenDevice,
     findings: &'a mut Vec<Finding>,
 }
 
-impl Reader<'_> {
+impl ModbusReader<'_> {
     fn find(&mut self, span: Span, (message, help): Mistake) {
         let finding = Finding::new(Code::Controller, span, message);
         self.findings.push(match help {

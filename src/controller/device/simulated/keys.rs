@@ -12,16 +12,16 @@ use crate::source::span::{Located, Span};
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
     /// `[[device.part]]`, in file order.
-    pub parts: Vec<Part>,
+    pub parts: Vec<WrittenPart>,
     /// `[[device.fault]]`, in file order.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<WrittenFault>,
     /// `seed` of the noise.
     pub seed: Option<Located<i64>>,
 }
 
 /// `[[device.part]]`.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct WrittenPart {
     /// The place of its header.
     pub span: Span,
     /// `name`.
@@ -56,7 +56,7 @@ pub enum PartKind {
 
 /// `[[device.fault]]`.
 #[derive(Clone, Debug)]
-pub struct Fault {
+pub struct WrittenFault {
     /// The place of its header.
     pub span: Span,
     /// `name`.
@@ -238,7 +238,7 @@ impl FaultKind {
     }
 }
 
-impl Part {
+impl WrittenPart {
     /// A duration, ms.
     pub fn time(&self, key: &str) -> Option<&Located<i32>> {
         self.times.iter().find(|(name, _)| *name == key).map(|(_, ms)| ms)
@@ -271,14 +271,14 @@ impl Keys {
     }
 }
 
-fn read_part(mut table: Table<'_>) -> Part {
+fn read_part(mut table: Table<'_>) -> WrittenPart {
     let name = table.required_string(
         key("name", "Its name: `NAME.point` is one of its points.").limited(PART_NAME),
     );
     table.require("kind", "\"conveyor\"");
     let text = table.string(key("kind", "What it is.").one_of(|| words(&PartKind::NAMES)));
     let kind = text.and_then(|text| named(&table, &text, "kind of part", &PartKind::NAMES));
-    let mut part = Part {
+    let mut part = WrittenPart {
         span: table.span(),
         name,
         kind,
@@ -304,7 +304,7 @@ fn read_part(mut table: Table<'_>) -> Part {
     part
 }
 
-impl Part {
+impl WrittenPart {
     fn read(&mut self, table: &mut Table<'_>, key: Key, form: &PartKeyForm) {
         match form {
             PartKeyForm::Driven => {
@@ -327,7 +327,7 @@ impl Part {
     }
 }
 
-fn read_fault(mut table: Table<'_>) -> Fault {
+fn read_fault(mut table: Table<'_>) -> WrittenFault {
     use FaultKind::{Late, Lost, Noisy, Stuck};
     let name =
         table.required_string(key("name", "Its name: `fault.NAME` causes it.").limited(FAULT_NAME));
@@ -335,7 +335,7 @@ fn read_fault(mut table: Table<'_>) -> Fault {
     let text = table.string(key("kind", "What it does.").one_of(|| words(&FaultKind::NAMES)));
     let kind = text.and_then(|text| named(&table, &text, "kind of fault", &FaultKind::NAMES));
     let is_of = |of: FaultKind| kind.is_none_or(|kind| kind == of);
-    let mut fault = Fault {
+    let mut fault = WrittenFault {
         span: table.span(),
         name,
         point: None,

@@ -23,7 +23,7 @@ use keys::Keys;
 
 use super::driver::{DriverKeys, Row, WrittenDevice};
 use super::settings::DriverSettings;
-use crate::io::plant::settings::{Fault, Part, PartSettings, Plant};
+use crate::io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Table;
 
@@ -89,7 +89,7 @@ fn plant(
         findings.extend(undriven);
     }
     let inputs = wires::inputs(rows, &points, findings);
-    let faults: Vec<Option<Fault>> =
+    let faults: Vec<Option<FaultSettings>> =
         keys.faults.iter().map(|fault| wires::fault(fault, &points, findings)).collect();
     if findings.len() > before {
         return None;
@@ -98,7 +98,7 @@ fn plant(
     Some(Plant {
         seed: keys.seed.as_ref().map_or(1, |seed| seed.value.unsigned_abs()),
         parts: parts
-            .map(|(kind, first)| Some(Part { first: *first, kind: kind? }))
+            .map(|(kind, first)| Some(PlantPart { first: *first, kind: kind? }))
             .collect::<Option<Vec<_>>>()?,
         faults: faults.into_iter().collect::<Option<Vec<_>>>()?,
         commands,

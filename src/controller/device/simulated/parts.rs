@@ -1,6 +1,6 @@
 //! A part's keys → its settings.
 
-use super::keys::{Part, PartKind};
+use super::keys::{PartKind, WrittenPart};
 use crate::io::plant::settings::{Delays, PartSettings, Scale};
 use crate::source::finding::{Code, Finding};
 use crate::source::span::{Located, Span};
@@ -9,8 +9,8 @@ use crate::source::span::{Located, Span};
 const PART_MM: u32 = 100;
 
 /// A part's settings, if its keys make sense.
-pub fn resolve(part: &Part, findings: &mut Vec<Finding>) -> Option<PartSettings> {
-    let mut reader = Reader { part, findings };
+pub fn resolve(part: &WrittenPart, findings: &mut Vec<Finding>) -> Option<PartSettings> {
+    let mut reader = PartReader { part, findings };
     let delays = reader.delays();
     Some(match part.kind? {
         PartKind::Delay => PartSettings::Delay { delays, invert: part.invert },
@@ -22,12 +22,12 @@ pub fn resolve(part: &Part, findings: &mut Vec<Finding>) -> Option<PartSettings>
     })
 }
 
-struct Reader<'a> {
-    part: &'a Part,
+struct PartReader<'a> {
+    part: &'a WrittenPart,
     findings: &'a mut Vec<Finding>,
 }
 
-impl Reader<'_> {
+impl PartReader<'_> {
     fn find(&mut self, code: Code, span: Span, message: impl Into<String>, help: &str) {
         self.findings.push(Finding::new(code, span, message).help(help));
     }

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::super::driver::{Direction, Row};
 use super::keys::{self as written, FaultKind, Keys};
 use super::points::{FAULT, Holds, Point, Points, Role};
-use crate::io::plant::settings::{Command, Effect, Fault, Feed, PointId, opening};
+use crate::io::plant::settings::{Command, Effect, FaultSettings, Feed, PointId, opening};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -174,10 +174,10 @@ pub fn inputs(
 
 /// A fault, if its keys make sense.
 pub fn fault(
-    fault: &written::Fault,
+    fault: &written::WrittenFault,
     points: &Points,
     findings: &mut Vec<Finding>,
-) -> Option<Fault> {
+) -> Option<FaultSettings> {
     let (name, kind) = (fault.name.as_ref()?, fault.kind?);
     let when = Text { text: format!("{FAULT}.{}", name.text), span: name.span, exact: false };
     let (when, _) = points.find(&when).ok()?;
@@ -186,7 +186,7 @@ pub fn fault(
         _ => effect(fault, kind, points),
     };
     match effect {
-        Ok(effect) => Some(Fault { when, effect }),
+        Ok(effect) => Some(FaultSettings { when, effect }),
         Err(finding) => {
             findings.push(finding);
             None
@@ -194,7 +194,11 @@ pub fn fault(
     }
 }
 
-fn effect(fault: &written::Fault, kind: FaultKind, points: &Points) -> Result<Effect, Finding> {
+fn effect(
+    fault: &written::WrittenFault,
+    kind: FaultKind,
+    points: &Points,
+) -> Result<Effect, Finding> {
     let missing = |key: &str, example: &str| {
         let message = format!("a fault `{}` has no `{key}`", kind.name());
         let help = format!("give it one: `{key} = {example}`");
