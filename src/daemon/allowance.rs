@@ -42,7 +42,7 @@ impl Alarms {
         Alarms { common, withheld, states, budgets, untold: 0 }
     }
 
-    /// Whether the change of an alarm is to be told.
+    /// Whether to log the change of an alarm.
     pub fn change(&mut self, watch: u32, on: bool, scan: u64, now_ns: u64) -> bool {
         let at = watch as usize;
         if at >= self.states.len() {
@@ -91,7 +91,7 @@ impl Alarms {
         belated
     }
 
-    /// What is to be told of what was left out, where it is time for it.
+    /// The numbers of lines that were left out, if a line about them is due.
     pub fn due(&mut self, now_ns: u64) -> Option<Told> {
         self.withheld.due(now_ns)
     }

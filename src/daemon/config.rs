@@ -15,7 +15,6 @@ use crate::controller::operator::Operator;
 use crate::engine;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
-use crate::isa::status::st;
 use crate::isa::{Address, Bit, BitSpace, Health};
 use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
@@ -120,7 +119,7 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         blocks: blocks(program),
         operator: controller.operator.clone(),
         pace,
-        memory: memory(controller, program, &symbols),
+        memory: Memory::new(&symbols.layout, safe_values(controller, program.sizes.y)),
         posture: controller.realtime.clone(),
         modbus: controller.modbus.clone(),
         rules: controller.rules.clone(),
@@ -209,18 +208,6 @@ fn retain(
 fn blocks(program: &Program) -> Vec<(String, bool)> {
     let is_task = |kind| kind != BlockKind::Program;
     program.blocks.iter().map(|block| (block.name.clone(), is_task(block.kind))).collect()
-}
-
-fn memory(controller: &Controller, program: &Program, symbols: &Symbols) -> Memory {
-    let layout = &symbols.layout;
-    Memory {
-        inputs: program.sizes.x,
-        bits: layout.bit_count() as usize,
-        words: layout.word_count() as usize,
-        first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
-        forces_active: layout.bit(Bit::Space(BitSpace::St, st::FORCES_ACTIVE)).0 as usize,
-        safe: safe_values(controller, program.sizes.y),
-    }
 }
 
 fn pace(controller: &Controller) -> Pace {

@@ -105,7 +105,7 @@ impl Guard {
         guard
     }
 
-    /// Whether this start is to be in STOP.
+    /// Whether this start must begin in STOP.
     pub fn trips(&self) -> bool {
         self.restarts >= RESTARTS_MAX
     }

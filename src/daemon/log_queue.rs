@@ -27,7 +27,7 @@ const LINES_MAX: usize = DETAILS_MAX + 512;
 const FLUSH_MAX: Duration = Duration::from_secs(1);
 /// The number of such times that it waits for a log that is read slowly.
 const FLUSH_ROUNDS_MAX: u32 = 5;
-/// Dropped and withheld lines are told of this often at most.
+/// The shortest time between two lines about dropped and withheld lines.
 const TELL_EVERY: Duration = Duration::from_secs(1);
 /// The pause of the writing thread when standard error does not block and has no room.
 const REST: Duration = Duration::from_millis(5);
@@ -50,7 +50,7 @@ fn locked(limits: &Mutex<Limits>) -> MutexGuard<'_, Limits> {
     limits.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A line as it goes out.
+/// A formatted line.
 pub(super) struct Formed {
     /// For standard error, its end of line with it.
     pub line: Vec<u8>,

@@ -13,13 +13,13 @@ pub trait Device {
     /// The system's.
     fn size(&mut self) -> io::Result<u64>;
 
-    /// Reads from a place on; gives how many bytes were read, fewer than wanted too.
+    /// Reads from an offset; returns the number of bytes read, which may be fewer than wanted.
     ///
     /// # Errors
     /// The system's.
     fn read_at(&mut self, at: u64, into: &mut [u8]) -> io::Result<usize>;
 
-    /// Writes from a place on; gives how many bytes were taken, fewer than wanted too.
+    /// Writes from an offset; returns the number of bytes written, which may be fewer than given.
     ///
     /// # Errors
     /// The system's.
@@ -32,8 +32,8 @@ pub trait Device {
     /// The system's.
     fn sync(&mut self) -> io::Result<()>;
 
-    /// Makes durable as much as it can, and lets reads come from the medium, not from a cache.
-    /// As far as that can be had.
+    /// Makes durable as much as it can, and empties the cache as far as the system permits, so that
+    /// reads come from the medium.
     fn settle(&mut self);
 
     /// Whether its name still leads other processes to this device.
@@ -44,14 +44,14 @@ pub trait Device {
         Ok(())
     }
 
-    /// Lets go of the device and opens it anew, after an error.
+    /// Closes the device and opens it again, after an error.
     ///
     /// # Errors
     /// The system's.
     fn reopen(&mut self) -> io::Result<()>;
 }
 
-/// Reads until the buffer is full or the end is reached; gives how many bytes there were.
+/// Reads until the buffer is full or the end is reached; returns the number of bytes read.
 pub(super) fn read_all<D: Device>(device: &mut D, at: u64, into: &mut [u8]) -> io::Result<usize> {
     let mut done = 0;
     while done < into.len() {

@@ -1,4 +1,4 @@
-//! The device that a real file is: locked, made in full beside its place, kept aside if foreign.
+//! A real file as a device: locked, made under a temporary name, renamed if it is foreign.
 //!
 //! Called by `keeper` and by `rungd retain show`. It reports errors; the keeper decides what they
 //! mean for the controller. If the path is a symbolic link, new files are made beside its target,
@@ -163,7 +163,7 @@ fn is_named(file: &File, path: &Path) -> bool {
     matches!((file.metadata().and_then(|own| identity(&own)), named), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Gives a file a name that nothing has.
+/// Gives a file a free name.
 fn rename_anew(from: &Path, to: &Path) -> io::Result<()> {
     let here = rustix::fs::CWD;
     match renameat_with(here, from, here, to, RenameFlags::NOREPLACE) {
@@ -255,7 +255,7 @@ pub(crate) fn rename_aside(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::new(io::ErrorKind::AlreadyExists, "too many files are kept aside already"))
 }
 
-/// The place that a symbolic link leads to, though nothing be there; else the place itself.
+/// The target of a symbolic link, even if it does not exist; else the path itself.
 fn followed(path: &Path) -> PathBuf {
     let mut place = path.to_owned();
     for _ in 0..LINKS_MAX {

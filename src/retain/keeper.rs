@@ -274,8 +274,8 @@ impl Keeper {
     /// durable; `None` if it was durable before.
     ///
     /// # Errors
-    /// The system's. The previous image stays durable, except after `NotFound`: the file is gone, or
-    /// its bytes were changed. The next save repairs it, and may follow at once.
+    /// The system's. The previous image stays durable, except after `NotFound`: the file is gone,
+    /// or its bytes were changed. The next save repairs it, and may follow at once.
     pub(crate) fn save(&mut self, image: Image<'_>) -> io::Result<Option<Kept>> {
         self.plan.gather(image.bits, image.words, &mut self.gathered);
         let flags = if image.is_final { FLAG_FINAL } else { 0 };

@@ -1,7 +1,7 @@
-//! What words of today's program take: a value that was kept under other limits may be one that no
-//! operator could write and no MOVE would leave.
+//! The limits of words in the running program. An image may hold a value outside of them, which no
+//! operator could write and no MOVE would store.
 //!
-//! Made and asked by `plan`. Structures are bound by no limits: what counts and times passes them.
+//! Made and used by `plan`. Structures have no limits: counters and timers may pass them.
 
 use std::collections::HashMap;
 
@@ -23,7 +23,7 @@ struct Limit {
 }
 
 impl Limits {
-    /// Those of a program.
+    /// The limits of a program.
     pub fn new(
         program: &Program,
         symbols: &Symbols,
@@ -44,7 +44,7 @@ impl Limits {
         Limits(limits)
     }
 
-    /// Why a value is not for a word; none where it is.
+    /// The reason why a word cannot take a value; `None` if it can.
     pub fn refuse(&self, element: Element, value: i32) -> Option<String> {
         let Limit { min, max, initial } = *self.0.get(&element)?;
         // A value that a cold start gives anyway does not count as dropped.

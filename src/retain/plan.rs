@@ -36,25 +36,25 @@ pub struct RetainPlan {
 pub struct Restoration {
     /// Cells and their restored values.
     pub puts: Vec<(Cell, i32)>,
-    /// How many elements were restored.
+    /// The number of restored elements.
     pub restored: usize,
     /// The elements that were not restored, and why: tags one by one, addresses in runs.
     pub dropped: Vec<Dropped>,
     /// Remarks on restored values that may surprise.
     pub notes: Vec<String>,
-    /// How many had a value that their program would have reset at a stop, and are OFF or 0: the
-    /// image was taken in RUN.
+    /// The number of elements that are OFF or 0 because their program terminates them at a stop:
+    /// the image was taken in RUN.
     pub terminated: usize,
-    /// Retained now, and not in the image: these start as after a cold start.
+    /// The number of retained elements that are not in the image: they start as after a cold start.
     pub fresh: usize,
 }
 
-/// Something that the image has and memory is not given.
+/// An element of the image that was not restored.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Dropped {
     /// A tag with its address, or a run of addresses.
     pub what: String,
-    /// Why.
+    /// The reason.
     pub why: String,
 }
 
@@ -87,12 +87,12 @@ impl RetainPlan {
         said.collect::<Vec<_>>().join(" ")
     }
 
-    /// How many elements are retained.
+    /// The number of retained elements.
     pub(crate) fn elements(&self) -> usize {
         self.runs.iter().map(|run| run.count as usize).sum()
     }
 
-    /// Whether nothing is.
+    /// Whether nothing is retained.
     pub(crate) fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
@@ -207,8 +207,8 @@ impl RetainPlan {
         }
     }
 
-    /// Whether a Sensaphone counter has its PRE from the image: not where the ladder has stated
-    /// another constant since, which is what its author wants.
+    /// Whether a Sensaphone counter gets its PRE from the image. It does not if the ladder states a
+    /// new constant, because the author wants that one.
     fn takes_preset(
         &self,
         to: &mut Restoration,
@@ -237,7 +237,7 @@ impl RetainPlan {
         false
     }
 
-    /// Why an element of the image is given to nothing.
+    /// The reason why an element of the image is not restored.
     fn why(&self, element: Element, then: &Names<'_>, now: &Names<'_>) -> String {
         let moved = then.tags_of(element).iter().find_map(|tag| Some((tag, now.element(tag)?)));
         if let Some((tag, at)) = moved {
@@ -271,8 +271,8 @@ fn terminate(element: Element, found: &Content, value: &mut Value) {
     }
 }
 
-/// Which element of an image an element of today has its value from: the one of its tag; without
-/// tags on either side, the one of its address.
+/// The element of an image that gives an element of the running program its value: the one with
+/// the same tag; without tags on either side, the one at the same address.
 fn source(
     element: Element,
     then: &Names<'_>,

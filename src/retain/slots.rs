@@ -1,7 +1,7 @@
 //! Images on a device: found at the start, written in turns.
 //!
-//! Called by `keeper` and `show`, and by the tests that are disks. Never written over: the image
-//! whose durability was acknowledged last.
+//! Called by `keeper` and `show`, and by tests with simulated disks. The last image that was
+//! reported as durable is never overwritten.
 //!
 //! The idea that is not obvious: after a failed sync, a later success proves nothing. Linux drops
 //! the pages that it could not write and calls them clean, so the next sync succeeds although the
@@ -22,13 +22,13 @@ const NOT_OURS: &str = "it is not what was written there";
 pub struct Slots<D> {
     device: D,
     geometry: Geometry,
-    /// The sequence of each slot's image; 0: no whole image.
+    /// The sequence number of each slot's image; 0: no whole image.
     held: Vec<u64>,
-    /// The slot whose image is known to be durable: it is not written.
+    /// The slot of the durable image, which is not overwritten.
     durable: Option<usize>,
     /// The last number given.
     sequence: u64,
-    /// A call failed: the device is opened anew before it is used again.
+    /// A call failed: the device must be reopened before its next use.
     doubted: bool,
     buffer: Vec<u8>,
 }
@@ -36,7 +36,7 @@ pub struct Slots<D> {
 /// An image as it was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// In which slot.
+    /// Its slot.
     pub slot: usize,
     /// Its numbers.
     pub stamp: Stamp,
@@ -47,9 +47,9 @@ pub struct Found {
 /// The state of all slots.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// How the file is divided.
+    /// The division of the file into slots.
     pub geometry: Geometry,
-    /// Whether the device is as long as it should be.
+    /// Whether the device has its full length.
     pub whole: bool,
     /// Slot by slot.
     pub slots: Vec<Result<Stamp, BadSlot>>,
@@ -57,17 +57,17 @@ pub struct Survey {
     pub newest: Option<Found>,
 }
 
-/// Why a device has no slots for us.
+/// Why a device is unusable.
 #[derive(Debug)]
 pub enum Unusable {
-    /// It is not ours to touch.
+    /// Its header is not that of a file of ours.
     Header(BadHeader),
     /// It cannot be read.
     Io(io::Error),
 }
 
 impl<D: Device> Slots<D> {
-    /// Makes a device ready: every byte is written, so that no later write needs room.
+    /// Formats a device: writes every byte, so that no later write needs room.
     ///
     /// # Errors
     /// The device's.
@@ -137,12 +137,11 @@ impl<D: Device> Slots<D> {
         self.sequence = self.sequence.max(sequence);
     }
 
-    /// Writes an image; its sequence is given here. Once this returns, it is durable; the number
-    /// of bytes written is told.
+    /// Writes an image, and sets its sequence number. Returns after the image is durable, with the
+    /// number of bytes written.
     ///
     /// # Errors
-    /// The device's, or the content is longer than a slot; the image that was durable before still
-    /// is.
+    /// The device's, or the content is longer than a slot; the previous image stays durable.
     pub fn save(&mut self, stamp: Stamp, content: &[u8]) -> io::Result<(Stamp, usize)> {
         if !self.geometry.fits(content.len()) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "longer than a slot"));
@@ -150,7 +149,7 @@ impl<D: Device> Slots<D> {
         if self.doubted {
             self.open_anew()?;
         } else if read_geometry(&mut self.device)? != Ok(self.geometry) {
-            // Emptied or overwritten from outside: the next start would not find the image.
+            // The file was emptied or overwritten: the next start would not find the image.
             return Err(io::Error::new(io::ErrorKind::NotFound, NOT_OURS));
         }
         let slot = self.next_slot();
@@ -171,11 +170,12 @@ impl<D: Device> Slots<D> {
         Ok((stamp, self.buffer.len()))
     }
 
-    /// Whether an image that was written is still there for who looks for it by name: the file is
-    /// whole, and the slot reads back.
+    /// Whether the file at the path still holds a written image: the file has its full length, and
+    /// the slot reads back.
     ///
     /// # Errors
-    /// `NotFound`: it is another file, or none, or not whole; else the device's.
+    /// `NotFound`: the path has a different file or none, or the file is too short; else the
+    /// device's.
     pub fn has(&mut self, stamp: &Stamp, content: &[u8]) -> io::Result<bool> {
         let read = self.read_back(stamp, content);
         self.doubted |= read.is_err();
@@ -195,15 +195,15 @@ impl<D: Device> Slots<D> {
         Ok(read_slot(&self.buffer[..count], self.geometry.id) == Ok((*stamp, content)))
     }
 
-    /// Whether a write failed, so that it is not known which image a start would find.
+    /// Whether a write failed, so that the image that a start would find is unknown.
     pub fn is_doubted(&self) -> bool {
         self.doubted
     }
 
-    /// The newest image that is on the device now.
+    /// The newest image on the device.
     ///
     /// # Errors
-    /// The device's; `NotFound`: it is not ours any more.
+    /// The device's; `NotFound`: the path has a different file or none.
     pub(crate) fn newest(&mut self) -> io::Result<Option<Found>> {
         self.device.in_place()?;
         match survey(&mut self.device) {
@@ -213,7 +213,7 @@ impl<D: Device> Slots<D> {
         }
     }
 
-    /// The slot whose image is worth least, of those that may be written.
+    /// The slot to write next: the one with the oldest image, or with none.
     fn next_slot(&self) -> usize {
         let slots = (0..self.held.len()).filter(|slot| Some(*slot) != self.durable);
         slots.min_by_key(|slot| self.held[*slot]).unwrap_or(0)

@@ -1,15 +1,15 @@
 //! Signs of life of the scan thread, and the request to stop, as atomics.
 //!
-//! The scan thread says when a scan is due, when it begins and when it ends; the monitor thread
-//! looks from outside. Who of the two calls a scan too long, or missing, is settled by one
-//! compare-and-swap, so both agree.
+//! The scan thread notes when a scan is due, when it begins and when it ends; the monitor thread
+//! reads this. One compare-and-swap decides whether a scan counts as too long or missing, so both
+//! threads agree.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
 const IDLE: u64 = 0;
 const TRIPPED: u64 = u64::MAX;
 
-/// How the scan thread is.
+/// The state of the scan thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Life {
@@ -45,14 +45,14 @@ impl Default for Beat {
 }
 
 impl Beat {
-    /// A scan is due then; nothing changes where the monitor has called the last one missing.
+    /// Sets the deadline of the next scan, unless the monitor has reported the last one as missing.
     pub fn expect(&self, due_ns: u64) {
         let due_ns = due_ns.clamp(1, TRIPPED - 1);
         let (order, failed) = (Ordering::AcqRel, Ordering::Acquire);
         let _ = self.due_ns.compare_exchange(IDLE, due_ns, order, failed);
     }
 
-    /// The scan that was due has come; false if the monitor has called it missing meanwhile.
+    /// The due scan has come; false if the monitor has reported it as missing.
     pub fn arrive(&self) -> bool {
         self.due_ns.swap(IDLE, Ordering::AcqRel) != TRIPPED
     }
@@ -63,7 +63,7 @@ impl Beat {
         (due_ns != IDLE && due_ns != TRIPPED).then_some(due_ns)
     }
 
-    /// Calls the scan missing that was due then, if it still has not come.
+    /// Marks the scan with this deadline as missing, if it still has not come.
     pub fn miss(&self, due_ns: u64) -> bool {
         let (order, failed) = (Ordering::AcqRel, Ordering::Acquire);
         self.due_ns.compare_exchange(due_ns, TRIPPED, order, failed).is_ok()
@@ -74,12 +74,12 @@ impl Beat {
         self.scan_since_ns.store(now_ns.clamp(1, TRIPPED - 1), Ordering::Release);
     }
 
-    /// The scan is over; false if the monitor has called it too long meanwhile.
+    /// The scan is over; false if the monitor has reported it as too long.
     pub fn end(&self) -> bool {
         self.scan_since_ns.swap(IDLE, Ordering::AcqRel) != TRIPPED
     }
 
-    /// Calls the scan under way too long if it is, and was not before.
+    /// Marks the current scan as too long, if it is and is not marked yet.
     pub fn trip(&self, now_ns: u64, watchdog_ns: u64) -> bool {
         let since = self.scan_since_ns.load(Ordering::Acquire);
         if since == IDLE || since == TRIPPED || now_ns.saturating_sub(since) <= watchdog_ns {

@@ -1,15 +1,14 @@
-//! How a scan and its field devices meet: images of inputs, and how old they are.
+//! The scan's side of field devices: images of their inputs, and the age of each input.
 //!
-//! Every device has an image of its inputs. A driver's task fills it beside the scan
-//! ([`InputEnd`]), or the scan itself within it (`local`, for lines that answer at once). Images
-//! pass whole (`latest`): a scan that finds a device well sees all of one exchange. At the scan's
-//! input step `Field` takes the newest image, judges by the scan's own clock how old the last good
-//! exchange and each input is, and moves the inputs; a device whose task hangs or is gone goes
-//! stale just as one whose cable is cut. Outputs leave by the published image (`wiring`); those of
-//! a local device at the output step.
+//! Every device has an image of its inputs. A driver's task fills it outside the scan
+//! ([`InputEnd`]), or the scan fills it itself (`local`, for lines that answer at once). An image
+//! is handed over as a whole (`latest`), so a scan sees the inputs of one exchange. At the input
+//! step `Field` takes the newest image, computes the age of the last good exchange and of each
+//! input by the scan's own clock, and moves the inputs. So a device with a hanging task goes stale
+//! like a device with a cut cable. Outputs leave through the published image (`wiring`); those of a
+//! local device at the output step.
 //!
-//! Nothing on the scan's side locks, allocates or frees: local devices that failed go back by a
-//! ring.
+//! The scan's side does not lock, allocate or free: failed local devices go back through a ring.
 
 use std::sync::Arc;
 
@@ -43,14 +42,14 @@ struct Device {
     pulse: Arc<Pulse>,
     images: InputReader,
     local: Option<LocalSide>,
-    /// When the field was made, from which a first exchange is awaited.
+    /// The time from which the first exchange is awaited.
     start_ns: u64,
-    /// There was a good exchange.
+    /// Whether there was a good exchange.
     has_exchanged: bool,
     state: State,
 }
 
-/// Since when a device is lost, if it is.
+/// The state of a device, with its begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     /// No good exchange since the start.
@@ -65,8 +64,8 @@ enum State {
     },
 }
 
-/// Makes both sides for these devices. `safe`: what each Y does outside RUN; `first_output`: the
-/// cell of Y0.
+/// Makes both sides for these devices. `safe`: the safe state of each Y; `first_output`: the cell
+/// of Y0.
 pub(super) fn field(
     wirings: &[Wiring],
     safe: Vec<Safe>,
@@ -96,7 +95,7 @@ fn device(wiring: &Wiring, now_ns: u64) -> (Device, Ends) {
 }
 
 impl Field {
-    /// The input step: every device's newest image, or the values that its loss gives.
+    /// The input step: moves the inputs of every device by its newest image, or by `on-loss`.
     pub fn bring_in<M: Machine>(
         &mut self,
         machine: &mut M,
@@ -116,7 +115,7 @@ impl Field {
         }
     }
 
-    /// Whether the scan itself exchanges with any device.
+    /// Whether there is a local device.
     pub fn has_local(&self) -> bool {
         self.devices.iter().any(|device| device.local.is_some())
     }
@@ -169,7 +168,7 @@ impl Field {
     }
 }
 
-/// How a device is, by what a scan has taken of it.
+/// The state of a device in this scan.
 struct Taken {
     stale: bool,
     troubled: bool,
@@ -178,9 +177,9 @@ struct Taken {
 impl Device {
     /// Takes the newest image, if there is one.
     fn take(&mut self, now_ns: u64) -> Taken {
-        // Read before the image, so that this is at least as new: a device that is well by this has
-        // all of its last exchange there. Trouble is read behind it, too: an image of a part comes
-        // behind the word of its trouble.
+        // The pulse is read before the image, so the image is at least as new: if the last exchange
+        // was good, the image has all of it. Trouble is read again after the image, because a
+        // task reports trouble before it hands in a partial image.
         let was_troubled = self.pulse.is_troubled();
         let mut good_ns = self.pulse.good_ns();
         self.images.refresh();
@@ -203,8 +202,8 @@ impl Device {
         now_ns.saturating_sub(read_ns) > self.wiring.loss_after_ns
     }
 
-    /// Moves every input that was ever read, as its own age wants it; the others are what their
-    /// tags' `initial` says.
+    /// Moves every input that was read at least once, by its own age; the others keep their tags'
+    /// `initial`.
     fn move_inputs<M: Machine>(&self, machine: &mut M, now_ns: u64) {
         let targets = self.wiring.inputs.iter();
         let is_zero = |read_ns| self.wiring.zero_on_loss && self.is_lost(read_ns, now_ns);

@@ -52,7 +52,7 @@ impl Forces {
         }
     }
 
-    /// Gives cells other numbers; takes out those that have none.
+    /// Replaces the cells' numbers; removes cells that have no new number.
     pub(super) fn renumber(&mut self, number: impl Fn(Cell) -> Option<Cell>) {
         let mut kept = 0;
         for at in 0..self.count {

@@ -1,7 +1,7 @@
 //! The world's end of a device's inputs: a driver's task hands in the values that it has read.
 //!
 //! Images pass whole (`latest`) to the scan's end (`field`), each input with the time at which it
-//! was read. No age is judged here: a task cannot claim to be well for longer than it is.
+//! was read. Ages are computed in the scan, so a hanging task cannot look healthy.
 
 use std::fmt;
 use std::sync::Arc;

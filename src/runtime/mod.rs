@@ -1,12 +1,12 @@
-//! The scan thread and its meeting point with the world.
+//! The scan thread, the monitor thread, and the exchange of data with other threads.
 //!
 //! [`prepare`] puts the scan thread and the monitor thread together and asks the machine for the
 //! real-time posture; [`Prepared::start`] lets the first scan begin. Drivers hold a
 //! [`exchange::Port`]; the log is an [`Observer`]. Deliberately absent: tokio, tracing, files, and
 //! any knowledge of names.
 //!
-//! The idea: one thread owns the engine and nothing else does. All it says leaves it by rings,
-//! all it hears comes by rings and atomics, so that no other thread can make it wait.
+//! The idea: only one thread owns the engine. Its data leave through rings and arrive through rings
+//! and atomics, so no other thread can make it wait.
 
 mod beat;
 pub mod command;
@@ -61,13 +61,16 @@ pub use swap::{Contents, Package, Reloader};
 pub(crate) use swap::{Generations, Swapped};
 pub use sys::monotonic_ns;
 
+use crate::engine::Layout;
+use crate::isa::status::st;
+use crate::isa::{Bit, BitSpace};
 use beat::{Beat, Life};
 use exchange::Port;
 use field::Ends;
 use pacing::{Clock, MonotonicClock};
 use wiring::Wiring;
 
-/// All that the two threads are told at start.
+/// The settings of the two threads at the start.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// Period, watchdog, number of scans, reports.
@@ -76,20 +79,20 @@ pub struct Settings {
     pub memory: Memory,
     /// The cells whose changes the log reports.
     pub watched: Watched,
-    /// The posture that is asked of the machine.
+    /// The posture that the machine is asked for.
     pub posture: Posture,
     /// The field devices, by number.
     pub field: Vec<Wiring>,
 }
 
-/// How much of the machine's memory the world sees, and where its inputs and outputs lie.
+/// The public part of memory, and the places of inputs and outputs in it.
 #[derive(Clone, Debug)]
 pub struct Memory {
-    /// How many X there are.
+    /// The number of X.
     pub inputs: u32,
     /// Public bits; they come first in the image.
     pub bits: usize,
-    /// Public words; likewise.
+    /// Public words; they come first in the image as well.
     pub words: usize,
     /// The cell of Y0; Y1 and so on follow it.
     pub first_output: usize,
@@ -97,6 +100,20 @@ pub struct Memory {
     pub forces_active: usize,
     /// The safe state of each Y, outside RUN.
     pub safe: Vec<Safe>,
+}
+
+impl Memory {
+    /// The memory of a program with this layout.
+    pub fn new(layout: &Layout, safe: Vec<Safe>) -> Memory {
+        Memory {
+            inputs: layout.sizes().x,
+            bits: layout.bit_count() as usize,
+            words: layout.word_count() as usize,
+            first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
+            forces_active: layout.bit(Bit::Space(BitSpace::St, st::FORCES_ACTIVE)).0 as usize,
+            safe,
+        }
+    }
 }
 
 /// The scan thread and the monitor, ready to go; the scan thread waits with its posture taken.
@@ -121,20 +138,20 @@ pub(crate) struct Gauge {
 }
 
 impl Gauge {
-    /// Records that the scan thread could not tell, since the process started.
+    /// The records that were dropped since the process started.
     pub fn records_dropped(&self) -> u64 {
         self.records_dropped.load(Ordering::Relaxed)
     }
 }
 
-/// How the two threads are.
+/// The state of the two threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
-    /// Both live (or the scan thread is lost, and the monitor shows it as a fault).
+    /// Both live; or the scan thread is lost, and the monitor has reported a fault.
     Running,
-    /// The scan thread has ended as it should, and all it left was handed on.
+    /// The scan thread has ended in order, and all its messages were handed on.
     Over,
-    /// The monitor has ended (a bug): the images of the world stand still.
+    /// The monitor has ended (a bug): images do not change any more.
     Blind,
 }
 
@@ -300,7 +317,7 @@ impl Runtime {
         self.port.clone()
     }
 
-    /// Asks for the orderly stop; returns at once.
+    /// Requests the orderly stop; returns at once.
     pub fn request_stop(&self) {
         self.beat.request_stop();
     }
@@ -310,7 +327,7 @@ impl Runtime {
         self.beat.pulses()
     }
 
-    /// Whether both threads still do their work.
+    /// Whether both threads still work.
     pub fn state(&self) -> State {
         match (self.monitor.is_finished(), self.beat.life()) {
             (false, _) => State::Running,
@@ -319,14 +336,14 @@ impl Runtime {
         }
     }
 
-    /// The scan thread's last word, once it is [`State::Over`].
+    /// The scan thread's report, after [`State::Over`].
     pub fn join(self) -> Option<Report> {
         let _ = self.monitor.join();
         self.scan.join().ok()
     }
 }
 
-/// Says how the scan thread ended, also when that is by a panic.
+/// Reports the scan thread's end, also after a panic.
 struct Ending<'a>(&'a Beat);
 
 impl Drop for Ending<'_> {

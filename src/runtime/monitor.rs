@@ -1,13 +1,13 @@
 //! The world's thread beside the scan thread: it shows the images, and it watches the scan.
 //!
 //! A few hundred times a second it makes the latest image visible in the port, hands records to
-//! the [`Observer`] (which must not block: the log's own writer sees to that), and looks whether
-//! the scan under way has outlived the watchdog, or the scan that is due has not come for as long.
-//! Neither can be left from inside; seen from outside it is a fault with outputs safe, and since no
-//! sign of life comes any more, systemd's watchdog will end the process.
+//! the [`Observer`] (which must not block: the log's own writer sees to that), and checks whether
+//! the current scan takes longer than the watchdog, or a due scan is missing for as long. The scan
+//! thread cannot end such a scan; the monitor reports a fault and makes outputs safe. As no sign of
+//! life comes any more, systemd's watchdog then ends the process.
 //!
-//! Where the whole process stood still (SIGSTOP, a machine that paused), the monitor did too: it
-//! then gives the scan thread one more watchdog of time to come.
+//! If the whole process stood still (SIGSTOP, a paused machine), so did the monitor: then it gives
+//! the scan thread one more watchdog time.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -26,13 +26,13 @@ pub trait Observer: Send {
     fn record(&mut self, record: &Record);
     /// A report of statistics is due.
     fn statistics(&mut self, statistics: &Statistics);
-    /// So many more records were dropped, since the ring was full.
+    /// This number of further records was dropped, as the ring was full.
     fn dropped(&mut self, records: u64);
-    /// The monitor itself has called a fault.
+    /// The monitor itself has reported a fault.
     fn tripped(&mut self, reason: FaultReason, now_ns: u64);
-    /// At every turn, behind all of the above.
+    /// The end of every turn, after all calls above.
     fn turn(&mut self, latest: &Snapshot, now_ns: u64);
-    /// The scan thread has ended, and nothing comes any more.
+    /// The scan thread has ended; no further call follows.
     fn ended(&mut self, now_ns: u64);
 }
 
@@ -60,7 +60,7 @@ pub(super) struct Grace {
 }
 
 impl<O: Observer> Monitor<O> {
-    /// One turn; false once the scan thread has ended and all it left is handed on.
+    /// One turn; false once the scan thread has ended and all its messages are handed on.
     pub fn turn(&mut self, now_ns: u64) -> bool {
         faults::point(Point::Monitor);
         let life = self.beat.life();
@@ -75,8 +75,8 @@ impl<O: Observer> Monitor<O> {
     }
 
     fn read_journal(&mut self) {
-        // No more than was there at first: a scan thread that tells more and more may not keep
-        // the watching from its turn.
+        // Only the records that were there at first: many new records must not delay the check of
+        // the watchdog.
         for _ in 0..self.journal.records.slots() {
             if let Ok(record) = self.journal.records.pop() {
                 self.observer.record(&record);

@@ -1,7 +1,7 @@
-//! What the scan thread does with an operator's commands: between two scans, or at a tick. Where
-//! scans are far apart, it looks for commands while it waits.
+//! Executes an operator's commands on the scan thread: between two scans, or at a tick. With a long
+//! period it also looks for commands while it waits.
 //!
-//! Called by `scanner`, which gives the answers once what was done is published. Like all of the
+//! Called by `scanner`, which sends the answers after the effects are published. Like the whole
 //! scan thread it allocates, locks and logs nothing.
 
 use super::command::{Answer, Before, Command, Denial};
@@ -13,8 +13,9 @@ use super::swap::NO_PROGRAM;
 use crate::engine::Cell;
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
-    /// Sleeps until the deadline, or until the last scan is asked for, which then comes at once.
-    /// On a long way there the thread shows that it lives, and obeys, every [`TICK_NS_MAX`].
+    /// Sleeps until the deadline, or until the last scan is requested, which then comes at once.
+    /// During a long wait the thread gives a sign of life and executes commands every
+    /// [`TICK_NS_MAX`].
     pub(super) fn wait_until(&mut self, deadline_ns: u64) {
         loop {
             let now_ns = self.clock.now_ns();
@@ -28,7 +29,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         }
     }
 
-    /// Between two scans that are far apart; false where the next one is not to be waited for.
+    /// Executes commands during a long wait; false if the thread must not wait for the next scan.
     fn pause(&mut self) -> bool {
         self.beat.pulse();
         if self.side.orders.wait() {
@@ -44,7 +45,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.mode == Mode::Run && self.stopping.is_none() && !self.beat.stop_requested()
     }
 
-    /// Takes what waits, in order. What is behind a stop waits for the mode that it leads to.
+    /// Executes the waiting commands in order. Commands after a stop wait for its mode.
     pub(super) fn obey(&mut self, now_ns: u64) {
         while let Some((id, command)) = self.side.orders.next() {
             let answer = match self.denies(command) {
@@ -141,7 +142,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         (value, self.forces.has(cell))
     }
 
-    /// A scan publishes by itself, a tick when it is told to.
+    /// Makes the next tick publish an image; a scan always does.
     fn show(&mut self, now_ns: u64) {
         self.unpublished = self.mode != Mode::Run;
         if let Mode::Stop(_) = self.mode {

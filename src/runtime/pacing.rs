@@ -47,13 +47,13 @@ impl Grid {
         self.deadline_ns
     }
 
-    /// Points come so often from here on; the one that is due stays where it is.
+    /// Sets the period after the point that is due next; that point stays.
     pub fn change(&mut self, period_ns: u64) {
         self.period_ns = period_ns.max(1);
     }
 
-    /// Goes on to the first point that does not lie before `end_ns`, and tells how many points
-    /// between were skipped: 0 unless the scan overran.
+    /// Moves on to the first point at or after `end_ns`. Returns the number of points that were
+    /// skipped: 0 unless the scan overran.
     pub fn advance(&mut self, end_ns: u64) -> u64 {
         self.deadline_ns += self.period_ns;
         let behind_ns = end_ns.saturating_sub(self.deadline_ns);

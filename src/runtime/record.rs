@@ -1,8 +1,8 @@
 //! Messages of the scan thread to the log: small records through a ring that never blocks it.
 //!
-//! The scan thread writes numbers; names and sentences are made by whoever reads the ring. Where
-//! the reader is too slow, records are dropped and counted. Alarms and logged tags are compared
-//! here, scan by scan, so that the log misses no change and knows how long a bit was ON.
+//! The scan thread writes numbers; the reader of the ring makes names and sentences. If the reader
+//! is too slow, records are dropped and counted. Alarms and logged tags are compared here in every
+//! scan, so the log misses no change and knows how long a bit was ON.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,14 +13,14 @@ use super::exchange::Mode;
 use super::statistics::Statistics;
 use crate::engine::{BitCell, BlockEvent, WordCell};
 
-/// How many records wait for their reader before further ones are dropped.
+/// The greatest number of records that wait for their reader; further ones are dropped.
 const RECORDS_MAX: usize = 4096;
-/// The same for reports of statistics, of which there is one in many seconds.
+/// The same for reports of statistics, which come every few seconds at most.
 const REPORTS_MAX: usize = 4;
 /// Overruns after the first are summed up over this time.
 const OVERRUN_SUMMARY_NS: u64 = 10_000_000_000;
 
-/// Something that happened, and in which scan.
+/// An event and its scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
     /// The scan: 1 is the first since the process started.
@@ -31,7 +31,7 @@ pub struct Record {
     pub what: What,
 }
 
-/// By watch: which watch of the old program it goes on from.
+/// For each watch of the new program, the watch of the old program that it continues.
 #[derive(Clone, Debug, Default)]
 #[allow(missing_docs)]
 pub struct Carried {
@@ -47,11 +47,11 @@ pub enum What {
     Mode(Mode),
     /// A block or Stage.
     Block(BlockEvent),
-    /// So many events of blocks in this scan were too many to tell.
+    /// The number of events of blocks in this scan that could not be reported.
     EventsLost(u32),
     /// A watched bit, by its position in [`Watched::bits`]; how long it was in its old state.
     Bit { watch: u32, on: bool, after_ns: u64 },
-    /// From here on all numbers belong to the new program.
+    /// A swap: the numbers in all later records belong to the new program.
     Swapped { generation: u32, swap_ns: u64 },
     /// A field device, by its number.
     Device { device: u32, edge: DeviceEdge },
@@ -67,15 +67,15 @@ pub enum What {
 pub enum DeviceEdge {
     /// Its first good exchange.
     Present,
-    /// It has been awaited for as long as it may be lost.
+    /// No first exchange came within its `loss-after`.
     Absent,
     /// Its last good exchange is too long ago.
     Lost,
     /// It exchanges again.
     Back {
-        /// After so long.
+        /// The time for which it was lost.
         lost_ns: u64,
-        /// And this number of scans.
+        /// The scans in that time.
         scans: u64,
     },
 }
@@ -132,7 +132,7 @@ pub(super) struct Watches {
 }
 
 impl Watches {
-    /// From the memory of a cold start: an alarm that is ON there is news.
+    /// Begins with the memory of a cold start; an alarm that is ON there is reported.
     pub fn new(watched: &Watched, words: &[i32], now_ns: u64) -> Watches {
         Watches {
             bits: watched.bits.iter().map(|cell| (*cell, false, now_ns)).collect(),
@@ -140,8 +140,8 @@ impl Watches {
         }
     }
 
-    /// Goes on from the watches before it. A bit that was not watched is news when it is ON; a word
-    /// is none.
+    /// Continues the watches of the old program. A new watched bit is reported if it is ON; a new
+    /// watched word is not.
     pub fn carry(&mut self, old: &Watches, carried: &Carried, words: &[i32], now_ns: u64) {
         for (bit, from) in self.bits.iter_mut().zip(&carried.bits) {
             let known = from.and_then(|at| old.bits.get(at as usize));
@@ -173,7 +173,7 @@ impl Watches {
     }
 }
 
-/// Sums up overruns, so that a controller that is always late does not fill its log with it.
+/// Sums up overruns, so that a controller that always overruns does not fill its log.
 #[derive(Default)]
 pub(super) struct OverrunSummary {
     count: u32,

@@ -6,7 +6,7 @@
 //!
 //! Modes are those of `docs/semantics.md`, section 4. An engine that panics, and a scan that takes
 //! longer than the watchdog allows, is a fault; that scan is not complete: its image is not
-//! published, its writes are refused, and what is to be held is the scan's before it.
+//! published, its writes are refused, and held outputs keep the values of the scan before it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -23,25 +23,25 @@ use super::statistics::{Books, Meter, Statistics};
 use super::swap::{Package, Swapped, Swaps};
 use crate::faults::{self, Point};
 
-/// The first report of statistics comes after this time, where they are not wanted sooner.
+/// The longest time until the first report of statistics.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
-/// From tick to tick in STOP and FAULT, at most; and from look to look whether commands wait, where
-/// scans are further apart.
+/// The longest time between two ticks in STOP and FAULT, and between two looks for commands while
+/// the thread waits for a distant scan.
 pub(super) const TICK_NS_MAX: u64 = 100_000_000;
-/// For how many ticks the thread waits, at its end, for a spare snapshot to show STOP with.
+/// The number of ticks for which the thread waits, at its end, for a spare snapshot to show STOP.
 const LAST_TICKS_MAX: u32 = 1000;
 
 /// The scanner's settings at the start.
 #[derive(Clone, Debug)]
 pub struct Pace {
-    /// How often scans come, and how long one may take.
+    /// The period and the watchdog.
     pub tempo: Tempo,
-    /// The orderly stop comes with this scan.
+    /// The number of the scan after which the controller stops in order.
     pub scans: Option<u64>,
-    /// From report to report of statistics; `None`: there are none.
+    /// The time between two reports of statistics; `None`: there are none.
     pub statistics_every_ns: Option<u64>,
-    /// Do not scan at first, for this reason: memory is as after a cold start until an operator
-    /// runs it.
+    /// Start in STOP for this reason: no scan, and memory as after a cold start, until an operator
+    /// runs the controller.
     pub start_in_stop: Option<StopReason>,
 }
 
@@ -80,7 +80,7 @@ pub struct Scanner<M, C> {
     scans: u64,
     /// Why the engine was asked to stop, if it was.
     pub(super) stopping: Option<StopReason>,
-    /// STOP is to be shown, and no snapshot was spare for it.
+    /// Whether STOP has not been published yet, for want of a spare snapshot.
     pub(super) unpublished: bool,
     last_ticks: u32,
     next_report_ns: u64,
@@ -243,7 +243,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     fn scan(&mut self, woke_ns: u64, lateness_ns: u64) {
         self.beat.begin(woke_ns);
         if !self.beat.arrive() {
-            // It has been called missing, and outputs are safe already.
+            // The monitor has reported the scan as missing, and outputs are safe already.
             let _ = self.beat.end();
             return self.fail(FaultReason::ScanNeverBegins, woke_ns);
         }
@@ -314,7 +314,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         true
     }
 
-    /// Local outputs, watched as the scan is.
+    /// Writes local outputs; the watchdog covers that time too.
     fn bring_out(&mut self) -> Result<(), FaultReason> {
         if !self.field.has_local() {
             return Ok(());
@@ -370,7 +370,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.enter(Mode::Fault(reason), now_ns);
     }
 
-    /// STOP and FAULT: nothing is scanned, the thread shows that it lives.
+    /// A tick in STOP and FAULT: no scan, but a sign of life.
     fn tick(&mut self, now_ns: u64) {
         self.side.refuse_waiting();
         self.field.tick((!matches!(self.mode, Mode::Fault(_))).then(|| self.machine.image()));
@@ -412,7 +412,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     fn enter(&mut self, mode: Mode, now_ns: u64) {
         (self.mode, self.since_ns, self.ending) = (mode, now_ns, false);
         if mode != Mode::Run {
-            // An operator is not to wait for a long period.
+            // An operator must not wait for a long period.
             self.grid = Grid::new(now_ns, self.pace.tempo.period_ns.min(TICK_NS_MAX));
         }
         self.journal.tell(self.scans, now_ns, What::Mode(mode));

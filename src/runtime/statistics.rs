@@ -163,7 +163,7 @@ impl Books {
         }
     }
 
-    /// The statistics since the last call, which it begins anew.
+    /// The statistics since the last call; begins the next interval.
     pub fn take_report(&mut self, now_ns: u64) -> Statistics {
         let statistics = self.report.statistics(now_ns);
         self.report.clear(now_ns);

@@ -1,10 +1,11 @@
-//! A program on its way to the scan thread, and the one before it on its way back.
+//! Swaps programs: the new one goes to the scan thread, and the old one comes back.
 //!
 //! An ordinary thread makes a [`Package`]: the machine with its memory as after a cold start, what
-//! it takes over, snapshots of its shape. It goes in by a ring, a [`Command::Swap`] says so, and
-//! the scan thread swaps between two scans; the package comes back with the old machine in it, to
-//! be dropped elsewhere. What the world knows of programs it keeps by generation ([`Generations`]):
-//! every snapshot tells its own, so nobody reads an image by another program's layout.
+//! it takes over, snapshots of its shape. It goes in through a ring with a [`Command::Swap`], and
+//! the scan thread swaps between two scans. The package comes back with the old machine, which is
+//! dropped outside the scan thread. Readers keep their data about programs by generation
+//! ([`Generations`]): every snapshot has its generation, so no image is read with the layout of a
+//! different program.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -18,7 +19,7 @@ use super::machine::Machine;
 use super::record::{Carried, Watched, Watches};
 use crate::engine::{Cell, Transfer};
 
-/// How many packages may be on their way.
+/// The greatest number of packages under way.
 const PACKAGES_MAX: usize = 4;
 /// A program of this number is never handed in.
 pub(super) const NO_PROGRAM: u32 = u32::MAX;
@@ -46,7 +47,7 @@ pub struct Package<M> {
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
 
-/// How a swap was.
+/// The facts of a swap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Swapped {
     /// How long it took.
@@ -189,7 +190,7 @@ impl<M> Swaps<M> {
     }
 }
 
-/// Something for each program that may still be met in a snapshot.
+/// Data for each program that a snapshot may still belong to.
 #[derive(Debug)]
 pub struct Generations<T>(Arc<Mutex<List<T>>>);
 

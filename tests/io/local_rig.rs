@@ -6,7 +6,7 @@ use std::thread::{self, ThreadId};
 use std::time::Duration;
 
 use rungd::engine::{Cell as MemoryCell, Engine, Transfer};
-use rungd::isa::{Address, Bit, BitSpace};
+use rungd::isa::Address;
 use rungd::lower::lower;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
@@ -170,14 +170,7 @@ pub fn rig() -> Rig {
             statistics_every_ns: None,
             start_in_stop: None,
         },
-        memory: Memory {
-            inputs: program.sizes.x,
-            bits: layout.bit_count() as usize,
-            words: layout.word_count() as usize,
-            first_output: layout.bit(Bit::Space(BitSpace::Y, 0)).0 as usize,
-            forces_active: layout.bit(Bit::Space(BitSpace::St, 9)).0 as usize,
-            safe,
-        },
+        memory: Memory::new(layout, safe),
         watched: Watched::default(),
         posture: Posture::default(),
         field: vec![wiring],
