@@ -239,9 +239,15 @@ impl Scans {
 const ROUNDS: usize = 4;
 
 /// Two controllers at once, each on a disk of its own, and for a time something happens to one of
-/// them. The scans of that one, and of the other, its control.
-fn with_control(time: Duration, happens: impl Fn(&OnDisk, bool)) -> Option<[Scans; 2]> {
-    let (troubled, control) = (OnDisk::new()?, OnDisk::new()?);
+/// them. The scans of that one, and of the other, its control. The start of the second one disturbs
+/// the first, so the trouble meets them in turns, by the round.
+fn with_control(
+    round: usize,
+    time: Duration,
+    happens: impl Fn(&OnDisk, bool),
+) -> Option<[Scans; 2]> {
+    let (first, second) = (OnDisk::new()?, OnDisk::new()?);
+    let (troubled, control) = if round % 2 == 1 { (second, first) } else { (first, second) };
     std::thread::sleep(Duration::from_millis(200));
     happens(&troubled, true);
     let begin = status(&troubled.plant).expect("it answers");
@@ -258,7 +264,7 @@ fn with_control(time: Duration, happens: impl Fn(&OnDisk, bool)) -> Option<[Scan
 fn stall(time: Duration) {
     for round in 1..=ROUNDS {
         let stalls = |on: &OnDisk, begins: bool| on.disk.freeze(begins);
-        let Some([stalled, control]) = with_control(time, stalls) else {
+        let Some([stalled, control]) = with_control(round, time, stalls) else {
             return skip(Need::Ext4, "no ext4 on a loop device to be had");
         };
         if stalled.are_as_good_as(&control) {
@@ -278,8 +284,9 @@ fn the_control_shows_a_controller_that_is_held_up() {
             on.running.signal("CONT");
         }
     };
-    for _ in 0..ROUNDS {
-        let Some([held_up, control]) = with_control(Duration::from_millis(400), held_up) else {
+    for round in 1..=ROUNDS {
+        let time = Duration::from_millis(400);
+        let Some([held_up, control]) = with_control(round, time, held_up) else {
             return skip(Need::Ext4, "no ext4 on a loop device to be had");
         };
         if !held_up.are_as_good_as(&control) {
