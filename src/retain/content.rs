@@ -8,37 +8,21 @@ use std::collections::{HashMap, HashSet};
 
 use crate::isa::{Address, BitSpace, Space, WordSpace};
 
-/// The kind of an element. The file holds its number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u8)]
-#[allow(missing_docs)]
-pub enum ElementKind {
-    C = 1,
-    Mc = 2,
-    Mi = 3,
-    V = 4,
-    D = 5,
-    Mhr = 6,
-    Mir = 7,
-    Ct = 8,
-    T = 9,
-    N = 10,
-}
-
 /// How many bytes of bits a structure has: those that a program sees, then its owner's own.
 pub(crate) const RECORD_BYTES: usize = 8;
 
-const KINDS: [ElementKind; 10] = [
-    ElementKind::C,
-    ElementKind::Mc,
-    ElementKind::Mi,
-    ElementKind::V,
-    ElementKind::D,
-    ElementKind::Mhr,
-    ElementKind::Mir,
-    ElementKind::Ct,
-    ElementKind::T,
-    ElementKind::N,
+/// The spaces of elements, each with its number in the file, which never changes.
+const NUMBERS: [(u8, Space); 10] = [
+    (1, Space::Bit(BitSpace::C)),
+    (2, Space::Bit(BitSpace::Mc)),
+    (3, Space::Bit(BitSpace::Mi)),
+    (4, Space::Word(WordSpace::V)),
+    (5, Space::Word(WordSpace::D)),
+    (6, Space::Word(WordSpace::Mhr)),
+    (7, Space::Word(WordSpace::Mir)),
+    (8, Space::Counter),
+    (9, Space::Timer),
+    (10, Space::Sensaphone),
 ];
 
 /// Of a run's flags: its program terminates these elements.
@@ -47,14 +31,14 @@ const TERMINATED: u8 = 1;
 /// The most elements that are believed: more than all of memory.
 const ELEMENTS_MAX: u64 = 1 << 20;
 
-/// One element: `D5` is kind D, number 5.
-pub(crate) type Element = (ElementKind, u32);
+/// One element: `D5` is number 5 of the space D.
+pub(crate) type Element = (Space, u32);
 
 /// Neighbouring elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// Of this kind.
-    pub kind: ElementKind,
+    /// In this space.
+    pub space: Space,
     /// From this number on.
     pub first: u32,
     /// The number of elements.
@@ -87,81 +71,52 @@ pub struct Content {
     pub terminated: HashSet<Element>,
 }
 
-impl ElementKind {
-    /// As addresses are written: `CT`.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            ElementKind::C => "C",
-            ElementKind::Mc => "MC",
-            ElementKind::Mi => "MI",
-            ElementKind::V => "V",
-            ElementKind::D => "D",
-            ElementKind::Mhr => "MHR",
-            ElementKind::Mir => "MIR",
-            ElementKind::Ct => "CT",
-            ElementKind::T => "T",
-            ElementKind::N => "N",
-        }
-    }
-
-    /// The type of a value: only an element of the same type takes it.
-    pub(crate) fn type_name(self) -> &'static str {
-        match self {
-            ElementKind::C | ElementKind::Mc | ElementKind::Mi => "a bit",
-            ElementKind::V | ElementKind::Mhr | ElementKind::Mir => "a 16-bit word",
-            ElementKind::D => "a 32-bit word",
-            ElementKind::Ct => "a counter",
-            ElementKind::T => "a timer",
-            ElementKind::N => "a Sensaphone counter",
-        }
-    }
-
-    /// How many bytes a value has.
-    pub(crate) fn value_bytes(self) -> usize {
-        match self {
-            ElementKind::C | ElementKind::Mc | ElementKind::Mi => 1,
-            ElementKind::V | ElementKind::D | ElementKind::Mhr | ElementKind::Mir => 4,
-            ElementKind::Ct | ElementKind::T => 4 + RECORD_BYTES,
-            ElementKind::N => 8 + RECORD_BYTES,
-        }
-    }
-
-    /// The range of a word of this kind.
-    pub(crate) fn range(self) -> (i32, i32) {
-        match self {
-            ElementKind::C | ElementKind::Mc | ElementKind::Mi => (0, 1),
-            ElementKind::V | ElementKind::Mhr | ElementKind::Mir => (0, 0xFFFF),
-            ElementKind::D | ElementKind::Ct | ElementKind::T => (i32::MIN, i32::MAX),
-            ElementKind::N => (i32::from(i16::MIN), i32::from(i16::MAX)),
-        }
-    }
-
-    fn of(code: u8) -> Option<ElementKind> {
-        KINDS.into_iter().find(|kind| *kind as u8 == code)
+/// The type of a value: only an element of the same type takes it.
+pub(super) fn type_name(space: Space) -> &'static str {
+    match space {
+        Space::Bit(_) => "a bit",
+        Space::Word(WordSpace::V | WordSpace::Mhr | WordSpace::Mir) => "a 16-bit word",
+        Space::Word(WordSpace::D | WordSpace::Dst) => "a 32-bit word",
+        Space::Counter => "a counter",
+        Space::Timer => "a timer",
+        Space::Sensaphone => "a Sensaphone counter",
     }
 }
 
-/// The kind of a space that can be retained.
-pub(super) fn kind_of(space: Space) -> Option<ElementKind> {
-    Some(match space {
-        Space::Bit(BitSpace::C) => ElementKind::C,
-        Space::Bit(BitSpace::Mc) => ElementKind::Mc,
-        Space::Bit(BitSpace::Mi) => ElementKind::Mi,
-        Space::Word(WordSpace::V) => ElementKind::V,
-        Space::Word(WordSpace::D) => ElementKind::D,
-        Space::Word(WordSpace::Mhr) => ElementKind::Mhr,
-        Space::Word(WordSpace::Mir) => ElementKind::Mir,
-        Space::Counter => ElementKind::Ct,
-        Space::Timer => ElementKind::T,
-        Space::Sensaphone => ElementKind::N,
-        Space::Bit(_) | Space::Word(WordSpace::Dst) => return None,
-    })
+/// How many bytes a value has.
+pub(super) fn value_bytes(space: Space) -> usize {
+    match space {
+        Space::Bit(_) => 1,
+        Space::Word(_) => 4,
+        Space::Counter | Space::Timer => 4 + RECORD_BYTES,
+        Space::Sensaphone => 8 + RECORD_BYTES,
+    }
+}
+
+/// The range of a word, or of a structure's `.Acc`.
+pub(super) fn range(space: Space) -> (i32, i32) {
+    match space {
+        Space::Bit(_) => (0, 1),
+        Space::Word(WordSpace::V | WordSpace::Mhr | WordSpace::Mir) => (0, 0xFFFF),
+        Space::Word(WordSpace::D | WordSpace::Dst) | Space::Counter | Space::Timer => {
+            (i32::MIN, i32::MAX)
+        }
+        Space::Sensaphone => (i32::from(i16::MIN), i32::from(i16::MAX)),
+    }
+}
+
+fn number_of(space: Space) -> u8 {
+    let row = NUMBERS.iter().find(|(_, numbered)| *numbered == space);
+    row.expect("an element can be retained").0
+}
+
+fn space_of(number: u8) -> Option<Space> {
+    NUMBERS.iter().find(|(of, _)| *of == number).map(|(_, space)| *space)
 }
 
 /// The element at an address, if it can be retained.
 pub(super) fn element_of(at: Address) -> Option<Element> {
-    let (space, number) = Space::of(at)?;
-    Some((kind_of(space)?, number))
+    Space::of(at).filter(|(space, _)| Space::RETAINABLE.contains(space))
 }
 
 /// An address as written: `CT8`.
@@ -179,15 +134,15 @@ pub(super) fn preamble(
     put_u32(&mut bytes, runs.len());
     for run in runs {
         let flags = if run.terminated { TERMINATED } else { 0 };
-        bytes.extend_from_slice(&[run.kind as u8, flags, 0, 0]);
+        bytes.extend_from_slice(&[number_of(run.space), flags, 0, 0]);
         bytes.extend_from_slice(&run.first.to_le_bytes());
         bytes.extend_from_slice(&run.count.to_le_bytes());
     }
     for list in [tags, owners] {
         put_u32(&mut bytes, list.len());
-        for (text, (kind, number)) in list {
+        for (text, (space, number)) in list {
             let length = u16::try_from(text.len()).expect("names are shorter than 64 KiB");
-            bytes.extend_from_slice(&[*kind as u8, 0]);
+            bytes.extend_from_slice(&[number_of(*space), 0]);
             bytes.extend_from_slice(&length.to_le_bytes());
             bytes.extend_from_slice(&number.to_le_bytes());
             bytes.extend_from_slice(text.as_bytes());
@@ -208,8 +163,8 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     let mut total = 0;
     for _ in 0..reader.u32()? {
         let head = reader.take(4)?;
-        let (kind, terminated) = (ElementKind::of(head[0])?, head[1] & TERMINATED != 0);
-        let run = Run { kind, first: reader.u32()?, count: reader.u32()?, terminated };
+        let (space, terminated) = (space_of(head[0])?, head[1] & TERMINATED != 0);
+        let run = Run { space, first: reader.u32()?, count: reader.u32()?, terminated };
         run.first.checked_add(run.count)?;
         total += u64::from(run.count);
         if total > ELEMENTS_MAX {
@@ -223,9 +178,9 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     for run in runs {
         for number in run.first..run.first + run.count {
             if run.terminated {
-                terminated.insert((run.kind, number));
+                terminated.insert((run.space, number));
             }
-            elements.push(((run.kind, number), reader.value(run.kind)?));
+            elements.push(((run.space, number), reader.value(run.space)?));
         }
     }
     (reader.at == bytes.len()).then_some(Content { elements, tags, owners, terminated })
@@ -255,28 +210,28 @@ impl<'a> ByteReader<'a> {
         let mut texts = Vec::new();
         for _ in 0..self.u32()? {
             let head = self.take(4)?;
-            let kind = ElementKind::of(head[0])?;
+            let space = space_of(head[0])?;
             let length = usize::from(u16::from_le_bytes([head[2], head[3]]));
             let number = self.u32()?;
             let text = self.take(length.next_multiple_of(4))?;
             let text = std::str::from_utf8(&text[..length]).ok()?;
-            texts.push((text.to_owned(), (kind, number)));
+            texts.push((text.to_owned(), (space, number)));
         }
         Some(texts)
     }
 
-    fn value(&mut self, kind: ElementKind) -> Option<Value> {
-        let (low, high) = kind.range();
+    fn value(&mut self, space: Space) -> Option<Value> {
+        let (low, high) = range(space);
         let clamped = |word: i32| word.clamp(low, high);
-        let word = match kind.value_bytes() {
+        let word = match value_bytes(space) {
             1 => i32::from(self.take(1)?[0]),
             _ => self.i32()?,
         };
         let mut value = Value { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
-        if kind == ElementKind::N {
+        if space == Space::Sensaphone {
             value.preset = clamped(self.i32()?);
         }
-        if kind >= ElementKind::Ct {
+        if matches!(space, Space::Counter | Space::Timer | Space::Sensaphone) {
             for (bit, byte) in value.record.iter_mut().zip(self.take(RECORD_BYTES)?) {
                 *bit = u8::from(*byte != 0);
             }
@@ -291,8 +246,9 @@ mod tests {
 
     #[test]
     fn a_content_that_makes_no_sense_is_refused() {
-        let runs = [Run { kind: ElementKind::D, first: 3, count: 2, terminated: false }];
-        let tags = [("level".to_owned(), (ElementKind::D, 4))];
+        let runs =
+            [Run { space: Space::Word(WordSpace::D), first: 3, count: 2, terminated: false }];
+        let tags = [("level".to_owned(), (Space::Word(WordSpace::D), 4))];
         let mut bytes = preamble(&runs, &tags, &[]);
         bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);
         let content = read(&bytes).unwrap();
@@ -313,13 +269,23 @@ mod tests {
 
     #[test]
     fn values_out_of_range_are_the_nearest_in_it_and_of_an_element_in_two_runs_the_later_counts() {
-        let run = |count| Run { kind: ElementKind::V, first: 3, count, terminated: false };
+        let run =
+            |count| Run { space: Space::Word(WordSpace::V), first: 3, count, terminated: false };
         let mut bytes = preamble(&[run(2), run(1)], &[], &[]);
         [-5, 70_000, 9].iter().for_each(|word: &i32| bytes.extend(word.to_le_bytes()));
         let content = read(&bytes).unwrap();
         let words: Vec<_> = content.elements.iter().map(|(at, value)| (at.1, value.word)).collect();
         assert_eq!(words, [(3, 0), (4, 0xFFFF), (3, 9)]);
         let counts: HashMap<_, _> = content.elements.into_iter().collect();
-        assert_eq!(counts[&(ElementKind::V, 3)].word, 9, "as the plan takes them");
+        assert_eq!(counts[&(Space::Word(WordSpace::V), 3)].word, 9, "as the plan takes them");
+    }
+
+    #[test]
+    fn every_space_that_can_be_retained_has_a_number() {
+        assert_eq!(NUMBERS.map(|(_, space)| space), Space::RETAINABLE);
+        for (number, space) in NUMBERS {
+            assert_eq!((number_of(space), space_of(number)), (number, Some(space)));
+        }
+        assert_eq!([0, 11, 255].map(space_of), [None; 3]);
     }
 }

@@ -10,12 +10,13 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{
-    self, Content, Element, ElementKind, RECORD_BYTES, Run, Value, address, element_of, kind_of,
+    self, Content, Element, RECORD_BYTES, Run, Value, address, element_of, range, type_name,
+    value_bytes,
 };
 use super::limits::Limits;
 use super::owners::{Preset, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
-use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::isa::{Address, Space, Structure, Word};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 use crate::resolve::range::Range;
@@ -80,9 +81,11 @@ impl RetainPlan {
 
     /// The retained ranges in order: `C0..C7 D100`.
     pub(crate) fn ranges(&self) -> String {
-        let said = self.runs.iter().map(|run| match (run.kind, run.first + run.count - 1) {
-            (_, last) if last == run.first => address((run.kind, last)),
-            (kind, last) => format!("{}..{}", address((kind, run.first)), address((kind, last))),
+        let said = self.runs.iter().map(|run| match (run.space, run.first + run.count - 1) {
+            (_, last) if last == run.first => address((run.space, last)),
+            (space, last) => {
+                format!("{}..{}", address((space, run.first)), address((space, last)))
+            }
         });
         said.collect::<Vec<_>>().join(" ")
     }
@@ -99,7 +102,7 @@ impl RetainPlan {
 
     /// The bytes of every content.
     pub fn content_bytes(&self) -> usize {
-        let values = self.runs.iter().map(|run| run.kind.value_bytes() * run.count as usize);
+        let values = self.runs.iter().map(|run| value_bytes(run.space) * run.count as usize);
         self.preamble.len() + values.sum::<usize>()
     }
 
@@ -109,23 +112,21 @@ impl RetainPlan {
         into.extend_from_slice(&self.preamble);
         for run in &self.runs {
             let cells = |first: u32| first as usize..(first + run.count) as usize;
-            match self.first_cell(run) {
-                Some(Cell::Bit(BitCell(first))) => into.extend_from_slice(&bits[cells(first)]),
-                Some(Cell::Word(WordCell(first))) => {
-                    words[cells(first)].iter().for_each(|word| into.extend(word.to_le_bytes()));
+            match run.space.address(run.first) {
+                Address::Bit(bit) => {
+                    into.extend_from_slice(&bits[cells(self.layout.bit(bit).0)]);
                 }
-                None => {
+                Address::Word(word) => {
+                    let words = &words[cells(self.layout.word(word).0)];
+                    words.iter().for_each(|word| into.extend(word.to_le_bytes()));
+                }
+                Address::Structure(first) => {
                     for number in run.first..run.first + run.count {
-                        self.gather_structure(structure(run.kind, number), bits, words, into);
+                        self.gather_structure(first.numbered(number), bits, words, into);
                     }
                 }
             }
         }
-    }
-
-    /// The cell of a run's first element, where elements are cells.
-    fn first_cell(&self, run: &Run) -> Option<Cell> {
-        self.layout.cell(address_of((run.kind, run.first)))
     }
 
     fn gather_structure(&self, at: Structure, bits: &[u8], words: &[i32], into: &mut Vec<u8>) {
@@ -151,7 +152,7 @@ impl RetainPlan {
         let (then, now) = (Names::new(&found.tags), Names::new(&self.tags));
         let mut taken = HashSet::new();
         for run in &self.runs {
-            for element in (run.first..run.first + run.count).map(|n| (run.kind, n)) {
+            for element in (run.first..run.first + run.count).map(|n| (run.space, n)) {
                 let from = source(element, &then, &now, &values);
                 let Some(from) = from.filter(|from| same_type(*from, element)) else {
                     restoration.fresh += 1;
@@ -184,9 +185,9 @@ impl RetainPlan {
 
     fn put(&self, to: &mut Restoration, element: Element, value: &Value, owner: Option<&str>) {
         to.restored += 1;
-        let (low, high) = element.0.range();
+        let (low, high) = range(element.0);
         let word = value.word.clamp(low, high);
-        let at = address_of(element);
+        let at = element.0.address(element.1);
         let Address::Structure(structure) = at else {
             to.puts.extend(self.layout.cell(at).map(|cell| (cell, word)));
             return;
@@ -198,7 +199,7 @@ impl RetainPlan {
             to.puts.push((Cell::Word(self.layout.word(Word::Pre(n))), value.preset));
         }
         // The flags belong to the structure, the bits after them to its owner.
-        let flags = if element.0 == ElementKind::N { 5 } else { 4 };
+        let flags = if element.0 == Space::Sensaphone { 5 } else { 4 };
         let same_owner = owner.is_some() && owner == self.owners.get(&element).map(String::as_str);
         let kept = if same_owner { RECORD_BYTES } else { flags };
         let cells = self.layout.record_bits(structure);
@@ -241,7 +242,7 @@ impl RetainPlan {
     fn why(&self, element: Element, then: &Names<'_>, now: &Names<'_>) -> String {
         let moved = then.tags_of(element).iter().find_map(|tag| Some((tag, now.element(tag)?)));
         if let Some((tag, at)) = moved {
-            let (was, is) = (element.0.type_name(), at.0.type_name());
+            let (was, is) = (type_name(element.0), type_name(at.0));
             if !same_type(element, at) {
                 return format!("its type changed: `{tag}` was {was} and is {is}, {}", address(at));
             }
@@ -258,7 +259,7 @@ impl RetainPlan {
 
 /// A value as a stop would have left it.
 fn terminate(element: Element, found: &Content, value: &mut Value) {
-    if element.0 == ElementKind::N {
+    if element.0 == Space::Sensaphone {
         // The count stays; the enable bits and histories are of a rung that is false.
         let enabled_and_histories = [0, 1, 5, 6, 7];
         enabled_and_histories.into_iter().for_each(|at| value.record[at] = 0);
@@ -289,7 +290,7 @@ fn source(
 }
 
 fn same_type(a: Element, b: Element) -> bool {
-    a.0.type_name() == b.0.type_name()
+    type_name(a.0) == type_name(b.0)
 }
 
 /// Tags by name and by element.
@@ -344,7 +345,7 @@ fn told(drops: &[(Element, String)], then: &Names<'_>) -> Vec<Dropped> {
 }
 
 fn holds(run: &Run, element: Element) -> bool {
-    run.kind == element.0 && (run.first..run.first + run.count).contains(&element.1)
+    run.space == element.0 && (run.first..run.first + run.count).contains(&element.1)
 }
 
 /// Ranges in order, without overlaps, divided where termination at a stop begins or ends.
@@ -352,7 +353,7 @@ fn runs(ranges: &[Range], terminated: &HashSet<Element>) -> Vec<Run> {
     let mut divided: Vec<Run> = Vec::new();
     for run in merged(ranges) {
         for number in run.first..run.first + run.count {
-            let is = terminated.contains(&(run.kind, number));
+            let is = terminated.contains(&(run.space, number));
             match divided.last_mut() {
                 Some(last) if number > run.first && last.terminated == is => last.count += 1,
                 _ => divided.push(Run { first: number, count: 1, terminated: is, ..run }),
@@ -363,42 +364,19 @@ fn runs(ranges: &[Range], terminated: &HashSet<Element>) -> Vec<Run> {
 }
 
 fn merged(ranges: &[Range]) -> Vec<Run> {
-    let mut all: Vec<(ElementKind, u32, u32)> =
-        ranges.iter().filter_map(|r| Some((kind_of(r.space)?, r.first, r.last))).collect();
+    let kept = ranges.iter().filter(|range| Space::RETAINABLE.contains(&range.space));
+    let mut all: Vec<(Space, u32, u32)> = kept.map(|r| (r.space, r.first, r.last)).collect();
     all.sort_unstable();
     let mut runs: Vec<Run> = Vec::new();
-    for (kind, first, last) in all {
+    for (space, first, last) in all {
         if let Some(run) = runs.last_mut()
-            && run.kind == kind
+            && run.space == space
             && first <= run.first + run.count
         {
             run.count = run.count.max(last + 1 - run.first);
             continue;
         }
-        runs.push(Run { kind, first, count: last + 1 - first, terminated: false });
+        runs.push(Run { space, first, count: last + 1 - first, terminated: false });
     }
     runs
-}
-
-fn address_of((kind, n): Element) -> Address {
-    let bit = |space| Address::Bit(Bit::Space(space, n));
-    let word = |space| Address::Word(Word::Space(space, n));
-    match kind {
-        ElementKind::C => bit(BitSpace::C),
-        ElementKind::Mc => bit(BitSpace::Mc),
-        ElementKind::Mi => bit(BitSpace::Mi),
-        ElementKind::V => word(WordSpace::V),
-        ElementKind::D => word(WordSpace::D),
-        ElementKind::Mhr => word(WordSpace::Mhr),
-        ElementKind::Mir => word(WordSpace::Mir),
-        ElementKind::Ct | ElementKind::T | ElementKind::N => Address::Structure(structure(kind, n)),
-    }
-}
-
-fn structure(kind: ElementKind, n: u32) -> Structure {
-    match kind {
-        ElementKind::Ct => Structure::Counter(n),
-        ElementKind::T => Structure::Timer(n),
-        _ => Structure::Sensaphone(n),
-    }
 }

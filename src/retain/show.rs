@@ -5,11 +5,12 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::content::{self, Content, Element, ElementKind, Value, address};
+use super::content::{self, Content, Element, Value, address};
 use super::device::Device;
 use super::format::{BadSlot, FLAG_FINAL, Stamp};
 use super::slots::{Unusable, survey};
 use crate::calendar::Utc;
+use crate::isa::Space;
 
 /// The lines that describe the file.
 ///
@@ -82,21 +83,21 @@ fn values(text: &mut String, content: &Content) {
     }
 }
 
-fn held(kind: ElementKind, value: &Value) -> String {
-    let flags: &[&str] = match kind {
-        ElementKind::C | ElementKind::Mc | ElementKind::Mi => {
+fn held(space: Space, value: &Value) -> String {
+    let flags: &[&str] = match space {
+        Space::Bit(_) => {
             return if value.word != 0 { "ON" } else { "OFF" }.to_owned();
         }
-        ElementKind::V | ElementKind::D | ElementKind::Mhr | ElementKind::Mir => {
+        Space::Word(_) => {
             return value.word.to_string();
         }
-        ElementKind::Ct => &["Done", "Reset", "Zero", "DnDone"],
-        ElementKind::T => &["Done", "Reset", "Zero", "Timing"],
-        ElementKind::N => &["CU", "CD", "DN", "OV", "UN"],
+        Space::Counter => &["Done", "Reset", "Zero", "DnDone"],
+        Space::Timer => &["Done", "Reset", "Zero", "Timing"],
+        Space::Sensaphone => &["CU", "CD", "DN", "OV", "UN"],
     };
     let on = flags.iter().zip(value.record).filter(|(_, on)| *on != 0).map(|(flag, _)| *flag);
     let mut text = value.word.to_string();
-    if kind == ElementKind::N {
+    if space == Space::Sensaphone {
         let _ = write!(text, " of {}", value.preset);
     }
     on.for_each(|flag| {

@@ -3,7 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use rungd::retain::content::{self, ElementKind};
+use rungd::isa::{Space, WordSpace};
+use rungd::retain::content;
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;
 use serde_json::Value;
@@ -52,14 +53,17 @@ pub fn held(path: &Path) -> Option<Held> {
         let found = content.elements.iter().find(|(at, _)| *at == element);
         found.expect("it is retained").1.word
     };
-    let (count, sum, far) =
-        (value((ElementKind::D, 0)), value((ElementKind::D, 1)), value((ElementKind::D, 3999)));
+    let (count, sum, far) = (
+        value((Space::Word(WordSpace::D), 0)),
+        value((Space::Word(WordSpace::D), 1)),
+        value((Space::Word(WordSpace::D), 3999)),
+    );
     let wanted = i64::from(count) * (i64::from(count) + 1) / 2;
     assert_eq!((i64::from(sum), far), (wanted.min(i64::from(i32::MAX)), count), "a mixture");
     Some(Held {
         sequence: newest.stamp.sequence,
         is_final: newest.stamp.flags != 0,
         count,
-        counter: value((ElementKind::Ct, 0)),
+        counter: value((Space::Counter, 0)),
     })
 }
