@@ -8,11 +8,13 @@ use std::io::{self, Read, Write};
 use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
-use rustix::net::sockopt::{Timeout, set_socket_timeout, socket_peercred};
+use rustix::io::Errno;
+use rustix::net::sockopt::socket_peercred;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, connect, socket_with};
 
 use super::protocol::{Awaited, Refusal, Reply, Request};
@@ -29,6 +31,8 @@ const NAMES_MAX: Duration = Duration::from_secs(3);
 const TELL_AFTER: Duration = Duration::from_secs(2);
 /// The time limit for a connection, and for sending a request.
 const SEND_MAX: Duration = Duration::from_secs(5);
+/// The time between two tries to connect where the queue is full.
+const CONNECT_EVERY: Duration = Duration::from_micros(200);
 /// The longest answer.
 const ANSWER_BYTES_MAX: usize = 64 << 20;
 
@@ -94,19 +98,27 @@ pub(crate) fn ask_and_tell<T: DeserializeOwned>(
 }
 
 /// Connects, within a time limit: a process that hangs lets nobody in once its queue is full.
+///
+/// It tries again instead of waiting in `connect`: a client that waits there comes behind each one
+/// that tries again, and a crowd of those would keep it out.
 fn connected(socket: &Path) -> io::Result<UnixStream> {
-    let stream = socket_with(AddressFamily::UNIX, SocketType::STREAM, SocketFlags::CLOEXEC, None)?;
-    set_socket_timeout(&stream, Timeout::Send, Some(SEND_MAX))?;
-    connect(&stream, &SocketAddrUnix::new(socket)?).map_err(|error| {
-        match io::Error::from(error) {
-            full if full.kind() == io::ErrorKind::WouldBlock => io::Error::new(
-                io::ErrorKind::TimedOut,
-                format!("the process has let no client in for {} s: it hangs", SEND_MAX.as_secs()),
-            ),
-            other => other,
+    let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
+    let stream = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)?;
+    let (place, began) = (SocketAddrUnix::new(socket)?, Instant::now());
+    while let Err(error) = connect(&stream, &place) {
+        if error != Errno::AGAIN {
+            return Err(error.into());
         }
-    })?;
-    Ok(stream.into())
+        if began.elapsed() > SEND_MAX {
+            let limit = SEND_MAX.as_secs();
+            let why = format!("no client was let in for {limit} s: it hangs, or a crowd asks it");
+            return Err(io::Error::new(io::ErrorKind::TimedOut, why));
+        }
+        sleep(CONNECT_EVERY);
+    }
+    let stream = UnixStream::from(stream);
+    stream.set_nonblocking(false)?;
+    Ok(stream)
 }
 
 fn limit_of(request: &Request) -> Duration {
