@@ -11,7 +11,7 @@ use rustix::time::{ClockId, clock_gettime};
 use tokio::time::{Instant, sleep_until};
 
 /// All turns of a pace together take at most one part in this number of the thread's time.
-const SHARE: u32 = 2;
+const SHARE: u32 = 3;
 
 /// The time for which this thread has run on a processor.
 pub(super) fn thread_time() -> Duration {
@@ -90,10 +90,10 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn long_answers_leave_half_of_the_time_to_others() {
+    async fn long_answers_leave_most_of_the_time_to_others() {
         let ms = Duration::from_millis;
         let pace = Pace::new(ms(1), 3);
-        for (cost, least, most) in [(ms(10), ms(980), ms(1025)), (ms(0), ms(45), ms(75))] {
+        for (cost, least, most) in [(ms(10), ms(1450), ms(1540)), (ms(0), ms(45), ms(90))] {
             let start = Instant::now();
             for _ in 0..50 {
                 pace.turn().await;
