@@ -10,6 +10,7 @@ use std::sync::Arc;
 use super::allowance::Alarms;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Facts, Narration, reason, span, us};
+use crate::engine::{MathEvent, Mishap};
 use crate::events::limit::Told;
 use crate::io::device::Health;
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
@@ -310,6 +311,12 @@ impl Observer for LogWriter {
                 say!(PROGRAM_SWAPPED, scan, swap_us, "the programs are swapped");
             }
             What::Device { device, edge } => self.device(device, edge, scan),
+            What::Math(MathEvent { math, mishaps }) => {
+                let rung = self.narration.math(math);
+                let bits: Vec<_> = mishaps.each().map(Mishap::nickname).collect();
+                let bits = bits.join(" ");
+                say!(MATH_MISHAP, rung, bits, scan, "the MATH in {rung} set {bits}");
+            }
             What::EventsLost(events) => {
                 say!(
                     EVENTS_LOST,

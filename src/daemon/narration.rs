@@ -19,6 +19,8 @@ pub(super) struct Narration {
     stages: Vec<String>,
     bits: Vec<BitNews>,
     words: Vec<String>,
+    /// The rungs of MATHs, by number.
+    maths: Vec<String>,
     /// How long the program is.
     rungs: usize,
     /// How often it is scanned.
@@ -122,7 +124,8 @@ impl Narration {
         let blocks = program.blocks.iter().map(|block| (block.kind, block.name.clone()));
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
         let (rungs, tempo) = (rungs(program), Tempo::default());
-        (Narration { blocks, stages, bits, words, rungs, tempo }, watched)
+        let maths = symbols.maths.clone();
+        (Narration { blocks, stages, bits, words, maths, rungs, tempo }, watched)
     }
 
     /// Of a program that is scanned so often.
@@ -173,6 +176,11 @@ impl Narration {
 
     pub fn bit(&self, watch: u32) -> Option<&BitNews> {
         self.bits.get(watch as usize)
+    }
+
+    /// The rung of a MATH.
+    pub fn math(&self, number: u32) -> &str {
+        self.maths.get(number as usize).map_or("?", String::as_str)
     }
 
     pub fn word(&self, watch: u32) -> &str {

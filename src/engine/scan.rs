@@ -5,9 +5,10 @@
 //! Steps 8 and 9 (publishing images, outputs and statistics) are the caller's work.
 
 use super::blocks::{BlockState, Machine, StageState};
-use super::events::{BlockEvent, Events};
+use super::events::{BlockEvent, Events, MathEvent};
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
+use super::math::Calculator;
 use super::memory::Memory;
 use super::program::{BlockRole, Program};
 use super::reach::{Far, Forced, Near, Reach};
@@ -58,6 +59,7 @@ impl Engine {
             events: Events::new(),
             now_ns: 0,
             stop_requested: false,
+            calculator: Calculator::new(program.tables.slots),
             program,
             memory,
         };
@@ -272,7 +274,12 @@ impl Engine {
         self.machine.events.list()
     }
 
-    /// The number of events that did not fit into the list.
+    /// The MATHs that had a mishap since `begin_scan`.
+    pub fn maths(&self) -> &[MathEvent] {
+        self.machine.events.maths()
+    }
+
+    /// The number of events that did not fit into the lists.
     pub fn events_dropped(&self) -> u32 {
         self.machine.events.dropped()
     }

@@ -41,6 +41,8 @@ pub(crate) enum OperandKind {
     WritableBit,
     /// A word that a program may write.
     WritableWord,
+    /// A word or bit that a program may write, and an expression: `target = expression`.
+    Target,
     /// A counter structure `CTn`.
     Counter,
     /// A timer structure `Tn`.
@@ -259,6 +261,9 @@ instructions! {
         "Writes a + b to the word in every scan while the rung is ON, saturating.";
     Sub "SUB" "Subtract", WHEN, ARITHMETIC, false, Kept, HELP,
         "Writes a - b to the word in every scan while the rung is ON, saturating.";
+    Math "MATH" "Calculate", WHEN, &[positional("target", OperandKind::Target)], false, Kept, HELP,
+        "Evaluates the expression and stores the result in every scan while the rung is ON. \
+         Results stay at the limits; status bits say what happened.";
     Run "RUN" "Run program", WHEN, PROGRAM, false, Kept, BLOCKS,
         "Starts the Program while the rung is ON; a Program that runs is left alone.";
     Restart "RESTART" "Restart program", WHEN, PROGRAM, false,
@@ -340,6 +345,7 @@ impl OperandKind {
         match self {
             OperandKind::WritableBit => "b",
             OperandKind::WritableWord => "w",
+            OperandKind::Target => "target = expression",
             OperandKind::Counter => "ct",
             OperandKind::Timer => "t",
             OperandKind::Sensaphone => "n",
@@ -372,6 +378,7 @@ mod tests {
         assert_eq!(Mnemonic::Udc.spec().form(), "UDC ct [up-preset=v] [dn-preset=v]");
         assert_eq!(Mnemonic::Sgconvrg.spec().form(), "SGCONVRG s … to=s");
         assert_eq!(Mnemonic::Exit.spec().form(), "EXIT");
+        assert_eq!(Mnemonic::Math.spec().form(), "MATH target = expression");
     }
 
     #[test]

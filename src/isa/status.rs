@@ -1,6 +1,7 @@
 //! The status bits and words, with Do-more's nicknames (`docs/semantics.md`, section 6).
 //!
-//! The engine writes them at step 1 of every scan; programs read them and never write them.
+//! The engine writes them at step 1 of every scan; programs read them and never write them. Step 1
+//! turns the bits from `$DivideByZero` on OFF, and what happens in the scan turns them ON.
 
 /// Status bit numbers: the n of `STn`.
 pub(crate) mod st {
@@ -24,8 +25,16 @@ pub(crate) mod st {
     pub const LAST_SCAN: u32 = 8;
     /// ON while anything is forced.
     pub const FORCES_ACTIVE: u32 = 9;
+    /// MATH divided by 0 in this scan.
+    pub const DIVIDE_BY_ZERO: u32 = 10;
+    /// A result of MATH was limited in this scan.
+    pub const OVERFLOW: u32 = 11;
+    /// An argument of MATH was outside the domain of its function in this scan.
+    pub const OUT_OF_RANGE: u32 = 12;
+    /// An index was outside its array in this scan.
+    pub const INDEX_ERROR: u32 = 13;
     /// How many there are.
-    pub const COUNT: usize = 10;
+    pub const COUNT: usize = 14;
 }
 
 /// Status word numbers: the n of `DSTn`.
@@ -45,7 +54,7 @@ pub(crate) mod dst {
 }
 
 /// Nicknames of the status bits, by number.
-pub const BIT_NICKNAMES: [&str; 10] = [
+pub const BIT_NICKNAMES: [&str; 14] = [
     "$FirstScan",
     "$On",
     "$Off",
@@ -56,12 +65,16 @@ pub const BIT_NICKNAMES: [&str; 10] = [
     "$ScanToggle",
     "$LastScan",
     "$ForcesActive",
+    "$DivideByZero",
+    "$Overflow",
+    "$OutOfRange",
+    "$IndexError",
 ];
 
 /// Nicknames of the status words, by number. `DST4` has none.
 pub const WORD_NICKNAMES: [&str; 4] = ["$ScanCounter", "$ScanTime", "$MinScanTime", "$MaxScanTime"];
 
-/// Number of status bits: `ST0`..`ST9`.
+/// Number of status bits: `ST0`..`ST13`.
 pub(crate) const ST_COUNT: u32 = st::COUNT as u32;
 /// Number of status words: `DST0`..`DST4`.
 pub(crate) const DST_COUNT: u32 = dst::COUNT as u32;

@@ -119,6 +119,9 @@ impl Assembler<'_> {
             Action::Store { source, to } => {
                 return Some(self.store(*source, to.value, legs.when()).into());
             }
+            Action::Math { target, formula } => {
+                return Some(self.math(target.value, formula, legs.when()).into());
+            }
             Action::Run { block } => ControlKind::Run(block.value),
             Action::Restart { block } => {
                 let history = history(self);
@@ -253,6 +256,7 @@ impl Assembler<'_> {
             | Action::Sensaphone { .. }
             | Action::Reset { .. }
             | Action::Store { .. }
+            | Action::Math { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }

@@ -8,8 +8,11 @@
 
 mod contact;
 mod declare;
+pub(crate) mod formula;
+mod formula_resolver;
 pub mod instruction;
 mod operand;
+mod operand_list;
 pub(crate) mod operands;
 mod order;
 pub mod program;

@@ -295,7 +295,7 @@ impl Scope {
                 return format!("write `{together}`");
             }
             if self.is_known(low) {
-                return "nothing is computed here: `SUB a b to=D0` in a rung above, then `D0`"
+                return "nothing is computed here: `MATH D0 = a - b` in a rung above, then `D0`"
                     .to_owned();
             }
         }

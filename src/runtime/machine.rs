@@ -3,7 +3,7 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
-use crate::engine::{BitCell, BlockEvent, Cell, Engine, ScanTimes, Transfer, WordCell};
+use crate::engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
 /// The machine that is scanned: the engine, or a stand-in in tests.
 pub trait Machine {
@@ -38,6 +38,8 @@ pub trait Machine {
     fn image(&self) -> (&[u8], &[i32]);
     /// The changes of blocks in the last scan or in `terminate`, and the number of further ones.
     fn events(&self) -> (&[BlockEvent], u32);
+    /// The MATHs that had a mishap in the last scan.
+    fn maths(&self) -> &[MathEvent];
 }
 
 impl Machine for Engine {
@@ -102,5 +104,9 @@ impl Machine for Engine {
 
     fn events(&self) -> (&[BlockEvent], u32) {
         (Engine::events(self), self.events_dropped())
+    }
+
+    fn maths(&self) -> &[MathEvent] {
+        Engine::maths(self)
     }
 }

@@ -432,6 +432,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         for event in events {
             journal.tell(*scans, now_ns, What::Block(*event));
         }
+        for event in machine.maths() {
+            journal.tell(*scans, now_ns, What::Math(*event));
+        }
         if lost > 0 {
             journal.tell(*scans, now_ns, What::EventsLost(lost));
         }

@@ -120,6 +120,10 @@ impl Machine for Fake {
     fn events(&self) -> (&[BlockEvent], u32) {
         (&[], 0)
     }
+
+    fn maths(&self) -> &[engine::MathEvent] {
+        &[]
+    }
 }
 
 /// What an observer heard.

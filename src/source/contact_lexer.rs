@@ -130,7 +130,7 @@ fn stray(rest: &str, first: char, at: usize, span: Span) -> Finding {
             finding("a number has no `+`".into(), place).help("take the `+` away")
         }
         '+' | '-' | '*' => finding(format!("`{first}` in a contact"), place)
-            .help("contacts compute nothing: compute with ADD and SUB, and compare the result"),
+            .help("contacts compute nothing: `MATH D0 = …` in a rung before, then `D0 == …` here"),
         c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
             .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
         _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place),
