@@ -198,7 +198,8 @@ fn termination(spec: &Spec) -> &'static str {
             }
             None
             | Some(
-                OperandKind::Value(..)
+                OperandKind::Number
+                | OperandKind::Value(..)
                 | OperandKind::Duration
                 | OperandKind::Interval
                 | OperandKind::Program
@@ -219,7 +220,7 @@ fn describe(kind: OperandKind) -> String {
     match kind {
         OperandKind::WritableBit => "a bit that a program can write: Y, C, MC, MI".to_owned(),
         OperandKind::WritableWord => {
-            "a word that a program can write: V, D, MHR, MIR, .Acc".to_owned()
+            "a word that a program can write: V, D, R, MHR, MIR, .Acc".to_owned()
         }
         OperandKind::Target => {
             "a word or bit that a program can write, then `= expression`".to_owned()
@@ -227,7 +228,8 @@ fn describe(kind: OperandKind) -> String {
         OperandKind::Counter => "a counter: CTn".to_owned(),
         OperandKind::Timer => "a timer: Tn".to_owned(),
         OperandKind::Sensaphone => "a Sensaphone counter: Nn".to_owned(),
-        OperandKind::Value(i32::MIN, i32::MAX) => "a constant or a word".to_owned(),
+        OperandKind::Number => "a constant or a word".to_owned(),
+        OperandKind::Value(i32::MIN, i32::MAX) => "a constant or a word, not a real".to_owned(),
         OperandKind::Value(least, most) => format!("a constant {least}..{most}, or a word"),
         OperandKind::Duration => "a duration, or a word that holds ms".to_owned(),
         OperandKind::Interval => "a duration, or a word that holds ms; 0: every scan".to_owned(),
@@ -251,7 +253,7 @@ fn example(spec: &Spec) -> String {
             OperandKind::Timer => "T0",
             OperandKind::Sensaphone => "N0",
             OperandKind::Value(..) if operand.name == "dn-preset" => "0",
-            OperandKind::Value(..) => "12",
+            OperandKind::Number | OperandKind::Value(..) => "12",
             OperandKind::Duration => "2s500ms",
             OperandKind::Interval => "1s",
             OperandKind::Program | OperandKind::Block => "Drain",

@@ -205,7 +205,7 @@ fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<Target, Str
         Address::Bit(bit) if bit.writable_from_outside() => Ok(Target::Bit(layout.bit(bit))),
         Address::Bit(bit @ Bit::Device(..)) => Ok(Target::Bit(layout.bit(bit))),
         Address::Word(word) if word.writable() => {
-            Ok(Target::Word(layout.word(word), symbols.limits(word)))
+            Ok(Target::word(word, layout.word(word), symbols.limits(word)))
         }
         Address::Structure(structure) => Err(format!(
             "`{operand}` is a structure: name a member, as `{operand}.{}`",
@@ -227,7 +227,7 @@ fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<W
             let member = if upper { "DN" } else { "Done" };
             usage!("--watch: `{name}` is a structure: name its members, as `{name}.{member}`");
         };
-        Ok(Watched { name: name.to_owned(), cell })
+        Ok(Watched::new(name, cell, &symbols.layout))
     };
     match &args.watch {
         Some(names) => {
@@ -239,7 +239,7 @@ fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<W
         None => {
             let all = program.operands.iter().filter_map(|operand| {
                 let cell = symbols.layout.cell(operand.address)?;
-                Some(Watched { name: operand.name.clone(), cell })
+                Some(Watched::new(&operand.name, cell, &symbols.layout))
             });
             Ok(all.collect())
         }

@@ -18,7 +18,7 @@ pub(super) struct Narration {
     blocks: Vec<(BlockKind, String)>,
     stages: Vec<String>,
     bits: Vec<BitNews>,
-    words: Vec<String>,
+    words: Vec<WordNews>,
     /// The rungs of MATHs, by number.
     maths: Vec<String>,
     /// How long the program is.
@@ -99,6 +99,15 @@ impl Facts {
     }
 }
 
+/// A watched word.
+#[derive(Clone, Debug)]
+pub struct WordNews {
+    /// Its tag; for a structure's member, `tag.Member`.
+    pub tag: String,
+    /// Whether it holds a real.
+    pub real: bool,
+}
+
 impl Narration {
     /// The names of a program, and what the scan thread is to watch.
     pub fn new(program: &Program, symbols: &Symbols) -> (Narration, Watched) {
@@ -117,7 +126,7 @@ impl Narration {
                 }
                 Cell::Word(cell) => {
                     watched.words.push(cell);
-                    words.push(tag);
+                    words.push(WordNews { tag, real: symbols.layout.is_real(cell) });
                 }
             }
         }
@@ -183,8 +192,8 @@ impl Narration {
         self.maths.get(number as usize).map_or("?", String::as_str)
     }
 
-    pub fn word(&self, watch: u32) -> &str {
-        self.words.get(watch as usize).map_or("?", String::as_str)
+    pub fn word(&self, watch: u32) -> Option<&WordNews> {
+        self.words.get(watch as usize)
     }
 
     /// Kind and name of a block, and whether what happens to it is news.
@@ -202,7 +211,7 @@ impl Narration {
     pub fn watched_names(&self) -> (Vec<String>, Vec<String>) {
         let kind = |bit: &BitNews| if bit.alarm.is_some() { "alarm" } else { "change" };
         let bits = self.bits.iter().map(|bit| format!("{} {}", kind(bit), bit.tag));
-        (bits.collect(), self.words.clone())
+        (bits.collect(), self.words.iter().map(|word| word.tag.clone()).collect())
     }
 
     fn stage(&self, id: StageId) -> &str {

@@ -12,7 +12,9 @@ use std::ops::Range;
 pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::math::{Code, Fused, Math, Other, Put, Step, reads};
 use super::memory::View;
-pub use super::places::{Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets};
+pub use super::places::{
+    AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets,
+};
 pub use super::power::{Leg, Power, Powers};
 use super::reach::Reach;
 use super::role::Role;
@@ -133,6 +135,10 @@ operations! {
     Equal equal { cell: BitOwn, a: WordRead, b: WordRead }
     /// `cell = a < b`. `>` swaps a and b; `>=` and `<=` are read as opposites.
     Less less { cell: BitOwn, a: WordRead, b: WordRead }
+    /// `cell = a == b`, of an integer and a real.
+    EqualMixed equal_mixed { cell: BitOwn, a: AnyWord, b: AnyWord }
+    /// `cell = a < b`, of an integer and a real.
+    LessMixed less_mixed { cell: BitOwn, a: AnyWord, b: AnyWord }
     /// OUT: writes the power, ON and OFF.
     Out out { leg: Leg, bit: BitWritten }
     /// OUT of a leg that is one power.
@@ -181,6 +187,10 @@ operations! {
     Add add { leg: Leg, a: WordRead, b: WordRead, to: Target }
     /// SUB: writes a - b while the rung is ON.
     Sub sub { leg: Leg, a: WordRead, b: WordRead, to: Target }
+    /// ADD with a real among its words; MOVE as the sum with 0.
+    AddMixed add_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
+    /// SUB with a real among its words.
+    SubMixed sub_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
 }
 
 #[cfg(test)]

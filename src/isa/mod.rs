@@ -12,6 +12,7 @@ pub mod duration;
 pub(crate) mod function;
 pub mod instruction;
 pub(crate) mod pages;
+pub(crate) mod real;
 pub(crate) mod space;
 pub mod status;
 
@@ -20,4 +21,5 @@ pub(crate) use address::{ElementId, Flag};
 pub(crate) use function::Function;
 pub use instruction::Spec;
 pub(crate) use instruction::{LegName, Mnemonic, Operand, OperandKind};
+pub use real::Real;
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

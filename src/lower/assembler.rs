@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::identity::{Identity, Site};
 use super::schedule;
 use crate::engine::ops::{
-    And2, BitOwn, Leg, Op, Power, Powers, Reads, StageList, Step, WordRead, reads,
+    And2, AnyWord, BitOwn, Leg, Op, Power, Powers, Reads, StageList, Step, WordRead, reads,
 };
 use crate::engine::{
     self, Batch, BitCell, BlockCode, ElementCode, Layout, PassStep, Tables, WordCell,
@@ -125,11 +125,17 @@ impl<'p> Assembler<'p> {
     pub fn value(&mut self, value: Value) -> WordRead {
         match value {
             Value::Const(value, _) => WordRead(self.constant(value)),
+            Value::Real(real) => WordRead(self.constant(real.cell())),
             Value::Word(word) => WordRead(self.layout.word(word).0),
         }
     }
 
-    /// The limits of a word: its range, or its tags' `min` and `max`.
+    /// The word of a value, integer or real.
+    pub fn any(&mut self, value: Value) -> AnyWord {
+        AnyWord { word: self.value(value), real: value.is_real() }
+    }
+
+    /// The limits of a word's cell: its range, or its tags' `min` and `max`.
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(&word).copied().unwrap_or(word.range())
     }

@@ -81,6 +81,7 @@ fn formula(identity: &Identity, of: &Formula) -> String {
 fn value(of: Value) -> String {
     match of {
         Value::Const(value, _) => value.to_string(),
+        Value::Real(real) => real.to_string(),
         Value::Word(word) => word.to_string(),
     }
 }

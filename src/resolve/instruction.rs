@@ -382,9 +382,10 @@ mod tests {
             OperandKind::Counter => OperandValue::Structure(Structure::Counter(0)),
             OperandKind::Timer => OperandValue::Structure(Structure::Timer(0)),
             OperandKind::Sensaphone => OperandValue::Structure(Structure::Sensaphone(0)),
-            OperandKind::Value(..) | OperandKind::Duration | OperandKind::Interval => {
-                OperandValue::Value(Value::Word(Word::Pre(1)))
-            }
+            OperandKind::Number
+            | OperandKind::Value(..)
+            | OperandKind::Duration
+            | OperandKind::Interval => OperandValue::Value(Value::Word(Word::Pre(1))),
             OperandKind::Program | OperandKind::Block | OperandKind::Task => {
                 OperandValue::Block(BlockId(0))
             }

@@ -20,6 +20,7 @@ pub mod range;
 mod rung;
 pub mod scope;
 mod tags;
+mod value;
 
 use std::sync::LazyLock;
 

@@ -110,20 +110,33 @@ impl Resolver<'_> {
             OperandKind::Counter => structure(Structure::Counter(0)),
             OperandKind::Timer => structure(Structure::Timer(0)),
             OperandKind::Sensaphone => structure(Structure::Sensaphone(0)),
+            OperandKind::Number => self.value(atom).map(OperandValue::Value),
             OperandKind::Value(least, most) => {
-                let value = self.value(atom)?;
+                let value = self.whole(atom, row)?;
                 self.within(value, (least, most), atom, row)
             }
             OperandKind::Duration => {
-                let value = self.value(atom)?;
+                let value = self.whole(atom, row)?;
                 self.within(value, (0, i32::MAX), atom, row)
             }
-            OperandKind::Interval => self.value(atom).map(OperandValue::Value),
+            OperandKind::Interval => self.whole(atom, row).map(OperandValue::Value),
             OperandKind::Program | OperandKind::Block | OperandKind::Task => {
                 self.block_operand(atom, row.kind).map(OperandValue::Block)
             }
             OperandKind::Stage | OperandKind::Stages => self.stage_operand(atom, spec, block),
         }
+    }
+
+    /// A value that is no real: presets and intervals are whole numbers.
+    fn whole(&mut self, atom: &Atom, row: &Operand) -> Option<Value> {
+        let value = self.value(atom)?;
+        if value.is_real() {
+            let message = format!("the {} `{atom}` is a real, not a whole number", row.name);
+            let finding = Finding::new(Code::OperandType, atom.span, message);
+            self.find(finding.help("`MOVE` a real to a D word, and name that word here"));
+            return None;
+        }
+        Some(value)
     }
 
     fn within(
@@ -193,6 +206,7 @@ impl Resolver<'_> {
                 Thing::Address(Address::Structure(_)) => format!("its word is `{name}.Acc`"),
                 Thing::Address(Address::Bit(_) | Address::Word(_))
                 | Thing::Constant(..)
+                | Thing::Real(_)
                 | Thing::Block(_)
                 | Thing::Device(_)
                     if spec.mnemonic == Mnemonic::Math =>
@@ -385,7 +399,7 @@ fn kind_words(kind: OperandKind) -> &'static str {
         OperandKind::Counter => "a counter",
         OperandKind::Timer => "a timer",
         OperandKind::Sensaphone => "a Sensaphone counter",
-        OperandKind::Value(..) => "a value",
+        OperandKind::Number | OperandKind::Value(..) => "a value",
         OperandKind::Duration | OperandKind::Interval => "a duration",
         OperandKind::Program => "a program",
         OperandKind::Block => "a program or task",

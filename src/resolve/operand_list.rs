@@ -3,29 +3,9 @@
 //! The resolver makes a list of what it has checked, and `instruction` makes an action of it, and a
 //! list of an action again, for questions that apply to every action.
 
+pub(crate) use super::value::Value;
 use crate::isa::{Bit, BlockId, StageId, Structure, Word};
-use crate::source::atom::Written;
 use crate::source::span::Located;
-
-/// A number: a constant or a location.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Value {
-    /// A constant, and the form in which it was written.
-    Const(i32, Written),
-    /// A word, read again at every execution.
-    Word(Word),
-}
-
-impl Value {
-    /// Whether both are the same number, in any written form.
-    pub(crate) fn is_as(self, other: Value) -> bool {
-        match (self, other) {
-            (Value::Const(a, _), Value::Const(b, _)) => a == b,
-            (Value::Word(a), Value::Word(b)) => a == b,
-            (Value::Const(..), Value::Word(_)) | (Value::Word(_), Value::Const(..)) => false,
-        }
-    }
-}
 
 /// The word or bit that MATH stores in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

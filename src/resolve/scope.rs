@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use super::program::{BlockKind, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
-use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure};
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::{Names, Near, did_you_mean};
 use crate::source::span::Span;
@@ -74,6 +74,8 @@ pub(crate) enum Thing {
     Address(Address),
     /// A tag with a `value`.
     Constant(i32, Written),
+    /// A tag with a `value` that is a real.
+    Real(Real),
     /// A Program or Task.
     Block(BlockId),
     /// A field device.
@@ -224,6 +226,9 @@ impl Scope {
             Ok(Found { thing: Thing::Address(address), .. }) => Ok(address),
             Ok(Found { thing: Thing::Constant(value, _), .. }) => {
                 Err(format!("`{name}` is a constant, {value}: it has no address"))
+            }
+            Ok(Found { thing: Thing::Real(real), .. }) => {
+                Err(format!("`{name}` is a constant, {real}: it has no address"))
             }
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
@@ -405,6 +410,7 @@ fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing
         return Ok(match meaning {
             TagMeaning::Address(address) => Thing::Address(address),
             TagMeaning::Constant(value, written) => Thing::Constant(value, written),
+            TagMeaning::Real(real) => Thing::Real(real),
         });
     };
     let what = match meaning {
@@ -413,7 +419,7 @@ fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing
             return address.ok_or_else(|| member_mistake(base, structure, member));
         }
         TagMeaning::Address(address) => format!("it is {address}"),
-        TagMeaning::Constant(..) => "it is a constant".to_owned(),
+        TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
     };
     let message = format!("`{base}` has no members: {what}");
     Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))

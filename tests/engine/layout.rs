@@ -15,7 +15,8 @@ const STAGES: u32 = 7;
 
 fn addresses(sizes: &MemorySizes) -> Vec<Address> {
     let bits = [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi, BitSpace::St];
-    let words = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir, WordSpace::Dst];
+    let words =
+        [WordSpace::V, WordSpace::D, WordSpace::R, WordSpace::Mhr, WordSpace::Mir, WordSpace::Dst];
     let mut all = Vec::new();
     for space in bits {
         let numbers = space.first()..space.first() + space.count(sizes);
@@ -69,8 +70,8 @@ fn every_address_has_a_cell_of_its_own() {
 #[test]
 fn every_address_has_a_cell_of_its_own_with_other_sizes() {
     let (x, y, c, mc, mi) = (3, 9, 5, 11, 2);
-    let (v, d, mhr, mir, ct, t) = (13, 4, 6, 8, 10, 7);
-    assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t, devices: 3 });
+    let (v, d, r, mhr, mir, ct, t) = (13, 4, 5, 6, 8, 10, 7);
+    assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, r, mhr, mir, ct, t, devices: 3 });
 }
 
 #[test]

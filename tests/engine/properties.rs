@@ -42,7 +42,7 @@ fn trace(case: &Case, program: &Program, plan: &Plan, window: Option<usize>) -> 
     };
     let watched = case.watch().into_iter().map(|name| {
         let cell = cell(program, &symbols, &name).unwrap_or_else(|error| panic!("{error}"));
-        Watched { name, cell }
+        Watched::new(&name, cell, &symbols.layout)
     });
     let watched: Vec<Watched> = watched.collect();
     let mut trace = CsvTrace::new(&watched, Vec::new()).expect("a Vec takes all");

@@ -62,7 +62,9 @@ impl Reloaded {
         );
         let image = self.plc.engine.image();
         let (bits, words) = (image.bits().to_vec(), image.words().to_vec());
-        let seen = Seen { bits: &bits, words: &words, forces: &self.forces, passed: None };
+        let layout = &symbols.layout.clone();
+        let (forces, passed) = (self.forces.as_slice(), None);
+        let seen = Seen { layout, bits: &bits, words: &words, forces, passed };
         let forecast = plan.report(&seen);
         let mut engine = Engine::new(engine_program);
         engine.adopt(&mut self.plc.engine, &plan.transfer, true, &self.forces);

@@ -273,7 +273,8 @@ fn a_report_says_what_the_engine_does() {
             // The swap is made in a copy: the program goes on without it.
             let mut copy = again(&mut engine, &old);
             let (bits, words) = (copy.image().bits().to_vec(), copy.image().words().to_vec());
-            let seen = Seen { bits: &bits, words: &words, forces: &[], passed: None };
+            let layout = &engine.program().layout.clone();
+            let seen = Seen { layout, bits: &bits, words: &words, forces: &[], passed: None };
             let forecast = plan.report(&seen);
             let mut other = Engine::new(new.code.clone());
             other.adopt(&mut copy, &plan.transfer, true, &[]);
