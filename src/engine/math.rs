@@ -12,8 +12,9 @@ use super::mishap::{Mishap, Mishaps};
 use super::places::Target;
 use super::power::Leg;
 use super::reach::Reach;
-use super::role::{BitOwn, BitRead, BitWritten, Reads, Role, Touches, WordRead, WordWritten};
+use super::role::{BitOwn, BitRead, BitWritten, Reads, Role, Touches, WordRead};
 use super::{integer, real};
+use crate::isa::Real;
 
 /// A MATH: the formula that it evaluates while its leg is ON, and its target.
 #[derive(Clone, Copy, Debug)]
@@ -42,15 +43,8 @@ pub enum Put {
         /// The upper end of the range.
         high: i32,
     },
-    /// A word that holds a real, with its tag's limits.
-    Real {
-        /// The word.
-        word: WordWritten,
-        /// The lower limit.
-        min: f32,
-        /// The upper limit.
-        max: f32,
-    },
+    /// A word that holds a real, with the limits of its cell.
+    Real(Target),
     /// A bit.
     Bit(BitWritten),
 }
@@ -105,7 +99,7 @@ impl Number for f64 {
 
     #[inline(always)]
     fn of_word(word: i32) -> f64 {
-        f64::from(f32::from_bits(word.cast_unsigned()))
+        Real::of_cell(word).into()
     }
 }
 
@@ -388,7 +382,7 @@ impl<R: Reach> Run<'_, '_, R> {
                 let limited = integer::within(value, *low, *high, &mut self.mishaps);
                 self.view.put_word(to.word, limited.max(to.min).min(to.max));
             }
-            Put::Real { .. } => self.put_real(put, value as f64),
+            Put::Real(_) => self.put_real(put, value as f64),
             Put::Bit(bit) => self.view.put_bit(*bit, u8::from(value != 0)),
         }
     }
@@ -402,9 +396,12 @@ impl<R: Reach> Run<'_, '_, R> {
                 let limited = integer::within(value as i64, *low, *high, &mut self.mishaps);
                 self.view.put_word(to.word, limited.max(to.min).min(to.max));
             }
-            Put::Real { word, min, max } => {
-                let limited = real::binary32(value, &mut self.mishaps).max(*min).min(*max);
-                self.view.put_word(*word, limited.to_bits().cast_signed());
+            Put::Real(to) => {
+                let (nearest, beyond) = Real::stored(value);
+                if beyond {
+                    self.mishaps.note(Mishap::Overflow);
+                }
+                self.view.put_word(to.word, nearest.cell().max(to.min).min(to.max));
             }
             Put::Bit(bit) => self.view.put_bit(*bit, u8::from(value != 0.0)),
         }
@@ -437,8 +434,7 @@ impl Role for Math {
         t.bits_read.extend(&reads.bits);
         t.words_read.extend(&reads.words);
         match self.put {
-            Put::Word { to, .. } => to.touches(t),
-            Put::Real { word, .. } => word.touches(t),
+            Put::Word { to, .. } | Put::Real(to) => to.touches(t),
             Put::Bit(bit) => bit.touches(t),
         }
         for mishap in Mishap::ALL {

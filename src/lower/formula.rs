@@ -10,7 +10,7 @@ use super::formula_marks::{Mark, marks};
 use crate::engine::ops::{
     BitWritten, Code, Fused, Leg, Math, Op, Other, Put, Step, Target, WordWritten,
 };
-use crate::isa::{Bit, BitSpace, Word};
+use crate::isa::{Bit, BitSpace, Real, Word};
 use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary};
 use crate::resolve::instruction::Target as MathTarget;
 
@@ -42,7 +42,7 @@ impl Assembler<'_> {
         };
         let ((low, high), (min, max)) = (word.range(), self.limits(word));
         let to = Target { word: WordWritten(self.layout.word(word).0), min, max };
-        Put::Word { to, low, high }
+        if word.is_real() { Put::Real(to) } else { Put::Word { to, low, high } }
     }
 }
 
@@ -57,7 +57,7 @@ pub(super) struct Operand {
 #[derive(Clone, Copy)]
 pub(super) enum Place {
     Integer(i64),
-    Real(f32),
+    Real(Real),
     Word(u32),
     Bit(u32),
     Slot(u32),
@@ -142,17 +142,17 @@ impl Builder<'_, '_> {
 
     /// An operand as a number of a type, in a word where that is possible.
     pub(super) fn source(&mut self, operand: Operand, wanted: NumberType) -> Source {
-        let bits = |real: f32| real.to_bits().cast_signed();
         match (operand.place, wanted) {
             (Place::Word(cell), _) if operand.of == wanted => Source::Word(cell),
             (Place::Integer(n), NumberType::Integer) => {
                 Source::Word(self.assembler.constant(n as i32))
             }
             (Place::Integer(n), NumberType::Real) if n as f32 as i64 == n => {
-                Source::Word(self.assembler.constant(bits(n as f32)))
+                let (real, _) = Real::stored(n as f64);
+                Source::Word(self.assembler.constant(real.cell()))
             }
             (Place::Real(real), NumberType::Real) => {
-                Source::Word(self.assembler.constant(bits(real + 0.0)))
+                Source::Word(self.assembler.constant(real.cell()))
             }
             _ => Source::Slot(self.slot(operand, wanted)),
         }
@@ -180,9 +180,7 @@ impl Builder<'_, '_> {
                 let cell = match operand.place {
                     Place::Word(cell) => cell,
                     Place::Integer(n) => self.assembler.constant(n as i32),
-                    Place::Real(real) => {
-                        self.assembler.constant((real + 0.0).to_bits().cast_signed())
-                    }
+                    Place::Real(real) => self.assembler.constant(real.cell()),
                     Place::Slot(_) | Place::Bit(_) => unreachable!("matched above"),
                 };
                 let code = match operand.of {

@@ -101,7 +101,8 @@ impl Resolver<'_> {
         None
     }
 
-    fn note_constant(&mut self, name: &str, span: Span) {
+    /// Notes that a tag's constant is named here.
+    pub(super) fn note_constant(&mut self, name: &str, span: Span) {
         let tag = self.scope.tag_index(name);
         self.constants.extend(tag.map(|tag| (span, tag)));
     }

@@ -3,7 +3,7 @@
 //! Made by `formula_resolver`, turned into the engine's steps by `lower`. Behaviour:
 //! `docs/semantics.md`, section 8.
 
-use crate::isa::{Bit, Function, Word};
+use crate::isa::{Bit, Function, Real, Word};
 pub use crate::source::expression::{Binary, Unary};
 
 /// An expression in postfix order: the operands of an operator stand before it.
@@ -19,7 +19,7 @@ pub enum Part {
     /// An integer constant.
     Integer(i64),
     /// A real constant.
-    Real(f32),
+    Real(Real),
     /// A word, read at every evaluation.
     Word(Word),
     /// A bit: 0 or 1.
@@ -49,6 +49,6 @@ impl NumberType {
 }
 
 /// The type of a word's numbers.
-pub fn type_of(_: Word) -> NumberType {
-    NumberType::Integer
+pub fn type_of(word: Word) -> NumberType {
+    if word.is_real() { NumberType::Real } else { NumberType::Integer }
 }

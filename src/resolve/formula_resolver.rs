@@ -92,9 +92,8 @@ impl Resolver<'_> {
                 PartKind::Integer(n) => {
                     walk.push(Part::Integer(*n), Operand::new(NumberType::Integer, part.span));
                 }
-                PartKind::Real(bits) => {
-                    let real = Part::Real(f32::from_bits(*bits));
-                    walk.push(real, Operand::new(NumberType::Real, part.span));
+                PartKind::Real(real) => {
+                    walk.push(Part::Real(*real), Operand::new(NumberType::Real, part.span));
                 }
                 PartKind::Name(name) => match self.operand_of(name, part.span) {
                     Some((named, operand)) => walk.push(named, operand),
@@ -116,9 +115,12 @@ impl Resolver<'_> {
         let integer = operand(NumberType::Integer);
         let thing = self.look_up(name, span)?;
         let help = match thing {
+            Thing::Real(real) => {
+                self.note_constant(name, span);
+                return Some((Part::Real(real), operand(NumberType::Real)));
+            }
             Thing::Constant(value, _) => {
-                let tag = self.scope.tag_index(name);
-                self.constants.extend(tag.map(|tag| (span, tag)));
+                self.note_constant(name, span);
                 return Some((Part::Integer(i64::from(value)), integer));
             }
             Thing::Address(address @ Address::Word(word)) => {

@@ -215,6 +215,7 @@ impl Resolver<'_> {
                 }
                 Thing::Address(Address::Bit(_) | Address::Word(_))
                 | Thing::Constant(..)
+                | Thing::Real(_)
                 | Thing::Block(_)
                 | Thing::Device(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
             };

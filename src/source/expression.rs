@@ -6,6 +6,7 @@
 //! looked up here; the resolver does that.
 
 use super::span::{Located, Span};
+use crate::isa::Real;
 
 /// The text after `MATH`: `target = expression`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,8 +38,8 @@ pub struct Part {
 pub enum PartKind {
     /// An integer, or a duration in ms; 2147483648 only directly behind a unary `-`.
     Integer(i64),
-    /// A real, by the bits of its binary32.
-    Real(u32),
+    /// A real.
+    Real(Real),
     /// The name of a word, a bit, a member or a constant.
     Name(String),
     /// An operator with one operand.

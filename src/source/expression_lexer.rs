@@ -7,6 +7,8 @@ use super::atom::{Atom, AtomKind};
 use super::expression::{Binary, PartKind, Unary};
 use super::finding::{Code, Finding};
 use super::span::Span;
+use crate::isa::Real;
+use crate::isa::real::RealError;
 
 /// A token.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -130,35 +132,26 @@ fn number(word: &str, span: Span) -> Result<PartKind, Finding> {
 }
 
 fn real(word: &str, span: Span) -> Result<PartKind, Finding> {
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    let (mantissa, exponent) = match word.split_once('e') {
-        Some((mantissa, exponent)) => (mantissa, Some(exponent)),
-        None => (word, None),
-    };
-    let whole = match mantissa.split_once('.') {
-        Some((whole, part)) => digits(whole) && digits(part),
-        None => digits(mantissa),
-    };
-    let exponent = exponent.is_none_or(|e| digits(e.strip_prefix('-').unwrap_or(e)));
-    if !(whole && exponent) {
-        let message = format!("`{word}` is no number");
-        let help = "a real has digits on both sides of its point, or an exponent: `12.5`, `1e3`, \
-                    `2.5e-7`";
-        let right = word.to_ascii_lowercase().replace("e+", "e");
-        let right = if right.ends_with('.') { format!("{right}0") } else { right };
-        let help = match right != word && real(&right, span).is_ok() {
-            true => format!("write `{right}`"),
-            false => help.to_owned(),
-        };
-        return Err(Finding::new(Code::ExpressionSyntax, span, message).help(help));
+    match word.parse() {
+        Ok(real) => Ok(PartKind::Real(real)),
+        Err(RealError::Beyond) => {
+            let message = format!("`{word}` lies beyond the largest real");
+            let help = "a real is a binary32, up to `3.4028235e38`";
+            Err(Finding::new(Code::OutOfRange, span, message).help(help))
+        }
+        Err(RealError::Form) => {
+            let right = word.to_ascii_lowercase().replace("e+", "e");
+            let right = if right.ends_with('.') { format!("{right}0") } else { right };
+            let help = match right != word && right.parse::<Real>().is_ok() {
+                true => format!("write `{right}`"),
+                false => "a real has digits on both sides of its point, or an exponent: `12.5`, \
+                          `1e3`, `2.5e-7`"
+                    .to_owned(),
+            };
+            let message = format!("`{word}` is no number");
+            Err(Finding::new(Code::ExpressionSyntax, span, message).help(help))
+        }
     }
-    let value: f32 = word.parse().unwrap_or(f32::INFINITY);
-    if value.is_infinite() {
-        let message = format!("`{word}` lies beyond the largest real");
-        let help = "a real is a binary32, up to `3.4028235e38`";
-        return Err(Finding::new(Code::OutOfRange, span, message).help(help));
-    }
-    Ok(PartKind::Real(value.to_bits()))
 }
 
 /// The finding for a character that begins no token.

@@ -17,7 +17,7 @@ fn tree(expression: &Expression) -> String {
     for part in &expression.parts {
         let text = match &part.kind {
             PartKind::Integer(n) => n.to_string(),
-            PartKind::Real(bits) => format!("{:?}", f32::from_bits(*bits)),
+            PartKind::Real(real) => real.to_string(),
             PartKind::Name(name) => name.clone(),
             PartKind::Unary(operator) => {
                 format!("({}{})", operator.sign(), operands.pop().unwrap())
