@@ -70,6 +70,17 @@ impl Scanned {
         self.engine.execute();
     }
 
+    /// A queued write of a data word.
+    pub fn put_word(&mut self, at: usize, value: i32) {
+        self.engine.write_word(WordCell(self.words + at as u32), value);
+    }
+
+    /// The first data words.
+    pub fn words(&self, count: usize) -> &[i32] {
+        let first = self.words as usize;
+        &self.engine.image().words()[first..first + count]
+    }
+
     pub fn coils(&self) -> &[u8] {
         &self.engine.image().bits()[self.first_coil..self.first_coil + self.coils]
     }

@@ -117,6 +117,10 @@ impl<'a> Sim<'a> {
             number % 2 == 1,
             last,
             false,
+            false,
+            false,
+            false,
+            false,
         ];
         for (index, on) in bits.into_iter().enumerate() {
             self.memory.put_bit(Loc::whole(Area::St, index), on);

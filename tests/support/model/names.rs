@@ -78,6 +78,10 @@ fn nickname(name: &str) -> Option<Loc> {
         "ScanToggle",
         "LastScan",
         "ForcesActive",
+        "DivideByZero",
+        "Overflow",
+        "OutOfRange",
+        "IndexError",
     ];
     let words = ["ScanCounter", "ScanTime", "MinScanTime", "MaxScanTime"];
     if let Some(n) = bits.iter().position(|b| *b == name) {

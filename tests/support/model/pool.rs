@@ -15,7 +15,7 @@ pub const AREAS: [(&str, usize, usize); 11] = [
     ("MI", 1, 2),
     ("MHR", 1, 2),
     ("MIR", 1, 2),
-    ("ST", 0, 10),
+    ("ST", 0, 14),
     ("DST", 0, 5),
 ];
 
@@ -27,7 +27,7 @@ pub const STRUCTURES: [Structure; 3] = [
     ("N", 2, &["ACC", "PRE", "CU", "CD", "DN", "OV", "UN"]),
 ];
 
-const NICKNAMES: [&str; 10] = [
+const NICKNAMES: [&str; 14] = [
     "$FirstScan",
     "$On",
     "$Off",
@@ -38,6 +38,10 @@ const NICKNAMES: [&str; 10] = [
     "$ScanToggle",
     "$LastScan",
     "$ForcesActive",
+    "$DivideByZero",
+    "$Overflow",
+    "$OutOfRange",
+    "$IndexError",
 ];
 
 const OPERATORS: [&str; 8] = ["==", "!=", "<", "<=", ">", ">=", "<", ">="];
