@@ -1,6 +1,7 @@
 //! The engine's side: the same workload, loaded from its ladder text as the daemon does.
 
 use anyhow::bail;
+use rungd::calendar::LocalTime;
 use rungd::engine::{self, Engine, ScanTimes, WordCell};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower;
@@ -66,7 +67,7 @@ impl Scanned {
     #[inline]
     pub fn scan(&mut self) {
         self.now_ns += 1_000_000;
-        self.engine.begin_scan(self.now_ns, &self.times);
+        self.engine.begin_scan(self.now_ns, &self.times, &LocalTime::default());
         self.engine.execute();
     }
 

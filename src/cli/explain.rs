@@ -301,6 +301,7 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calendar::LocalTime;
     use crate::engine::{Engine, ScanTimes};
     use crate::lower::lower;
     use crate::resolve::{LoadOptions, load_ladders};
@@ -323,7 +324,7 @@ mod tests {
             engine.start(0);
             engine.set_input(0, true);
             for _ in 0..2 {
-                engine.begin_scan(0, &ScanTimes::default());
+                engine.begin_scan(0, &ScanTimes::default(), &LocalTime::default());
                 engine.execute();
             }
             let stops = engine.execute().last;

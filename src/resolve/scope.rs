@@ -378,9 +378,7 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
         }
         AddressError::UnknownMember(members) => unknown_member(name, members),
         AddressError::UnknownNickname => {
-            let status = &crate::isa::status::BIT_NICKNAMES;
-            let words = &crate::isa::status::WORD_NICKNAMES;
-            let all: Vec<&str> = status.iter().chain(words).copied().collect();
+            let all: Vec<&str> = crate::isa::status::nicknames().collect();
             let help = did_you_mean(name, all.iter().copied());
             let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
             new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))

@@ -3,6 +3,7 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
+use crate::calendar::LocalTime;
 use crate::engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
 /// The machine that is scanned: the engine, or a stand-in in tests.
@@ -10,7 +11,7 @@ pub trait Machine {
     /// RUN begins.
     fn start(&mut self, now_ns: u64);
     /// Step 1 of a scan.
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes);
+    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime);
     /// Step 2, for every X.
     fn set_input(&mut self, x: u32, on: bool);
     /// Step 3, for every queued write.
@@ -47,8 +48,8 @@ impl Machine for Engine {
         Engine::start(self, now_ns);
     }
 
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
-        Engine::begin_scan(self, now_ns, times);
+    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime) {
+        Engine::begin_scan(self, now_ns, times, local);
     }
 
     fn set_input(&mut self, x: u32, on: bool) {

@@ -17,6 +17,7 @@ mod questions;
 mod restart_guard;
 mod run_controller;
 mod run_listeners;
+mod time_of_day;
 mod watchdog_fault;
 
 /// A binary uses a part of what they share.

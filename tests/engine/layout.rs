@@ -1,6 +1,7 @@
 //! Where addresses lie: every bit and word has a cell of its own, for any memory sizes.
 
 use crate::support::plc::plc;
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, Layout, ScanTimes};
 use rungd::isa::{
     Address, Bit, BitSpace, BlockId, DeviceId, Health, MemorySizes, StageId, Structure, Word,
@@ -111,7 +112,7 @@ fn cells_beyond_16_bits_are_themselves() {
     let word = symbols.layout.word(Word::Space(WordSpace::D, 65_535));
     let mut engine = Engine::new(program);
     engine.start(0);
-    engine.begin_scan(0, &ScanTimes::default());
+    engine.begin_scan(0, &ScanTimes::default(), &LocalTime::default());
     engine.set_input(1, true);
     let before = engine.image().clone();
     engine.execute();

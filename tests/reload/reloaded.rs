@@ -2,6 +2,7 @@
 
 use crate::support::plc::Plc;
 use crate::support::run;
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
 use rungd::reload::{ReloadPlan, Seen, Side};
@@ -19,7 +20,15 @@ pub fn plc(ladder: &str) -> Reloaded {
     let mut engine = Engine::new(engine_program);
     engine.start(0);
     let times = rungd::engine::ScanTimes::default();
-    let plc = Plc { program, symbols, engine, now_ns: 0, period_ns: 10_000_000, times };
+    let plc = Plc {
+        program,
+        symbols,
+        engine,
+        now_ns: 0,
+        period_ns: 10_000_000,
+        times,
+        local: LocalTime::default(),
+    };
     Reloaded { plc, forces: Vec::new(), report: Vec::new() }
 }
 

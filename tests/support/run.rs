@@ -127,6 +127,7 @@ fn trace(case: &Case, table: &Table) -> Result<(Rows, Layout), String> {
         scans: table.scans(),
         stop: case.stop,
         well: Vec::new(),
+        clock_s: case.clock_s,
         stimulus,
     };
     let mut rows = Rows::new(cells.clone());

@@ -3,6 +3,7 @@
 
 mod act;
 pub mod case;
+pub mod clock;
 mod contact;
 mod counters;
 mod exec;

@@ -83,7 +83,20 @@ fn nickname(name: &str) -> Option<Loc> {
         "OutOfRange",
         "IndexError",
     ];
-    let words = ["ScanCounter", "ScanTime", "MinScanTime", "MaxScanTime"];
+    let words = [
+        "ScanCounter",
+        "ScanTime",
+        "MinScanTime",
+        "MaxScanTime",
+        "",
+        "Year",
+        "Month",
+        "Day",
+        "Weekday",
+        "Hour",
+        "Minute",
+        "Second",
+    ];
     if let Some(n) = bits.iter().position(|b| *b == name) {
         return Some(Loc::whole(Area::St, n));
     }
