@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use super::clocks::library;
 use crate::support::live::{Live, PATIENCE, folder, run};
 use crate::support::needs::not_installed;
+use crate::support::process::{BLINKS, Plant, Running};
 
 /// A ladder that reads the words.
 const LADDER: &str = "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$Year > 2000\"], \
@@ -74,10 +75,14 @@ fn it_is_local_time_as_date_says_it() {
 
 #[test]
 fn an_unknown_zone_is_told_once_and_is_utc() {
-    let live = live("Nowhere/Land");
-    let line = live.line("gives no time zone");
-    assert_eq!(line["event"], "time-zone", "{line}");
-    agree(&live, "UTC0");
+    agree(&live("Nowhere/Land"), "UTC0");
+    let plant = Plant::new(BLINKS, CONTROLLER);
+    let mut command = plant.command(&[] as &[&str]);
+    // Longer than two looks at the zone.
+    let running = Running::new(command.env("TZ", "Nowhere/Land").args(["--scans", "250"]));
+    let lines = running.rest();
+    let told: Vec<_> = lines.iter().filter(|line| line["event"] == "time-zone").collect();
+    assert_eq!((told.len(), &told[0]["level"]), (1, &"WARN".into()), "{told:?}");
 }
 
 #[test]
