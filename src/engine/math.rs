@@ -173,9 +173,8 @@ macro_rules! codes {
         impl<R: Reach> Run<'_, '_, R> {
             /// Executes a step of a formula; returns whether it was the last one.
             #[inline(always)]
-            fn step(&mut self, step: Step, math: &Math) -> bool {
+            fn step(&mut self, step: Step, math: &Math, noted: &mut Mishaps) -> bool {
                 let Step { code, to, a, b } = step;
-                let noted = &mut self.mishaps;
                 let result = match code {
                     $(
                         Code::$ss => {
@@ -196,7 +195,7 @@ macro_rules! codes {
                     })*
                     $(Code::$one => $one_of(operand!(slot self a), noted).slot(),)*
                     $(Code::$load => $load_of(self.view.word(WordRead(a))).slot(),)*
-                    Code::Other(other) => return self.other(other, step, math),
+                    Code::Other(other) => return self.other(other, step, (math, noted)),
                 };
                 self.slots[to as usize] = result;
                 false
@@ -313,7 +312,10 @@ impl Calculator {
         view: View<R>,
         mut report: impl FnMut(u32, Mishaps),
     ) {
-        let mut run = Run { slots: &mut self.slots, view, mishaps: Mishaps::default(), at: 0 };
+        // Apart from the run: only the address of the mishaps is handed to functions, so that all
+        // else stays in registers.
+        let mut mishaps = Mishaps::default();
+        let mut run = Run { slots: &mut self.slots, view, at: 0 };
         for math in maths {
             if run.view.leg(&math.leg) == 0 {
                 continue;
@@ -322,12 +324,16 @@ impl Calculator {
             loop {
                 let step = steps[run.at];
                 run.at += 1;
-                if run.step(step, math) {
+                if run.step(step, math, &mut mishaps) {
                     break;
                 }
             }
-            if !run.mishaps.is_empty() {
-                report(math.number, run.take_mishaps(math));
+            if !mishaps.is_empty() {
+                let noted = std::mem::take(&mut mishaps);
+                for mishap in noted.each() {
+                    run.view.put_own(BitOwn(math.status + mishap.status()), 1);
+                }
+                report(math.number, noted);
             }
         }
     }
@@ -337,7 +343,6 @@ impl Calculator {
 struct Run<'a, 'v, R: Reach> {
     slots: &'a mut [u64],
     view: View<'v, R>,
-    mishaps: Mishaps,
     /// The next step.
     at: usize,
 }
@@ -345,7 +350,12 @@ struct Run<'a, 'v, R: Reach> {
 impl<R: Reach> Run<'_, '_, R> {
     /// A step that is no operator; returns whether it was the last one.
     #[inline(always)]
-    fn other(&mut self, other: Other, Step { to, a, .. }: Step, math: &Math) -> bool {
+    fn other(
+        &mut self,
+        other: Other,
+        Step { to, a, .. }: Step,
+        (math, noted): (&Math, &mut Mishaps),
+    ) -> bool {
         let slot = self.slots.get(a as usize).copied().unwrap_or(0);
         match other {
             Other::LoadBit => self.slots[to as usize] = u64::from(self.view.bit(BitRead(a))),
@@ -363,11 +373,11 @@ impl<R: Reach> Run<'_, '_, R> {
                 }
             }
             Other::PutInteger => {
-                self.put(&math.put, Number::of_slot(slot));
+                self.put(&math.put, Number::of_slot(slot), noted);
                 return true;
             }
             Other::PutReal => {
-                self.put_real(&math.put, Number::of_slot(slot));
+                self.put_real(&math.put, Number::of_slot(slot), noted);
                 return true;
             }
         }
@@ -376,45 +386,35 @@ impl<R: Reach> Run<'_, '_, R> {
 
     /// Stores an integer.
     #[inline(always)]
-    fn put(&mut self, put: &Put, value: i64) {
+    fn put(&mut self, put: &Put, value: i64, noted: &mut Mishaps) {
         match put {
             Put::Word { to, low, high } => {
-                let limited = integer::within(value, *low, *high, &mut self.mishaps);
+                let limited = integer::within(value, *low, *high, noted);
                 self.view.put_word(to.word, limited.max(to.min).min(to.max));
             }
-            Put::Real(_) => self.put_real(put, value as f64),
+            Put::Real(_) => self.put_real(put, value as f64, noted),
             Put::Bit(bit) => self.view.put_bit(*bit, u8::from(value != 0)),
         }
     }
 
     /// Stores a real.
     #[inline(always)]
-    fn put_real(&mut self, put: &Put, value: f64) {
+    fn put_real(&mut self, put: &Put, value: f64, noted: &mut Mishaps) {
         match put {
             // Stays at the limits of 64 bits, which are beyond those of every word.
             Put::Word { to, low, high } => {
-                let limited = integer::within(value as i64, *low, *high, &mut self.mishaps);
+                let limited = integer::within(value as i64, *low, *high, noted);
                 self.view.put_word(to.word, limited.max(to.min).min(to.max));
             }
             Put::Real(to) => {
                 let (nearest, beyond) = Real::stored(value);
                 if beyond {
-                    self.mishaps.note(Mishap::Overflow);
+                    noted.note(Mishap::Overflow);
                 }
                 self.view.put_word(to.word, nearest.cell().max(to.min).min(to.max));
             }
             Put::Bit(bit) => self.view.put_bit(*bit, u8::from(value != 0.0)),
         }
-    }
-
-    /// The mishaps of a formula; turns their status bits ON.
-    #[cold]
-    fn take_mishaps(&mut self, math: &Math) -> Mishaps {
-        let mishaps = std::mem::take(&mut self.mishaps);
-        for mishap in mishaps.each() {
-            self.view.put_own(BitOwn(math.status + mishap.status()), 1);
-        }
-        mishaps
     }
 }
 

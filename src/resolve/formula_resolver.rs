@@ -22,6 +22,9 @@ struct Operand {
     of: NumberType,
     /// Its place.
     span: Span,
+    /// A division of integers whose lost fraction reaches this operand: its sign, and the places of
+    /// its operands.
+    division: Option<(Span, [Span; 2])>,
     /// What the warning of a complement asks.
     form: Form,
 }
@@ -36,7 +39,7 @@ enum Form {
 
 impl Operand {
     fn new(of: NumberType, span: Span) -> Operand {
-        Operand { of, span, form: Form::Other }
+        Operand { of, span, division: None, form: Form::Other }
     }
 }
 
@@ -73,6 +76,19 @@ impl Resolver<'_> {
     /// The warnings about an expression and its target.
     fn doubts(&mut self, target: Target, whole: Operand) {
         match target {
+            Target::Word(word) if type_of(word) == NumberType::Real => {
+                let Some((sign, [left, right])) = whole.division else { return };
+                let (left, right) = (self.text(left), self.text(right));
+                let is_constant = right.bytes().all(|b| b.is_ascii_digit());
+                let real = match is_constant {
+                    true => format!("{left} / {right}.0"),
+                    false => format!("toreal({left}) / {right}"),
+                };
+                let message = "a division of integers loses its fraction before it is stored";
+                let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
+                let help = format!("write `{real}`, or `trunc({real})` if the loss is meant");
+                self.find(finding.label("both sides are integers").help(help));
+            }
             Target::Bit(_) if whole.form == Form::ComplementOfBit => {
                 let name = self.text(whole.span).trim_start_matches('~').trim_start();
                 let message = "`~` of a bit is -1 or -2, which is never 0";
@@ -101,7 +117,9 @@ impl Resolver<'_> {
                     None => walk.unknown(part.span),
                 },
                 PartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
-                PartKind::Binary(operator, _) => self.binary(&mut walk, *operator, part.span),
+                PartKind::Binary(operator, sign) => {
+                    self.binary(&mut walk, (*operator, *sign), part.span);
+                }
                 PartKind::Call(name, count) => self.call(&mut walk, (name, *count), part.span),
             }
         }
@@ -146,7 +164,7 @@ impl Resolver<'_> {
         let Some(operand) = walk.operands.pop() else { return };
         let of = operand.of;
         let whole = match operator {
-            Unary::Minus => Operand::new(of, span),
+            Unary::Minus => Operand { division: operand.division, ..Operand::new(of, span) },
             Unary::Not => Operand::new(NumberType::Integer, span),
             Unary::Complement => {
                 self.wants_integers(walk, operator.sign(), &[operand]);
@@ -158,16 +176,19 @@ impl Resolver<'_> {
         walk.push(Part::Unary(operator, of), whole);
     }
 
-    fn binary(&mut self, walk: &mut Walk, operator: Binary, span: Span) {
+    fn binary(&mut self, walk: &mut Walk, (operator, sign): (Binary, Span), span: Span) {
         let (Some(right), Some(left)) = (walk.operands.pop(), walk.operands.pop()) else { return };
         let of = left.of.with(right.of);
+        let division = left.division.or(right.division);
         let whole = match operator {
-            Binary::Add
-            | Binary::Subtract
-            | Binary::Multiply
-            | Binary::Divide
-            | Binary::Power
-            | Binary::Remainder => Operand::new(of, span),
+            Binary::Divide if of == NumberType::Integer => {
+                let own = Some((sign, [left.span, right.span]));
+                Operand { division: division.or(own), ..Operand::new(of, span) }
+            }
+            Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Power => {
+                Operand { division, ..Operand::new(of, span) }
+            }
+            Binary::Remainder => Operand::new(of, span),
             Binary::And
             | Binary::Or
             | Binary::Xor
@@ -228,7 +249,11 @@ impl Resolver<'_> {
             ResultType::Integer => (all, NumberType::Integer),
             ResultType::Real => (NumberType::Real, NumberType::Real),
         };
-        walk.push(Part::Call(function, count, of), Operand::new(result, span));
+        // A rounding says that the fraction is not wanted.
+        let division = typed.iter().find_map(|operand| operand.division);
+        let division = division.filter(|_| spec.result != ResultType::Integer);
+        let whole = Operand { division, ..Operand::new(result, span) };
+        walk.push(Part::Call(function, count, of), whole);
     }
 }
 

@@ -208,6 +208,8 @@ findings! {
     MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
     MixedOperators "mixed-operators" Warning
         "Operators of an expression that are easily misread are mixed without parentheses.";
+    IntegerDivisionIntoReal "integer-division-into-real" Warning
+        "A division of integers loses its fraction, and the result goes into a real.";
     ComplementOfBit "complement-of-bit" Warning
         "`~` of a bit is never 0: a bit that takes it is always ON.";
     ConstantSaturates "constant-saturates" Warning
