@@ -261,11 +261,12 @@ instructions! {
         "Copies the value to the word in every scan while the rung is ON, saturating at the \
          word's range. In a word of whole numbers, a real is truncated towards zero.";
     Add "ADD" "Add", WHEN, ARITHMETIC, false, Kept, HELP,
-        "Writes a + b to the word in every scan while the rung is ON, saturating. With a real among \
-         them the sum is a real, which a word of whole numbers takes truncated towards zero.";
+        "Writes a + b to the word in every scan while the rung is ON, saturating. With a real \
+         among them the sum is a real, which a word of whole numbers takes truncated towards zero.";
     Sub "SUB" "Subtract", WHEN, ARITHMETIC, false, Kept, HELP,
-        "Writes a - b to the word in every scan while the rung is ON, saturating. With a real among \
-         them the result is a real, which a word of whole numbers takes truncated towards zero.";
+        "Writes a - b to the word in every scan while the rung is ON, saturating. With a real \
+         among them the result is a real, which a word of whole numbers takes truncated towards \
+         zero.";
     Math "MATH" "Calculate", WHEN, &[positional("target", OperandKind::Target)], false, Kept, HELP,
         "Evaluates the expression and stores the result in every scan while the rung is ON. \
          Results stay at the limits; status bits say what happened.";
