@@ -23,7 +23,9 @@ fn assert_no_scan_lost(live: &mut Live) {
     assert_eq!(live.ok("read size"), "size  D1  12\n", "the next one is served");
     let statistics = live.end();
     let number = |name: &str| statistics[name].as_f64().unwrap();
-    let points = (number("over_us") / 1000.0 / PERIOD_MS).round() + 1.0;
+    // The last scan's own grid point: what it came late by, no later scan counts as skipped.
+    let over_us = number("over_us") - number("late_us_last");
+    let points = (over_us / 1000.0 / PERIOD_MS).round() + 1.0;
     let counted = number("scans") + number("skipped");
     assert!((points - counted).abs() <= 1.0, "{counted} of {points}: {statistics}");
 }
@@ -153,8 +155,12 @@ fn a_thousand_connections_keep_nobody_out() {
             live.ok("read size");
         }
     }
-    let open = descriptors(&live);
-    assert!(open < 64 + 40, "{open} descriptors are open");
+    // The places of those that had to go are given back while the next ones come.
+    let begun = Instant::now();
+    while descriptors(&live) >= 64 + 40 {
+        assert!(begun.elapsed() < PATIENCE, "{} descriptors are open", descriptors(&live));
+        std::thread::sleep(Duration::from_millis(20));
+    }
     assert_no_scan_lost(&mut live);
 }
 

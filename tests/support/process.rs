@@ -140,6 +140,11 @@ impl Running {
         std::iter::from_fn(|| self.lines.recv_timeout(PATIENCE).ok()).collect()
     }
 
+    /// The lines that are here already.
+    pub fn so_far(&self) -> Vec<Value> {
+        self.lines.try_iter().collect()
+    }
+
     pub fn pid(&self) -> String {
         self.child.id().to_string()
     }
