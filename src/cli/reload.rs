@@ -113,11 +113,11 @@ fn end(done: &Reloaded) -> String {
     match done.swap_us {
         _ if done.same => "nothing changed: the files are those that run already\n".to_owned(),
         Some(us) if mode == "RUN" => {
-            format!("{ladder} runs since a swap of {us} us between two scans\n")
+            format!("`{ladder}` runs now: the swap between two scans took {us} us\n")
         }
         Some(us) => format!(
-            "{ladder} is in since a swap of {us} us; the mode is {mode}, and nothing is scanned \
-             until `rungd mode run`\n"
+            "`{ladder}` is loaded: the swap took {us} us; the mode is {mode}, and nothing is \
+             scanned until `rungd mode run`\n"
         ),
         None => "dry run: nothing was done\n".to_owned(),
     }

@@ -68,6 +68,7 @@ Y1    Y1  OFF
         ("read X0..X99999", "beyond memory"),
         ("read jam..", "`jam..` is no range (write both ends"),
         ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
+        ("read D0,D5", "(write `D0..D5` for all of them; or `D0` and `D5`, each on its own)"),
         ("write D0..D5 1", "`D0..D5` is a range: name one of it"),
         ("force X0..X5 ON", "`X0..X5` is a range: name one of it"),
     ] {
@@ -316,7 +317,7 @@ fn nothing_that_a_ladder_says_adds_a_line_to_an_answer() {
     ladder.push_str("# edited\n");
     std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
     let reloaded = live.ok("reload");
-    assert!(reloaded.contains("a\\u{a}b is in since"), "{reloaded}");
+    assert!(reloaded.contains("`a\\u{a}b` is loaded"), "{reloaded}");
 }
 
 #[test]

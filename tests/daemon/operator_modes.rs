@@ -193,3 +193,14 @@ fn connected(live: &Live) -> Option<OwnedFd> {
     let stream = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None).unwrap();
     connect(&stream, &path).is_ok().then_some(stream)
 }
+
+#[test]
+fn a_force_of_an_output_outside_run_says_that_the_output_stays_safe() {
+    let live = Live::start(LADDER, "", &["--stopped"]);
+    let words = "only in RUN does the force reach the output";
+    let said = live.say("force Y7 on");
+    assert!(said.code == 0 && said.err.contains(words), "{said:?}");
+    assert!(!live.say("force C7 on").err.contains(words));
+    live.ok("mode run");
+    assert!(!live.say("force Y7 on").err.contains(words));
+}

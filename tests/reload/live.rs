@@ -89,7 +89,7 @@ fn a_reload_of_a_comment_says_that_there_is_no_difference() {
     let said = live.ok("reload --dry-run");
     assert!(said.starts_with(none) && said.ends_with("\ndry run: nothing was done\n"), "{said}");
     let said = live.ok("reload");
-    assert!(said.starts_with(none) && said.contains("\nladder runs since"), "{said}");
+    assert!(said.starts_with(none) && said.contains("\n`ladder` runs now"), "{said}");
 }
 
 #[test]
@@ -266,7 +266,7 @@ fn reloaded_by_the_unit(operator: &str) -> (Running, live::Said) {
 fn a_reload_finds_the_socket_in_the_controller_file() {
     let (_running, said) = reloaded_by_the_unit("socket = \"op\"");
     assert_eq!((said.code, said.err.as_str()), (0, ""), "{said:?}");
-    assert!(said.out.contains("runs since a swap of"), "{said:?}");
+    assert!(said.out.contains("runs now: the swap"), "{said:?}");
 }
 
 #[test]

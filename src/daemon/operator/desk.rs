@@ -19,7 +19,7 @@ use crate::daemon::narration::span;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
 use crate::events::{self, Event, Level};
-use crate::isa::Address;
+use crate::isa::{Address, Bit, BitSpace};
 use crate::operator::names::Names;
 use crate::operator::operand::Operand;
 use crate::operator::protocol::{
@@ -35,6 +35,8 @@ use crate::say::say;
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
 /// The most forces that an answer names.
 const FORCES_NAMED_MAX: usize = 8;
+/// The note for an output that is forced outside RUN.
+const STAYS_SAFE: &str = "only in RUN does the force reach the output: now it has its safe value";
 /// The least time limit of a change's wait for the scan that sees it.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
@@ -226,7 +228,11 @@ impl Desk {
         let forced = Forced { what: operand.what, name: operand.operand.clone() };
         self.forced().insert(operand.cell, forced);
         let before = self.carried_out(id).await?;
-        let change = self.forced_change(&operand, before);
+        let mut change = self.forced_change(&operand, before);
+        let is_output = matches!(operand.what, Address::Bit(Bit::Space(BitSpace::Y, _)));
+        if is_output && self.port.latest().mode != Mode::Run {
+            change.note = Some(STAYS_SAFE.to_owned());
+        }
         let did = format!("forced {} to {}", change.now, operand.held(value));
         tell(peer, &events::OPERATOR_FORCE, &operand, &change, &did);
         Ok(change)
