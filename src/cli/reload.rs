@@ -85,7 +85,13 @@ fn hang_up(pid: i32) -> Result<Exit> {
 /// # Errors
 /// Standard output cannot be written.
 pub fn rollback(args: &RollbackArgs) -> Result<Exit> {
-    ask(&args.at, &Request::Rollback {})
+    let done = ask(&args.at, &Request::Rollback {})?;
+    if matches!(done, Exit::Ok) && !args.at.json {
+        say_line(
+            "note: a rollback changes no file: a reload or a restart runs what the files hold",
+        );
+    }
+    Ok(done)
 }
 
 fn ask(at: &At, request: &Request) -> Result<Exit> {

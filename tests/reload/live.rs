@@ -117,8 +117,9 @@ fn a_rollback_by_hand_takes_back_once() {
     write(&live, "ladder.toml", &other);
     live.ok("reload");
     live.await_values("Y0 Y5 Y6 New.Running D9", "OFF ON ON ON 42");
-    let said = live.ok("rollback");
-    assert!(said.contains("Program New is gone and was terminated"), "{said}");
+    let said = live.say("rollback");
+    assert!(said.out.contains("Program New is gone and was terminated"), "{said:?}");
+    assert!(said.err.contains("a rollback changes no file"), "{said:?}");
     live.await_values("Y0 Y5 Y6 D9 $ForcesActive", "ON OFF OFF 42 ON");
     let line = live.line("went back to the program before the reload (asked for)");
     assert_eq!((&line["event"], &line["level"]), (&"rolled-back".into(), &"WARN".into()));
