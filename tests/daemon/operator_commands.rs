@@ -1,4 +1,4 @@
-//! The operator's commands from outside: the real binary at both ends.
+//! The operator's commands, with the real binary at both ends of the socket.
 
 use std::net::TcpListener;
 use std::process::Command;
@@ -344,7 +344,7 @@ fn the_requests_that_the_page_shows_are_done() {
     let page = include_str!("../../docs/operator.md");
     let lines = page.split("```json\n").nth(1).unwrap().split("```").next().unwrap();
     let mut stream = live.connect();
-    // So that there is a program to go back to: any byte makes another one.
+    // Makes a program to go back to: any changed byte makes another program.
     std::fs::write(live.folder.join("ladder.toml"), format!("{ladder}\n# edited\n")).unwrap();
     ask(&mut stream, r#"{"do":"reload","dry_run":false}"#);
     for line in lines.lines() {
