@@ -2,7 +2,7 @@
 //!
 //! A small file counts the starts that followed an unclean end. An end is unclean if the process
 //! crashed or was killed, by the watchdog or otherwise. After ten such starts without ten healthy
-//! minutes in RUN between them, the controller starts in STOP. A machine that starts and is dropped
+//! minutes in RUN between them, the controller starts in STOP. A machine that runs and drops out
 //! every few seconds does more harm than a machine that stands still.
 //!
 //! The file lies in `$RUNTIME_DIRECTORY`. systemd keeps that directory over restarts of the
@@ -357,7 +357,7 @@ mod tests {
         assert!(file.exists(), "as a device would be");
         drop(socket);
         fs::remove_file(&file).unwrap();
-        // The temporary file does not overwrite another's file either.
+        // Nor does the guard's temporary file overwrite another file.
         let (named, other) = (place("count.txt"), place("count.new"));
         fs::write(&other, "precious").unwrap();
         start(&named).end(Ended::Orderly);
