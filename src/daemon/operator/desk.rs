@@ -419,7 +419,22 @@ fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
 fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &str) {
     let (before, after) = (change.before, change.now.value);
     let forced = if change.was_forced { ", forced" } else { "" };
-    let address = &operand.address;
+    let words = format!("{did}: it was {before}{forced}, and is {after}");
+    tell_in(peer, event, operand, [before, after], &words);
+}
+
+/// The line in the log of a write that no scan has seen yet. No further line follows.
+fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held, Duration)) {
+    let (written, period) = waiting;
+    let before = change.before;
+    let waits = waits(written, period);
+    let words = format!("asked to write to {}: {waits}; until then it is {before}", change.now);
+    tell_in(peer, &events::OPERATOR_WRITE, operand, [before, written], &words);
+}
+
+/// A line about an operand, in these words, with its value before and after.
+fn tell_in(peer: &Peer, event: &Event, operand: &Operand, values: [Held; 2], words: &str) {
+    let (address, [before, after]) = (&operand.address, values);
     say!(
         *event at Info,
         who = %peer.name,
@@ -429,26 +444,7 @@ fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &st
         %address,
         %before,
         %after,
-        "{peer} {did}: it was {before}{forced}, and is {after}"
-    );
-}
-
-/// The line in the log of a write that no scan has seen yet. No further line follows.
-fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held, Duration)) {
-    let (written, period) = waiting;
-    let (before, address) = (change.before, &operand.address);
-    say!(
-        OPERATOR_WRITE,
-        who = %peer.name,
-        uid = peer.uid,
-        pid = peer.pid,
-        what = %operand.tag.as_ref().unwrap_or(address),
-        %address,
-        %before,
-        after = %written,
-        "{peer} asked to write to {}: {}; until then it is {before}",
-        change.now,
-        waits(written, period)
+        "{peer} {words}"
     );
 }
 
