@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Builds the Dockerfile and runs its image, on a machine without a container engine: by buildah, in
-# a chroot. Says what it saw; ends with 0 when all of it was as it should be.
+# Builds the Dockerfile and runs its image on a machine without a container engine: buildah works in
+# a chroot. Prints each result; the exit code is 0 if all results are as expected.
 #
 #   tests/container.sh          # as root
 #
-# The base image is made here, under its own name: Debian's trixie with gcc by mmdebstrap, and the
-# Rust that stands on this machine. Both are kept in $RUNGD_CONTAINER_CACHE (/var/tmp/rungd-container)
-# for the next time; the crates come from cargo's own cache. What it wants and does not find it
-# installs: mmdebstrap, buildah. The first run takes some minutes, further ones what the release
-# build takes.
+# The script makes the base image itself, under the name of the official image. It consists of
+# Debian trixie with gcc, from mmdebstrap, and of the Rust toolchain of this machine. The Debian
+# system and the image are kept in $RUNGD_CONTAINER_CACHE (/var/tmp/rungd-container) for the next
+# run. The crates come from cargo's own cache. The script installs mmdebstrap and buildah if they
+# are missing. The first run takes some minutes; a later run takes as long as the release build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -21,7 +21,7 @@ buildah() { command buildah --root "$cache/storage" --runroot "$cache/run" "$@";
 
 step "tools"
 missing=()
-# `type -P`, as `command -v` would find the function above.
+# `type -P`, because `command -v` would find the function above.
 for tool in mmdebstrap buildah; do type -P "$tool" >/dev/null || missing+=("$tool"); done
 if [ ${#missing[@]} -gt 0 ]; then
     (apt-get update -qq && apt-get install -y -qq "${missing[@]}") >/dev/null

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The mutation check of src/engine: cargo mutants, on as much of the crate as its tests need.
-# Without the daemon, the drivers and the binary a mutant takes seconds. More arguments go to
-# cargo mutants: tests/mutants.sh --shard 0/10
+# The mutation check of src/engine: runs cargo mutants on the part of the crate that the engine's
+# tests need. Without the daemon, the drivers and the binary a mutant takes seconds. Further
+# arguments go to cargo mutants: tests/mutants.sh --shard 0/10
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Installs, upgrades, removes and purges the Debian package in a root directory of its own, and says
-# what it saw; ends with 0 when all of it was as it should be. Without a running systemd: what the
-# service does under one is another test's.
+# Installs, upgrades, removes and purges the Debian package in a root directory of its own. Prints
+# each result; the exit code is 0 if all results are as expected. No systemd runs here:
+# tests/systemd.sh tests the running service.
 #
 #   tests/package.sh            # as root; builds the package by packaging/build-deb.sh
 #
-# The root directory is made by mmdebstrap and kept as a tar file in $RUNGD_PACKAGE_CACHE
-# (/var/tmp/rungd-package). What it wants and does not find it installs: mmdebstrap, lintian.
+# mmdebstrap makes the root directory, which is kept as a tar file in $RUNGD_PACKAGE_CACHE
+# (/var/tmp/rungd-package). The script installs mmdebstrap and lintian if they are missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -55,11 +55,11 @@ cleanup() {
 trap cleanup EXIT
 tar -C "$root" -xf "$cache/$suite.tar"
 mount -t proc proc "$root/proc"
-# Whatever dpkg is told to leave out on small systems is wanted here.
+# The test needs the files that dpkg leaves out on small systems.
 rm -f "$root"/etc/dpkg/dpkg.cfg.d/*
 cp "$first" "$second" "$root/root/"
 inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
-# All of the root but what every package operation writes.
+# All files of the root, except those that every package operation writes.
 content() {
     (cd "$root" && find . -xdev -mindepth 1 \( -path ./proc -o -path ./root -o -path ./var/lib/dpkg -o -path ./var/log \
         -o -path ./run -o -path ./tmp -o -path ./var/cache \) -prune -o -print | sort)
@@ -67,7 +67,7 @@ content() {
 content >"$root/root/before"
 install() { inside dpkg --force-confold -i "/root/$(basename "$1")" >"$root/root/dpkg.log" 2>&1 || { failed=1; cat "$root/root/dpkg.log"; }; }
 
-# Read to its end: with `grep -q` journalctl is cut off, which counts as a failure.
+# grep reads to the end: `grep -q` would cut journalctl off, and that counts as a failure.
 has_catalogue() { inside journalctl --list-catalog 2>/dev/null | grep rungd >/dev/null; }
 
 step "install"
@@ -87,7 +87,7 @@ step "upgrade"
 echo '# mine' >>"$root/etc/rungd/controller.toml"
 echo '# mine too' >"$root/etc/rungd/programs/press.toml"
 inside systemctl --quiet disable rungd.service
-# As the unit's StateDirectory= does.
+# The directory that StateDirectory= of the unit would make.
 inside install -d -o rungd -g rungd -m 750 /var/lib/rungd
 touch "$root/var/lib/rungd/kept"
 install "$second"

@@ -1,4 +1,5 @@
-# Sourced by the scripts beside it: says what is done, what was seen, and whether it is as it must be.
+# Sourced by the scripts beside it: prints each step, each observation, and ok or WRONG for each
+# check.
 
 failed=0
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# rungd under a real systemd, booted in a container: what README and docs/running.md say of the
-# service, shown as a table. Exit code 1 where anything is not as expected.
+# Runs rungd under a real systemd, booted in a container. Checks the statements of README and
+# docs/running.md about the service, and prints a table of results. Exit code 1: a result is wrong.
 #
 # usage: tests/systemd.sh            as root; installs systemd-container, mmdebstrap, cargo-deb
 #
@@ -8,10 +8,12 @@
 #   RUNGD_SUITE=SUITE    Debian's release in the container (default: trixie)
 #   RUNGD_KEEP=1         leave the work folder, with the journal in it
 #
-# Exit code 77: it cannot be done here (no root, no tool, no container), which says nothing of rungd.
+# Exit code 77: the test cannot run here, for lack of root, a tool or a container. That says nothing
+# about rungd.
 #
-# The container's root is made once (20 s) and kept as a tar file below the build's folder. The
-# container has its own /run, cgroups, journal and process numbers, and no network of its own.
+# The container's root directory is made once (20 s) and kept as a tar file below the build's
+# folder. The container has its own /run, cgroups, journal and process numbers. It shares the
+# machine's network.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")/.." && pwd)
@@ -53,7 +55,7 @@ outside() {
     unshare --mount --propagation private bash "$here/tests/systemd.sh" --inside "$work"
 }
 
-# The package, and the same as a later version.
+# The package, and a later version with the same content.
 packages() {
     first=${RUNGD_DEBS% *} second=${RUNGD_DEBS#* }
     if [ -n "$RUNGD_DEBS" ]; then return; fi
@@ -87,7 +89,7 @@ boot() {
     cannot "the container does not boot"
 }
 
-# A node of its own for the device that a container has not, as the kernel makes it: root's alone.
+# Makes a node for a device that the container lacks. As the kernel makes it, only root may use it.
 give_device() {
     local device=/dev/cpu_dma_latency
     [ -c "$device" ] || return 0
@@ -113,7 +115,7 @@ now() { date +%s%N; }
 since() { echo $((($(now) - $1) / 1000000)); }
 milliseconds() { awk -v n="$1" 'BEGIN { printf "%.2f s", n / 1000 }'; }
 
-# Waits up to so many seconds for a command to succeed.
+# Repeats a command until it succeeds, for at most this number of seconds.
 until_true() {
     local seconds=$1 end
     end=$(($(now) + seconds * 1000000000))
@@ -125,7 +127,7 @@ until_true() {
 }
 
 is() { [ "$(property "$1")" = "$2" ]; }
-# Its main process, if it is active: both in one look.
+# Prints the service's main process if the service is active; one query for both.
 up_as() {
     in_it systemctl show -p MainPID -p ActiveState rungd | sort | tr '\n' ' ' |
         sed -n 's/^ActiveState=active MainPID=\([1-9][0-9]*\) $/\1/p'
@@ -142,7 +144,7 @@ mark() { sleep 0.01; mark=$(in_it date '+%F %T.%6N'); }
 
 wrong=0
 row() { printf '%-44s %-5s %s\n' "$1" "$2" "$3"; }
-# check WHAT SEEN COMMAND…: a line of the table.
+# check WHAT SEEN COMMAND…: prints a line of the table.
 check() {
     local what=$1 seen=$2
     shift 2
@@ -155,7 +157,7 @@ check() {
 
 container() { in_it sh -ec "$1"; }
 
-# What comes with a first installation.
+# The effects of a first installation.
 test_install() {
     in_it dpkg -i /root/first.deb >"$work/dpkg" 2>&1 || true
     until_true 3 is_up || true
@@ -166,7 +168,7 @@ test_install() {
     in_it systemctl stop rungd
 }
 
-# A machine that moves is not stopped by an upgrade.
+# An upgrade does not stop a running machine.
 test_upgrade() {
     local pid
     in_it systemctl start rungd
@@ -198,8 +200,8 @@ test_purge() {
     check "purge: nothing is left" "${left:-nothing}" test -z "$left"
 }
 
-# READY comes behind the first scan: while the ladder is still being read (it is so long that this
-# takes seconds) the unit is starting. (A first scan that is a fault: tests/daemon/watchdog_fault.rs.)
+# READY follows the first scan. While the ladder is read, the unit is still starting; this ladder is
+# long enough to take seconds. (tests/daemon/watchdog_fault.rs tests a first scan that is a fault.)
 test_start() {
     local begin
     mark
@@ -234,7 +236,7 @@ test_status() {
         test "$texts" -le $((seconds + 3))
 }
 
-# The operator's socket: whose it is, and that it answers root; the user nobody is not let in.
+# The operator's socket: its owner and group; root gets an answer, the user nobody does not.
 test_operator() {
     local socket=/run/rungd/rungd.sock
     check "rungd status: the socket is the group's" "$(container "stat -c '%A %U %G' $socket")" \
@@ -246,15 +248,15 @@ test_operator() {
         container '! setpriv --reuid=65534 --clear-groups rungd status'
 }
 
-# journalctl -x shows what the catalogue says of each event.
+# journalctl -x shows the catalogue's text of an event.
 test_catalog() {
     local explained
     explained=$(in_it journalctl --no-pager -x -u rungd | grep -m 1 'Subject: mode-run' || true)
     check "journalctl -x explains an event" "$explained" test -n "$explained"
 }
 
-# The hardening lets the scan thread, and nobody else, become real-time. (Whether the limits may be
-# raised is the container's matter: a capability stands for them.)
+# The hardening lets only the scan thread become real-time. (Whether the limits may be raised
+# depends on the container: a capability stands for them.)
 test_realtime() {
     local policies
     container 'cp /etc/rungd/controller.toml /root/controller.toml
@@ -293,14 +295,15 @@ test_realtime() {
     in_it systemctl start rungd
 }
 
-# Kills its main process with a signal; nothing where there is none (0 would be this script's group).
+# Sends a signal to the service's main process, if there is one. (Process 0 would be this script's
+# group.)
 kill_it() {
     local pid
     pid=$(up_as)
     [ -n "$pid" ] && in_it kill -s "$1" "$pid"
 }
 
-# What is killed is started again.
+# systemd restarts a killed process.
 test_kill() {
     local pid begin
     pid=$(up_as)
@@ -314,7 +317,7 @@ test_kill() {
         logged 'restart 1 of 10'
 }
 
-# A process that stands still gives systemd no evidence.
+# The watchdog ends a process that stands still.
 test_hang() {
     local pid begin limit
     pid=$(up_as)
@@ -330,7 +333,8 @@ test_hang() {
         logged "Failed with result 'watchdog'"
 }
 
-# Ten restarts without ten healthy minutes, of which two have come: the process starts in STOP.
+# Ten restarts without ten healthy minutes between them lead to a start in STOP. Two have happened
+# before this test.
 test_crash_loop() {
     local kills=2 pid begin
     begin=$(now)
@@ -358,7 +362,7 @@ test_crash_loop() {
         container 'grep -q "restarts=0 process=running" /run/rungd/restarts'
 }
 
-# journald stands still for five seconds, and then goes on: every grid point is accounted for.
+# journald stands still for five seconds: every grid point is accounted for.
 test_frozen_journal() {
     local journald numbers
     mark
@@ -379,7 +383,7 @@ test_frozen_journal() {
     in_it systemctl start rungd
 }
 
-# Another program without a stop; a bad one changes nothing, and systemctl says so.
+# A reload changes the program without a stop. A bad program changes nothing, and systemctl fails.
 test_reload() {
     local pid code=0
     pid=$(up_as)
@@ -418,7 +422,7 @@ reload_with() {
     until_true 5 status_is '^RUN' || true
 }
 
-# What is retained is there behind a restart, and behind a kill that systemd mends.
+# Retained values survive a restart of the service, and a kill after which systemd restarts it.
 test_retain() {
     local file=/var/lib/rungd/retain pid
     container 'cp -p /etc/rungd/controller.toml /root/controller.toml
@@ -450,7 +454,7 @@ test_retain() {
     in_it systemctl restart rungd
 }
 
-# Stops it; how long that took.
+# Stops the service, and measures the time.
 test_stop() {
     local begin
     mark
@@ -464,7 +468,7 @@ test_stop() {
         container '! test -e /run/rungd'
 }
 
-# A bad ladder is refused, and not tried again.
+# A bad ladder is refused, and systemd does not try it again.
 test_bad_ladder() {
     container "cp $ladder /root/ladder
         printf '\n[[program.rung]]\nwhen = [\"\$On\"]\ndo = [\"OUTT Y0\"]\n' >> $ladder"

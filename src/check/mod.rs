@@ -1,6 +1,6 @@
 //! The rules over the resolved program as a whole.
 //!
-//! The loader calls [`check`] after the resolver has made a program, and [`silence`] with all
+//! The loader calls [`check`] after the resolver has made a program, and [`silence()`] with all
 //! findings of the load. Each rule has its own file; the file's header shows a ladder that passes
 //! and one that fails. A rule only reads the program and adds findings (the mistake, its place, and
 //! the text to write instead). All rules run, whatever others find.

@@ -85,7 +85,13 @@ fn hang_up(pid: i32) -> Result<Exit> {
 /// # Errors
 /// Standard output cannot be written.
 pub fn rollback(args: &RollbackArgs) -> Result<Exit> {
-    ask(&args.at, &Request::Rollback {})
+    let done = ask(&args.at, &Request::Rollback {})?;
+    if matches!(done, Exit::Ok) && !args.at.json {
+        say_line(
+            "note: a rollback changes no file: a reload or a restart runs what the files hold",
+        );
+    }
+    Ok(done)
 }
 
 fn ask(at: &At, request: &Request) -> Result<Exit> {
@@ -113,11 +119,11 @@ fn end(done: &Reloaded) -> String {
     match done.swap_us {
         _ if done.same => "nothing changed: the files are those that run already\n".to_owned(),
         Some(us) if mode == "RUN" => {
-            format!("{ladder} runs since a swap of {us} us between two scans\n")
+            format!("`{ladder}` runs now: the swap between two scans took {us} us\n")
         }
         Some(us) => format!(
-            "{ladder} is in since a swap of {us} us; the mode is {mode}, and nothing is scanned \
-             until `rungd mode run`\n"
+            "`{ladder}` is loaded: the swap took {us} us; the mode is {mode}, and nothing is \
+             scanned until `rungd mode run`\n"
         ),
         None => "dry run: nothing was done\n".to_owned(),
     }

@@ -76,25 +76,17 @@ fn terminates(instruction: &Instruction) -> bool {
 }
 
 /// The warning for a controller that waits in STOP for a command, and has no socket to take it.
+///
+/// A file that only names no socket has none at a start by hand, but a service's place for it, or
+/// `RUNGD_SOCKET`, is not in the file: the log says it, where no socket is there.
 fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option<Finding> {
     let retains = controller.retain.iter().any(|range| Space::RETAINABLE.contains(&range.space));
-    let has_place = controller.operator.socket.is_some();
-    let has_socket = controller.operator.enabled && has_place;
-    if has_socket || controller.retention.runs_cold || !retains {
+    if controller.operator.enabled || controller.retention.runs_cold || !retains {
         return None;
     }
-    let range = written.retain.ranges.first()?.span;
-    let waits = "a start that finds nothing to restore waits in STOP for `rungd mode run`";
-    if controller.operator.enabled {
-        let message = format!("{waits}, and outside of a service there is no socket for it");
-        let finding = Finding::new(Code::ColdForEver, range, message).label("retained here");
-        return Some(finding.help(
-            "write `[operator] socket = \"rungd.sock\"` (a service uses its own); or `[retain] \
-             cold-start = \"run\"`",
-        ));
-    }
-    let message = format!("{waits}, and there is no socket for it");
-    let place = written.operator.as_ref()?.span;
+    let (place, range) = (written.operator.as_ref()?.span, written.retain.ranges.first()?.span);
+    let message = "a start that finds nothing to restore waits in STOP for `rungd mode run`, and \
+                   there is no socket for it";
     let finding = Finding::new(Code::ColdForEver, place, message)
         .label("without an operator's socket")
         .related(range, "retained here");

@@ -1,7 +1,7 @@
-//! A load → settings: makes a program and a controller file ready to run.
+//! From loaded files to settings: makes a program and a controller file ready to run.
 //!
-//! `load` reads files and finds mistakes in them. This module makes the engine's program from the
-//! ladder, and the settings of runtime and drivers from the controller file.
+//! `load` reads the files and finds the mistakes in them. This module makes the engine's program
+//! from the ladder, and the settings of the runtime and the drivers from the controller file.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -36,17 +36,18 @@ const US_NS: u64 = 1_000;
 
 /// A controller, ready to be started.
 pub struct Setup {
-    /// The controller file, as given.
+    /// The controller file's name, as given.
     pub controller: String,
     /// The log's facts about the ladder.
     pub ladder: LadderFacts,
-    /// SHA-256 of all files, the controller's too, with their names.
+    /// SHA-256 sums over all files, the controller file included: of their names, and of their
+    /// texts.
     pub(super) source: String,
     /// The number of warnings of the check.
     pub warnings: usize,
     pub(super) symbols: Symbols,
     pub(super) names: Arc<Names>,
-    /// Names of the blocks, by `BlockId`; and whether each is a Task.
+    /// The name of each block, by `BlockId`, and whether it is a Task.
     pub(super) blocks: Vec<(String, bool)>,
     pub(super) operator: Operator,
     pub(super) narration: Narration,
@@ -57,9 +58,9 @@ pub struct Setup {
     pub(super) modbus: Option<Modbus>,
     pub(super) rules: Vec<Rule>,
     pub(super) devices: Vec<crate::controller::device::Device>,
-    /// Theirs, in the same order.
+    /// The wiring of each of `devices`, in the same order.
     pub(super) field: Vec<Wiring>,
-    /// The time for which a reloaded program is on trial; zero: no trial.
+    /// The trial time of a reloaded program; zero: no trial.
     pub(super) probation: Duration,
     pub(super) retain: Option<Wanted>,
 }
@@ -67,11 +68,11 @@ pub struct Setup {
 /// The facts about a ladder that the log shows at the start.
 #[derive(Clone, Debug)]
 pub struct LadderFacts {
-    /// Its name.
+    /// The ladder's name.
     pub name: String,
     /// The number of the program's ladder files.
     pub ladders: usize,
-    /// Their names.
+    /// The names of these files.
     pub files: String,
     /// SHA-256 of the files' bytes, concatenated: `cat FILES | sha256sum` gives the same.
     pub sha256: String,
@@ -82,7 +83,7 @@ pub struct LadderFacts {
 }
 
 impl Setup {
-    /// Whether a field device is another than in `other`, by what is running.
+    /// Whether the field devices of two setups differ in name, polling, driver or wiring.
     pub(super) fn devices_differ(&self, other: &Setup) -> bool {
         let same = |(a, b): (&Device, &Device)| {
             a.name == b.name && a.poll_ms == b.poll_ms && a.driver == b.driver
@@ -94,8 +95,8 @@ impl Setup {
     }
 }
 
-/// Makes what was loaded ready to run, with the cross-checks that only running needs; `Err` is
-/// why it cannot be run by this version. `loaded` has no errors.
+/// Makes loaded files ready to run, with the cross-checks that only running needs. `Err` is the
+/// reason why this version cannot run them. `loaded` must have no errors.
 ///
 /// # Errors
 /// A text that names file, place, cause and remedy.
@@ -132,8 +133,8 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
     Ok((code, setup))
 }
 
-/// What the files come to, or why they cannot be run. Their texts are not kept: a controller runs
-/// for months.
+/// Loads the files and makes them ready to run. The inner `Err` is the reason why they cannot run.
+/// The texts of the files are not kept, since a controller runs for months.
 ///
 /// # Errors
 /// The controller file cannot be read.
@@ -256,7 +257,7 @@ fn sha256(files: &[SourceFile]) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// By what files are the same as others.
+/// A text that is equal for files of equal names and contents.
 fn source(files: &[SourceFile]) -> String {
     let parts = files.iter().map(|file| format!("{} {}\n", file.name, file.text.len()));
     let names = SourceFile { name: String::new(), text: parts.collect() };

@@ -1,13 +1,13 @@
 //! The restart guard: after too many unclean restarts, the controller starts in STOP.
 //!
-//! A small file counts starts that followed an unclean end: the process before this one was
-//! killed, by the watchdog or otherwise, or crashed. Ten of them without ten healthy minutes
-//! between them, and the controller starts in STOP: a machine that is started and dropped every few
-//! seconds does more harm than one that stands still.
+//! A small file counts the starts that followed an unclean end. An end is unclean if the process
+//! crashed or was killed, by the watchdog or otherwise. After ten such starts without ten healthy
+//! minutes in RUN between them, the controller starts in STOP. A machine that runs and drops out
+//! every few seconds does more harm than a machine that stands still.
 //!
-//! The file lies in `$RUNTIME_DIRECTORY`, which systemd keeps over restarts of the service and
-//! not over a stop or a reboot: a power cut is no sign of a bad program. Whatever is wrong with the
-//! file is said in the log, and keeps no controller from its start.
+//! The file lies in `$RUNTIME_DIRECTORY`. systemd keeps that directory over restarts of the
+//! service, but not over a stop or a reboot. So a power cut does not count: it is no sign of a bad
+//! program. Any problem with the file is logged, and never keeps a controller from starting.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -26,7 +26,7 @@ const RESTARTS_MAX: u32 = 10;
 /// The file's name in the directory that systemd gives.
 const FILE_NAME: &str = "restarts";
 const FILE_BYTES_MAX: u64 = 200;
-/// The longest time that the end waits for a write that is under way.
+/// The longest time that `end` waits for a write in progress.
 const WRITE_PATIENCE: Duration = Duration::from_millis(200);
 
 /// The guard of one process.
@@ -38,14 +38,14 @@ pub struct Guard {
     writing: Option<JoinHandle<()>>,
 }
 
-/// How a process ended, as far as it can tell.
+/// How a process ended, as far as the process itself knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// By a request: the count begins again at 0.
+    /// On request: the count starts again at 0.
     Orderly,
-    /// It ended by itself with a reason in the log; not counted.
+    /// By its own decision, with the reason in the log: not counted.
     Refused,
-    /// By a bug: counted, as a crash is.
+    /// By a bug: counted like a crash.
     Crashed,
 }
 
@@ -53,28 +53,29 @@ pub enum Ended {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Count {
     restarts: u32,
-    /// A process runs, or has ended without writing its end.
+    /// True while a process runs, and after a process that did not write its end.
     running: bool,
 }
 
-/// How long RUN has lasted, by evidence.
+/// How long RUN has lasted, judged by the pulses of the scan thread.
 #[derive(Debug)]
 struct Healthy {
     enough: Duration,
-    /// When scans were first seen in this RUN; and how many so far, and that it was enough.
+    /// The time of the first pulse in this RUN. `pulses` is the last number seen. `reached`: RUN
+    /// has lasted `enough`.
     since: Option<Duration>,
     pulses: u64,
     reached: bool,
 }
 
-/// Where restarts are counted if the command line does not say: where systemd says so.
+/// The default file, in the directory that systemd gives; `None` if it gives none.
 pub fn file_of_environment() -> Option<PathBuf> {
     let folder = directories::runtime().or_else(directories::state)?;
     Some(folder.join(FILE_NAME))
 }
 
 impl Guard {
-    /// Counts this start; `healthy` is how long RUN must last for the count to begin anew.
+    /// Counts this start. `healthy` is the time in RUN after which the count starts again at 0.
     pub fn begin(file: Option<PathBuf>, healthy: Duration) -> Guard {
         let healthy = Healthy { enough: healthy, since: None, pulses: 0, reached: false };
         let mut guard = Guard { file, restarts: 0, healthy, writing: None };
@@ -131,7 +132,7 @@ impl Guard {
         }
     }
 
-    /// Looks at the controller; `now` counts from any moment. Never waits.
+    /// Checks whether RUN has lasted long enough. `now` counts from any fixed moment. Never waits.
     pub(super) fn look(&mut self, now: Duration, mode: Mode, pulses: u64) {
         let Some(file) = &self.file else { return };
         if !self.healthy.look(now, mode, pulses) || self.restarts == 0 {
@@ -141,7 +142,7 @@ impl Guard {
         let healthy = span(self.healthy.enough.as_nanos() as u64);
         say!(RESTART_GUARD_RESET, "{healthy} in RUN: restarts are counted anew");
         let file = file.clone();
-        // On a thread of its own: the caller also feeds systemd's watchdog, and must not wait.
+        // A separate thread writes: the caller also feeds systemd's watchdog and must not wait.
         let named = thread::Builder::new().name("rungd-guard".into());
         self.writing = named
             .spawn(move || {
@@ -153,7 +154,7 @@ impl Guard {
             .ok();
     }
 
-    /// The process ends.
+    /// Records the end of the process in the file.
     pub fn end(self, how: Ended) {
         let Some(file) = self.file else { return };
         if let Some(writing) = self.writing {
@@ -196,18 +197,20 @@ impl Healthy {
     }
 }
 
-/// Whether a count may take its place, and go at the end: a device, a pipe, a folder, a link or a
-/// text of some length is somebody else's, whatever the command line says.
+/// Refuses a path that holds something which the guard did not write: a device, a pipe, a folder, a
+/// link or a longer text. The guard would overwrite and remove it, since the command line can name
+/// any path.
 fn may_be_ours(file: &Path) -> io::Result<()> {
     match fs::symlink_metadata(file) {
         Ok(meta) if !meta.is_file() => Err(io::Error::other("it is no file")),
         Ok(meta) if meta.len() > FILE_BYTES_MAX => Err(io::Error::other("it holds something else")),
-        // What cannot be looked at is told of when it is read or written.
+        // Any other error returns when the file is read or written, and is reported there.
         _ => Ok(()),
     }
 }
 
-/// Nothing where there is no file. (Nor does a pipe or a device in its place make anybody wait.)
+/// Reads the count; a missing file counts as 0. `O_NONBLOCK`: a pipe or a device in the file's
+/// place does not delay the start.
 fn read(file: &Path) -> io::Result<Count> {
     let mut options = File::options();
     let file = match options.read(true).custom_flags(libc::O_NONBLOCK).open(file) {
@@ -222,12 +225,13 @@ fn read(file: &Path) -> io::Result<Count> {
     parse(&text).ok_or_else(|| io::Error::other("it is not what rungd wrote"))
 }
 
-/// Beside it, then in its place: a process that is killed meanwhile leaves one of the two.
+/// Writes a new file beside the old one, then renames it. If the process is killed meanwhile, one
+/// of the two counts is left whole.
 fn write(file: &Path, count: Count) -> io::Result<()> {
     let mut beside = file.as_os_str().to_owned();
     beside.push(".new");
     let beside = PathBuf::from(beside);
-    // Whatever is there, and were it a link or a pipe, goes.
+    // Removes anything that has this name, even a link or a pipe.
     let _ = fs::remove_file(&beside);
     let mut new = File::options().write(true).create_new(true).mode(0o644).open(&beside)?;
     new.write_all(text(count).as_bytes())?;
@@ -353,7 +357,7 @@ mod tests {
         assert!(file.exists(), "as a device would be");
         drop(socket);
         fs::remove_file(&file).unwrap();
-        // Nor does the name under which it is written first take another file's.
+        // Nor does the guard's temporary file overwrite another file.
         let (named, other) = (place("count.txt"), place("count.new"));
         fs::write(&other, "precious").unwrap();
         start(&named).end(Ended::Orderly);

@@ -18,7 +18,7 @@ use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{DeviceEdge, Generations, Observer, Record, Statistics, What};
 use crate::say::say;
 
-/// The statistics since the last heartbeat, or of the whole run.
+/// Logs scan statistics: those since the last heartbeat, or those of the whole run.
 macro_rules! tell {
     ($event:ident, $statistics:expr, $text:literal $(, $field:ident = $value:expr)*) => {{
         let Statistics { scans, execution: scan, lateness: late, overruns, skipped, .. } =
@@ -50,29 +50,29 @@ macro_rules! tell {
     }};
 }
 
-/// The observer of the scan thread's records that logs them.
+/// The observer that logs the scan thread's records.
 pub(super) struct LogWriter {
     narrations: Generations<Narration>,
-    /// That of the program that scans.
+    /// The names of the program that is scanned now.
     narration: Arc<Narration>,
     facts: Facts,
-    /// The field devices, by number; whether the log knows how each is.
+    /// The field devices, by number; and whether the log has told each device's last change.
     devices: Vec<(Health, bool)>,
-    /// As seen last.
+    /// The mode in the last snapshot.
     mode: Mode,
-    /// How many bits and words are forced, likewise.
+    /// The number of forced bits and words in the last snapshot.
     forces: usize,
-    /// When the last heartbeat was seen.
+    /// The time of the last heartbeat.
     beat_ns: Option<u64>,
     standing: Option<Lasting>,
-    /// The monitor has called the scan under way a fault, and that was told.
+    /// The monitor has declared the current scan a fault, and the log has said so.
     tripped: bool,
     alarms: Alarms,
 }
 
 /// A STOP or FAULT that lasts.
 struct Lasting {
-    /// The mode's.
+    /// The name of the mode.
     name: &'static str,
     since_ns: u64,
     told_ns: u64,
@@ -115,7 +115,7 @@ impl LogWriter {
             Mode::Stop(_) => {
                 say!(MODE_STOP, scan, "STOP: {why}; outputs are at their safe values")
             }
-            // The scan that did not end did in the end: nothing new is wrong.
+            // The overlong scan has ended after all: this is no new fault.
             Mode::Fault(FaultReason::ScanTooLong { scan_us }) if self.tripped => {
                 say!(
                     FAULT_SCAN_ENDED,
@@ -124,7 +124,7 @@ impl LogWriter {
                     "the scan of this fault has ended; it is not complete"
                 );
             }
-            // Likewise the scan that did not come.
+            // The scan thread has come back after all: this is no new fault either.
             Mode::Fault(FaultReason::ScanNeverBegins) if self.tripped => {
                 say!(
                     FAULT_THREAD_BACK,
@@ -210,7 +210,8 @@ impl LogWriter {
     fn overruns(&self, count: u32, skipped: u64, (scan_ns, late_ns): (u64, u64), scan: u64) {
         let (period, scan_us_max, late_us_max) =
             (span(self.narration.tempo.period_ns), us(scan_ns), us(late_ns));
-        // A long scan may be the ladder, or a machine that was busy elsewhere: the mean tells.
+        // A long scan may come from the ladder or from a busy machine: the mean of the scan times
+        // tells them apart.
         let cause = if scan_ns >= self.narration.tempo.period_ns {
             "a scan took longer than the period"
         } else {
@@ -231,7 +232,7 @@ impl LogWriter {
         );
     }
 
-    /// Tells of alarms that went ON in these scans, and stand.
+    /// Logs the alarms that went ON in these scans and are still ON.
     fn stands(&self, alarms: &[(u32, u64)]) {
         for (watch, scan) in alarms {
             let Some(news) = self.narration.bit(*watch) else { continue };
@@ -240,7 +241,7 @@ impl LogWriter {
         }
     }
 
-    /// The heartbeat while nothing is scanned: scans bring theirs with their statistics.
+    /// The heartbeat while nothing is scanned. In RUN, the statistics are the heartbeat.
     fn beat(&mut self, latest: &Snapshot, now_ns: u64) {
         let since_ns = *self.beat_ns.get_or_insert(now_ns);
         let due = self.facts.heartbeat_ns.is_some_and(|every_ns| now_ns >= since_ns + every_ns);
@@ -252,7 +253,7 @@ impl LogWriter {
         }
     }
 
-    /// Repeats, every minute, why the controller does not run.
+    /// Repeats the reason of a STOP or FAULT every minute.
     fn stand(&mut self, mode: Mode, now_ns: u64) {
         let lasting = match mode {
             Mode::Fault(_) => Some(mode),
@@ -304,7 +305,7 @@ impl Observer for LogWriter {
                 }
             }
             What::Swapped { generation, swap_ns } => {
-                // Alarms are known by their numbers, and these are now the new program's.
+                // Alarms are known by their numbers, and the new program's numbers differ.
                 self.ended(record.at_ns);
                 self.alarms = Alarms::new();
                 self.narration = self.narrations.of(generation);
@@ -385,7 +386,7 @@ impl Observer for LogWriter {
     }
 }
 
-/// What the alarms' own allowance left out.
+/// Logs the number of alarm lines that the allowance withheld.
 fn tell_withheld(told: Option<Told>) {
     if let Some(Told { lines, lasted_ns }) = told {
         let (withheld, over) = ("alarm-on", span(lasted_ns));
@@ -398,7 +399,7 @@ fn tell_withheld(told: Option<Told>) {
     }
 }
 
-/// At the end.
+/// Logs the statistics of the whole run, at its end.
 pub(super) fn tell_statistics(statistics: &Statistics) {
     tell!(STATISTICS, statistics, "scan statistics of the whole run, {}");
 }

@@ -14,29 +14,29 @@ use crate::runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
 /// The names for all log lines.
 #[derive(Clone, Debug)]
 pub(super) struct Narration {
-    /// By `BlockId`.
+    /// Kind and name of each block, by `BlockId`.
     blocks: Vec<(BlockKind, String)>,
     stages: Vec<String>,
     bits: Vec<BitNews>,
     words: Vec<WordNews>,
     /// The rungs of MATHs, by number.
     maths: Vec<String>,
-    /// How long the program is.
+    /// The number of rungs of the program.
     rungs: usize,
-    /// How often it is scanned.
+    /// The scan period and the watchdog.
     pub tempo: Tempo,
 }
 
 /// An event of a block or Stage.
 pub(super) struct BlockNews<'a> {
-    /// In the catalogue.
+    /// The event in the catalogue.
     pub event: &'static Event,
     /// Program, Task or Stage.
     pub kind: &'static str,
     pub name: &'a str,
-    /// In words.
+    /// The event in words: `started`.
     pub what: &'static str,
-    /// Whether it is more than a detail.
+    /// False for a detail, which is logged at debug level.
     pub news: bool,
 }
 
@@ -48,19 +48,19 @@ pub(super) struct BitNews {
     pub alarm: Option<String>,
 }
 
-/// What the log's lines say of the controller, and how often.
+/// Facts of the controller that log lines state, and the intervals of repeated lines.
 #[derive(Clone, Debug)]
 pub(super) struct Facts {
-    /// From repetition to repetition of why the controller does not run.
+    /// The interval at which the reason of a STOP or FAULT is repeated.
     pub repeat_ns: u64,
-    /// From heartbeat to heartbeat; `None`: there are none.
+    /// The interval of heartbeats; `None`: no heartbeats.
     pub heartbeat_ns: Option<u64>,
-    /// Whether an operator can run it again.
+    /// Whether an operator can set the mode back to RUN.
     pub has_operator: bool,
 }
 
 impl Facts {
-    /// The remedy for a FAULT that is not the engine's.
+    /// The remedy where a command or a restart can return the controller to RUN.
     pub fn again(&self) -> &'static str {
         if self.has_operator {
             "`rungd mode run`, or a restart of rungd, runs it again"
@@ -69,7 +69,8 @@ impl Facts {
         }
     }
 
-    /// What to do about a STOP. Where nothing was restored, a restart finds nothing either.
+    /// The remedy for a STOP. After `NothingRestored` a restart does not help: it restores nothing
+    /// either.
     pub fn leaves_stop(&self, reason: StopReason) -> &'static str {
         match (reason, self.has_operator) {
             (StopReason::NothingRestored, true) => {
@@ -90,7 +91,7 @@ impl Facts {
         }
     }
 
-    /// What to do about a FAULT.
+    /// The remedy for a FAULT.
     pub fn remedy(&self, fault: FaultReason) -> &'static str {
         match fault {
             FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
@@ -109,7 +110,7 @@ pub struct WordNews {
 }
 
 impl Narration {
-    /// The names of a program, and what the scan thread is to watch.
+    /// The names of a program, and the bits and words that the scan thread watches.
     pub fn new(program: &Program, symbols: &Symbols) -> (Narration, Watched) {
         let mut watched = Watched::default();
         let (mut bits, mut words) = (Vec::new(), Vec::new());
@@ -137,13 +138,13 @@ impl Narration {
         (Narration { blocks, stages, bits, words, maths, rungs, tempo }, watched)
     }
 
-    /// Of a program that is scanned so often.
+    /// The same names for a program with this tempo.
     pub fn at(self, tempo: Tempo) -> Narration {
         Narration { tempo, ..self }
     }
 
-    /// What happened to a block, and whether it is news: what built-in Tasks do at every start and
-    /// stop are details.
+    /// The event of a block in words, and whether it is news. Built-in Tasks have events at every
+    /// start and stop; these are details.
     pub fn block_event(&self, event: BlockEvent) -> BlockNews<'_> {
         let (event, of, what) = match event {
             BlockEvent::Started(id) => (&events::BLOCK_STARTED, Element::Block(id), "started"),
@@ -164,7 +165,7 @@ impl Narration {
         BlockNews { event, kind, name, what, news }
     }
 
-    /// The remedy for a fault.
+    /// The remedy for a fault, with the settings and sizes that explain it.
     pub fn remedy(&self, reason: FaultReason, facts: &Facts) -> String {
         let (period, watchdog) = (span(self.tempo.period_ns), span(self.tempo.watchdog_ns));
         match reason {
@@ -196,7 +197,7 @@ impl Narration {
         self.words.get(watch as usize)
     }
 
-    /// Kind and name of a block, and whether what happens to it is news.
+    /// Kind and name of a block, and whether its events are news.
     fn block(&self, id: BlockId) -> (&'static str, &str, bool) {
         match self.blocks.get(id.0 as usize) {
             Some((BlockKind::Program, name)) => ("Program", name, true),
@@ -206,8 +207,8 @@ impl Narration {
         }
     }
 
-    /// The tags of watched bits and words. A bit's also says `alarm` or `change`, since a tag can
-    /// be watched for both.
+    /// The tags of watched bits and words. A bit's entry also says `alarm` or `change`, since one
+    /// tag can be watched for both.
     pub fn watched_names(&self) -> (Vec<String>, Vec<String>) {
         let kind = |bit: &BitNews| if bit.alarm.is_some() { "alarm" } else { "change" };
         let bits = self.bits.iter().map(|bit| format!("{} {}", kind(bit), bit.tag));
@@ -219,13 +220,13 @@ impl Narration {
     }
 }
 
-/// A text of the ladder's author in one line of the log.
+/// Puts a text of the ladder's author on one line.
 pub(super) fn one_line(text: &str) -> String {
     let words = text.split(|c: char| c.is_control() || c.is_whitespace());
     words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-/// Why the controller is in this mode, and what to do about it.
+/// The reason of a mode; empty for RUN.
 pub(super) fn reason(mode: Mode) -> String {
     match mode {
         Mode::Run => String::new(),
@@ -234,7 +235,7 @@ pub(super) fn reason(mode: Mode) -> String {
     }
 }
 
-/// How many rungs a program has.
+/// The number of rungs of a program.
 pub(super) fn rungs(program: &Program) -> usize {
     let of = |block: &Block| {
         block.rungs.len() + block.stages.iter().map(|stage| stage.rungs.len()).sum::<usize>()
@@ -242,7 +243,7 @@ pub(super) fn rungs(program: &Program) -> usize {
     program.blocks.iter().map(of).sum()
 }
 
-/// A span of time for people: `250ms`, `3.2s`, `4m10s`, `2h05m`.
+/// A duration in readable form: `250ms`, `3.2s`, `4m10s`, `2h05m`.
 pub fn span(ns: u64) -> String {
     let ms = ns / 1_000_000;
     let s = ms / 1000;
@@ -256,7 +257,7 @@ pub fn span(ns: u64) -> String {
     }
 }
 
-/// Microseconds with one decimal, for fields.
+/// Microseconds with one decimal, for the fields of a log line.
 pub(super) fn us(ns: u64) -> f64 {
     (ns as f64 / 100.0).round() / 10.0
 }

@@ -162,7 +162,8 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
             file = %path,
             why,
             "retentive memory: nothing is restored, memory is as after a cold start, and the mode \
-             is STOP: {path}: {why}. Find the cause. To run without the lost memory, {steps}",
+             is STOP: {path}: {why}. Find the cause, unless this is the first start. To run \
+             without the lost memory, {steps}",
             steps = steps(wanted)
         );
     }

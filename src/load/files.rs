@@ -3,18 +3,27 @@
 //! Reading a FIFO without a writer, a device or a socket could wait without end. So a controller
 //! file that the daemon starts from, and every file named in another file, must be a regular file.
 //! A file that the caller of a command holds open already (`/dev/stdin`, `/dev/fd/63` of `<(…)`)
-//! may be a pipe.
+//! may be a pipe. Two paths of one file have the same [`identity`].
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest file that is read.
 const FILE_BYTES_MAX: u64 = 256 << 20;
 
 /// The paths of files that the process was given open.
 const GIVEN: [&str; 3] = ["/dev/stdin", "/dev/fd/", "/proc/self/fd/"];
+
+/// The identity of a file, the same for all spellings of its path; also of a file that does not
+/// exist yet.
+pub(super) fn identity(path: &Path) -> PathBuf {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let folder = parent.unwrap_or(Path::new(".")).canonicalize();
+    let made = || Some(folder.ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(made).unwrap_or_else(|| path.to_owned())
+}
 
 /// Reads a file of 256 MiB at most that the caller of a command names.
 ///

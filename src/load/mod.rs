@@ -90,7 +90,7 @@ pub(crate) fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
     let mut loaded = Loaded::default();
     let mut seen: HashSet<PathBuf> = HashSet::new();
     for input in inputs {
-        if !seen.insert(identity(&input.path)) {
+        if !seen.insert(files::identity(&input.path)) {
             bail!("{}: this file is named twice", input.path.display());
         }
         loaded.add(input.path.display().to_string(), &input.bytes);
@@ -175,11 +175,6 @@ fn mark_mapped(program: &mut Program, controller: &Controller) {
     }
 }
 
-/// The identity of a file, the same for all spellings of its path.
-fn identity(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
-}
-
 /// Whether a file is a controller file rather than a ladder file.
 ///
 /// # Errors
@@ -208,7 +203,7 @@ impl Loaded {
             }
             let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
             self.progress.begin(Step::Reading(path.display().to_string()));
-            let real = identity(&path);
+            let real = files::identity(&path);
             if let Some(first) = seen.get(&real) {
                 let message = format!("`{}` is named twice", name.text);
                 let finding = Finding::new(Code::Controller, name.span, message);

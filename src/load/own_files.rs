@@ -4,8 +4,9 @@
 //! Called by `load` with the controller file's settings. Without this check, a start would move a
 //! ladder file aside and put memory in its place. Whether the files can be made is not checked.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::files::identity;
 use crate::controller::written::WrittenController;
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
@@ -23,10 +24,10 @@ pub(super) fn findings(controller: &Path, written: &WrittenController) -> Vec<Fi
     let memory = written.retain.file.as_ref();
     let socket = written.operator.as_ref().and_then(|operator| operator.socket.as_ref());
     let beside =
-        |name: &Text| place(&controller.parent().unwrap_or(Path::new("")).join(&name.text));
+        |name: &Text| identity(&controller.parent().unwrap_or(Path::new("")).join(&name.text));
     let input = |own: &Text| {
         let own = beside(own);
-        if own == place(controller) {
+        if own == identity(controller) {
             return Some(OtherFile { what: "this controller file", named: None });
         }
         let ladder = written.ladder.iter().find(|name| beside(name) == own)?;
@@ -55,12 +56,4 @@ fn finding(own: &Text, other: &OtherFile, what: &str) -> Finding {
         Some(named) => finding.related(named, "named here"),
         None => finding,
     }
-}
-
-/// The identity of a file, also of a file that does not exist yet.
-fn place(path: &Path) -> PathBuf {
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let folder = parent.unwrap_or(Path::new(".")).canonicalize();
-    let made = || Some(folder.ok()?.join(path.file_name()?));
-    path.canonicalize().ok().or_else(made).unwrap_or_else(|| path.to_owned())
 }

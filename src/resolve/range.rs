@@ -89,7 +89,8 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
 
 /// The finding for a range in another notation, as `Y8-Y9`.
 pub(crate) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
-    let (low, high) = ["-", ":", "…", ","].iter().find_map(|sign| text.text.split_once(*sign))?;
+    let split = |sign: &&'static str| Some((*sign, text.text.split_once(*sign)?));
+    let (sign, (low, high)) = ["-", ":", "…", ","].iter().find_map(split)?;
     let (low, high) = (low.trim(), high.trim());
     // Accepts `Y8-9` too.
     let letters = low.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -97,7 +98,12 @@ pub(crate) fn other_range(scope: &Scope, text: &Text) -> Option<Finding> {
     let high = highs.iter().find(|high| element(scope, high, text.span).is_ok())?;
     element(scope, low, text.span).ok()?;
     let message = format!("`{}` is no range", text.text);
-    Some(Finding::new(Code::Controller, text.span, message).help(format!("write `{low}..{high}`")))
+    let finding = Finding::new(Code::Controller, text.span, message);
+    Some(finding.help(if sign == "," {
+        format!("write `{low}..{high}` for all of them; or `{low}` and `{high}`, each on its own")
+    } else {
+        format!("write `{low}..{high}`")
+    }))
 }
 
 /// Looks up a name.

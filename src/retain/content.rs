@@ -1,17 +1,17 @@
-//! The content of an image, as bytes: elements by address, their tags, their owners, and
-//! their values. `docs/retain-format.md`, *Content*.
+//! The content of an image, as bytes: elements by address, their tags, their owners and their
+//! values. The format is described in `docs/retain-format.md`, *Content*.
 //!
-//! Written by `plan`, read back here. Reading trusts nothing: a content that makes no sense is
-//! refused as a whole, even if its checksums are right.
+//! `plan` writes contents; this module reads them back. The reader trusts nothing: it refuses an
+//! inconsistent content entirely, even if its checksums are right.
 
 use std::collections::{HashMap, HashSet};
 
 use crate::isa::{Address, BitSpace, Real, Space, WordSpace};
 
-/// How many bytes of bits a structure has: those that a program sees, then its owner's own.
+/// The number of bytes of a structure's bits: the bits that a program sees, then its owner's own.
 pub(crate) const RECORD_BYTES: usize = 8;
 
-/// The spaces of elements, each with its number in the file, which never changes.
+/// The spaces of elements. Each has a number in the file, which never changes.
 const NUMBERS: [(u8, Space); 11] = [
     (1, Space::Bit(BitSpace::C)),
     (2, Space::Bit(BitSpace::Mc)),
@@ -29,25 +29,25 @@ const NUMBERS: [(u8, Space); 11] = [
 /// The space of R words. The file holds them as binary32, memory by their cells.
 const REALS: Space = Space::Word(WordSpace::R);
 
-/// Of a run's flags: its program terminates these elements.
+/// Flag of a run: the program terminates these elements.
 const TERMINATED: u8 = 1;
 
-/// The most elements that are believed: more than all of memory.
+/// The most elements that the reader accepts: more than all of memory.
 const ELEMENTS_MAX: u64 = 1 << 20;
 
 /// One element: `D5` is number 5 of the space D.
 pub(crate) type Element = (Space, u32);
 
-/// Neighbouring elements.
+/// Neighbouring elements of one space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// In this space.
+    /// The space of all these elements.
     pub space: Space,
-    /// From this number on.
+    /// The number of the first element.
     pub first: u32,
     /// The number of elements.
     pub count: u32,
-    /// The program terminates them: they are OFF or reset after its stop.
+    /// The program terminates them: its stop switches them OFF or resets them.
     pub terminated: bool,
 }
 
@@ -62,20 +62,20 @@ pub struct Value {
     pub(crate) record: [u8; RECORD_BYTES],
 }
 
-/// A content, read.
+/// A content that was read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Content {
     /// All elements with their values, in the order of the file.
     pub elements: Vec<(Element, Value)>,
     /// Tags: name and element.
     pub tags: Vec<(String, Element)>,
-    /// Which instruction in which block owns a structure.
+    /// The owner of each structure: the instruction and its block.
     pub owners: HashMap<Element, String>,
     /// The elements that the program of this image terminates at a stop.
     pub terminated: HashSet<Element>,
 }
 
-/// The type of a value: only an element of the same type takes it.
+/// The type of a value. An element takes only a value of its own type.
 pub(super) fn type_name(space: Space) -> &'static str {
     match space {
         Space::Bit(_) => "a bit",
@@ -88,7 +88,7 @@ pub(super) fn type_name(space: Space) -> &'static str {
     }
 }
 
-/// How many bytes a value has.
+/// The number of bytes of a value.
 pub(super) fn value_bytes(space: Space) -> usize {
     match space {
         Space::Bit(_) => 1,
@@ -145,12 +145,12 @@ pub(super) fn element_of(at: Address) -> Option<Element> {
     Space::of(at).filter(|(space, _)| Space::RETAINABLE.contains(space))
 }
 
-/// An address as written: `CT8`.
+/// An address as the ladder writes it: `CT8`.
 pub fn address(element: Element) -> String {
     format!("{}{}", element.0.name(), element.1)
 }
 
-/// The bytes before the values: the same in every image until the program changes.
+/// The bytes before the values. They are the same in every image until the program changes.
 pub(super) fn preamble(
     runs: &[Run],
     tags: &[(String, Element)],
@@ -182,7 +182,7 @@ fn put_u32(bytes: &mut Vec<u8>, count: usize) {
     bytes.extend_from_slice(&(count as u32).to_le_bytes());
 }
 
-/// Reads a content; `None`: it makes no sense.
+/// Reads a content; `None` if it is inconsistent.
 pub fn read(bytes: &[u8]) -> Option<Content> {
     let mut reader = ByteReader { bytes, at: 0 };
     let mut runs = Vec::new();

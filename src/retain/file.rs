@@ -82,25 +82,27 @@ impl FileDevice {
         let path = with_ending(&followed(path), ".new");
         // A file that another process is making is locked; one that a process left is not.
         let left = OpenOptions::new().read(true).custom_flags(AS_IT_IS.bits() as i32).open(&path);
-        if let Ok(left) = left {
-            lock(&left)?;
-            if !is_named(&left, &path) {
+        let is_there = !matches!(&left, Err(error) if error.kind() == io::ErrorKind::NotFound);
+        if let Ok(left) = &left {
+            lock(left)?;
+            if !is_named(left, &path) {
                 return Err(busy());
             }
         }
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                let why = format!("{} is in the way: {error}", path.display());
-                return Err(io::Error::new(error.kind(), why));
-            }
-            _ => {}
+        // What was not there a moment ago is not removed: by now another process may be making it.
+        if is_there
+            && let Err(error) = fs::remove_file(&path)
+            && error.kind() != io::ErrorKind::NotFound
+        {
+            let why = format!("{} is in the way: {error}", path.display());
+            return Err(io::Error::new(error.kind(), why));
         }
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path);
-        let named = |error: io::Error| match fs::symlink_metadata(&path) {
-            // It was not there a moment ago.
-            Ok(meta) if error.kind() == io::ErrorKind::AlreadyExists && meta.is_file() => busy(),
-            _ => io::Error::new(error.kind(), format!("{}: {error}", path.display())),
+        let named = |error: io::Error| match error.kind() {
+            // It was not there a moment ago, and may be in its place already.
+            io::ErrorKind::AlreadyExists => busy(),
+            kind => io::Error::new(kind, format!("{}: {error}", path.display())),
         };
         let file = file.map_err(named)?;
         lock(&file)?;
@@ -274,4 +276,55 @@ fn with_ending(path: &Path, ending: &str) -> PathBuf {
 fn sync_directory(path: &Path) -> io::Result<()> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     File::open(parent.unwrap_or(Path::new(".")))?.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Barrier;
+    use std::thread;
+
+    use super::*;
+
+    /// Makes a file at the same moment from four threads, many times; the most that got one.
+    fn most_that_own_it(left: Option<&str>) -> usize {
+        let folder = std::env::temp_dir().join(format!(
+            "rungd-file-{}-{}",
+            std::process::id(),
+            left.is_some()
+        ));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("memory");
+        let begin = Barrier::new(4);
+        let turn = || {
+            begin.wait();
+            FileDevice::create_beside(&path)
+        };
+        let mut most = 0;
+        for _ in 0..500 {
+            if let Some(left) = left {
+                fs::write(folder.join("memory.new"), left).unwrap();
+            }
+            let made: Vec<_> = thread::scope(|scope| {
+                let threads: Vec<_> = (0..4).map(|_| scope.spawn(turn)).collect();
+                threads.into_iter().map(|one| one.join().unwrap()).collect()
+            });
+            for refused in made.iter().filter_map(|one| one.as_ref().err()) {
+                assert_eq!(refused.kind(), io::ErrorKind::ResourceBusy, "{refused}");
+            }
+            most = most.max(made.iter().flatten().count());
+            for one in made.iter().flatten() {
+                assert!(is_named(&one.file, &folder.join("memory.new")), "it was taken away");
+            }
+            drop(made);
+            FileDevice::discard_beside(&path);
+        }
+        fs::remove_dir_all(&folder).unwrap();
+        most
+    }
+
+    #[test]
+    fn of_several_that_make_a_file_at_once_one_owns_it() {
+        assert_eq!(most_that_own_it(None), 1);
+        assert_eq!(most_that_own_it(Some("half a file")), 1);
+    }
 }

@@ -1,28 +1,28 @@
-//! Headers and slots, as bytes: `docs/retain-format.md`, section by section.
+//! Headers and slots as bytes, in the order of `docs/retain-format.md`.
 //!
-//! Pure: nothing here reads or writes. All numbers are little-endian.
+//! This module does no I/O. All numbers are little-endian.
 //!
-//! A slot is judged by two independent sums over the same bytes. CRC-32 (the one of zip and
-//! Ethernet, which every language has) sees for sure each single bit and each burst up to 32 bits;
-//! the running sum beside it leaves a mixture of two images one chance in 2^64 or so more. The
-//! sequence and scan number stand at both ends, so that ends of two images are told apart by
-//! themselves.
+//! Two independent sums over the same bytes decide whether a slot is whole. The first is CRC-32, as
+//! in zip and Ethernet; every language has it. It detects every single wrong bit, and every burst
+//! of up to 32 bits. The second is a running sum. It lowers the chance that a mixture of two images
+//! passes, by a factor of about 2^64. The sequence and scan number stand at both ends of a slot, so
+//! that the beginning of one image and the end of another do not match.
 
-/// Headers and slots begin and end at multiples of this; it is a multiple of any sector's size.
+/// Headers and slots begin and end at multiples of this, which is a multiple of any sector's size.
 pub(crate) const BLOCK_BYTES: usize = 4096;
-/// The number of copies of the header, one block each; slots follow.
+/// The number of copies of the header. Each takes one block; the slots follow.
 pub(crate) const HEADER_COPIES: usize = 2;
 /// The version that this program reads and writes.
 pub(crate) const VERSION: u32 = 1;
-/// The most bytes of a slot.
+/// The maximum size of a slot.
 pub(crate) const SLOT_BYTES_MAX: u32 = 64 << 20;
-/// The most slots.
+/// The maximum number of slots.
 pub(crate) const SLOTS_MAX: u32 = 64;
-/// The fewest slots: one is written while a second one is known to be durable.
+/// The minimum number of slots: while one is written, a second one is known to be durable.
 pub(crate) const SLOTS_LEAST: u32 = 3;
-/// As many slots as a new file has.
+/// The number of slots in a new file.
 pub(crate) const SLOTS_DEFAULT: u32 = 4;
-/// Flag: written after an orderly stop and its termination passes.
+/// Flag of an image that was written after an orderly stop and its termination passes.
 pub(crate) const FLAG_FINAL: u32 = 1;
 
 const MAGIC: [u8; 16] = *b"rungd retain\r\n\x1a\n";
@@ -32,57 +32,57 @@ const HEAD_BYTES: usize = 64;
 const TAIL_BYTES: usize = 32;
 const TAIL_MAGIC: [u8; 4] = *b"END\n";
 
-/// How a file is divided, and its identity.
+/// The division of a file into slots, and the identity of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Geometry {
-    /// Of one slot; a multiple of [`BLOCK_BYTES`].
+    /// The size of one slot; a multiple of [`BLOCK_BYTES`].
     pub slot_bytes: u32,
-    /// How many slots.
+    /// The number of slots.
     pub slots: u32,
-    /// A number that no other file has: it tells the slots of this file from those of others.
+    /// A number that no other file has: it marks the slots that belong to this file.
     pub id: u64,
 }
 
 /// The numbers of an image, without its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamp {
-    /// Images of a file are numbered from 1 on; the highest is the newest.
+    /// The number of the image in its file, from 1 on. The newest image has the highest.
     pub sequence: u64,
-    /// Complete scans of the process that wrote it.
+    /// The number of complete scans of the process that wrote the image.
     pub scan: u64,
-    /// When it was written: ms since 1970, by a clock that may be wrong. Decides nothing.
+    /// The time of writing, in ms since 1970. The clock may be wrong, so nothing depends on it.
     pub saved_ms: u64,
     /// [`FLAG_FINAL`], or 0.
     pub flags: u32,
 }
 
-/// Why a file is not read.
+/// The reason why a file is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BadHeader {
-    /// It is no file of this kind.
+    /// The file is not of this kind.
     Foreign,
-    /// Of a later version, which this program does not know.
+    /// The file has a later version, which this program does not know.
     Newer(u32),
-    /// It was one, and both copies of its header are damaged.
+    /// The file is of this kind, but both copies of its header are damaged.
     Damaged,
 }
 
-/// Why a slot holds no image.
+/// The reason why a slot has no usable image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BadSlot {
     /// Nothing was written there yet.
     Empty,
-    /// It is shorter than it should be: the file was cut.
+    /// The slot is too short: the file was cut.
     Cut,
-    /// Something else stands there.
+    /// The slot holds something else.
     NoImage,
     /// The image belongs to a different file.
     OtherFile,
-    /// Its beginning is damaged.
+    /// The beginning of the image is damaged.
     Head,
-    /// Begun and not completed, or damaged later.
+    /// The image was begun and not completed, or was damaged later.
     Torn,
-    /// It cannot be read.
+    /// The slot cannot be read.
     Unreadable,
 }
 
@@ -93,12 +93,12 @@ impl Geometry {
         Geometry { slot_bytes: wanted as u32, slots: SLOTS_DEFAULT, id }
     }
 
-    /// The bytes of a whole file.
+    /// The size of a whole file.
     pub fn file_bytes(&self) -> u64 {
         self.slot_at(self.slots as usize)
     }
 
-    /// Where a slot begins.
+    /// The offset of a slot in the file.
     pub fn slot_at(&self, slot: usize) -> u64 {
         (HEADER_COPIES * BLOCK_BYTES) as u64 + slot as u64 * u64::from(self.slot_bytes)
     }
@@ -116,7 +116,7 @@ impl Geometry {
     }
 }
 
-/// As many bytes as an image of such a content takes, in whole blocks.
+/// The size of an image with a content of this length, in whole blocks.
 pub fn slot_bytes(content_bytes: usize) -> usize {
     let bytes = HEAD_BYTES + content_bytes.next_multiple_of(8) + TAIL_BYTES;
     bytes.next_multiple_of(BLOCK_BYTES)
@@ -136,7 +136,7 @@ pub(crate) fn header(geometry: &Geometry) -> Vec<u8> {
     block
 }
 
-/// The geometry that a file's first blocks tell of: that of the first copy which is whole.
+/// The geometry in a file's first blocks: that of the first undamaged copy of the header.
 ///
 /// # Errors
 /// [`BadHeader`].
@@ -164,7 +164,7 @@ fn header_copy(copy: &[u8]) -> Option<Geometry> {
     (whole && geometry.is_sane()).then_some(geometry)
 }
 
-/// Puts an image into a buffer: whole blocks, to be written at the beginning of a slot.
+/// Puts an image into a buffer, as whole blocks for the beginning of a slot.
 pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &Stamp, content: &[u8]) {
     into.clear();
     into.extend_from_slice(&SLOT_MAGIC);
@@ -186,7 +186,7 @@ pub fn put_slot(into: &mut Vec<u8>, id: u64, stamp: &Stamp, content: &[u8]) {
     into.resize(into.len().next_multiple_of(BLOCK_BYTES), 0);
 }
 
-/// The image in a slot's bytes, and its content.
+/// The stamp and the content of the image in a slot's bytes.
 ///
 /// # Errors
 /// [`BadSlot`].
@@ -223,8 +223,8 @@ pub fn read_slot(bytes: &[u8], id: u64) -> Result<(Stamp, &[u8]), BadSlot> {
     Ok((stamp, &bytes[HEAD_BYTES..HEAD_BYTES + content_bytes]))
 }
 
-/// Fletcher's sum over the 32-bit words: the low half is their sum, the high half the sum of all
-/// the sums on the way, which sees where each word stands.
+/// Fletcher's sum over 32-bit words. The low half is the sum of the words. The high half is the sum
+/// of all partial sums, so it depends on the position of each word.
 fn running_sum(bytes: &[u8]) -> u64 {
     let (mut low, mut high) = (0_u32, 0_u32);
     for word in bytes.chunks_exact(4) {

@@ -1,7 +1,7 @@
-//! The limits of words in the running program. An image may hold a value outside of them, which no
-//! operator could write and no MOVE would store.
+//! The limits of words in the running program. An image may hold a value outside of them: one that
+//! no operator could write and no MOVE would store.
 //!
-//! Made and used by `plan`. Structures have no limits: counters and timers may pass them.
+//! `plan` makes and uses the limits. Structures have no limits: counters and timers may pass them.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use crate::isa::{Address, Word};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 
-/// Limits of words, where they are narrower than the words.
+/// The limits of words, where they are narrower than the word's own range.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Limits(HashMap<Element, Limit>);
 
@@ -47,7 +47,7 @@ impl Limits {
     /// The reason why a word cannot take a value; `None` if it can.
     pub fn refuse(&self, element: Element, value: i32) -> Option<String> {
         let Limit { min, max, initial } = *self.0.get(&element)?;
-        // A value that a cold start gives anyway does not count as dropped.
+        // A cold start gives this value anyway, so nothing is dropped.
         if (min..=max).contains(&value) || value == initial {
             return None;
         }

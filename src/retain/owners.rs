@@ -40,8 +40,8 @@ pub(super) fn terminated(program: &Program) -> HashSet<Element> {
     elements.filter_map(element_of).collect()
 }
 
-/// The owners of structures, as `UDCG in Main`. For a Sensaphone counter: all its counting
-/// instructions, and the preset, as `CTU in Main with PRE 10`.
+/// The owners of structures, as `UDCG in Main`. The text of a Sensaphone counter names all its
+/// counting instructions and the preset: `CTU in Main with PRE 10`.
 pub(super) fn owners(program: &Program) -> Vec<(String, Element)> {
     let mut owners: Vec<(String, Element)> = Vec::new();
     let mut presets = HashMap::new();

@@ -1,8 +1,9 @@
-//! A bottling plant with a lamp and a jam, and the real binary that runs it: for the tests of
-//! `rungd run` from outside.
+//! A bottling plant with a lamp and a jam, run by the real binary. The tests of `rungd run` share
+//! it.
 //!
-//! Each test writes its files into a folder of its own, starts the binary with JSON lines (or
-//! another form) and reads standard error as a person or a machine would.
+//! Each test writes its files into a folder of its own and starts the binary. The log goes to
+//! standard error, as JSON lines or in another form; the test reads it as a person or a machine
+//! would.
 #![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ pub fn ladder(rungs: &str) -> String {
     )
 }
 
-/// The lamp blinks, and the jam lasts for a while.
+/// The lamp blinks; the jam alarm is ON from scan 10 to 39.
 pub const ALIVE: &str = "[[program.rung]]\nwhen = [\"$100ms\"]\ndo = [\"OUT lamp\"]\n\
      [[program.rung]]\nwhen = [\"$ScanCounter >= 10\", \"$ScanCounter < 40\"]\n\
      do = [\"OUT jam\"]\n";
@@ -47,7 +48,7 @@ impl Plant {
     }
 
     pub fn command(&self, arguments: &[&str]) -> Command {
-        // Under `nohup` SIGHUP would stay ignored.
+        // Under `nohup`, SIGHUP would stay ignored.
         let mut command = Command::new("env");
         command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_rungd"), "run"]);
         command.arg(self.0.join("controller.toml")).args(arguments);
@@ -61,7 +62,7 @@ impl Plant {
         Running::new(self.command(arguments).args(["--log-format", "json"]))
     }
 
-    /// Runs to the end; exit code and the lines of the log.
+    /// Runs to the end; returns the exit code and the lines of the log.
     pub fn run(&self, arguments: &[&str]) -> (i32, Vec<Value>) {
         let output = self.command(arguments).args(["--log-format", "json"]).output().unwrap();
         assert_eq!(output.stdout, b"", "standard output is for results");

@@ -1,10 +1,10 @@
-//! Clocks that are not what they were: the wall clock steps ten years either way while rungd runs,
-//! and the monotonic clock counts from somewhere else. No scan is missed.
+//! Changed clocks. The wall clock steps ten years forward and back while rungd runs. The monotonic
+//! clock counts from another origin. No scan is missed.
 //!
-//! The wall clock is stepped for the process alone, by a small library (`support/wall_clock.c`,
-//! made by the C compiler that links Rust programs) which adds to it what a file says and leaves
-//! every other clock alone. That nothing waits by the wall clock, which such a library does not
-//! touch, `strace` shows. The monotonic clock is shifted by a time namespace.
+//! A small library (`support/wall_clock.c`) steps the wall clock for the process alone. It adds an
+//! offset from a file to the wall clock and leaves every other clock as it is. The C compiler that
+//! links Rust programs builds it. The library cannot show that no wait depends on the wall clock;
+//! another test shows that with `strace`. A time namespace shifts the monotonic clock.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -20,7 +20,7 @@ use serde_json::Value;
 const PERIOD: Duration = Duration::from_millis(2);
 const CONTROLLER: &str = "scan.period = \"2ms\"\n";
 
-/// Makes the library; `None` where there is no C compiler.
+/// Builds the library; `None` without a C compiler.
 pub fn library(folder: &Path) -> Option<PathBuf> {
     let library = folder.join("wall_clock.so");
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/wall_clock.c");
@@ -51,7 +51,8 @@ fn the_wall_clock_steps_ten_years_either_way() {
     let mut lines = Vec::new();
     for (by, years) in [(3653, 10), (-3653, -10), (0, 0)] {
         step(by);
-        // The step has reached the process: its log is stamped so. (A year begins somewhere.)
+        // Waits until the log's timestamps show the step. (Near a New Year the year may differ by
+        // one.)
         loop {
             let line = running.line("lamp is");
             let is = year(&line) - today;
@@ -82,14 +83,14 @@ fn nothing_waits_by_the_wall_clock() {
     assert!(trace.matches("clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME").count() >= 90);
     let words = ["CLOCK_REALTIME", "timer_create", "setitimer", "alarm("];
     let wall: Vec<_> = trace.lines().filter(|l| words.iter().any(|w| l.contains(w))).collect();
-    // std's plain sleep names the wall clock and waits a relative time: a step does not touch it.
-    // Nor does it touch a wait without a limit, as for a thread's end.
+    // std's plain sleep names the wall clock and waits for a relative time: a step does not affect
+    // it. Nor does a step affect a wait without a limit, as for a thread's end.
     let untouched = |l: &&&str| l.contains("CLOCK_REALTIME, 0,") || l.contains(", NULL, ");
     let absolute: Vec<_> = wall.iter().filter(|l| !untouched(l)).collect();
     assert!(absolute.is_empty(), "{absolute:#?}");
 }
 
-/// Runs with the monotonic clock shifted by so many seconds.
+/// Runs 600 scans with the monotonic clock shifted by this number of seconds.
 fn shifted(by_s: i64) -> Option<Vec<Value>> {
     let by = [format!("--monotonic={by_s}"), format!("--boottime={by_s}")];
     let prefix = |user: bool| {
@@ -114,7 +115,7 @@ fn shifted(by_s: i64) -> Option<Vec<Value>> {
 fn the_monotonic_clock_may_count_from_anywhere() {
     let uptime = std::fs::read_to_string("/proc/uptime").unwrap();
     let uptime: i64 = uptime.split('.').next().unwrap().parse().unwrap();
-    // Ten years on; as after 2^32 s; and almost at zero.
+    // Ten years ahead; at 2^32 s; and almost at zero.
     for by_s in [10 * 365 * 86_400, (1 << 32) - uptime, 1 - uptime] {
         let Some(lines) = shifted(by_s) else {
             return skip(Need::TimeNamespace, "no time namespace to be had");

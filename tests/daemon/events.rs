@@ -1,10 +1,10 @@
-//! The catalogue of events and the sources, held against each other: every event has a line, and a
-//! code once given never changes. (That every line names an event of the catalogue, the compiler
-//! sees to: `say!` takes a constant of it.)
+//! Compares the catalogue of events with the sources: every event has a log line, and an event's
+//! code never changes. (The compiler checks that every line names an event: `say!` takes a constant
+//! of the catalogue.)
 //!
-//! What is made of the catalogue is held equal to it too; after a change:
-//! `UPDATE_EVENTS=1 cargo test --test daemon events::` (it adds codes to `tests/events.txt`, and never
-//! changes one).
+//! Also compares the catalogue with the files that are made from it. After a change, write them
+//! again: `UPDATE_EVENTS=1 cargo test --test daemon events::`. This adds codes to
+//! `tests/events.txt`, and never changes one.
 
 use crate::support::journal;
 use std::collections::BTreeSet;
@@ -15,7 +15,7 @@ use std::process::Command;
 
 use rungd::events::{self, Event, GROUPS, Limit};
 
-/// Rows whose lines are still to come.
+/// Events that have no log line yet.
 const WITHOUT_LINE: &[&str] = &[];
 
 fn root() -> &'static Path {
@@ -34,7 +34,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The sources but the catalogue's, without their tests and comments.
+/// All sources except the catalogue's, without their tests and comments.
 fn sources() -> Vec<(String, String)> {
     let mut files = Vec::new();
     collect(&root().join("src"), &mut files);
@@ -70,8 +70,8 @@ fn every_event_has_a_line() {
     }
 }
 
-/// Every file that has something of each event is named by the recipe, and every file that the
-/// recipe names is there.
+/// The recipe names every file that mentions events by their IDs, and every file that the recipe
+/// names exists.
 #[test]
 fn the_recipe_names_every_place() {
     let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("a page");
@@ -127,7 +127,7 @@ fn a_code_never_changes() {
     }
 }
 
-/// Holds a file made of the catalogue equal to it.
+/// Checks that a file made from the catalogue is up to date, or writes it.
 fn keep(path: &str, text: &str) {
     let path = root().join(path);
     if std::env::var_os("UPDATE_EVENTS").is_some() {
@@ -149,7 +149,7 @@ fn the_journals_catalogue_is_what_the_program_prints() {
     keep("config/systemd/rungd.catalog", &String::from_utf8(output.stdout).expect("text"));
 }
 
-/// What systemd itself makes of the file.
+/// systemd's own reading of the file.
 #[test]
 fn journalctl_takes_the_catalogue() {
     if !journal::installed("journalctl", "systemd") {

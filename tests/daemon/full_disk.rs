@@ -1,4 +1,4 @@
-//! The log's disk is full: lines are lost, and counted; no scan is.
+//! A full disk under the log: lines are lost and counted, and no scan is lost.
 
 use std::fs::File;
 use std::io::Read;
@@ -14,7 +14,7 @@ use serde_json::Value;
 const PERIOD: Duration = Duration::from_millis(2);
 const CONTROLLER: &str = "scan.period = \"2ms\"\n";
 
-/// The lines that are whole: where the disk became full, one may be torn.
+/// The whole lines of a log. A line may be torn where the disk became full.
 fn whole_lines(text: &str) -> Vec<Value> {
     text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }
@@ -30,7 +30,7 @@ fn a_full_disk_costs_lines_and_once_there_is_room_the_log_goes_on() {
         return skip(Need::MountNamespace, "no mount namespace to be had");
     };
     let mut running = Running::new(plant.command(&prefix).stderr(Stdio::null()));
-    // Where it lies for the process alone.
+    // The log's path from outside the process's own mount namespace.
     let seen = PathBuf::from(format!("/proc/{}/root{disk}/log", running.pid()));
     let size = || std::fs::metadata(&seen).map_or(0, |log| log.len());
     let since = Instant::now();
@@ -44,7 +44,7 @@ fn a_full_disk_costs_lines_and_once_there_is_room_the_log_goes_on() {
     let mut before = String::new();
     log.read_to_string(&mut before).unwrap();
     log.set_len(0).unwrap();
-    // The next line is due within 100 ms, and the end has a page to be told in.
+    // The next line is due within 100 ms, and a page of disk is free for the last lines.
     running.signal("TERM");
     assert_eq!(running.end().code(), Some(0));
     std::io::Seek::rewind(&mut log).unwrap();
@@ -64,7 +64,7 @@ fn a_log_that_can_never_be_written_costs_no_scan() {
     let mut command = plant.command(&[] as &[&str]);
     command.stderr(full).env("NOTIFY_SOCKET", path);
     let mut running = Running::new(&mut command);
-    // systemd's status is what is left to look at.
+    // Only the status that systemd receives is left to observe.
     let scans = || loop {
         let mut bytes = [0; 512];
         let length = socket.recv(&mut bytes).unwrap();

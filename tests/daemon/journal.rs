@@ -1,4 +1,4 @@
-//! The log as the systemd journal gets it: the real binary, and a socket in journald's place.
+//! The log in the systemd journal: the real binary, with a socket in journald's place.
 
 use crate::support::journal;
 use std::fs;
@@ -26,7 +26,7 @@ rung = [
 ]
 "#;
 
-/// `rungd run` of a plant in the folder, with its log for the journal at the socket.
+/// `rungd run` of a plant in the folder; the log goes to the journal at the socket.
 fn command(folder: &Path, socket: &Path, controller: &str, arguments: &[&str]) -> Command {
     fs::write(folder.join("ladder.toml"), LADDER).unwrap();
     let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
@@ -99,7 +99,7 @@ fn a_journal_that_goes_away_leaves_lines() {
     assert!(text.contains("<6>RUNGD-0005 process-end: rungd ends "), "{text}");
 }
 
-/// Nobody reads the socket: scans go on, lines are dropped and counted, and the end is not late.
+/// The socket is not read: scans go on, lines are dropped and counted, and the end is on time.
 #[test]
 fn a_frozen_journal_costs_lines_and_no_scan() {
     let journal = FakeJournal::new();
@@ -119,7 +119,7 @@ fn a_frozen_journal_costs_lines_and_no_scan() {
     fs::write(journal.folder.join("ladder.toml"), text).unwrap();
     let mut child = command.spawn().unwrap();
     thread::sleep(Duration::from_secs(2));
-    // It reads again.
+    // The journal reads again.
     let mut bytes = vec![0; 1 << 18];
     socket.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
     let mut entries = Vec::new();
@@ -170,7 +170,7 @@ fn the_heart_beats_in_run_and_in_stop() {
     assert!(beat["RUNGD_SCANS"].parse::<u64>().unwrap() >= 150, "{beat:?}");
 }
 
-/// A hundred at once are told; those that stand until the end are told then.
+/// A hundred alarms may be logged at once. The others stay ON until the end and are logged then.
 #[test]
 fn an_alarm_that_stands_untold_at_the_end_is_named() {
     let journal = FakeJournal::new();

@@ -1,4 +1,4 @@
-//! The process: how it runs, ends, is watched, commanded, and what it tells.
+//! The real process: its runs and ends, its watchdog, its commands, and its messages.
 
 mod bottling;
 mod clocks;
@@ -20,7 +20,7 @@ mod run_listeners;
 mod time_of_day;
 mod watchdog_fault;
 
-/// A binary uses a part of what they share.
+/// Each binary uses a part of this shared code.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {

@@ -1,5 +1,5 @@
-//! No file descriptors are left, since clients have them all or since the limit fell: no scan is
-//! missed, nothing spins, and who comes later is served again.
+//! No file descriptors are left: clients hold them all, or the limit was lowered. No scan is
+//! missed, no thread spins, and later clients are served again.
 
 use crate::support::process;
 use std::io::{Read, Write};
@@ -42,12 +42,12 @@ fn served_again(listen: &str) {
     }
 }
 
-/// Lets it run without descriptors; it may not spin.
+/// Lets the controller run without descriptors, and checks that it does not spin.
 fn lack(running: &Running) {
     let (before, since) = (processor_time(running.child.id()), Instant::now());
     std::thread::sleep(Duration::from_millis(1500));
     let busy = (processor_time(running.child.id()) - before) / since.elapsed().as_secs_f64();
-    // In a debug build, and scanning every 2 ms meanwhile.
+    // The limit allows for a debug build that scans every 2 ms meanwhile.
     assert!(busy < 0.6, "{busy} of a processor");
 }
 
@@ -56,7 +56,8 @@ fn clients_have_them_all() {
     let (plant, listen) = plant();
     let mut running = Running::new(&mut plant.command(&["prlimit", "--nofile=64:64"]));
     running.line("RUN: scanning");
-    // No more than the system lets wait: it makes further ones try again after seconds.
+    // No more than the backlog of the socket: the system makes a further client try again only
+    // after seconds.
     let clients: Vec<_> = (0..120).map(|_| TcpStream::connect(&listen).unwrap()).collect();
     running.line("cannot accept a client");
     lack(&running);

@@ -1,4 +1,4 @@
-//! The operator's commands from outside: the real binary at both ends.
+//! The operator's commands, with the real binary at both ends of the socket.
 
 use std::net::TcpListener;
 use std::process::Command;
@@ -68,6 +68,7 @@ Y1    Y1  OFF
         ("read X0..X99999", "beyond memory"),
         ("read jam..", "`jam..` is no range (write both ends"),
         ("read D0-D5", "`D0-D5` is no range (write `D0..D5`)"),
+        ("read D0,D5", "(write `D0..D5` for all of them; or `D0` and `D5`, each on its own)"),
         ("write D0..D5 1", "`D0..D5` is a range: name one of it"),
         ("force X0..X5 ON", "`X0..X5` is a range: name one of it"),
     ] {
@@ -316,7 +317,7 @@ fn nothing_that_a_ladder_says_adds_a_line_to_an_answer() {
     ladder.push_str("# edited\n");
     std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
     let reloaded = live.ok("reload");
-    assert!(reloaded.contains("a\\u{a}b is in since"), "{reloaded}");
+    assert!(reloaded.contains("`a\\u{a}b` is loaded"), "{reloaded}");
 }
 
 #[test]
@@ -343,7 +344,7 @@ fn the_requests_that_the_page_shows_are_done() {
     let page = include_str!("../../docs/operator.md");
     let lines = page.split("```json\n").nth(1).unwrap().split("```").next().unwrap();
     let mut stream = live.connect();
-    // So that there is a program to go back to: any byte makes another one.
+    // Makes a program to go back to: any changed byte makes another program.
     std::fs::write(live.folder.join("ladder.toml"), format!("{ladder}\n# edited\n")).unwrap();
     ask(&mut stream, r#"{"do":"reload","dry_run":false}"#);
     for line in lines.lines() {

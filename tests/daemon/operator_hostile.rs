@@ -1,5 +1,5 @@
-//! Clients of the operator's socket that mean no good: garbage, half lines, huge lines, a thousand
-//! connections, answers that nobody reads. No scan is missed, and who comes next is served.
+//! Hostile clients of the operator's socket: garbage, half lines, huge lines, a thousand
+//! connections, answers that are never read. No scan is missed, and the next client is served.
 
 use crate::support::live;
 use std::io::{Read, Write};
@@ -18,17 +18,19 @@ name = "Main"
 rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 "#;
 
-/// Ends it; every grid point had its scan, or is counted as skipped.
+/// Ends the controller; every grid point was scanned or counted as skipped.
 fn assert_no_scan_lost(live: &mut Live) {
     assert_eq!(live.ok("read size"), "size  D1  12\n", "the next one is served");
     let statistics = live.end();
     let number = |name: &str| statistics[name].as_f64().unwrap();
-    let points = (number("over_us") / 1000.0 / PERIOD_MS).round() + 1.0;
+    // The last scan's grid point. Its lateness is excluded, since no later scan counts the skips.
+    let over_us = number("over_us") - number("late_us_last");
+    let points = (over_us / 1000.0 / PERIOD_MS).round() + 1.0;
     let counted = number("scans") + number("skipped");
     assert!((points - counted).abs() <= 1.0, "{counted} of {points}: {statistics}");
 }
 
-/// Everything that comes until the other end closes.
+/// All bytes until the other end closes.
 fn rest(mut stream: UnixStream) -> String {
     let mut text = Vec::new();
     let _ = stream.read_to_end(&mut text);
@@ -101,7 +103,7 @@ fn who_never_reads_is_closed_and_holds_up_nobody() {
         std::thread::sleep(Duration::from_millis(50));
     }
     assert!(worst < Duration::from_secs(5), "{worst:?}");
-    // Its answers fill the socket, and then it is closed: what can be read comes to an end.
+    // Unread answers fill the socket; then the server closes it, so reading comes to an end.
     let begun = Instant::now();
     while descriptors(&live) > before {
         assert!(begun.elapsed() < 2 * PATIENCE, "it is still being served");
@@ -118,7 +120,7 @@ fn who_never_reads_is_closed_and_holds_up_nobody() {
     assert_no_scan_lost(&mut live);
 }
 
-/// Whose answers wait to be taken has no work under way, and makes room as the idle do.
+/// A client with unread answers has no work in progress, so it makes room as an idle client does.
 #[test]
 fn as_many_as_there_are_seats_who_never_read_keep_nobody_out() {
     let mut live = live();
@@ -153,8 +155,12 @@ fn a_thousand_connections_keep_nobody_out() {
             live.ok("read size");
         }
     }
-    let open = descriptors(&live);
-    assert!(open < 64 + 40, "{open} descriptors are open");
+    // Seats of closed clients become free while the next clients connect.
+    let begun = Instant::now();
+    while descriptors(&live) >= 64 + 40 {
+        assert!(begun.elapsed() < PATIENCE, "{} descriptors are open", descriptors(&live));
+        std::thread::sleep(Duration::from_millis(20));
+    }
     assert_no_scan_lost(&mut live);
 }
 
@@ -189,7 +195,7 @@ fn a_flood_of_commands_is_done_and_costs_no_scan() {
                         _ => r#"{"do":"status"}"#,
                     };
                     let answer = ask(&mut stream, line);
-                    // A write may meet a force's queue, never an error of another kind.
+                    // A write may meet a force in the queue; it must not become an error.
                     assert!(answer["ok"].is_object(), "{answer}");
                 }
             });

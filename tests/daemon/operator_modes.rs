@@ -1,4 +1,5 @@
-//! `rungd mode` from outside: STOP and RUN with memory as it is, out of FAULT, a start in STOP.
+//! `rungd mode` with the real binary: STOP and RUN with memory kept, the way out of FAULT, a start
+//! in STOP.
 
 use crate::support::live;
 use crate::support::needs::{Need, skip};
@@ -33,7 +34,7 @@ name = "LastScan"
 rung = [ { when = ["$On"], do = ["ADD D8 1 to=D8"] } ]
 "#;
 
-/// What is kept over a stop, and what its passes end.
+/// `KEPT`: operands that keep their values over a stop. `ENDED`: operands that its passes end.
 const KEPT: &str = "CT0.Acc C1 D0 N0.ACC";
 const ENDED: &str = "CT1.Acc T1.Acc C0 Y0 Y2 Side.Running";
 
@@ -111,7 +112,8 @@ fn a_fault_is_left_by_run_and_can_come_again() {
     live.await_values("D9", "3");
 }
 
-/// A controller of which a scan is a fault when it stalls; none in a build that has no such points.
+/// A controller whose stalled scan is a fault. `None` in a build without the named points of
+/// faults.
 fn with_faults() -> Option<Live> {
     if !cfg!(debug_assertions) {
         skip(Need::Faults, "a release build has no faults on purpose");
@@ -126,12 +128,12 @@ fn a_run_that_ends_in_a_fault_at_once_says_so() {
     let Some(live) = with_faults() else { return };
     live.stall();
     live.line("FAULT: a scan");
-    // The next scan is the first of RUN.
+    // The next scan is the first scan of RUN.
     live.stall();
     let deadline = Instant::now() + live::PATIENCE;
     let mut said = live.say("mode run");
     while said.err.contains("held up") && Instant::now() < deadline {
-        // The scan of this fault has not ended yet.
+        // The scan of this fault is still running.
         std::thread::sleep(Duration::from_millis(20));
         said = live.say("mode run");
     }
@@ -176,7 +178,7 @@ fn a_process_that_hangs_is_told_and_not_waited_for_without_end() {
     let [told, ended] = [0, 1].map(|at| status.err.lines().nth(at).unwrap());
     assert!(told.contains("has not answered for 2 s; waiting up to 10 s"), "{told}");
     assert!(ended.contains("gave no answer in 10 s: it hangs") && ended.contains(&stopped));
-    // A queue that is full lets nobody in.
+    // A full queue admits no client.
     let waiting: Vec<_> = (0..200).map_while(|_| connected(&live)).collect();
     assert!(waiting.len() < 200);
     let said = live.say("status");
@@ -192,4 +194,15 @@ fn connected(live: &Live) -> Option<OwnedFd> {
     let (flags, path) = (SocketFlags::NONBLOCK, SocketAddrUnix::new(&live.socket).unwrap());
     let stream = socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None).unwrap();
     connect(&stream, &path).is_ok().then_some(stream)
+}
+
+#[test]
+fn a_force_of_an_output_outside_run_says_that_the_output_stays_safe() {
+    let live = Live::start(LADDER, "", &["--stopped"]);
+    let words = "only in RUN does the force reach the output";
+    let said = live.say("force Y7 on");
+    assert!(said.code == 0 && said.err.contains(words), "{said:?}");
+    assert!(!live.say("force C7 on").err.contains(words));
+    live.ok("mode run");
+    assert!(!live.say("force Y7 on").err.contains(words));
 }

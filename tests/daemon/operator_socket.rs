@@ -1,4 +1,5 @@
-//! The operator's socket from outside: who has it, who may use it, and where it cannot be.
+//! The operator's socket from outside: its owner, its permissions, and the places where it is
+//! refused.
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
@@ -29,7 +30,7 @@ fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
     assert_eq!(second.code, 74);
     assert!(second.err.contains("another rungd answers there"), "{second:?}");
     live.ok("read size");
-    // Killed, it leaves its socket behind.
+    // A killed controller leaves its socket behind.
     live.child.kill().unwrap();
     live.child.wait().unwrap();
     assert!(live.socket.exists());
@@ -40,7 +41,7 @@ fn a_live_socket_is_not_stolen_and_a_stale_one_is_replaced() {
     let third = said(&mut run(&live.folder, &["--scans", "3"]));
     assert!(third.code == 74 && third.err.contains("which is no socket"), "{third:?}");
     assert_eq!(std::fs::read(&live.socket).unwrap(), b"a file");
-    // A lock beside a file that is somebody else's may mean something, as `/etc/passwd.lock` does.
+    // A lock file beside another program's file may have a meaning, as `/etc/passwd.lock` has.
     let strange = live.folder.join("passwd");
     std::fs::write(&strange, "a file").unwrap();
     let fourth = said(run(&live.folder, &["--scans", "3"]).env("RUNGD_SOCKET", &strange));
@@ -73,7 +74,8 @@ fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// As the controller that holds the lock could not be asked, so the refused one may not touch memory.
+/// The holder of the lock cannot be asked here, so the refused start must not touch retained
+/// memory.
 #[test]
 fn a_start_that_is_refused_for_its_lock_leaves_nothing() {
     let folder = live::folder(LADDER, RETAINED);
@@ -105,7 +107,7 @@ fn an_unknown_group_is_a_wrong_configuration() {
     let _ = std::fs::remove_dir_all(folder);
 }
 
-/// Takes root, to be somebody else.
+/// Needs root, to become another user.
 #[test]
 fn who_may_do_what() {
     let uid = Command::new("id").arg("-u").output().unwrap().stdout;
@@ -114,8 +116,9 @@ fn who_may_do_what() {
     }
     let closed = Live::start(LADDER, "[operator]\nsocket = \"s\"\nmode = \"0600\"\n", &[]);
     let nobody = |live: &Live, words: &str, gid: u32| {
-        // The binary may lie where only root looks: a copy beside the ladder. Made by a process of
-        // its own, lest another test's child holds it open for writing while it is started.
+        // Only root may be able to read the build's folder, so the ladder's folder gets a copy. A
+        // process of its own copies, so that no other test's child has the copy open for writing
+        // when it is started.
         let copy = live.folder.join("rungd");
         if !copy.exists() {
             let words = [env!("CARGO_BIN_EXE_rungd").as_ref(), copy.as_os_str()];

@@ -1,5 +1,5 @@
-//! Clients of the operator's socket that come by the thousand, or say nothing and will not go; and
-//! a socket that somebody takes away. Who means well is served meanwhile.
+//! Storms on the operator's socket: clients by the thousand, clients that stay silent and never
+//! leave, and a socket that is removed. Well-behaved clients are served meanwhile.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
@@ -15,8 +15,8 @@ name = "Main"
 rung = [ { when = ["$On"], do = ["ADD D0 1 to=D0"] } ]
 "#;
 
-/// More accepted clients, or answered requests, a second than this is no limit that was meant; the
-/// socket's queue of those who wait comes on top.
+/// The highest plausible rate of accepted clients or answered requests, per second; a higher rate
+/// shows that the limit fails. `WAITING_MAX` allows for the queue of the socket.
 const RATE_MAX: u64 = 1500;
 const WAITING_MAX: u64 = 500;
 
@@ -24,7 +24,7 @@ fn live() -> Live {
     Live::start(LADDER, "", &[])
 }
 
-/// Ends the clients of a storm, also where the test fails.
+/// Ends the clients of a storm, even if the test fails.
 struct Over<'a>(&'a AtomicBool);
 
 impl Drop for Over<'_> {
@@ -33,7 +33,7 @@ impl Drop for Over<'_> {
     }
 }
 
-/// Clients go on and on; how often they did it, and how long a good client waited at worst.
+/// Repeats `client` in many threads; returns the count, and the longest wait of a good client.
 fn storm(
     live: &Live,
     clients: usize,
@@ -96,7 +96,7 @@ fn all_together_are_answered_so_often_a_second() {
     live.end();
 }
 
-/// More clients than there are seats wait for lists of names, of which there are fifty a second.
+/// More clients than seats ask for lists of names; the limit is fifty lists a second.
 #[test]
 fn who_asks_for_names_again_and_again_keeps_nobody_out() {
     let mut live = live();
@@ -135,7 +135,7 @@ fn who_sends_blank_lines_is_as_idle_as_who_sends_nothing() {
         blank.write_all(b"\n \n").unwrap();
         std::thread::sleep(Duration::from_millis(5));
     }
-    // All seats that one user may have are taken: who has been idle longest makes room.
+    // All seats of one user are taken: the client that was idle longest makes room.
     assert!(ask(&mut live.connect(), read)["ok"].is_object());
     assert!(others.iter_mut().all(|other| ask(other, read)["ok"].is_object()), "they stay");
     blank.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -180,7 +180,7 @@ fn a_socket_that_was_taken_away_is_made_again_and_told_once() {
     let mode =
         std::os::unix::fs::PermissionsExt::mode(&fs::metadata(&live.socket).unwrap().permissions());
     assert_eq!(mode & 0o777, 0o660);
-    // A folder that cannot be written to is told once, and tried again.
+    // An unwritable folder is reported once, and the socket is tried again.
     let aside = live.folder.with_extension("aside");
     fs::rename(&live.folder, &aside).unwrap();
     std::thread::sleep(Duration::from_secs(5));
@@ -192,7 +192,7 @@ fn a_socket_that_was_taken_away_is_made_again_and_told_once() {
     }
     assert_eq!(told, ["operator-socket-lost", "operator-listens"]);
     await_answer(&live);
-    // Whose place another took is told, and leaves that one alone.
+    // If another file has taken its place, the controller reports that and leaves the file alone.
     fs::remove_file(&live.socket).unwrap();
     fs::write(&live.socket, "mine").unwrap();
     live.line("is gone");

@@ -1,8 +1,8 @@
-//! `[realtime]` from outside: what is asked of the machine, what it grants, and `strict`.
+//! `[realtime]` with the real binary: the requests to the machine, the permissions it grants, and
+//! `strict`.
 //!
-//! Where a refusal is wanted, the binary runs under limits that refuse: as `nobody`, or with
-//! `prlimit`; where root is needed for that and the test does not run as root, what an ordinary
-//! user may ask for decides.
+//! Where a test needs a refusal, the binary runs under limits that refuse: as `nobody`, or with
+//! `prlimit`. These limits may need root. Without root, the permissions of an ordinary user decide.
 
 use crate::support::needs::{Need, skip};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use serde_json::Value;
 const LADDER: &str = "[[program]]\nname = \"Main\"\n\
      [[program.rung]]\nwhen = [\"$On\"]\ndo = [\"OUT Y0\"]\n";
 
-/// A controller with a `[realtime]` table, where everybody may read it.
+/// A controller with a `[realtime]` table, in a folder that every user may read.
 fn plant(realtime: &str) -> PathBuf {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let name =
@@ -24,12 +24,12 @@ fn plant(realtime: &str) -> PathBuf {
     std::fs::write(folder.join("ladder.toml"), LADDER).unwrap();
     let controller = format!("ladder = [\"ladder.toml\"]\n[realtime]\n{realtime}");
     std::fs::write(folder.join("controller.toml"), controller).unwrap();
-    // A copy: the build's folder is not everybody's.
+    // A copy, since other users may have no access to the build's folder.
     std::fs::copy(env!("CARGO_BIN_EXE_rungd"), folder.join("rungd")).unwrap();
     folder
 }
 
-/// Runs three scans behind a prefix that limits them; exit code and log.
+/// Runs three scans under a limiting prefix; returns exit code and log.
 fn run(prefix: &[&str], folder: &Path) -> (Option<i32>, Vec<Value>) {
     let mut words = prefix.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
     words.push(folder.join("rungd").display().to_string());
@@ -43,7 +43,7 @@ fn run(prefix: &[&str], folder: &Path) -> (Option<i32>, Vec<Value>) {
     (output.status.code(), lines)
 }
 
-/// A prefix that leaves no privilege and no real-time limit.
+/// A prefix that removes every privilege and every real-time limit.
 fn unprivileged() -> Vec<&'static str> {
     let limits = ["prlimit", "--rtprio=0:0", "--memlock=65536:65536"];
     if is_root() {
@@ -114,7 +114,7 @@ fn a_strict_posture_that_is_granted_runs() {
     if !is_root() {
         return skip(Need::Root, "handing a capability to another user wants root");
     }
-    // LimitRTPRIO= grants the same to a service; a test may seldom raise a limit.
+    // For a service, LimitRTPRIO= grants the same; a test is seldom allowed to raise a limit.
     let prefix = "setpriv --reuid=65534 --regid=65534 --clear-groups --inh-caps=+sys_nice \
                   --ambient-caps=+sys_nice --bounding-set=-all,+sys_nice";
     let prefix: Vec<_> = prefix.split_whitespace().collect();
@@ -143,7 +143,7 @@ fn the_policy_is_the_scan_threads_alone() {
             let task = task.ok()?.path();
             let stat = std::fs::read_to_string(task.join("stat")).ok()?;
             let (name, rest) = stat.split_once('(')?.1.rsplit_once(") ")?;
-            // Field 41 of proc_pid_stat(5); the rest begins with the third.
+            // Field 41 of proc_pid_stat(5); `rest` begins with field 3.
             let policy = rest.split(' ').nth(38)?.to_owned();
             let status = std::fs::read_to_string(task.join("status")).ok()?;
             let cpus = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;

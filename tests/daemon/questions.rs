@@ -1,9 +1,9 @@
-//! `docs/questions.md`, executed: a plant has its troubles, the journal's socket is a fake one, a
-//! real journal is made of what came, and each command of the page gives the answer it shows. The
-//! commands for a text log read a real one.
+//! `docs/questions.md`, executed. A plant goes through its troubles and logs to a fake journal
+//! socket. A real journal is made from the entries. Each command of the page must print the answer
+//! that the page shows. The commands for a text log read a real text log.
 //!
-//! The page's own command lines run, with `journalctl -D FOLDER` for `journalctl`. Without
-//! journalctl and systemd-journal-remote the test says so and passes, unless
+//! The command lines are those of the page, with `journalctl -D FOLDER` for `journalctl`. Without
+//! journalctl or systemd-journal-remote, the test prints the reason and passes, unless
 //! `RUNGD_REQUIRE` names `programs`.
 
 use crate::support::page;
@@ -18,13 +18,13 @@ use std::time::{Duration, Instant};
 
 use crate::support::journal::{FakeJournal, Fields, JOURNAL_REMOTE, installed};
 
-/// How many the page has.
+/// The number of questions on the page.
 const QUESTIONS: usize = 20;
 
-/// A quick plant, which a busy machine does not bring to a fault.
+/// Settings of a fast plant that a busy machine does not bring to FAULT.
 const QUICK: &str = "scan.period = \"1ms\"\nscan.watchdog = \"10s\"\n";
 
-/// Where a controller logs to.
+/// The destination of a controller's log.
 enum Log<'a> {
     Journal(&'a Path),
     File(&'a Path),
@@ -64,7 +64,7 @@ fn wrong(folder: &Path, log: &Log) {
     assert_eq!(status.code(), Some(78));
 }
 
-/// More lines than a journal that stands still takes.
+/// Logs more lines than a stopped journal can take.
 fn flood(folder: &Path, journal: &FakeJournal) {
     let names: Vec<String> = (0..16).map(|n| format!("Job-{n}")).collect();
     let calls: Vec<String> = names.iter().map(|name| format!("\"ENTASK {name}\"")).collect();
@@ -84,7 +84,7 @@ fn flood(folder: &Path, journal: &FakeJournal) {
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
 
-/// A bouncing sensor, and then STOP; an operator has it run again, and it stops again.
+/// A bouncing sensor and then STOP; an operator sets RUN, and the ladder stops again.
 fn chatter(folder: &Path, journal: &FakeJournal) {
     let ladder = "[tags]\nbounce = { at = \"C0\", log = \"change\" }\n\
          [[program]]\nname = \"Main\"\nrung = [\n\
@@ -106,7 +106,7 @@ fn chatter(folder: &Path, journal: &FakeJournal) {
     plant.end();
 }
 
-/// A ladder too long for its watchdog.
+/// A ladder that is too long for its watchdog.
 fn fault(folder: &Path, log: &Log) {
     let rungs = if cfg!(debug_assertions) { 20_000 } else { 300_000 };
     let mut ladder = String::from("[[program]]\nname = \"Main\"\nrung = [\n");
@@ -125,7 +125,7 @@ fn fault(folder: &Path, log: &Log) {
     assert_eq!(status.code(), Some(75));
 }
 
-/// A plant, with its clients, for as long as it is held.
+/// A running plant; it ends when this is dropped.
 struct Mixing {
     child: Child,
 }
@@ -152,7 +152,7 @@ impl Mixing {
         mixing
     }
 
-    /// A client writes what is not writable, fifty times; another is one too many.
+    /// One client writes to an unwritable address fifty times; another client is one too many.
     fn refuse(&self, port: u16) {
         let deadline = Instant::now() + Duration::from_secs(20);
         let mut client = loop {
@@ -172,7 +172,7 @@ impl Mixing {
         assert_eq!(other.read(&mut [0; 1]).unwrap_or(0), 0, "closed");
     }
 
-    /// In an orderly way.
+    /// Ends the plant in an orderly way.
     fn end(mut self) {
         self.signal("TERM");
         assert_eq!(self.child.wait().unwrap().code(), Some(0));
@@ -183,7 +183,7 @@ impl Mixing {
         assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
     }
 
-    /// The machine is busy elsewhere for a while.
+    /// Stops the process for a while, as a busy machine would.
     fn pause(&self) {
         self.signal("STOP");
         thread::sleep(Duration::from_millis(60));
@@ -191,7 +191,7 @@ impl Mixing {
     }
 }
 
-/// An operator's command, in an operator's shell.
+/// Runs an operator's command.
 fn operator(folder: &Path, arguments: &[&str]) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     let output = command.args(arguments).env("RUNGD_SOCKET", folder.join("rungd.sock")).output();
@@ -199,12 +199,12 @@ fn operator(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{arguments:?}: {output:?}");
 }
 
-/// The controller's part of it.
+/// A controller file with an operator socket in the folder.
 fn with_operator(folder: &Path, controller: &str) -> String {
     format!("operator.socket = \"{}\"\n{controller}", folder.join("rungd.sock").display())
 }
 
-/// The troubles, told to the journal.
+/// All troubles of the page, logged to the journal.
 fn told_to_journal(journal: &FakeJournal, folder: &Path) -> Mixing {
     let socket = journal.socket();
     flood(folder, journal);
@@ -237,7 +237,7 @@ fn is_heartbeat(entry: &Fields) -> bool {
     entry["RUNGD_EVENT"] == "heartbeat"
 }
 
-/// The same for a file, as far as the page looks for it there.
+/// The troubles that the page looks up in a text log, logged to a file.
 fn told_to_file(folder: &Path) -> Mixing {
     let path = folder.join("rungd.log");
     let log = Log::File(&path);
@@ -263,7 +263,7 @@ fn told_to_file(folder: &Path) -> Mixing {
     mixing
 }
 
-/// A controller that starts in STOP, is run by an operator, and ended by a signal.
+/// A controller that starts in STOP; an operator sets RUN, and a signal ends it.
 fn stopped(folder: &Path, log: &Log, wait_for: &dyn Fn(&[&str])) {
     let ladder = "[[program]]\nname = \"Main\"\nrung = []\n";
     write(folder, "short", ladder, &with_operator(folder, QUICK));
@@ -292,7 +292,7 @@ fn run(command: &str, folder: &Path, journal: &Path) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Runs the page's commands that `wanted` picks, and compares what they print.
+/// Runs the page's commands that `wanted` selects, and compares their output with the page.
 fn compare(folder: &Path, journal: &Path, wanted: impl Fn(&str) -> bool) {
     let page = page::text("questions.md");
     let mut wrong = Vec::new();
@@ -313,7 +313,7 @@ fn compare(folder: &Path, journal: &Path, wanted: impl Fn(&str) -> bool) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Whether a command of the page looks into a text log, or into none.
+/// Whether a command of the page does not read the journal.
 fn reads_file(command: &str) -> bool {
     !command.starts_with("journalctl ")
 }

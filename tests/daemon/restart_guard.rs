@@ -1,4 +1,4 @@
-//! The restart guard with the real binary: ten restarts after unclean ends, and it starts in STOP.
+//! The restart guard with the real binary: after ten restarts with unclean ends, it starts in STOP.
 
 use crate::support::process;
 use std::fs;
@@ -14,7 +14,7 @@ fn plant() -> Plant {
     plant
 }
 
-/// As systemd starts it.
+/// The command as systemd runs it.
 fn command(plant: &Plant) -> Command {
     let mut command = plant.command(&[] as &[&str]);
     command.env("RUNTIME_DIRECTORY", plant.0.join("run"));
@@ -26,7 +26,7 @@ fn kill(mut running: Running) {
     running.end();
 }
 
-/// Starts it, lets it scan, and kills it, so many times.
+/// Starts the controller, lets it scan and kills it, this number of times.
 fn crash(plant: &Plant, times: u32) {
     for _ in 0..times {
         let running = Running::new(&mut command(plant));
@@ -53,7 +53,8 @@ fn ten_kills_end_in_stop_that_is_ready_and_says_why() {
     while !bytes.starts_with(b"READY=1") {
         socket.recv(&mut bytes).unwrap();
     }
-    // Killed there it starts there again; an orderly stop is somebody's decision.
+    // After a kill in STOP it starts in STOP again. An orderly stop is a decision of a person: the
+    // count starts again.
     running.signal("KILL");
     running.end();
     let mut running = Running::new(&mut command(&plant));

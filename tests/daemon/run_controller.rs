@@ -1,4 +1,4 @@
-//! `rungd run` from outside: the real binary, its modes and ends, exit codes, signals.
+//! `rungd run` with the real binary: its modes, ends, exit codes and signals.
 
 use crate::bottling;
 use std::process::Command;
@@ -154,7 +154,7 @@ fn a_scan_longer_than_the_watchdog_is_a_fault() {
 
 #[test]
 fn a_signal_while_files_are_read_ends_the_process_at_once() {
-    // So many rungs that nobody has read them by then.
+    // So many rungs that they are still being read when the signal comes.
     let rung = "[[program.rung]]\nwhen = [\"X0\"]\ndo = [\"OUT C9\"]\n";
     let plant = Plant::new(&rung.repeat(300_000), "");
     let mut running = plant.start(&[]);
@@ -240,7 +240,8 @@ fn statistics_come_at_their_interval() {
     let reports: Vec<_> = reports.collect();
     let scans: Vec<u64> = reports.iter().map(|line| line["scans"].as_u64().unwrap()).collect();
     assert!(reports.iter().all(|line| line["late_us_p99"].is_f64()), "{reports:#?}");
-    // A busy machine makes 300 scans longer than 600 ms: as many intervals as the run had are due.
+    // On a busy machine 300 scans take longer than 600 ms, so the count of reports depends on the
+    // run.
     let whole = find(&lines, "scan statistics of the whole run");
     let most = (whole["over_us"].as_f64().unwrap() / 200_000.0) as usize + 1;
     assert!((1..=most).contains(&scans.len()), "{scans:?}, {most} at most");

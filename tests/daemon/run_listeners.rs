@@ -1,5 +1,5 @@
-//! Who listens to `rungd run`: people, systemd, nobody. The log's forms and level, a log that is not
-//! read, and the page that shows what is logged.
+//! The readers of the log of `rungd run`: people, systemd, or no reader. Tests the forms and level
+//! of the log, a log that is not read, and the page that lists the log lines.
 
 use std::io::Read;
 use std::process::Command;
@@ -63,7 +63,7 @@ fn a_systemd_that_does_not_listen_keeps_nobody_from_anything() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
     let socket_path = plant.0.join("notify");
     let socket = std::os::unix::net::UnixDatagram::bind(&socket_path).unwrap();
-    // No more fits, whatever the machine's limit is.
+    // Fills the socket, whatever the machine's limit is.
     let filler = std::os::unix::net::UnixDatagram::unbound().unwrap();
     filler.set_nonblocking(true).unwrap();
     while filler.send_to(b"STATUS=full", &socket_path).is_ok() {}
@@ -96,9 +96,9 @@ fn a_log_that_nobody_reads_for_thirty_seconds_costs_no_scan() {
     unread_log(Duration::from_secs(30));
 }
 
-/// Runs at 1 ms with a log that is not read for so long; every grid point must be accounted for.
+/// Runs at 1 ms with an unread log; every grid point must be accounted for.
 fn unread_log(unread: Duration) {
-    // Tasks that complete every other scan, with their passes told: many thousand lines a second.
+    // Tasks that complete every other scan and log their passes: many thousand lines a second.
     let mut rungs = String::from("[[program.rung]]\nwhen = [\"$ScanToggle\"]\ndo = [\"OUT C0\"");
     let tasks: Vec<String> = (0..16).map(|n| format!("Job-{n}")).collect();
     rungs.extend(tasks.iter().map(|task| format!(", \"ENTASK {task}\"")));
@@ -111,7 +111,7 @@ fn unread_log(unread: Duration) {
     let mut command = plant.command(&["--log-level", "trace", "--log-format", "json"]);
     let mut child = command.spawn().unwrap();
     std::thread::sleep(unread);
-    // The reader begins before the stop, which waits a second at most for the log.
+    // The reader begins before the stop, because the stop waits at most a second for the log.
     let mut log = child.stderr.take().unwrap();
     let reader = std::thread::spawn(move || {
         let mut text = String::new();
@@ -128,7 +128,7 @@ fn unread_log(unread: Duration) {
     let whole = find(&lines, "scan statistics of the whole run");
     let number = |field: &str| whole[field].as_u64().unwrap();
     let (scans, skipped) = (number("scans"), number("skipped"));
-    // A grid point every millisecond from the start of RUN to that of the last scan, both counted.
+    // A grid point every millisecond from the start of RUN to the last scan, both counted.
     let us = |field: &str| whole[field].as_f64().unwrap();
     let points = ((us("over_us") - us("late_us_last")) / 1000.0).round() as u64 + 1;
     let dropped = (sum("log lines were dropped", "lines"), sum("records of the", "records"));
@@ -142,13 +142,13 @@ fn unread_log(unread: Duration) {
     assert_eq!(scans + skipped, points, "{whole}");
 }
 
-/// A page's fenced block that begins with a line.
+/// The fenced block of a page that begins with this line.
 fn fenced<'a>(page: &'a str, first: &str) -> &'a str {
     let at = page.find(first).unwrap_or_else(|| panic!("no `{first}`"));
     page[at..].split("```").next().unwrap()
 }
 
-/// A line of the log without what differs from run to run: numbers, and hashes.
+/// A line of the log without the parts that differ from run to run: numbers and hashes.
 fn masked(line: &str) -> String {
     let words = line.split_whitespace().skip(1).map(|word| match word.split_once('=') {
         Some(("sha256", _)) => "sha256".to_owned(),

@@ -1,7 +1,8 @@
-//! A ladder of many thousand rungs under a watchdog of 1 ms, seen by a Modbus client: FAULT,
-//! outputs safe, reads answered, writes refused.
+//! A ladder of many thousand rungs under a watchdog of 1 ms, seen by a Modbus client: the mode is
+//! FAULT, outputs are safe, reads are answered, writes are refused.
 //!
-//! The client is a dozen lines of raw TCP, so that nothing stands between the test and the bytes.
+//! The client is a dozen lines of raw TCP, so that no library stands between the test and the
+//! bytes.
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write as _};
@@ -13,7 +14,7 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Too many for 1 ms, in a debug build with fewer of them.
+/// Too many rungs for 1 ms; a debug build needs fewer.
 const RUNGS: usize = if cfg!(debug_assertions) { 20_000 } else { 300_000 };
 
 /// Y0 is driven ON by the first scan that completes, Y1 would be OFF by its safe value, Y2 ON.
@@ -43,7 +44,7 @@ impl Drop for Killed {
     }
 }
 
-/// Sends one PDU and gives the reply's.
+/// Sends a PDU and returns the PDU of the reply.
 fn ask(client: &mut TcpStream, pdu: &[u8]) -> Vec<u8> {
     let mut frame = vec![0, 7, 0, 0, 0, pdu.len() as u8 + 1, 1];
     frame.extend(pdu);
@@ -55,7 +56,7 @@ fn ask(client: &mut TcpStream, pdu: &[u8]) -> Vec<u8> {
     reply
 }
 
-/// An address that is free a moment before it is used.
+/// An address that was free a moment ago.
 fn free_address() -> String {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string()
 }
@@ -89,17 +90,17 @@ fn a_client_sees_the_fault_with_outputs_safe() {
 
     let mut client = TcpStream::connect(&listen).unwrap();
     client.set_read_timeout(Some(PATIENCE)).unwrap();
-    // FC 2 from MI1, eight of them: Y2 alone is ON.
+    // FC 2, eight inputs from MI1: only Y2 is ON.
     let deadline = Instant::now() + PATIENCE;
     while ask(&mut client, &[2, 0, 0, 0, 8]) != [2, 1, 0b100] {
         assert!(Instant::now() < deadline, "outputs are not safe");
         std::thread::sleep(Duration::from_millis(5));
     }
-    // FC 5, MC9 ON: device failure, at once.
+    // FC 5, MC9 ON: exception 4 (server device failure), at once.
     let before = Instant::now();
     assert_eq!(ask(&mut client, &[5, 0, 8, 0xff, 0]), [0x85, 4]);
     assert!(before.elapsed() < Duration::from_secs(5), "refused, not timed out");
-    // No scan was ever complete: systemd hears of the fault, and never that this one is ready.
+    // No scan was ever complete: systemd gets the fault as status, and never READY.
     systemd.set_read_timeout(Some(PATIENCE)).unwrap();
     let mut heard = String::new();
     while !heard.contains("STATUS=FAULT") {

@@ -142,6 +142,29 @@ fn the_engine_knows_no_clock_file_or_lock() {
     }
 }
 
+/// A merge leaves its marks in documents too, where no compiler sees them.
+#[test]
+fn no_document_has_the_marks_of_a_merge() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders = vec![root.to_owned()];
+    folders.extend(["docs", "tests", "config", ".ci"].map(|name| root.join(name)));
+    let mut documents = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).into_iter().flatten() {
+            let path = entry.expect("an entry is readable").path();
+            if path.is_dir() && folder != root {
+                folders.push(path);
+            } else if let Ok(text) = fs::read_to_string(&path) {
+                let marks =
+                    |line: &&str| ["<<<<<<< ", ">>>>>>> "].iter().any(|m| line.starts_with(m));
+                assert_eq!(text.lines().find(marks), None, "{}", path.display());
+                documents += 1;
+            }
+        }
+    }
+    assert!(documents > 300, "the walk found {documents} files");
+}
+
 #[test]
 fn every_file_opens_with_what_it_is() {
     for source in sources() {

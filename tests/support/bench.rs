@@ -12,7 +12,7 @@ use rungd::resolve::scope::Scope;
 
 const PERIOD_MS: u64 = 10;
 
-/// The controller with its plant, on one grid: a scan sees what the plant told at its time.
+/// The controller and its plant, on the same time grid: a scan sees the plant's inputs of its time.
 pub struct Plant {
     scope: Scope,
     symbols: Symbols,
@@ -20,12 +20,12 @@ pub struct Plant {
     device: Device,
     model: Model,
     pub now_ms: u64,
-    /// When the last good exchange was.
+    /// The time of the last good exchange.
     good_ms: u64,
 }
 
 impl Plant {
-    /// The only device of a controller without a finding.
+    /// The plant of a controller file with one device and no findings.
     pub fn of(loaded: Loaded) -> Plant {
         assert!(loaded.findings.is_empty(), "{:#?}", loaded.findings);
         let (program, controller) = (loaded.program.unwrap(), loaded.controller.unwrap());
@@ -97,7 +97,7 @@ impl Plant {
         self.now_ms += PERIOD_MS;
     }
 
-    /// Scans up to a time, and looks behind each.
+    /// Scans up to a time; calls `look` after each scan.
     pub fn until(&mut self, end_ms: u64, mut look: impl FnMut(&Plant)) {
         while self.now_ms < end_ms {
             self.scan();
@@ -105,7 +105,7 @@ impl Plant {
         }
     }
 
-    /// Which of these are ON.
+    /// The operands among `names` that are ON.
     pub fn on<'a>(&self, names: &[&'a str]) -> Vec<&'a str> {
         names.iter().copied().filter(|name| self.value(name) != 0).collect()
     }

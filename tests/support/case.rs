@@ -1,6 +1,6 @@
-//! The cases of `tests/semantics/*.toml`: read, and given names.
+//! The cases of `tests/semantics/*.toml`: reads them and names their tests.
 //!
-//! A file may say `main` and `tags` before its cases, for those that say none of their own.
+//! A file may state `main` and `tags` before its cases. They hold for each case without its own.
 
 use std::path::{Path, PathBuf};
 
@@ -13,11 +13,11 @@ use super::table::Table;
 /// One case of a file.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// kebab-case, unique over all files.
+    /// In kebab-case, and unique over all files.
     pub name: String,
-    /// The sentence that it shows.
+    /// The sentence that the case demonstrates.
     pub says: String,
-    /// The file it stands in.
+    /// The file of the case.
     pub file: String,
     /// The ladder's text.
     pub ladder: String,
@@ -29,7 +29,7 @@ pub struct Case {
     pub expects: Expects,
 }
 
-/// What must come of it.
+/// The expected result of a case.
 #[derive(Clone, Debug)]
 pub enum Expects {
     Values(Table),
@@ -41,8 +41,8 @@ const KEYS: [&str; 10] =
     ["name", "says", "tags", "main", "ladder", "period", "clock", "stop", "table", "refused"];
 
 impl Case {
-    /// The names of the tests it makes: its own, if it compares anything outside labelled rows,
-    /// and one a cell of those.
+    /// The names of the tests that the case makes. Each compared cell of a labelled row is a test
+    /// of its own; all other compared cells together are one test.
     pub fn tests(&self) -> Vec<String> {
         let Expects::Values(table) = &self.expects else { return vec![self.name.clone()] };
         let mut names = Vec::new();
@@ -59,7 +59,7 @@ impl Case {
         names
     }
 
-    /// The test to which a cell belongs; those without a label make one.
+    /// The test of a cell; all cells without a label belong to one test.
     pub fn test_of(&self, label: Option<&str>, alias: &str) -> String {
         match label {
             Some(label) => format!("{}-{label}-{alias}", self.name),
@@ -104,7 +104,7 @@ impl Case {
     }
 }
 
-/// What a file says before its cases.
+/// The keys that a file states before its cases.
 #[derive(Default)]
 struct Defaults {
     main: Option<String>,
@@ -135,7 +135,7 @@ fn boolean(table: &DeTable, key: &str) -> bool {
     matches!(value(table, key), Some(DeValue::Boolean(true)))
 }
 
-/// All cases of all files, in order of their files' names.
+/// All cases of all files, in the order of the file names.
 pub fn all() -> Result<Vec<Case>, String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/semantics");
     let listed = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;

@@ -1,7 +1,9 @@
-//! A journal for tests: a socket in place of journald's, and a real journal made of what came.
+//! A journal for tests: a socket in place of journald's, and a real journal made from its
+//! datagrams.
 //!
-//! The datagrams are written in the journal's export format, which is theirs but for the fields
-//! that journald adds; `systemd-journal-remote` makes a file of it that `journalctl` reads.
+//! The datagrams are written to a file in the journal's export format, together with the fields
+//! that journald would add. `systemd-journal-remote` turns this file into a journal for
+//! `journalctl`.
 #![allow(dead_code)]
 
 use crate::support::needs::not_installed;
@@ -15,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Whether a program is there; CI wants it to be.
+/// Whether a program is installed; CI requires it.
 pub fn installed(program: &str, package: &str) -> bool {
     let there = Path::new(program).exists()
         || Command::new("sh")
@@ -28,10 +30,10 @@ pub fn installed(program: &str, package: &str) -> bool {
     there
 }
 
-/// What makes a journal of an export.
+/// The program that makes a journal from an export file.
 pub const JOURNAL_REMOTE: &str = "/lib/systemd/systemd-journal-remote";
 
-/// A datagram, and when it came.
+/// A datagram and its time of arrival.
 #[derive(Clone)]
 pub struct Received {
     pub at_us: u128,
@@ -45,7 +47,7 @@ pub type Fields = BTreeMap<String, String>;
 pub struct FakeJournal {
     pub folder: PathBuf,
     received: Arc<Mutex<Vec<Received>>>,
-    /// While it is held nothing is received.
+    /// While a test holds this lock, no datagram is received.
     gate: Arc<Mutex<()>>,
 }
 
@@ -53,7 +55,7 @@ impl FakeJournal {
     pub fn new() -> FakeJournal {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        // A socket's path has 107 bytes at most.
+        // A short name: a socket's path has at most 107 bytes.
         let name = format!("rungd-journal-{}-{number}", std::process::id());
         let folder = std::env::temp_dir().join(name);
         fs::create_dir_all(&folder).unwrap();
@@ -86,19 +88,19 @@ impl FakeJournal {
         self.received().iter().map(|received| fields(&received.bytes)).collect()
     }
 
-    /// Stands still for as long as this is held.
+    /// Receives nothing while the returned guard is held.
     pub fn freeze(&self) -> MutexGuard<'_, ()> {
         self.gate.lock().unwrap()
     }
 
-    /// Waits for an entry of an event.
+    /// Waits for an entry of this event.
     pub fn wait_for(&self, event: &str) -> Fields {
         let is = |entry: &&Fields| entry["RUNGD_EVENT"] == event;
         self.wait_until(|entries| entries.iter().any(|entry| is(&entry)));
         self.entries().iter().find(is).expect("it was there").clone()
     }
 
-    /// Waits until the entries are as wanted.
+    /// Waits until `wanted` accepts the entries.
     pub fn wait_until(&self, wanted: impl Fn(&[Fields]) -> bool) {
         let deadline = Instant::now() + Duration::from_secs(30);
         while !wanted(&self.entries()) {
@@ -111,7 +113,7 @@ impl FakeJournal {
         }
     }
 
-    /// Makes a real journal of what came, and gives its folder.
+    /// Makes a real journal from the datagrams so far, and returns its folder.
     pub fn written(&self) -> PathBuf {
         let folder = self.folder.join("journal");
         fs::create_dir_all(&folder).unwrap();
@@ -146,7 +148,7 @@ impl Drop for FakeJournal {
     }
 }
 
-/// A datagram's fields, as journald would read it.
+/// The fields of a datagram, as journald parses them.
 pub fn fields(mut bytes: &[u8]) -> Fields {
     let mut fields = Fields::new();
     while let Some(end) = bytes.iter().position(|byte| *byte == b'\n') {

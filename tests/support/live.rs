@@ -1,5 +1,5 @@
-//! A running controller with an operator's socket, and the commands that ask it: what the tests of
-//! `rungd status` and its like share.
+//! A running controller with an operator's socket, and the commands that ask it. The tests of
+//! `rungd status` and of the other operator commands share this module.
 #![allow(dead_code)]
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// How long a test waits for what should come within milliseconds.
+/// The longest wait of a test for an event that should come within milliseconds.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
 /// What a command printed, and its exit code.
@@ -38,11 +38,11 @@ pub struct Live {
     lines: Receiver<Value>,
 }
 
-/// A ladder's tags and blocks, and what the controller file says beside the ladder.
+/// Makes a folder with this ladder and a controller file; `controller` is the rest of that file.
 pub fn folder(ladder: &str, controller: &str) -> PathBuf {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
-    // Short: a socket's path is.
+    // A short name, because a socket's path is limited.
     let folder = std::env::temp_dir().join(format!("rungd-op-{}-{number}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("ladder.toml"), ladder).unwrap();
@@ -52,7 +52,7 @@ pub fn folder(ladder: &str, controller: &str) -> PathBuf {
     folder
 }
 
-/// `rungd run` of such a folder.
+/// The command `rungd run` for such a folder.
 pub fn run(folder: &std::path::Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.arg("run").arg(folder.join("controller.toml")).args(arguments);
@@ -65,15 +65,15 @@ pub fn run(folder: &std::path::Path, arguments: &[&str]) -> Command {
 }
 
 impl Live {
-    /// Started; its socket answers.
+    /// Starts a controller and waits until its socket answers.
     pub fn start(ladder: &str, controller: &str, arguments: &[&str]) -> Live {
         let folder = folder(ladder, controller);
         let command = run(&folder, arguments);
         Live::of(folder, command)
     }
 
-    /// As [`Live::start`], of a debug build, whose scan stalls for a second at [`Live::stall`]:
-    /// a fault by whatever watchdog is far below that, however busy the machine.
+    /// As [`Live::start`], with a debug build whose scan stalls for a second at [`Live::stall`].
+    /// The stall is a fault under any watchdog far below a second, however busy the machine is.
     pub fn start_to_stall(ladder: &str, controller: &str, arguments: &[&str]) -> Live {
         let folder = folder(ladder, controller);
         let mut command = run(&folder, arguments);
@@ -81,7 +81,7 @@ impl Live {
         Live::of(folder, command)
     }
 
-    /// The next scan that is made takes a second longer.
+    /// Makes the next scan take a second longer.
     pub fn stall(&self) {
         let faults = self.folder.join("faults");
         std::fs::write(&faults, "stall").unwrap();
@@ -101,7 +101,7 @@ impl Live {
         }
     }
 
-    /// Started by a command; its socket answers.
+    /// Starts the controller by this command and waits until its socket answers.
     pub fn of(folder: PathBuf, mut command: Command) -> Live {
         let mut child = command.spawn().unwrap();
         let stderr = BufReader::new(child.stderr.take().unwrap());
@@ -122,7 +122,7 @@ impl Live {
         live
     }
 
-    /// The next line of the log whose message contains the words.
+    /// The next line of the log whose message contains `words`.
     pub fn line(&self, words: &str) -> Value {
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -134,7 +134,7 @@ impl Live {
         }
     }
 
-    /// As [`Live::line`], for several lines that come in any order.
+    /// As [`Live::line`], for several lines in any order.
     pub fn lines<const N: usize>(&self, words: [&str; N]) -> [Value; N] {
         let mut found = [const { Value::Null }; N];
         while found.iter().any(Value::is_null) {
@@ -147,7 +147,7 @@ impl Live {
         found
     }
 
-    /// A command, its words split at spaces, that asks this controller.
+    /// A command for this controller; its arguments are separated by spaces.
     pub fn command(&self, words: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         command.args(words.split_whitespace()).env("RUNGD_SOCKET", &self.socket);
@@ -158,14 +158,14 @@ impl Live {
         said(&mut self.command(words))
     }
 
-    /// As [`Live::say`], which must be done.
+    /// As [`Live::say`], for a command that must succeed.
     pub fn ok(&self, words: &str) -> String {
         let said = self.say(words);
         assert_eq!(said.code, 0, "{words}: {said:?}");
         said.out
     }
 
-    /// As [`Live::ok`], as soon as the scan thread hears: it does not while it stalls.
+    /// As [`Live::ok`], repeated until the scan thread answers: a stalled thread does not.
     pub fn await_ok(&self, words: &str) -> String {
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -178,7 +178,7 @@ impl Live {
         }
     }
 
-    /// What operands hold, once it is this.
+    /// Waits until the operands have the expected values.
     pub fn await_values(&self, operands: &str, expected: &str) {
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -193,7 +193,7 @@ impl Live {
         }
     }
 
-    /// A connection of a client that is nothing but a socket.
+    /// A raw connection to the socket.
     pub fn connect(&self) -> UnixStream {
         let stream = UnixStream::connect(&self.socket).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -206,7 +206,7 @@ impl Live {
         assert!(Command::new("kill").args(["-s", name, &pid]).status().unwrap().success());
     }
 
-    /// Waits for its end after SIGTERM; gives the statistics of the whole run.
+    /// Sends SIGTERM and waits for the end; returns the statistics of the whole run.
     pub fn end(&mut self) -> Value {
         self.signal("TERM");
         let statistics = self.line("scan statistics of the whole run");
@@ -232,7 +232,7 @@ pub fn said(command: &mut Command) -> Said {
     }
 }
 
-/// Sends a line and gives the line that answers.
+/// Sends a line and returns the answer.
 pub fn ask(stream: &mut UnixStream, line: &str) -> Value {
     stream.write_all(format!("{line}\n").as_bytes()).unwrap();
     let mut answer = Vec::new();

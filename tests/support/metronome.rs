@@ -1,7 +1,8 @@
-//! What this machine keeps an ordinary thread from: a control for whatever goes by time.
+//! Measures how far this machine holds up an ordinary thread: a control for tests that depend on
+//! time.
 //!
-//! A thread wakes every two milliseconds, as a controller does, and notes how many of these moments
-//! it slept through. A controller may miss what the metronome missed too.
+//! A thread wakes every two milliseconds, as a controller does, and notes the beats that it
+//! overslept. If the metronome missed beats, a controller may miss scans too.
 
 use std::sync::{Mutex, Once, PoisonError};
 use std::thread::{sleep, spawn};
@@ -9,10 +10,10 @@ use std::time::{Duration, Instant};
 
 const BEAT: Duration = Duration::from_millis(2);
 
-/// When it woke, and the time that it had slept too long.
+/// Each late wake-up: its time, and how late it was.
 static LATE: Mutex<Vec<(Instant, Duration)>> = Mutex::new(Vec::new());
 
-/// Starts it, once in a process.
+/// Starts the metronome, once per process.
 pub fn begin() {
     static BEGUN: Once = Once::new();
     BEGUN.call_once(|| {
@@ -33,13 +34,13 @@ pub fn begin() {
     });
 }
 
-/// The time of these last moments in which it did not get a processor when it was due.
+/// The sum of the delays within the time `last` before now.
 pub fn held_up_within(last: Duration) -> Duration {
     let late = LATE.lock().unwrap_or_else(PoisonError::into_inner);
     late.iter().rev().take_while(|(at, _)| at.elapsed() < last).map(|(_, late)| *late).sum()
 }
 
-/// The longest of them.
+/// The longest delay within the time `last` before now.
 pub fn longest_within(last: Duration) -> Duration {
     let late = LATE.lock().unwrap_or_else(PoisonError::into_inner);
     let recent = late.iter().rev().take_while(|(at, _)| at.elapsed() < last);

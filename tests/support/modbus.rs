@@ -1,13 +1,13 @@
-//! A Modbus client that is nothing but a socket, for tests before the real program.
+//! A raw Modbus TCP client for tests of the real program. It shares no code with rungd.
 //!
-//! Included by path; each test uses a part of it. It shares no code with rungd.
+//! Test binaries include this file by path; each uses a part of it.
 #![allow(dead_code)]
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// How long a reply may take on a busy machine.
+/// The longest wait for a reply, on a busy machine.
 pub const REPLY_WAIT_MAX: Duration = Duration::from_secs(20);
 
 /// A frame around a PDU.
@@ -31,7 +31,7 @@ impl Client {
         Client { stream, transaction: 0 }
     }
 
-    /// The reply to a PDU; nothing where the connection is closed.
+    /// The reply to a PDU; `None` if the connection is closed.
     pub fn try_ask(&mut self, unit: u8, pdu: &[u8]) -> Option<Vec<u8>> {
         self.transaction = self.transaction.wrapping_add(1);
         self.stream.write_all(&frame(self.transaction, unit, pdu)).ok()?;
@@ -50,7 +50,7 @@ impl Client {
     }
 }
 
-/// How long a new client waits for its first reply, from before it connects; it is served.
+/// The time from connecting a new client to its first reply; fails if that is 2 s or more.
 pub fn served_within(address: &str) -> Duration {
     let began = Instant::now();
     let reply = Client::connect(address).ask(1, &[3, 0, 0, 0, 1]);

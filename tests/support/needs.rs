@@ -1,19 +1,20 @@
-//! What a test wants of the machine, and what it does where that is not to be had: it says so and
-//! passes, unless `RUNGD_REQUIRE` names it. `.ci/run` sets that by probes of its own.
+//! What a test needs from the machine, and what happens without it: the test prints the reason and
+//! passes. If `RUNGD_REQUIRE` names the need, the test fails instead. `.ci/run` probes the machine
+//! and sets this variable.
 
-/// What not every machine has.
+/// A property that not every machine has.
 #[derive(Clone, Copy, Debug)]
 pub enum Need {
     /// Programs and Python modules that `.ci/run` installs.
     Programs,
-    /// A mount namespace of one's own.
+    /// Permission to make a mount namespace.
     MountNamespace,
-    /// A time namespace of one's own.
+    /// Permission to make a time namespace.
     TimeNamespace,
     /// An ext4 image on a loop device.
     Ext4,
     Root,
-    /// The named points of `src/faults.rs`, which a release build has not.
+    /// The named points of `src/faults.rs`, which a release build lacks.
     Faults,
 }
 
@@ -30,7 +31,7 @@ impl Need {
     }
 }
 
-/// Says why a test does nothing here.
+/// Prints the reason why a test is skipped; fails if the need is required.
 pub fn skip(need: Need, why: &str) {
     skip_under(&std::env::var("RUNGD_REQUIRE").unwrap_or_default(), need, why);
 }
@@ -42,7 +43,7 @@ fn skip_under(required: &str, need: Need, why: &str) {
     eprintln!("skipped: {why}");
 }
 
-/// Says that a program is not installed.
+/// Skips a test because a program is not installed.
 pub fn not_installed(program: &str) {
     skip(Need::Programs, &format!("{program} is not installed"));
 }

@@ -1,4 +1,4 @@
-//! A page of `docs/`, for the tests that execute what it shows; each uses a part of this.
+//! A page of `docs/`, for tests that execute its examples. Each test uses a part of this module.
 #![allow(dead_code)]
 
 use std::path::Path;
@@ -9,14 +9,14 @@ pub fn text(name: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The page's blocks of a language, in order.
+/// The code blocks of a page in one language, in order.
 pub fn blocks(page: &str, language: &str) -> Vec<String> {
     let fence = format!("```{language}\n");
     let bodies = page.split(&fence).skip(1);
     bodies.map(|body| body.split("```").next().unwrap_or_default().to_owned()).collect()
 }
 
-/// The file that a block of the page shows: its first line is a comment with the file's name.
+/// The code block of a page that shows this file: its first line is a comment with the name.
 pub fn file(page: &str, name: &str) -> String {
     let first = format!("# {name}\n");
     let block = blocks(page, "toml").into_iter().find(|block| block.starts_with(&first));

@@ -1,4 +1,4 @@
-//! An engine that a test drives by itself: operands by name, time by the scan.
+//! An engine under the direct control of a test: operands by name, and time that advances by scans.
 
 use rungd::calendar::LocalTime;
 use rungd::engine::{BlockEvent, Cell, Engine, ScanEnd, ScanTimes};
@@ -19,14 +19,14 @@ pub struct Plc {
     pub local: LocalTime,
 }
 
-/// A ladder of Main's rungs (and what follows them), started, before its first scan.
+/// A started engine before its first scan. `main` is the rungs of Main and anything after them.
 pub fn plc(main: &str) -> Plc {
     let mut plc = stopped(main);
     plc.engine.start(0);
     plc
 }
 
-/// The same, not started yet.
+/// The same engine, not started yet.
 pub fn stopped(main: &str) -> Plc {
     let program = run::load(&format!("[[program]]\nname = \"Main\"\n{main}\n"));
     let program = program.unwrap_or_else(|errors| panic!("{errors}"));
@@ -72,7 +72,7 @@ impl Plc {
         }
     }
 
-    /// One scan with these inputs and queued writes, a period after the last one.
+    /// One scan with these inputs and queued writes, one period after the last scan.
     pub fn scan(&mut self, changes: &[(&str, i32)]) -> ScanEnd {
         self.engine.begin_scan(self.now_ns, &self.times, &self.local);
         for (name, value) in changes {
@@ -90,14 +90,14 @@ impl Plc {
         self.engine.execute()
     }
 
-    /// So many scans without changes.
+    /// This number of scans without changes.
     pub fn scans(&mut self, count: u32) {
         (0..count).for_each(|_| {
             self.scan(&[]);
         });
     }
 
-    /// An orderly stop: a last scan, and the passes.
+    /// An orderly stop: a last scan and the termination passes.
     pub fn stop(&mut self) {
         self.engine.request_stop();
         assert!(self.scan(&[]).last);

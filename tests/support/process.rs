@@ -1,6 +1,6 @@
-//! A rungd process under conditions: its folder, its log read line by line, its end, its sums.
+//! A rungd process in a test: its folder, its log line by line, its end, and its scan statistics.
 //!
-//! Each binary uses a part of it.
+//! Each test binary uses a part of this module.
 #![allow(dead_code)]
 
 use std::ffi::OsStr;
@@ -17,10 +17,10 @@ use crate::support::metronome;
 pub use crate::support::needs::{Need, not_installed, skip};
 use serde_json::Value;
 
-/// How long a test waits for what should come within milliseconds.
+/// The longest wait of a test for an event that should come within milliseconds.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Y0 changes every 100 ms, and the log says so.
+/// A ladder that switches Y0 every 100 ms; the log shows each change.
 pub const BLINKS: &str = "[tags]\nlamp = { at = \"Y0\", log = \"change\" }\n\
      [[program]]\nname = \"Main\"\n[[program.rung]]\nwhen = [\"$100ms\"]\ndo = [\"OUT lamp\"]\n";
 
@@ -40,7 +40,7 @@ impl Plant {
         Plant(folder)
     }
 
-    /// `PREFIX rungd run controller.toml --log-format json`, heard by nobody yet.
+    /// `PREFIX rungd run controller.toml --log-format json`, without a reader of its log yet.
     pub fn command<S: AsRef<OsStr>>(&self, prefix: &[S]) -> Command {
         self.command_of(prefix, "controller.toml")
     }
@@ -60,7 +60,7 @@ impl Plant {
         command
     }
 
-    /// As [`Plant::command`], with a socket of its own: a second controller of the same files.
+    /// As [`Plant::command`] with another socket: a second controller with the same files.
     pub fn second(&self) -> Command {
         let text = std::fs::read_to_string(self.0.join("controller.toml")).unwrap();
         let text = text.replace("socket = \"op\"", "socket = \"op2\"");
@@ -68,12 +68,12 @@ impl Plant {
         self.command_of(&[] as &[&str], "second.toml")
     }
 
-    /// What a command says that asks this plant's controller at its socket `op`; it ends with 0.
+    /// The output of a command that asks this plant's controller at socket `op` and ends with 0.
     pub fn ask(&self, words: &[&str]) -> String {
         self.ask_for(words, 0)
     }
 
-    /// The same of a command that ends with this code.
+    /// The same for a command that ends with this code.
     pub fn ask_for(&self, words: &[&str], code: i32) -> String {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
         let said = command.args(words).arg("--socket").arg(self.0.join("op")).output().unwrap();
@@ -83,7 +83,7 @@ impl Plant {
         text
     }
 
-    /// A socket as systemd's, and its path for `NOTIFY_SOCKET`.
+    /// A socket in place of systemd's, and its path for `NOTIFY_SOCKET`.
     pub fn notify(&self) -> (UnixDatagram, PathBuf) {
         let path = self.0.join("notify");
         let socket = UnixDatagram::bind(&path).unwrap();
@@ -98,7 +98,7 @@ impl Drop for Plant {
     }
 }
 
-/// A rungd whose log is read line by line.
+/// A rungd process whose log the test reads line by line.
 pub struct Running {
     pub child: Child,
     lines: Receiver<Value>,
@@ -121,7 +121,7 @@ impl Running {
         Running { child, lines }
     }
 
-    /// The next line whose message contains the words.
+    /// The next line whose message contains `words`.
     pub fn line(&self, words: &str) -> Value {
         let deadline = Instant::now() + PATIENCE;
         let mut seen = Vec::new();
@@ -138,6 +138,11 @@ impl Running {
     /// All lines up to the end.
     pub fn rest(&self) -> Vec<Value> {
         std::iter::from_fn(|| self.lines.recv_timeout(PATIENCE).ok()).collect()
+    }
+
+    /// The lines that have arrived already.
+    pub fn so_far(&self) -> Vec<Value> {
+        self.lines.try_iter().collect()
     }
 
     pub fn pid(&self) -> String {
@@ -159,21 +164,21 @@ impl Running {
         panic!("rungd did not end");
     }
 
-    /// Stops it in an orderly way; the lines that are left.
+    /// Stops the process in an orderly way; returns the remaining lines.
     pub fn stop(&mut self) -> Vec<Value> {
         let (lines, code) = self.stop_with_code();
         assert_eq!(code, Some(code_of(&lines)), "{lines:#?}");
         lines
     }
 
-    /// The same, with the exit code, whatever that is.
+    /// The same, and the exit code, which may be any.
     pub fn stop_with_code(&mut self) -> (Vec<Value>, Option<i32>) {
         self.signal("TERM");
         let lines = self.rest();
         (lines, self.end().code())
     }
 
-    /// SIGKILL, and the wait until it is gone.
+    /// Sends SIGKILL and waits for the end of the process.
     pub fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
@@ -187,12 +192,12 @@ impl Drop for Running {
     }
 }
 
-/// The exit code of an orderly end with these lines.
+/// The exit code that an orderly end must have after these lines.
 pub fn code_of(lines: &[Value]) -> i32 {
     if lines.iter().any(|line| line["event"] == "retain-lost") { 74 } else { 0 }
 }
 
-/// Returns when it is so.
+/// Waits until the condition holds.
 pub fn until(mut is_so: impl FnMut() -> bool) {
     let deadline = Instant::now() + PATIENCE;
     while !is_so() {
@@ -205,14 +210,14 @@ pub fn message(line: &Value) -> &str {
     line["message"].as_str().unwrap_or_default()
 }
 
-/// The first line whose message contains the words.
+/// The first line whose message contains `words`.
 pub fn find<'a>(lines: &'a [Value], words: &str) -> &'a Value {
     let found = lines.iter().find(|line| message(line).contains(words));
     found.unwrap_or_else(|| panic!("no `{words}` in {lines:#?}"))
 }
 
-/// Every grid point from the start of RUN to the last scan was scanned, or counted as skipped, and
-/// none was a fault. `least` is how long it ran at least.
+/// Checks that every grid point from the start of RUN to the last scan was scanned or counted as
+/// skipped, and that no line shows a fault. The run lasted `least` or longer.
 pub fn scans_are_accounted_for(lines: &[Value], period: Duration, least: Duration) -> Value {
     for line in lines {
         assert!(!message(line).contains("FAULT"), "{line}");
@@ -227,8 +232,8 @@ pub fn scans_are_accounted_for(lines: &[Value], period: Duration, least: Duratio
     whole.clone()
 }
 
-/// As [`scans_are_accounted_for`], and no more were skipped than the machine is to blame for: the
-/// conditions shown cost nothing, and what a busy machine skips is not theirs.
+/// As [`scans_are_accounted_for`], and the skipped scans are not more than a busy machine explains.
+/// So the conditions of the test cost no scan.
 pub fn no_scan_missed(lines: &[Value], period: Duration, least: Duration) {
     let whole = scans_are_accounted_for(lines, period, least);
     let number = |field: &str| whole[field].as_u64().unwrap();
@@ -240,8 +245,8 @@ pub fn no_scan_missed(lines: &[Value], period: Duration, least: Duration) {
     assert!(number("skipped") <= points / 2 + excused, "{told}");
 }
 
-/// A prefix that gives the command a mount namespace of its own, and runs a line of shell in it
-/// first; `None` where the machine has none for us.
+/// A prefix for a command: it makes a mount namespace and runs a line of shell in it first. `None`
+/// if this machine does not permit that.
 pub fn mounted(shell: &str) -> Option<Vec<String>> {
     let own = ["unshare", "--mount", "--propagation", "private"];
     let user = ["unshare", "--user", "--map-root-user", "--mount", "--propagation", "private"];
@@ -255,10 +260,10 @@ pub fn mounted(shell: &str) -> Option<Vec<String>> {
     Some(words.map(str::to_owned).collect())
 }
 
-/// Seconds of processor time that a process has had so far.
+/// The processor time that a process has used so far, in seconds.
 pub fn processor_time(pid: u32) -> f64 {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
     let fields: Vec<&str> = stat.rsplit_once(") ").unwrap().1.split(' ').collect();
-    // utime and stime, in ticks of 10 ms on every Linux that Rust runs on.
+    // The fields utime and stime, in ticks of 10 ms on every Linux that Rust runs on.
     fields[11..13].iter().map(|ticks| ticks.parse::<f64>().unwrap()).sum::<f64>() / 100.0
 }

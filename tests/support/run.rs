@@ -1,4 +1,4 @@
-//! Loading a ladder, running it in the simulator, and comparing what came with a case.
+//! Loads a ladder, runs it in the simulator, and compares the result with a case.
 
 use std::io;
 
@@ -20,11 +20,11 @@ use super::table::{RowName, Table};
 /// The result of one test.
 pub struct Outcome {
     pub test: String,
-    /// What was expected and not found; empty: it passed.
+    /// The differences from the expected values; empty if the test passed.
     pub wrong: Vec<String>,
 }
 
-/// Loads a ladder; its errors as one text.
+/// Loads a ladder; `Err` is all its errors in one text.
 pub fn load(ladder: &str) -> Result<Program, String> {
     let file = SourceFile { name: "case.toml".into(), text: ladder.into() };
     let (program, mut findings) = load_ladders(&[file], &LoadOptions::default());
@@ -43,7 +43,7 @@ pub fn cell(program: &Program, symbols: &Symbols, name: &str) -> Result<Cell, St
     symbols.layout.cell(address).ok_or_else(|| format!("`{name}` is no bit and no word"))
 }
 
-/// What the stimulus may write.
+/// The target of a stimulus; `Err` if the operand cannot be written.
 pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Target, String> {
     match resolve_operand(program, name)? {
         Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
@@ -57,7 +57,7 @@ pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Target
     }
 }
 
-/// Keeps the watched values of every row.
+/// A trace that keeps the watched values of every row.
 pub struct Rows {
     pub cells: Vec<Cell>,
     pub rows: Vec<(TraceRow, Vec<i64>)>,
@@ -85,7 +85,7 @@ impl Trace for Rows {
     }
 }
 
-/// Runs a case; every test of it gets its outcome.
+/// Runs a case and returns the outcome of each of its tests.
 pub fn run_case(case: &Case) -> Vec<Outcome> {
     match &case.expects {
         Expects::Values(table) => match trace(case, table) {
@@ -110,10 +110,10 @@ fn refused(case: &Case, code: &str) -> Vec<Outcome> {
     vec![Outcome { test: case.name.clone(), wrong }]
 }
 
-/// More bits than 16-bit numbers reach: the engine then addresses cells in its other way.
+/// More bits than a 16-bit number can address, so that the engine uses its other addressing.
 const FAR: u32 = 70_000;
 
-/// Both lowerings, and both ways to address cells, must give the same rows.
+/// The rows of a case. Both lowerings and both kinds of addressing must give the same rows.
 fn trace(case: &Case, table: &Table) -> Result<(Rows, Layout), String> {
     let program = load(&case.ladder)?;
     let (engine_program, symbols) = lower(&program);

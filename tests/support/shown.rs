@@ -1,7 +1,7 @@
-//! What a page shows against what a command prints: `…` within a line stands for any text, a line
-//! `…` for any lines.
+//! Compares the text that a page shows with the output of a command. In the page, `…` within a line
+//! stands for any text, and a line `…` for any number of lines.
 
-/// Whether a line is as shown.
+/// Whether a line matches the shown line.
 pub fn line_matches(shown: &str, line: &str) -> bool {
     match shown.split_once('…') {
         None => shown == line,
@@ -12,7 +12,7 @@ pub fn line_matches(shown: &str, line: &str) -> bool {
     }
 }
 
-/// Whether the lines are as shown.
+/// Whether the lines match the shown lines.
 pub fn lines_match(shown: &[&str], lines: &[&str]) -> bool {
     match shown.split_first() {
         None => lines.is_empty(),

@@ -1,13 +1,13 @@
-//! The table of a case: what comes from outside left of `|`, what must be there right of it.
+//! The table of a case: inputs from outside on the left of `|`, expected values on the right.
 //!
 //! ```text
 //! scan X0 D1 | CT0.Acc Y0=output
 //! 0    1  .  | 1       0          : first-edge
 //! stop .  .  | 0       .
 //! ```
-//! `.` is nothing on the left, and not compared on the right. An operand may be given another
-//! name for its cells (`Y0=output`); a row may have a label, and then each of its cells is a test
-//! of its own: case, label and column joined, `offdtmr-leg-on-output`.
+//! On the left, `.` means no input; on the right, no comparison. An operand may have another name
+//! for its cells: `Y0=output`. A row may have a label. Then each of its cells is a test of its own,
+//! named after case, label and column: `offdtmr-leg-on-output`.
 
 /// A row's name: a scan, or the memory after an orderly stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,11 +16,11 @@ pub enum RowName {
     Stop,
 }
 
-/// A column right of `|`.
+/// A column on the right of `|`.
 #[derive(Clone, Debug)]
 pub struct Column {
     pub operand: String,
-    /// What its cells are called.
+    /// The name of its cells in the names of tests.
     pub alias: String,
 }
 
@@ -62,7 +62,7 @@ impl Table {
         Ok(Table { inputs, columns, rows })
     }
 
-    /// How many scans it takes.
+    /// The number of scans that the table needs.
     pub fn scans(&self) -> u64 {
         let scans = self.rows.iter().filter_map(|row| match row.name {
             RowName::Scan(scan) => Some(scan + 1),
@@ -71,7 +71,7 @@ impl Table {
         scans.max().unwrap_or(0)
     }
 
-    /// What comes from outside, as a stimulus file.
+    /// The inputs from outside, in the form of a stimulus file.
     pub fn stimulus(&self) -> String {
         let mut csv = String::from("scan");
         for input in &self.inputs {

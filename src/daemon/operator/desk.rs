@@ -19,7 +19,7 @@ use crate::daemon::narration::span;
 use crate::daemon::reload::Reloads;
 use crate::engine::Cell;
 use crate::events::{self, Event, Level};
-use crate::isa::Address;
+use crate::isa::{Address, Bit, BitSpace};
 use crate::operator::names::Names;
 use crate::operator::operand::Operand;
 use crate::operator::protocol::{
@@ -35,6 +35,8 @@ use crate::say::say;
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
 /// The most forces that an answer names.
 const FORCES_NAMED_MAX: usize = 8;
+/// The note for an output that is forced outside RUN.
+const STAYS_SAFE: &str = "only in RUN does the force reach the output: now it has its safe value";
 /// The least time limit of a change's wait for the scan that sees it.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
@@ -226,7 +228,11 @@ impl Desk {
         let forced = Forced { what: operand.what, name: operand.operand.clone() };
         self.forced().insert(operand.cell, forced);
         let before = self.carried_out(id).await?;
-        let change = self.forced_change(&operand, before);
+        let mut change = self.forced_change(&operand, before);
+        let is_output = matches!(operand.what, Address::Bit(Bit::Space(BitSpace::Y, _)));
+        if is_output && self.port.latest().mode != Mode::Run {
+            change.note = Some(STAYS_SAFE.to_owned());
+        }
         let did = format!("forced {} to {}", change.now, operand.held(value));
         tell(peer, &events::OPERATOR_FORCE, &operand, &change, &did);
         Ok(change)
@@ -413,7 +419,22 @@ fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
 fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &str) {
     let (before, after) = (change.before, change.now.value);
     let forced = if change.was_forced { ", forced" } else { "" };
-    let address = &operand.address;
+    let words = format!("{did}: it was {before}{forced}, and is {after}");
+    tell_in(peer, event, operand, [before, after], &words);
+}
+
+/// The line in the log of a write that no scan has seen yet. No further line follows.
+fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held, Duration)) {
+    let (written, period) = waiting;
+    let before = change.before;
+    let waits = waits(written, period);
+    let words = format!("asked to write to {}: {waits}; until then it is {before}", change.now);
+    tell_in(peer, &events::OPERATOR_WRITE, operand, [before, written], &words);
+}
+
+/// A line about an operand, in these words, with its value before and after.
+fn tell_in(peer: &Peer, event: &Event, operand: &Operand, values: [Held; 2], words: &str) {
+    let (address, [before, after]) = (&operand.address, values);
     say!(
         *event at Info,
         who = %peer.name,
@@ -423,26 +444,7 @@ fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &st
         %address,
         %before,
         %after,
-        "{peer} {did}: it was {before}{forced}, and is {after}"
-    );
-}
-
-/// The line in the log of a write that no scan has seen yet. No further line follows.
-fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held, Duration)) {
-    let (written, period) = waiting;
-    let (before, address) = (change.before, &operand.address);
-    say!(
-        OPERATOR_WRITE,
-        who = %peer.name,
-        uid = peer.uid,
-        pid = peer.pid,
-        what = %operand.tag.as_ref().unwrap_or(address),
-        %address,
-        %before,
-        after = %written,
-        "{peer} asked to write to {}: {}; until then it is {before}",
-        change.now,
-        waits(written, period)
+        "{peer} {words}"
     );
 }
 

@@ -262,7 +262,7 @@ fn taken(path: &Path) -> Failure {
     let path = path.display();
     Failure::Environment(anyhow::Error::new(Taken(format!(
         "the operator's socket cannot be {path}: another rungd answers there; stop it (`rungd \
-         status --socket {path}` shows it), or give this one another"
+         status --socket {path}` shows it), or give this one a socket of its own"
     ))))
 }
 

@@ -1,5 +1,4 @@
-//! A controller with a scan of a few lines, a server on it, and a client that is nothing but a
-//! socket.
+//! The test bench: a controller with a small scan of its own, a server on it, and a raw TCP client.
 
 use std::io::{ErrorKind, Read, Write as _};
 use std::net::{SocketAddr, TcpStream};
@@ -18,20 +17,21 @@ use crate::runtime::command::Forces;
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason, Write};
 use crate::runtime::{Facts, Safe, ScanSide, Shape, WorldSide, link};
 
-/// What a test asks of the scan thread.
+/// An order of a test to the scan thread.
 #[derive(Clone, Copy)]
 pub enum Do {
     Run,
     Stop,
     Fault,
-    /// RUN, but no scan comes.
+    /// The mode is RUN, but no scan begins.
     Freeze,
 }
 
-/// The controller: its scan thread and its server's.
+/// The controller: its scan thread and the server's thread.
 ///
-/// Its scan: every MIR holds the low word of the scan's number; Y0 is X0; Y1 is ON; MI1 is MC1.
-/// `torn` counts the scans that saw MHR1..MHR100 not all alike, or X0..X3 not as MC101..MC104.
+/// A scan writes the low word of its number to every MIR. It copies X0 to Y0 and MC1 to MI1, and
+/// switches Y1 ON. `torn` counts the scans that saw different values in MHR1..MHR100, or X0..X3
+/// different from MC101..MC104.
 pub struct Controller {
     pub port: Port,
     pub address: SocketAddr,
@@ -43,7 +43,7 @@ pub struct Controller {
     threads: Vec<JoinHandle<()>>,
 }
 
-/// MC1..MC32 and MHR1..MHR123 are listed, a tag limits MHR110 to 1..=100; MC101..MC104 are
+/// The write list has MC1..MC32 and MHR1..MHR123. A tag limits MHR110 to 1..=100. MC101..MC104 are
 /// X0..X3; Y0..Y3 are MI11..MI14.
 pub fn settings() -> Modbus {
     let [mc, x, y, mi] = [BitSpace::Mc, BitSpace::X, BitSpace::Y, BitSpace::Mi].map(Space::Bit);
@@ -88,7 +88,7 @@ impl Controller {
         controller
     }
 
-    /// Tells the scan thread, and waits until it shows.
+    /// Sends the order to the scan thread, and waits until its effect shows.
     pub fn order(&self, order: Do) {
         let before = self.port.latest().scans;
         self.commands.send(order).unwrap();
@@ -103,7 +103,7 @@ impl Controller {
             thread::sleep(Duration::from_millis(1));
         }
         if let Do::Freeze = order {
-            // The scan that was under way ends; then nothing moves.
+            // The current scan ends; after it the count of scans stands still.
             let mut scans = u64::MAX;
             while std::mem::replace(&mut scans, self.port.latest().scans) != scans {
                 thread::sleep(Duration::from_millis(50));
@@ -115,7 +115,7 @@ impl Controller {
         Client::connect(self.address)
     }
 
-    /// All that the server has logged.
+    /// All log lines of the server so far.
     pub fn logged(&self) -> String {
         String::from_utf8_lossy(&self.log.0.lock().unwrap()).into_owned()
     }
@@ -142,7 +142,7 @@ impl Drop for Controller {
     }
 }
 
-/// Where the server's log goes.
+/// The buffer that receives the server's log.
 #[derive(Clone, Default)]
 struct Log(Arc<Mutex<Vec<u8>>>);
 
@@ -182,7 +182,7 @@ fn serve(
     let logger = tracing_subscriber::fmt().with_ansi(false).with_writer(writer).finish();
     let serving = thread::spawn(move || {
         let _logging = tracing::subscriber::set_default(logger);
-        // As the daemon runs it: a task among others.
+        // As in the daemon, the server is one task among others.
         runtime.block_on(async { tokio::spawn(server.run(stopped)).await.unwrap() });
     });
     (address, serving)
@@ -277,7 +277,7 @@ impl Scanner {
     }
 }
 
-/// A socket.
+/// A raw TCP client.
 pub struct Client {
     pub stream: TcpStream,
     pub unit: u8,
@@ -301,7 +301,7 @@ impl Client {
         [&[high, low, 0, 0, length_high, length_low, self.unit], pdu].concat()
     }
 
-    /// The reply to a PDU; the header must match.
+    /// Sends a PDU and returns its reply; the header must match.
     pub fn ask(&mut self, pdu: &[u8]) -> Vec<u8> {
         let frame = self.frame(pdu);
         self.stream.write_all(&frame).unwrap();
@@ -310,7 +310,7 @@ impl Client {
         reply
     }
 
-    /// The next reply's transaction and PDU; nothing when the server closed the connection.
+    /// Transaction and PDU of the next reply; `None` if the server closed the connection.
     pub fn next_reply(&mut self) -> Option<(u16, Vec<u8>)> {
         let mut header = [0; 7];
         self.stream.read_exact(&mut header).ok()?;
@@ -324,7 +324,7 @@ impl Client {
         Some((u16::from_be_bytes([high, low]), pdu))
     }
 
-    /// Waits until the server closes the connection; whatever it sends before is dropped.
+    /// Waits until the server closes the connection, and drops all bytes that come before.
     pub fn is_closed(&mut self) -> bool {
         let mut bytes = [0; 1024];
         loop {

@@ -1,4 +1,4 @@
-//! Every function and every exception.
+//! Every function code and every exception of the server.
 
 use std::time::Duration;
 

@@ -1,4 +1,5 @@
-//! Any bytes: no panic, no reply that was not asked for, and the others are served on.
+//! Arbitrary bytes from a client: the server does not panic, replies only to requests, and goes on
+//! serving the other clients.
 
 use std::io::Write;
 use std::net::Shutdown;
@@ -17,7 +18,7 @@ fn runner() -> TestRunner {
     TestRunner::new(Config { cases: CASES, failure_persistence: None, ..Config::default() })
 }
 
-/// Sends bytes in pieces of these sizes, over and over.
+/// Sends the bytes in pieces of these sizes; the sizes repeat.
 fn send(client: &mut Client, mut bytes: &[u8], pieces: &[usize]) {
     for piece in pieces.iter().cycle() {
         let (now, later) = bytes.split_at(bytes.len().min(*piece));
@@ -28,7 +29,7 @@ fn send(client: &mut Client, mut bytes: &[u8], pieces: &[usize]) {
     }
 }
 
-/// How many whole frames there are before the first byte that is none.
+/// The number of whole frames before the first byte that is no frame.
 fn frames(mut bytes: &[u8]) -> usize {
     let mut count = 0;
     while let Split::Frame { bytes: taken, .. } = split(bytes) {
@@ -58,7 +59,7 @@ fn random_bytes_in_random_pieces() {
 #[test]
 fn random_requests_in_random_pieces_are_each_answered_in_order() {
     let controller = Controller::start(settings(), PERIOD);
-    // Mostly functions that are served, mostly of lengths that fit.
+    // Mostly functions that the server has, and mostly lengths that fit them.
     let function = prop_oneof![4 => 1_u8..17, 1 => any::<u8>()];
     let body = prop_oneof![
         3 => prop::collection::vec(any::<u8>(), 4..5),

@@ -1,4 +1,4 @@
-//! Connections and time are bounded.
+//! The limits of the server: the number of connections, and the time that a client may take.
 
 use std::io::Write;
 use std::thread;

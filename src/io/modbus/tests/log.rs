@@ -1,4 +1,4 @@
-//! What the log hears.
+//! The server's log lines.
 
 use std::io::Write;
 use std::thread;
@@ -9,7 +9,7 @@ use crate::io::modbus::settings::Modbus;
 
 const PERIOD: Duration = Duration::from_millis(1);
 
-/// Waits for a line that has all of these.
+/// Waits for a log line that contains all of these parts.
 fn expect(controller: &Controller, parts: &[&str]) {
     let since = Instant::now();
     let logged = || controller.logged().lines().any(|line| parts.iter().all(|p| line.contains(p)));

@@ -1,4 +1,4 @@
-//! The map alone: what a request comes to, in writes and bytes.
+//! The map without a server: the writes and reply bytes that a request leads to.
 
 use std::net::{IpAddr, Ipv4Addr};
 
@@ -12,8 +12,8 @@ use crate::runtime::exchange::{Mode, Snapshot, StopReason, Write};
 
 const ASKER: Asker = Asker { unit: 1, client: IpAddr::V4(Ipv4Addr::LOCALHOST) };
 
-/// MC1..MC8, MI1..MI4, MHR1..MHR4, MIR1..MIR2. MC1, MC2 and MHR1..MHR3 are listed; MC3 and
-/// MC4 are X0 and X1; Y0 and Y1 are MI2 and MI3; a tag limits MHR2 to 5..=9.
+/// The memory has MC1..MC8, MI1..MI4, MHR1..MHR4 and MIR1..MIR2. The write list has MC1, MC2 and
+/// MHR1..MHR3. MC3 and MC4 are X0 and X1; Y0 and Y1 are MI2 and MI3. A tag limits MHR2 to 5..=9.
 fn small() -> (Map, Layout) {
     let sizes = MemorySizes { mc: 8, mi: 4, mhr: 4, mir: 2, ..MemorySizes::default() };
     let layout = Layout::new(&sizes, 1, 0);

@@ -1,4 +1,4 @@
-//! The explicit map, unit identifiers and lists of writes, over a real socket.
+//! The explicit map, unit identifiers and write lists, over a real socket.
 
 use std::time::Duration;
 
@@ -23,9 +23,10 @@ fn entry(text: &str, table: Table, address: u16) -> Entry {
     Entry { operands, table, address, kind, order, unit: None, span }
 }
 
-/// At 4000: CT0.Acc; D0 low half first; D1 as i16; N0.ACC; V5, D2 as u32. Coils 4000: C0..C3, MC101
-/// (which is X0), Y0, X0. Discrete 4000: Y0..Y3. Unit 9 alone: V7 at 5000. All words but V5, and
-/// C0..C1 are listed; V5 for 10.0.0.0/8, C2 for loopback.
+/// Holding registers from 4000: CT0.Acc; D0, low half first; D1 as i16; N0.ACC; V5; D2 as u32.
+/// Coils from 4000: C0..C3, MC101 (which is X0), Y0, X0. Discrete inputs from 4000: Y0..Y3. Unit 9
+/// has V7 at 5000. Every client may write all these words except V5, and C0..C1. V5 is writable
+/// from 10.0.0.0/8, C2 from loopback.
 fn mapped() -> Modbus {
     use Table::{Coils, DiscreteInputs, HoldingRegisters as Holding};
     let entries = vec![
@@ -58,13 +59,13 @@ fn start() -> (Controller, Client) {
     (controller, client)
 }
 
-/// A word's value, wherever it is.
+/// The value of a word, in any space.
 fn word(controller: &Controller, text: &str) -> i32 {
     let Address::Word(word) = operands(text).first else { panic!("{text}") };
     controller.port.latest().word(controller.layout.word(word))
 }
 
-/// Puts a value where no client may.
+/// Writes a word directly, without the rules for clients.
 fn put(controller: &Controller, text: &str, value: i32) {
     let Address::Word(word) = operands(text).first else { panic!("{text}") };
     let cell = controller.layout.word(word);

@@ -1,5 +1,5 @@
-//! The server, driven by a raw client over a real socket, before a controller that is the real
-//! exchange and a made-up scan.
+//! Tests of the server. A raw client drives it over a real socket; behind it, the exchange of
+//! images is the real one and the scan is made up.
 
 mod controller;
 mod functions;
@@ -34,17 +34,17 @@ pub(super) fn loopback() -> Modbus {
     }
 }
 
-/// Elements of a space.
+/// A range of elements of one space.
 pub(super) fn range(space: Space, first: u32, last: u32) -> Range {
     Range { space, first, last, span: Span::default() }
 }
 
-/// What every client may write: addresses, and ranges of them.
+/// A write list of addresses and ranges for every client.
 pub(super) fn any_client(ranges: &[&str]) -> WriteList {
     WriteList { ranges: ranges.iter().map(|text| operands(text)).collect(), clients: None }
 }
 
-/// Addresses as they are written, without tags.
+/// Operands from addresses or ranges as text, without tags.
 pub(super) fn operands(text: &str) -> Operands {
     let address = |text| address_text::parse(text, &MemorySizes::default()).unwrap();
     let (low, high) = text.split_once("..").unwrap_or((text, text));

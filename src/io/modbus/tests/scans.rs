@@ -1,4 +1,5 @@
-//! Requests and scans: a write is in one scan whole, a read is of one scan, and the image.
+//! Requests and scans: one scan sees a whole write, one read shows one scan, and the coils and
+//! inputs of the image agree.
 
 use std::sync::atomic::Ordering;
 use std::thread;
