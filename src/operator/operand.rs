@@ -114,7 +114,8 @@ impl Operand {
         let (real, beyond) = Real::stored(number);
         if beyond || !(min..=max).contains(&real.cell()) {
             let [min, max] = [min, max].map(Real::of_cell);
-            return Err(bad(format!("`{}` takes {min} to {max}, not {number:?}", self.operand)));
+            let given = if beyond { format!("{number:?}") } else { real.to_string() };
+            return Err(bad(format!("`{}` takes {min} to {max}, not {given}", self.operand)));
         }
         Ok(real.cell())
     }
