@@ -147,7 +147,7 @@ impl<'a> Context<'a> {
                     self.walk_contacts(std::slice::from_ref(&**inner));
                 }
                 Contact::All(parts, _) | Contact::Any(parts, _) => self.walk_contacts(parts),
-                Contact::Bit(..) | Contact::Compare(..) => {}
+                Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {}
             }
         }
     }
@@ -235,6 +235,7 @@ impl<'a> Placed<'a> {
             Action::Coil { coil: Coil::Out | Coil::Pd | Coil::Nd, bit } => Some(*bit),
             Action::DelayTimer { output, .. } => Some(*output),
             Action::Coil { coil: Coil::Set | Coil::Rst | Coil::Ponoff, .. }
+            | Action::SetElement { .. }
             | Action::Counter { .. }
             | Action::UpDownCounter { .. }
             | Action::Timer { .. }
@@ -264,6 +265,7 @@ impl<'a> Placed<'a> {
             }
             Action::StageOff { .. }
             | Action::Coil { .. }
+            | Action::SetElement { .. }
             | Action::Counter { .. }
             | Action::UpDownCounter { .. }
             | Action::DelayTimer { .. }

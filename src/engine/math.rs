@@ -7,12 +7,15 @@
 //!
 //! Behaviour: `docs/semantics.md`, section 8. The arithmetic is in `integer` and `real`.
 
+use super::elements::{self, Elements, PutAt, Stored};
 use super::memory::View;
 use super::mishap::{Mishap, Mishaps};
 use super::places::Target;
 use super::power::Leg;
 use super::reach::Reach;
-use super::role::{BitOwn, BitRead, BitWritten, Reads, Role, Touches, WordRead};
+use super::role::{
+    BitOwn, BitRead, BitWritten, Cells, Reads, Role, Touches, WordRead, WordWritten,
+};
 use super::{integer, real};
 use crate::isa::Real;
 
@@ -29,6 +32,9 @@ pub struct Math {
     pub put: Put,
     /// The cell of the first status bit, ST0.
     pub status: u32,
+    /// Whether it is another instruction with an element of an array: of the status bits it
+    /// touches that of an index alone.
+    pub quiet: bool,
 }
 
 /// The target of a MATH.
@@ -47,6 +53,10 @@ pub enum Put {
     Real(Target),
     /// A bit.
     Bit(BitWritten),
+    /// An element of an array.
+    At(PutAt),
+    /// The private word that holds the index of the next MATH's target.
+    Index(WordWritten),
 }
 
 /// One step of a formula.
@@ -272,6 +282,12 @@ codes! {
     other {
         /// The bit `a`, as 0 or 1.
         LoadBit;
+        /// The bit of the `b` bits from `a` on that the slot `to` selects.
+        BitOf;
+        /// The word of the `b` words from `a` on.
+        WordOf;
+        /// The real of the `b` words from `a` on.
+        RealOf;
         /// Copies the slot `a`.
         Copy;
         /// Goes to a step.
@@ -330,6 +346,10 @@ impl Calculator {
             }
             if !mishaps.is_empty() {
                 let noted = std::mem::take(&mut mishaps);
+                let noted = if math.quiet { noted.of_index() } else { noted };
+                if noted.is_empty() {
+                    continue;
+                }
                 for mishap in noted.each() {
                     run.view.put_own(BitOwn(math.status + mishap.status()), 1);
                 }
@@ -353,12 +373,15 @@ impl<R: Reach> Run<'_, '_, R> {
     fn other(
         &mut self,
         other: Other,
-        Step { to, a, .. }: Step,
+        Step { to, a, b, .. }: Step,
         (math, noted): (&Math, &mut Mishaps),
     ) -> bool {
         let slot = self.slots.get(a as usize).copied().unwrap_or(0);
         match other {
             Other::LoadBit => self.slots[to as usize] = u64::from(self.view.bit(BitRead(a))),
+            Other::BitOf => self.element((a, b), to, (Elements::Bits, noted)),
+            Other::WordOf => self.element((a, b), to, (Elements::Integers, noted)),
+            Other::RealOf => self.element((a, b), to, (Elements::Reals, noted)),
             Other::Copy => self.slots[to as usize] = slot,
             Other::Jump => self.at = to as usize,
             Other::JumpIfZero => {
@@ -384,6 +407,18 @@ impl<R: Reach> Run<'_, '_, R> {
         false
     }
 
+    /// Replaces the index in a slot by the element of the array.
+    fn element(
+        &mut self,
+        (first, count): (u32, u32),
+        to: u32,
+        (kind, noted): (Elements, &mut Mishaps),
+    ) {
+        let slot = &mut self.slots[to as usize];
+        let array = (Cells { first, count }, kind);
+        *slot = elements::slot_of(&self.view, array, Number::of_slot(*slot), noted);
+    }
+
     /// Stores an integer.
     #[inline(always)]
     fn put(&mut self, put: &Put, value: i64, noted: &mut Mishaps) {
@@ -394,6 +429,11 @@ impl<R: Reach> Run<'_, '_, R> {
             }
             Put::Real(_) => self.put_real(put, value as f64, noted),
             Put::Bit(bit) => self.view.put_bit(*bit, u8::from(value != 0)),
+            Put::At(at) => at.put(&mut self.view, Stored::Integer(value), noted),
+            Put::Index(word) => {
+                let index = value.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
+                self.view.put_word(*word, index);
+            }
         }
     }
 
@@ -414,6 +454,8 @@ impl<R: Reach> Run<'_, '_, R> {
                 self.view.put_word(to.word, nearest.cell().max(to.min).min(to.max));
             }
             Put::Bit(bit) => self.view.put_bit(*bit, u8::from(value != 0.0)),
+            Put::At(at) => at.put(&mut self.view, Stored::Real(value), noted),
+            Put::Index(_) => unreachable!("an index is an integer"),
         }
     }
 }
@@ -423,7 +465,19 @@ pub fn reads(steps: &[Step]) -> Reads {
     let bits =
         steps.iter().filter(|step| step.code == Code::Other(Other::LoadBit)).map(|step| step.a);
     let words = steps.iter().flat_map(|step| step.words().into_iter().flatten());
-    Reads { bits: bits.collect(), words: words.collect() }
+    let array = |step: &Step, of: Other| {
+        (step.code == Code::Other(of)).then(|| Cells { first: step.a, count: step.b })
+    };
+    let bit_arrays = steps.iter().filter_map(|step| array(step, Other::BitOf));
+    let word_arrays = steps
+        .iter()
+        .filter_map(|step| array(step, Other::WordOf).or_else(|| array(step, Other::RealOf)));
+    Reads {
+        bits: bits.collect(),
+        words: words.collect(),
+        bit_arrays: bit_arrays.collect(),
+        word_arrays: word_arrays.collect(),
+    }
 }
 
 /// The cells of its leg, of its formula and its target, and the status bits.
@@ -433,9 +487,13 @@ impl Role for Math {
         let reads = &t.formulas[self.number as usize];
         t.bits_read.extend(&reads.bits);
         t.words_read.extend(&reads.words);
+        t.bit_arrays_read.extend(&reads.bit_arrays);
+        t.word_arrays_read.extend(&reads.word_arrays);
         match self.put {
             Put::Word { to, .. } | Put::Real(to) => to.touches(t),
             Put::Bit(bit) => bit.touches(t),
+            Put::At(at) => at.touches(t),
+            Put::Index(word) => word.touches(t),
         }
         for mishap in Mishap::ALL {
             BitOwn(self.status + mishap.status()).touches(t);

@@ -51,6 +51,11 @@ impl Mishaps {
         self.0 |= 1 << mishap as u8;
     }
 
+    /// Only the index error of these.
+    pub(super) fn of_index(self) -> Mishaps {
+        Mishaps(self.0 & 1 << Mishap::IndexError as u8)
+    }
+
     /// Whether there is none.
     #[inline(always)]
     pub fn is_empty(self) -> bool {

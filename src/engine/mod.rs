@@ -16,6 +16,7 @@
 mod blocks;
 mod control;
 mod counters;
+mod elements;
 mod events;
 mod image;
 mod integer;

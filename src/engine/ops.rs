@@ -10,6 +10,7 @@
 use std::ops::Range;
 
 pub use super::control::{Control, ControlKind, RestartState, StageList};
+pub use super::elements::{Elements, Limits, PutAt};
 pub use super::math::{Code, Fused, Math, Other, Put, Step, reads};
 use super::memory::View;
 pub use super::places::{
@@ -18,7 +19,10 @@ pub use super::places::{
 pub use super::power::{Leg, Power, Powers};
 use super::reach::Reach;
 use super::role::Role;
-pub use super::role::{BitOwn, BitRead, BitWritten, Reads, Touches, WordRead, WordWritten};
+pub use super::role::{
+    BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, Cells, Reads, Touches, WordRead,
+    WordWritten, WordsRead, WordsWritten,
+};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {
@@ -127,6 +131,10 @@ operations! {
     And3 and3 { cell: BitOwn, of: Powers<3> }
     /// `cell = a & b & c & d`.
     And4 and4 { cell: BitOwn, of: Powers<4> }
+    /// `cell` = the bit of an array that the index selects; outside: OFF.
+    PickBit pick_bit { cell: BitOwn, from: BitsRead, index: WordRead }
+    /// `cell` = the word of an array that the index selects; outside: 0.
+    PickWord pick_word { cell: WordWritten, from: WordsRead, index: WordRead }
     /// `cell` = the bit was OFF at the last evaluation and is now ON.
     Rise rise { cell: BitOwn, bit: BitRead, history: BitOwn }
     /// `cell` = the bit was ON at the last evaluation and is now OFF.

@@ -11,12 +11,30 @@ use crate::engine::ops::{
     BitWritten, Code, Fused, Leg, Math, Op, Other, Put, Step, Target, WordWritten,
 };
 use crate::isa::{Bit, BitSpace, Real, Word};
-use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary};
+use crate::resolve::array::Array;
+use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary, type_of_array};
 use crate::resolve::instruction::Target as MathTarget;
 
 impl Assembler<'_> {
     /// Lowers a MATH.
-    pub fn math(&mut self, target: MathTarget, formula: &Formula, leg: Leg) -> Op {
+    pub fn math(
+        &mut self,
+        target: MathTarget,
+        index: Option<&Formula>,
+        formula: &Formula,
+        leg: Leg,
+    ) -> Op {
+        let put = match (target, index) {
+            (MathTarget::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
+            (MathTarget::Word(word), _) => self.put_in_word(word),
+            (MathTarget::Array(array), Some(index)) => self.math_element(array, index, leg),
+            (MathTarget::Array(_), None) => unreachable!("an element has an index"),
+        };
+        Op::Math(self.formula_into(put, formula, leg))
+    }
+
+    /// A MATH of a formula, which stores its result so.
+    pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: Leg) -> Math {
         let first = self.next_step();
         let mut builder = Builder {
             assembler: self,
@@ -30,16 +48,12 @@ impl Assembler<'_> {
         builder.walk(formula);
         let (steps, slots) = (builder.steps, builder.most);
         let number = self.formula(&steps, slots);
-        let put = self.put(target);
         let status = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
-        Op::Math(Math { leg, first, number, put, status })
+        Math { leg, first, number, put, status, quiet: false }
     }
 
-    fn put(&self, target: MathTarget) -> Put {
-        let word = match target {
-            MathTarget::Bit(bit) => return Put::Bit(BitWritten(self.layout.bit(bit).0)),
-            MathTarget::Word(word) => word,
-        };
+    /// A word as a target.
+    pub fn put_in_word(&self, word: Word) -> Put {
         let ((low, high), (min, max)) = (word.range(), self.limits(word));
         let to = Target { word: WordWritten(self.layout.word(word).0), min, max };
         if word.is_real() { Put::Real(to) } else { Put::Word { to, low, high } }
@@ -115,10 +129,26 @@ impl Builder<'_, '_> {
             Part::Real(real) => Operand { place: Place::Real(real), of: NumberType::Real },
             Part::Word(word) => self.word(word),
             Part::Bit(bit) => integer(Place::Bit(self.assembler.layout.bit(bit).0)),
+            Part::Element(array) => self.element(array),
             Part::Unary(operator, of) => self.unary(operator, of),
             Part::Binary(operator, of) => self.binary(operator, of),
             Part::Call(function, count, of) => self.call(function, count as usize, of),
         }
+    }
+
+    /// An element of an array in the slot of its index.
+    fn element(&mut self, array: Array) -> Operand {
+        let index = self.pop();
+        let slot = self.slot(index, NumberType::Integer);
+        let of = type_of_array(array);
+        let code = match of {
+            _ if array.is_bits() => Other::BitOf,
+            NumberType::Integer => Other::WordOf,
+            NumberType::Real => Other::RealOf,
+        };
+        let cells = self.assembler.cells(array);
+        self.step(Code::Other(code), slot, cells.first, cells.count);
+        Operand { place: Place::Slot(slot), of }
     }
 
     fn word(&self, word: Word) -> Operand {

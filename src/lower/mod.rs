@@ -9,11 +9,13 @@
 
 mod assembler;
 mod contacts;
+mod elements;
 mod formula;
 mod formula_calls;
 mod formula_marks;
 pub(crate) mod identity;
 mod instructions;
+mod regions;
 mod rungs;
 pub mod schedule;
 mod symbols;

@@ -31,6 +31,7 @@ fn contacts(identity: &Identity, of: &[Contact], between: &str) -> String {
 fn contact(identity: &Identity, of: &Contact) -> String {
     match of {
         Contact::Bit(bit, _) => identity.bit(*bit),
+        Contact::Element(element, _) => element.to_string(),
         Contact::Not(inner, _) => format!("!{}", grouped(identity, inner)),
         Contact::All(all, _) => contacts(identity, all, " & "),
         Contact::Any(any, _) => contacts(identity, any, " | "),
@@ -50,9 +51,11 @@ pub(super) fn edge_contact(identity: &Identity, edge: Edge, of: &Contact) -> Str
     let inner = contact(identity, of);
     match of {
         Contact::All(..) | Contact::Any(..) => format!("{}{inner}", edge.name()),
-        Contact::Bit(..) | Contact::Not(..) | Contact::Edge(..) | Contact::Compare(..) => {
-            format!("{}({inner})", edge.name())
-        }
+        Contact::Bit(..)
+        | Contact::Element(..)
+        | Contact::Not(..)
+        | Contact::Edge(..)
+        | Contact::Compare(..) => format!("{}({inner})", edge.name()),
     }
 }
 
@@ -67,11 +70,14 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
                 OperandValue::Structure(structure) => structure.to_string(),
                 OperandValue::Block(block) => identity.block(block).name.clone(),
                 OperandValue::Stage(stage) => identity.stage(stage),
+                OperandValue::Element(element) => element.to_string(),
+                OperandValue::Array(array) => array.to_string(),
             };
             format!(" {name}={said}")
         });
-        let formula = if let Action::Math { formula: of, .. } = &instruction.action {
-            formula(identity, of)
+        let formula = if let Action::Math { formula: of, index, .. } = &instruction.action {
+            let index = index.iter().map(|index| formula(identity, index) + " =");
+            index.chain([formula(identity, of)]).collect()
         } else {
             String::new()
         };
@@ -88,6 +94,7 @@ fn formula(identity: &Identity, of: &Formula) -> String {
         Part::Real(real) => format!(" {real:?}"),
         Part::Word(word) => format!(" {word}"),
         Part::Bit(bit) => format!(" {}", identity.bit(*bit)),
+        Part::Element(array) => format!(" {array}[]"),
         Part::Unary(operator, _) => format!(" {operator:?}"),
         Part::Binary(operator, _) => format!(" {operator:?}"),
         Part::Call(function, count, _) => format!(" {}/{count}", function.spec().name),
@@ -100,5 +107,6 @@ fn value(of: Value) -> String {
         Value::Const(value, _) => value.to_string(),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => word.to_string(),
+        Value::Element(element) => element.to_string(),
     }
 }

@@ -287,6 +287,7 @@ pub(super) fn preset(value: Value, is_time: bool) -> String {
         Value::Const(value, _) => say(value, is_time),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => word.to_string(),
+        Value::Element(element) => element.to_string(),
     }
 }
 

@@ -5,9 +5,12 @@
 //! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
 //! are answered here once.
 
+use super::array::Element;
 use super::formula::Formula;
-pub(crate) use super::operand_list::{OperandList, OperandType, OperandValue, Target, Value};
-use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure, Word};
+pub(crate) use super::operand_list::{
+    OperandList, OperandType, OperandValue, Place, Target, Value,
+};
+use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::source::span::{Located, Span};
 
 /// One instruction with its operands.
@@ -30,6 +33,13 @@ pub(crate) enum Action {
         coil: Coil,
         /// The bit.
         bit: Located<Bit>,
+    },
+    /// SET, RST of the bit of an array that a word selects.
+    SetElement {
+        /// SET.
+        on: bool,
+        /// The bit.
+        bit: Located<Element>,
     },
     /// CNT, CNTDN.
     Counter {
@@ -90,12 +100,14 @@ pub(crate) enum Action {
         /// The number to be stored.
         source: Source,
         /// The word that it is stored in.
-        to: Located<Word>,
+        to: Located<Place>,
     },
     /// MATH.
     Math {
         /// The word or bit that the result is stored in.
         target: Located<Target>,
+        /// The index of the target, if that is an array.
+        index: Option<Box<Formula>>,
         /// The expression.
         formula: Box<Formula>,
     },
@@ -220,8 +232,8 @@ impl Action {
         let block = || given.get("block");
         Some(match mnemonic {
             M::Out => Action::coil(Coil::Out, given)?,
-            M::Set => Action::coil(Coil::Set, given)?,
-            M::Rst => Action::coil(Coil::Rst, given)?,
+            M::Set => Action::set(true, given)?,
+            M::Rst => Action::set(false, given)?,
             M::Pd => Action::coil(Coil::Pd, given)?,
             M::Nd => Action::coil(Coil::Nd, given)?,
             M::Ponoff => Action::coil(Coil::Ponoff, given)?,
@@ -232,7 +244,10 @@ impl Action {
             M::Rstct => Action::Reset { structure: given.get("ct")? },
             M::Rstt => Action::Reset { structure: given.get("t")? },
             // The resolver adds the expression.
-            M::Math => Action::Math { target: given.get("target")?, formula: Box::default() },
+            M::Math => {
+                let target = given.get("target")?;
+                Action::Math { target, index: None, formula: Box::default() }
+            }
             M::Res => Action::Reset { structure: given.get("n")? },
             M::Ondtmr => Action::delay_timer(Delay::On, given)?,
             M::Offdtmr => Action::delay_timer(Delay::Off, given)?,
@@ -263,6 +278,13 @@ impl Action {
 
     fn coil(coil: Coil, given: &OperandList) -> Option<Action> {
         Some(Action::Coil { coil, bit: given.get("bit")? })
+    }
+
+    fn set(on: bool, given: &OperandList) -> Option<Action> {
+        match given.get("bit") {
+            Some(bit) => Some(Action::SetElement { on, bit }),
+            None => Action::coil(if on { Coil::Set } else { Coil::Rst }, given),
+        }
     }
 
     fn counter(counts: Direction, given: &OperandList) -> Option<Action> {
@@ -299,6 +321,7 @@ impl Action {
         let none = OperandList::default();
         match self {
             Action::Coil { coil: _, bit } => none.with("bit", *bit),
+            Action::SetElement { on: _, bit } => none.with("bit", *bit),
             Action::Counter { counts: _, ct, preset } => {
                 none.with("ct", *ct).with("preset", *preset)
             }
@@ -323,7 +346,7 @@ impl Action {
                 .zip(source.values())
                 .fold(none, |all, (name, value)| all.with(name, value))
                 .with("to", *to),
-            Action::Math { target, formula: _ } => none.with("target", *target),
+            Action::Math { target, index: _, formula: _ } => none.with("target", *target),
             Action::Run { block } | Action::Restart { block } | Action::Halt { block } => {
                 none.with("block", *block)
             }
@@ -354,6 +377,22 @@ impl Action {
 
     fn first<T: OperandType>(&self) -> Option<Located<T>> {
         self.operands().of().map(|(_, operand)| operand).next()
+    }
+
+    /// Whether an operand or its target is an element that is selected at run time.
+    pub fn has_elements(&self) -> bool {
+        let is_element = |operand| match operand {
+            OperandValue::Value(Value::Element(_)) | OperandValue::Element(_) => true,
+            OperandValue::Value(Value::Const(..) | Value::Real(_) | Value::Word(_))
+            | OperandValue::Bit(_)
+            | OperandValue::Word(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_)
+            | OperandValue::Array(_) => false,
+        };
+        let has_index = matches!(self, Action::Math { index: Some(_), .. });
+        has_index || self.operands().each().any(|(_, operand)| is_element(operand))
     }
 
     /// Whether the instruction is an ENTASK with an interval.

@@ -6,12 +6,18 @@
 //! I/O.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+pub(crate) mod array;
+mod array_tags;
 mod contact;
 mod declare;
 pub(crate) mod formula;
+mod formula_elements;
 mod formula_resolver;
+mod index;
 pub mod instruction;
+mod mistake;
 mod operand;
+mod operand_array;
 mod operand_list;
 pub(crate) mod operands;
 mod order;
@@ -169,6 +175,7 @@ impl<'a> Resolver<'a> {
         for (tag, used) in program.tags.iter_mut().zip(&self.used) {
             tag.used = *used;
         }
+        array_tags::share_uses(&mut program.tags);
         program.operands = self.operands();
         program.constants = std::mem::take(&mut self.constants);
         program.constants.sort_unstable();
@@ -207,6 +214,9 @@ impl<'a> Resolver<'a> {
                 if let Some(tag) = found.tag {
                     self.used[tag] = true;
                 }
+                if let Some(index) = &found.index {
+                    self.note_index(index, span);
+                }
                 Some(found.thing)
             }
             Err(mistake) => {
@@ -217,8 +227,23 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// Notes the word or constant that is an index.
+    fn note_index(&mut self, name: &str, span: Span) {
+        if let Some(thing) = self.look_up(name, span) {
+            match thing {
+                Thing::Constant(..) => self.note_constant(name, span),
+                Thing::Address(address) => self.note(name, span, address),
+                Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_)
+                | Thing::Array(_)
+                | Thing::Element(_) => {}
+            }
+        }
+    }
+
     fn mark_used(&mut self, name: &str) {
-        let base = name.split('.').next().unwrap_or(name);
+        let base = name.split(['.', '[']).next().unwrap_or(name);
         if let Some(tag) = self.scope.tag_index(base) {
             self.used[tag] = true;
         }

@@ -7,12 +7,14 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-use super::program::{BlockKind, Program, TagMeaning, Written};
+use super::array::{Array, Element};
+pub(crate) use super::mistake::Mistake;
+use super::mistake::{address_mistake, habit, new, unknown_member};
+use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure};
-use crate::source::finding::{Code, Finding};
-use crate::source::nearest::{Names, Near, did_you_mean};
-use crate::source::span::Span;
+use crate::source::finding::Code;
+use crate::source::nearest::{Names, Near};
 
 /// All names of one program.
 #[derive(Debug)]
@@ -80,6 +82,10 @@ pub(crate) enum Thing {
     Block(BlockId),
     /// A field device.
     Device(DeviceId),
+    /// A whole array, or a slice of one.
+    Array(Array),
+    /// The element of an array that a word selects.
+    Element(Element),
 }
 
 /// The result of a look-up.
@@ -89,48 +95,8 @@ pub(crate) struct Found {
     pub thing: Thing,
     /// The index of the tag in the program, if the name is a tag.
     pub tag: Option<usize>,
-}
-
-/// The reason why a name has no meaning.
-#[derive(Debug)]
-pub(crate) enum Mistake {
-    /// Its tag has a mistake, which is already reported.
-    Reported,
-    /// A mistake that is not yet reported.
-    New {
-        /// The code of the finding.
-        code: Code,
-        /// The mistake.
-        message: String,
-        /// What to write instead.
-        help: Option<String>,
-        /// The known names; if one is near, it replaces the help.
-        near: Option<Near>,
-    },
-}
-
-impl Mistake {
-    /// The finding at a place; `None` if it is already reported.
-    pub(crate) fn finding(self, span: Span) -> Option<Finding> {
-        let Mistake::New { code, message, help, near } = self else { return None };
-        let finding = Finding::new(code, span, message).near_any(near);
-        Some(match help {
-            Some(help) => finding.help(help),
-            None => finding,
-        })
-    }
-
-    /// A sentence for people, about a name that is not in a file (so without advice to declare it
-    /// there).
-    pub fn sentence(self, name: &str) -> String {
-        let Some(finding) = self.finding(Span::default()) else {
-            return format!("`{name}` stands for nothing");
-        };
-        match finding.help_text().filter(|help| !help.starts_with("declare")) {
-            Some(help) => format!("{} ({help})", finding.message),
-            None => finding.message,
-        }
-    }
+    /// The name of a word or constant in its index.
+    pub index: Option<String>,
 }
 
 impl Scope {
@@ -152,7 +118,13 @@ impl Scope {
     pub fn of(program: &Program) -> Scope {
         let mut scope = Scope::new(program.sizes.clone());
         for (at, tag) in program.tags.iter().enumerate() {
-            scope.add_tag(&tag.name, at, Some(tag.meaning));
+            match tag.of_array {
+                None => scope.add_tag(&tag.name, at, Some(tag.meaning)),
+                Some(OfArray { array, at: 0 }) => {
+                    scope.add_tag(tag.array_name(), at, Some(TagMeaning::Array(array)));
+                }
+                Some(_) => {}
+            }
         }
         for block in &program.blocks {
             let stages = block.stages.iter().map(|stage| (stage.name.clone(), stage.id)).collect();
@@ -202,6 +174,11 @@ impl Scope {
         self.tags.get(name).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
     }
 
+    /// A tag's index in the program, and its meaning; `None` for one with a mistake.
+    pub(super) fn tag(&self, name: &str) -> Option<(usize, Option<TagMeaning>)> {
+        self.tags.get(name).copied()
+    }
+
     pub(super) fn block(&self, name: &str) -> Option<&BlockNames> {
         self.blocks.get(name)
     }
@@ -233,6 +210,16 @@ impl Scope {
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
             }
+            Ok(Found { thing: Thing::Array(array), .. }) => {
+                let last = array.count - 1;
+                Err(format!(
+                    "`{name}` is an array: name an element, `{name}[0]` to `{name}[{last}]`"
+                ))
+            }
+            Ok(Found { thing: Thing::Element(element), .. }) => {
+                let last = element.array.count - 1;
+                Err(format!("the index of `{name}` is a word: name an element, from 0 to {last}"))
+            }
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
@@ -245,8 +232,11 @@ impl Scope {
     /// # Errors
     /// The mistake in the name.
     pub(crate) fn look_up(&self, name: &str) -> Result<Found, Mistake> {
+        if name.contains('[') {
+            return self.indexed(name);
+        }
         match address_text::parse(name, &self.sizes) {
-            Ok(address) => return Ok(Found { thing: Thing::Address(address), tag: None }),
+            Ok(address) => return Ok(Found::new(Thing::Address(address))),
             Err(AddressError::NotAnAddress) => {}
             Err(error) => return Err(address_mistake(name, error)),
         }
@@ -257,14 +247,14 @@ impl Scope {
         if let Some((index, meaning)) = self.tags.get(base) {
             let meaning = meaning.ok_or(Mistake::Reported)?;
             let thing = of_tag(base, meaning, member)?;
-            return Ok(Found { thing, tag: Some(*index) });
+            return Ok(Found { thing, tag: Some(*index), index: None });
         }
         if let Some(block) = self.blocks.get(base) {
             let thing = of_block(base, block, member, self.searched_max)?;
-            return Ok(Found { thing, tag: None });
+            return Ok(Found::new(thing));
         }
         if let Some(id) = self.devices.get(base) {
-            return Ok(Found { thing: of_device(base, *id, member)?, tag: None });
+            return Ok(Found::new(of_device(base, *id, member)?));
         }
         Err(self.unknown(base, member))
     }
@@ -331,76 +321,10 @@ fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(letters)
 }
 
-/// The help for a name in the notation of another controller.
-fn habit(name: &str) -> Option<String> {
-    let help = match name.to_ascii_uppercase().as_str() {
-        "AND" => "write `&`",
-        "OR" => "write `|`",
-        "NOT" => "write `!`",
-        "TRUE" | "ON" | "ALWAYS" => "write `$On`",
-        "FALSE" | "OFF" | "NEVER" => "write `$Off`",
-        _ => return None,
-    };
-    Some(help.to_owned())
-}
-
-fn new(code: Code, message: String, help: Option<String>) -> Mistake {
-    Mistake::New { code, message, help, near: None }
-}
-
-/// The mistake in a text that has the form of an address and is not one.
-pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
-    let base = name.split('.').next().unwrap_or(name);
-    match error {
-        AddressError::NotAnAddress => {
-            let help = "addresses read `X0`, `Y0`, `C0`, `D0`, `V0`, `MC1`, `MHR1`, `CT0`, `T0`";
-            new(Code::UnknownName, format!("`{name}` is no address"), Some(help.to_owned()))
-        }
-        AddressError::Case(right) => new(
-            Code::WrongCase,
-            format!("`{name}` is in the wrong case"),
-            Some(format!("write `{right}`")),
-        ),
-        AddressError::LeadingZero(right) => new(
-            Code::UnknownName,
-            format!("`{base}` is no address: a number has no leading zeros"),
-            Some(format!("write `{right}`; all numbers are decimal")),
-        ),
-        AddressError::BeyondMemory { space, first, last } => {
-            let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");
-            let help = (space != "N" && space != "ST" && space != "DST")
-                .then(|| "sizes are set under `[memory]` of the controller file".to_owned());
-            new(Code::BeyondMemory, message, help)
-        }
-        AddressError::UnknownMember(&[]) => {
-            let message = format!("`{base}` is a single value: it has no members");
-            new(Code::UnknownMember, message, Some(format!("write `{base}`")))
-        }
-        AddressError::UnknownMember(members) => unknown_member(name, members),
-        AddressError::UnknownNickname => {
-            let all: Vec<&str> = crate::isa::status::nicknames().collect();
-            let help = did_you_mean(name, all.iter().copied());
-            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
-            new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))
-        }
-        AddressError::SensaphoneElement => {
-            let counter = name.split(',').nth(1).unwrap_or("n").trim();
-            let message = "a Sensaphone counter has the elements 0 to 6".to_owned();
-            let help = format!(
-                "the current value is `N,{counter},6` or `N{counter}.ACC` (element 7 in the \
-                 manual's example is a misprint); the preset is `N{counter}.PRE`"
-            );
-            new(Code::UnknownMember, message, Some(help))
-        }
+impl Found {
+    fn new(thing: Thing) -> Found {
+        Found { thing, tag: None, index: None }
     }
-}
-
-fn unknown_member(name: &str, members: &[&str]) -> Mistake {
-    let (base, member) = name.split_once('.').unwrap_or((name, ""));
-    let list = members.iter().map(|m| format!("`.{m}`")).collect::<Vec<_>>().join(", ");
-    let help = did_you_mean(member, members.iter().copied());
-    let help = help.map_or(String::new(), |near| format!("{near} ")) + &format!("it has {list}");
-    new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
 }
 
 fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing, Mistake> {
@@ -409,6 +333,7 @@ fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing
             TagMeaning::Address(address) => Thing::Address(address),
             TagMeaning::Constant(value, written) => Thing::Constant(value, written),
             TagMeaning::Real(real) => Thing::Real(real),
+            TagMeaning::Array(array) => Thing::Array(array),
         });
     };
     let what = match meaning {
@@ -418,6 +343,7 @@ fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing
         }
         TagMeaning::Address(address) => format!("it is {address}"),
         TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
+        TagMeaning::Array(array) => format!("it is the array {array}"),
     };
     let message = format!("`{base}` has no members: {what}");
     Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))

@@ -1,5 +1,6 @@
 //! A number in a resolved program: a constant or a word. Used by contacts and instructions.
 
+use super::array::Element;
 use crate::isa::{Real, Word};
 use crate::source::atom::Written;
 
@@ -12,6 +13,8 @@ pub enum Value {
     Real(Real),
     /// A word, read again at every execution.
     Word(Word),
+    /// The word of an array that another word selects, both read again at every execution.
+    Element(Element),
 }
 
 impl Value {
@@ -21,6 +24,7 @@ impl Value {
             Value::Const(..) => false,
             Value::Real(_) => true,
             Value::Word(word) => word.is_real(),
+            Value::Element(element) => element.array.is_real(),
         }
     }
 
@@ -30,9 +34,11 @@ impl Value {
             (Value::Const(a, _), Value::Const(b, _)) => a == b,
             (Value::Real(a), Value::Real(b)) => a == b,
             (Value::Word(a), Value::Word(b)) => a == b,
-            (Value::Const(..), Value::Real(_) | Value::Word(_))
-            | (Value::Real(_), Value::Const(..) | Value::Word(_))
-            | (Value::Word(_), Value::Const(..) | Value::Real(_)) => false,
+            (Value::Element(a), Value::Element(b)) => a == b,
+            (Value::Const(..), Value::Real(_) | Value::Word(_) | Value::Element(_))
+            | (Value::Real(_), Value::Const(..) | Value::Word(_) | Value::Element(_))
+            | (Value::Word(_), Value::Const(..) | Value::Real(_) | Value::Element(_))
+            | (Value::Element(_), Value::Const(..) | Value::Real(_) | Value::Word(_)) => false,
         }
     }
 }

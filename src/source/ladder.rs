@@ -15,6 +15,9 @@ use super::room::Room;
 use super::shape::Shape;
 use super::span::{FileId, Located, Span};
 
+/// The number of elements of an array.
+const COUNT: (i64, i64) = (2, 4096);
+
 /// One ladder file.
 #[derive(Clone, Debug, Default)]
 pub struct Ladder {
@@ -41,12 +44,16 @@ pub struct Tag {
     pub name: Text,
     /// `at`.
     pub at: Option<Text>,
+    /// `count`, of an array.
+    pub count: Option<Located<i64>>,
     /// `value`.
     pub value: Option<Located<Constant>>,
     /// `doc`.
     pub doc: Option<String>,
-    /// `initial`.
+    /// `initial`, one value.
     pub initial: Option<Located<Constant>>,
+    /// `initial`, a list.
+    pub initials: Option<Located<Vec<Located<Constant>>>>,
     /// `min`.
     pub min: Option<Located<Constant>>,
     /// `max`.
@@ -67,9 +74,11 @@ impl Tag {
         Tag {
             name,
             at: None,
+            count: None,
             value: None,
             doc: None,
             initial: None,
+            initials: None,
             min: None,
             max: None,
             alarm: None,
@@ -250,13 +259,22 @@ fn read_root(mut root: Table<'_>) -> Ladder {
 fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
     let Some(mut table) = table else { return Tag::unreadable(name) };
     table.together(r#"{"oneOf":[{"required":["at"]},{"required":["value"]}]}"#);
+    let at = table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."));
+    let count = table.integer(key("count", "An array of so many neighbours from `at` on."), COUNT);
+    let initial = key(
+        "initial",
+        "Its value after a cold start; else 0, OFF. An array takes a list too, one for each.",
+    );
+    let (initial, initials) = table.constants(initial);
     let tag = Tag {
         name,
-        at: table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`.")),
+        at,
+        count,
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
-        initial: table.constant(key("initial", "Its value after a cold start; else 0, OFF.")),
+        initial,
+        initials,
         min: table.constant(key(
             "min",
             "A write from outside below this is refused; a write by the ladder is limited to it.",

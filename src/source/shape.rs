@@ -45,6 +45,8 @@ pub enum ValueForm {
     Duration,
     /// An integer, a duration, `true` or `false`.
     Constant,
+    /// A constant, or an array of constants.
+    Constants,
     /// An array of strings.
     Texts,
     /// A table.

@@ -1,0 +1,128 @@
+//! Why a name has no meaning, with the help for it.
+//!
+//! Made by the scope; the resolver turns it into a finding, the operator's commands into a
+//! sentence.
+
+use crate::isa::address_text::AddressError;
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::{Near, did_you_mean};
+use crate::source::span::Span;
+
+/// The reason why a name has no meaning.
+#[derive(Debug)]
+pub(crate) enum Mistake {
+    /// Its tag has a mistake, which is already reported.
+    Reported,
+    /// A mistake that is not yet reported.
+    New {
+        /// The code of the finding.
+        code: Code,
+        /// The mistake.
+        message: String,
+        /// What to write instead.
+        help: Option<String>,
+        /// The known names; if one is near, it replaces the help.
+        near: Option<Near>,
+    },
+}
+
+impl Mistake {
+    /// The finding at a place; `None` if it is already reported.
+    pub(crate) fn finding(self, span: Span) -> Option<Finding> {
+        let Mistake::New { code, message, help, near } = self else { return None };
+        let finding = Finding::new(code, span, message).near_any(near);
+        Some(match help {
+            Some(help) => finding.help(help),
+            None => finding,
+        })
+    }
+
+    /// A sentence for people, about a name that is not in a file (so without advice to declare it
+    /// there).
+    pub fn sentence(self, name: &str) -> String {
+        let Some(finding) = self.finding(Span::default()) else {
+            return format!("`{name}` stands for nothing");
+        };
+        match finding.help_text().filter(|help| !help.starts_with("declare")) {
+            Some(help) => format!("{} ({help})", finding.message),
+            None => finding.message,
+        }
+    }
+}
+
+/// The help for a name in the notation of another controller.
+pub(super) fn habit(name: &str) -> Option<String> {
+    let help = match name.to_ascii_uppercase().as_str() {
+        "AND" => "write `&`",
+        "OR" => "write `|`",
+        "NOT" => "write `!`",
+        "TRUE" | "ON" | "ALWAYS" => "write `$On`",
+        "FALSE" | "OFF" | "NEVER" => "write `$Off`",
+        _ => return None,
+    };
+    Some(help.to_owned())
+}
+
+/// A mistake with a help.
+pub(super) fn mistake(code: Code, message: String, help: String) -> Mistake {
+    new(code, message, Some(help))
+}
+
+pub(super) fn new(code: Code, message: String, help: Option<String>) -> Mistake {
+    Mistake::New { code, message, help, near: None }
+}
+
+/// The mistake in a text that has the form of an address and is not one.
+pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
+    let base = name.split('.').next().unwrap_or(name);
+    match error {
+        AddressError::NotAnAddress => {
+            let help = "addresses read `X0`, `Y0`, `C0`, `D0`, `V0`, `MC1`, `MHR1`, `CT0`, `T0`";
+            new(Code::UnknownName, format!("`{name}` is no address"), Some(help.to_owned()))
+        }
+        AddressError::Case(right) => new(
+            Code::WrongCase,
+            format!("`{name}` is in the wrong case"),
+            Some(format!("write `{right}`")),
+        ),
+        AddressError::LeadingZero(right) => new(
+            Code::UnknownName,
+            format!("`{base}` is no address: a number has no leading zeros"),
+            Some(format!("write `{right}`; all numbers are decimal")),
+        ),
+        AddressError::BeyondMemory { space, first, last } => {
+            let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");
+            let help = (space != "N" && space != "ST" && space != "DST")
+                .then(|| "sizes are set under `[memory]` of the controller file".to_owned());
+            new(Code::BeyondMemory, message, help)
+        }
+        AddressError::UnknownMember(&[]) => {
+            let message = format!("`{base}` is a single value: it has no members");
+            new(Code::UnknownMember, message, Some(format!("write `{base}`")))
+        }
+        AddressError::UnknownMember(members) => unknown_member(name, members),
+        AddressError::UnknownNickname => {
+            let all: Vec<&str> = crate::isa::status::nicknames().collect();
+            let help = did_you_mean(name, all.iter().copied());
+            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
+            new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))
+        }
+        AddressError::SensaphoneElement => {
+            let counter = name.split(',').nth(1).unwrap_or("n").trim();
+            let message = "a Sensaphone counter has the elements 0 to 6".to_owned();
+            let help = format!(
+                "the current value is `N,{counter},6` or `N{counter}.ACC` (element 7 in the \
+                 manual's example is a misprint); the preset is `N{counter}.PRE`"
+            );
+            new(Code::UnknownMember, message, Some(help))
+        }
+    }
+}
+
+pub(super) fn unknown_member(name: &str, members: &[&str]) -> Mistake {
+    let (base, member) = name.split_once('.').unwrap_or((name, ""));
+    let list = members.iter().map(|m| format!("`.{m}`")).collect::<Vec<_>>().join(", ");
+    let help = did_you_mean(member, members.iter().copied());
+    let help = help.map_or(String::new(), |near| format!("{near} ")) + &format!("it has {list}");
+    new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
+}
