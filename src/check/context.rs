@@ -243,6 +243,9 @@ impl<'a> Placed<'a> {
             | Action::Reset { .. }
             | Action::Store { .. }
             | Action::Math { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }
@@ -274,6 +277,9 @@ impl<'a> Placed<'a> {
             | Action::Reset { .. }
             | Action::Store { .. }
             | Action::Math { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }

@@ -38,7 +38,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         };
         Some(bit.value)
     }));
-    off.extend(context.instructions.iter().flat_map(|placed| elements_off(placed.action())));
+    let is_set = |action: &Action| matches!(action, Action::SetElement { on: true, .. });
+    let others = context.instructions.iter().filter(|placed| !is_set(placed.action()));
+    off.extend(others.flat_map(|placed| placed.action().written_bits()));
     for placed in &context.instructions {
         let Action::Coil { coil: Coil::Set, bit } = placed.action() else { continue };
         let Located { value: bit, span } = *bit;
@@ -55,19 +57,6 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             ),
         ));
     }
-}
-
-/// The bits of arrays of which an instruction may turn each OFF.
-fn elements_off(action: &Action) -> impl Iterator<Item = Bit> + use<> {
-    let array = match action {
-        Action::SetElement { on: false, bit } => Some(bit.value.array),
-        Action::Math { target: Located { value: Target::Array(array), .. }, .. } => Some(*array),
-        _ => None,
-    };
-    array.into_iter().flat_map(|array| array.addresses()).filter_map(|address| match address {
-        Address::Bit(bit) => Some(bit),
-        Address::Word(_) | Address::Structure(_) => None,
-    })
 }
 
 #[cfg(test)]

@@ -193,6 +193,10 @@ fn termination(spec: &Spec) -> &'static str {
             Some(OperandKind::WritableBit) => "none: the bit keeps its value",
             Some(OperandKind::WritableWord) => "none: the word keeps its value",
             Some(OperandKind::Target) => "none: the target keeps its value",
+            Some(OperandKind::Array | OperandKind::Filling) => {
+                "none: the elements keep their values"
+            }
+            Some(OperandKind::Shifted) => "none: the bits keep their states, and CLK its history",
             Some(OperandKind::Counter | OperandKind::Timer | OperandKind::Sensaphone) => {
                 "none: the structure keeps its values"
             }
@@ -202,6 +206,7 @@ fn termination(spec: &Spec) -> &'static str {
                 | OperandKind::Value(..)
                 | OperandKind::Duration
                 | OperandKind::Interval
+                | OperandKind::WritableArray
                 | OperandKind::Program
                 | OperandKind::Block
                 | OperandKind::Task
@@ -225,6 +230,16 @@ fn describe(kind: OperandKind) -> String {
         OperandKind::Target => {
             "a word or bit that a program can write, then `= expression`".to_owned()
         }
+        OperandKind::Array => {
+            "an array, a slice or a range: recipe, recipe[0..6], D0..D9".to_owned()
+        }
+        OperandKind::WritableArray => {
+            "one that a program can write, as long, of the same kind".to_owned()
+        }
+        OperandKind::Shifted => {
+            "an array, slice or range of bits that a program can write; C7..C0 runs down".to_owned()
+        }
+        OperandKind::Filling => "a constant or a word; for bits 0, 1 or a bit".to_owned(),
         OperandKind::Counter => "a counter: CTn".to_owned(),
         OperandKind::Timer => "a timer: Tn".to_owned(),
         OperandKind::Sensaphone => "a Sensaphone counter: Nn".to_owned(),
@@ -249,6 +264,10 @@ fn example(spec: &Spec) -> String {
             OperandKind::WritableBit => "Y0",
             OperandKind::WritableWord => "D0",
             OperandKind::Target => "D0 = (D1 + D2) / 2",
+            OperandKind::Array => "D10..D16",
+            OperandKind::WritableArray => "D20..D26",
+            OperandKind::Shifted => "C0..C7",
+            OperandKind::Filling => "0",
             OperandKind::Counter => "CT0",
             OperandKind::Timer => "T0",
             OperandKind::Sensaphone => "N0",

@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::wildcard_enum_match_arm)]
 
+mod arrays;
 mod blocks;
 mod control;
 mod counters;

@@ -9,6 +9,7 @@
 
 use std::ops::Range;
 
+pub use super::arrays::{Shift, WordForm};
 pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::elements::{Elements, Limits, PutAt};
 pub use super::math::{Code, Fused, Math, Other, Put, Step, reads};
@@ -199,6 +200,16 @@ operations! {
     AddMixed add_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
     /// SUB with a real among its words.
     SubMixed sub_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
+    /// COPY of bits.
+    CopyBits copy_bits { leg: Leg, from: BitsRead, to: BitsWritten }
+    /// COPY of words.
+    CopyWords copy_words { leg: Leg, from: WordsRead, to: WordsWritten, form: WordForm }
+    /// FILL of bits.
+    FillBits fill_bits { leg: Leg, bit: BitRead, to: BitsWritten }
+    /// FILL of words.
+    FillWords fill_words { leg: Leg, word: WordRead, to: WordsWritten, form: WordForm }
+    /// SR.
+    Sr sr { data: Leg, clk: Leg, rst: Leg, bits: BitsWritten, shift: Shift }
 }
 
 #[cfg(test)]

@@ -40,6 +40,11 @@ pub struct Cells {
 }
 
 impl Cells {
+    /// All cells.
+    pub(super) fn each(&self) -> std::ops::Range<u32> {
+        self.first..self.first + self.count
+    }
+
     /// The cell of an element; `None` outside of the array.
     #[inline(always)]
     pub(super) fn cell(&self, index: i32) -> Option<u32> {

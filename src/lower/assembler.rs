@@ -111,9 +111,15 @@ impl<'p> Assembler<'p> {
 
     /// Allots the private bit of an edge history. The termination pass turns it OFF.
     pub fn history(&mut self, text: String) -> BitOwn {
+        let history = self.kept_history(text);
+        self.terminates(PassStep::HistoryOff(history.0));
+        history
+    }
+
+    /// Allots the private bit of an edge history that the termination pass does not change.
+    pub fn kept_history(&mut self, text: String) -> BitOwn {
         let cell = self.private_bit();
         self.identity.history(BitCell(cell), &self.site, text);
-        self.terminates(PassStep::HistoryOff(cell));
         BitOwn(cell)
     }
 

@@ -7,8 +7,8 @@
 use super::assembler::Assembler;
 use crate::engine::PassStep;
 use crate::engine::ops::{
-    BitOwn, BitsRead, Elements, Leg, Math, Op, PickBit, PickWord, Power, Put, PutAt, Target,
-    WordRead, WordWritten, WordsRead,
+    BitOwn, BitWritten, BitsRead, Elements, Leg, Math, Op, PickBit, PickWord, Power, Put, PutAt,
+    Target, WordRead, WordWritten, WordsRead,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Space};
@@ -48,8 +48,17 @@ impl Assembler<'_> {
         cell
     }
 
-    /// A preset as a reset reads it, while its leg is ON.
-    pub fn reset_preset(&mut self, value: Value, leg: Leg) -> WordRead {
+    /// A bit that a word selects, read while a leg is ON.
+    pub fn bit_while(&mut self, element: Element, leg: Leg) -> u32 {
+        let cell = self.private_bit();
+        let parts = vec![Part::Word(element.index), Part::Element(element.array)];
+        let math = self.formula_into(Put::Bit(BitWritten(cell)), &Formula { parts }, leg);
+        self.op(Op::Math(Math { quiet: true, ..math }));
+        cell
+    }
+
+    /// A value as an instruction reads it while its leg is ON.
+    pub fn value_while(&mut self, value: Value, leg: Leg) -> WordRead {
         let Value::Element(element) = value else { return self.value(value) };
         let (math, cell) = self.reading(element, leg);
         self.op(Op::Math(math));

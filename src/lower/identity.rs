@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure};
-use crate::resolve::program::{BlockKind, Instruction, Program, Rung, TagMeaning, Value};
+use crate::resolve::program::{Action, BlockKind, Instruction, Program, Rung, TagMeaning, Value};
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
@@ -142,6 +142,7 @@ impl Identity {
             self.owners.push(Owner { structure, mnemonic: instruction.mnemonic, element, presets });
         }
         self.written.extend(instruction.action.written_bit().map(|bit| bit.value));
+        self.written.extend(instruction.action.written_bits());
     }
 
     /// Records a history.
@@ -198,7 +199,11 @@ impl Identity {
         let (bit, block) = (instruction.action.written_bit(), instruction.action.target_block());
         let bit = bit.map(|bit| self.bit(bit.value));
         let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
-        let operand = operand.unwrap_or_default();
+        let shifted = || match &instruction.action {
+            Action::Shift { bits } => Some(bits.value.to_string()),
+            _ => None,
+        };
+        let operand = operand.or_else(shifted).unwrap_or_default();
         format!("{} {operand}", instruction.mnemonic.spec().name)
     }
 

@@ -135,6 +135,19 @@ impl Assembler<'_> {
                 let math = self.math(target.value, index.as_deref(), formula, legs.when());
                 return Some(math.into());
             }
+            Action::Copy { from, to } => {
+                return Some(self.copy(from.value, to.value, legs.when()).into());
+            }
+            Action::Fill { value, to } => {
+                return Some(self.fill(value.value, to.value, legs.when()).into());
+            }
+            Action::Shift { bits } => {
+                let text = self.identity.edge_instruction(instruction);
+                let history = self.kept_history(text);
+                let [data, clk, rst] = [LegName::Data, LegName::Clk, LegName::Rst];
+                let legs = [legs.leg(data), legs.leg(clk), legs.leg(rst)];
+                return Some(self.shift(bits.value, legs, history).into());
+            }
             Action::Run { block } => ControlKind::Run(block.value),
             Action::Restart { block } => {
                 let history = history(self);
@@ -243,16 +256,16 @@ impl Assembler<'_> {
         let rstt = |preset, rule| Op::Rstt(Rstt { leg, timer: Timer { at, preset }, rule });
         Some(match self.owners.get(&structure).copied()? {
             Action::Counter { counts, preset, ct: _ } => {
-                rstct(counter_rule(*counts, *preset, |preset| self.reset_preset(preset, leg)))
+                rstct(counter_rule(*counts, *preset, |preset| self.value_while(preset, leg)))
             }
             Action::UpDownCounter { up_preset, dn_preset, .. } => {
                 let presets = (*up_preset, *dn_preset);
-                rstct(up_down_rule(presets, |preset| self.reset_preset(preset, leg)))
+                rstct(up_down_rule(presets, |preset| self.value_while(preset, leg)))
             }
             Action::DelayTimer { .. } => rstt(WordRead(self.constant(0)), TimerRule::Zero),
             Action::Timer { timer, preset, t: _ } => match timer_rule(*timer) {
                 TimerRule::Zero => rstt(WordRead(self.constant(0)), TimerRule::Zero),
-                TimerRule::Preset => rstt(self.reset_preset(preset.value, leg), TimerRule::Preset),
+                TimerRule::Preset => rstt(self.value_while(preset.value, leg), TimerRule::Preset),
             },
             Action::Coil { .. }
             | Action::SetElement { .. }
@@ -260,6 +273,9 @@ impl Assembler<'_> {
             | Action::Reset { .. }
             | Action::Store { .. }
             | Action::Math { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }

@@ -7,6 +7,7 @@
 //! new version of the program.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+mod arrays;
 mod assembler;
 mod contacts;
 mod elements;

@@ -72,6 +72,7 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
                 OperandValue::Stage(stage) => identity.stage(stage),
                 OperandValue::Element(element) => element.to_string(),
                 OperandValue::Array(array) => array.to_string(),
+                OperandValue::Run(run) => run.to_string(),
             };
             format!(" {name}={said}")
         });

@@ -27,6 +27,15 @@ pub struct Element {
     pub index: Word,
 }
 
+/// Bits that SR shifts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// The bits.
+    pub array: Array,
+    /// Whether the last one is the first that takes the state of `data`.
+    pub down: bool,
+}
+
 impl Array {
     /// The address of an element.
     pub fn element(&self, at: u32) -> Address {
@@ -77,6 +86,16 @@ impl Array {
 impl fmt::Display for Array {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}..{}", self.element(0), self.element(self.count - 1))
+    }
+}
+
+impl fmt::Display for Run {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Run { array, down } = self;
+        match down {
+            true => write!(f, "{}..{}", array.element(array.count - 1), array.element(0)),
+            false => array.fmt(f),
+        }
     }
 }
 

@@ -5,12 +5,12 @@
 //! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
 //! are answered here once.
 
-use super::array::Element;
+use super::array::{Array, Element, Run};
 use super::formula::Formula;
 pub(crate) use super::operand_list::{
-    OperandList, OperandType, OperandValue, Place, Target, Value,
+    Filling, OperandList, OperandType, OperandValue, Place, Target, Value,
 };
-use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::source::span::{Located, Span};
 
 /// One instruction with its operands.
@@ -110,6 +110,25 @@ pub(crate) enum Action {
         index: Option<Box<Formula>>,
         /// The expression.
         formula: Box<Formula>,
+    },
+    /// COPY.
+    Copy {
+        /// The array that is read.
+        from: Located<Array>,
+        /// The one that is written, of the same kind and length.
+        to: Located<Array>,
+    },
+    /// FILL.
+    Fill {
+        /// The value.
+        value: Located<Filling>,
+        /// The array.
+        to: Located<Array>,
+    },
+    /// SR.
+    Shift {
+        /// The bits.
+        bits: Located<Run>,
     },
     /// RUN.
     Run {
@@ -261,6 +280,9 @@ impl Action {
             M::Move => Action::store(Source::Value(given.get("a")?), given)?,
             M::Add => Action::store(Source::Sum(given.get("a")?, given.get("b")?), given)?,
             M::Sub => Action::store(Source::Difference(given.get("a")?, given.get("b")?), given)?,
+            M::Copy => Action::Copy { from: given.get("from")?, to: given.get("to")? },
+            M::Fill => Action::Fill { value: given.get("value")?, to: given.get("to")? },
+            M::Sr => Action::Shift { bits: given.get("bits")? },
             M::Run => Action::Run { block: block()? },
             M::Restart => Action::Restart { block: block()? },
             M::Halt => Action::Halt { block: block()? },
@@ -347,6 +369,9 @@ impl Action {
                 .fold(none, |all, (name, value)| all.with(name, value))
                 .with("to", *to),
             Action::Math { target, index: _, formula: _ } => none.with("target", *target),
+            Action::Copy { from, to } => none.with("from", *from).with("to", *to),
+            Action::Fill { value, to } => none.with("value", *value).with("to", *to),
+            Action::Shift { bits } => none.with("bits", *bits),
             Action::Run { block } | Action::Restart { block } | Action::Halt { block } => {
                 none.with("block", *block)
             }
@@ -365,8 +390,54 @@ impl Action {
         self.first().map(|structure| structure.value)
     }
 
+    /// The array of which it writes one element, or all.
+    pub fn written_array(&self) -> Option<Array> {
+        match self {
+            Action::SetElement { bit, .. } => Some(bit.value.array),
+            Action::Copy { to, .. } | Action::Fill { to, .. } => Some(to.value),
+            Action::Shift { bits } => Some(bits.value.array),
+            Action::Math { target: Located { value: Target::Array(array), .. }, .. } => {
+                Some(*array)
+            }
+            Action::Store { to: Located { value: Place::Element(element), .. }, .. } => {
+                Some(element.array)
+            }
+            Action::Store { .. }
+            | Action::Math { .. }
+            | Action::Coil { .. }
+            | Action::Counter { .. }
+            | Action::UpDownCounter { .. }
+            | Action::DelayTimer { .. }
+            | Action::Timer { .. }
+            | Action::Sensaphone { .. }
+            | Action::Reset { .. }
+            | Action::Run { .. }
+            | Action::Restart { .. }
+            | Action::Halt { .. }
+            | Action::Exit
+            | Action::Entask { .. }
+            | Action::Jump { .. }
+            | Action::StageOn { .. }
+            | Action::StageOff { .. }
+            | Action::Converge { .. }
+            | Action::Stop => None,
+        }
+    }
+
+    /// The bits of the array of which it writes one, or all.
+    pub fn written_bits(&self) -> impl Iterator<Item = Bit> + use<> {
+        let array = self.written_array().into_iter();
+        array.flat_map(|array| array.addresses()).filter_map(|address| match address {
+            Address::Bit(bit) => Some(bit),
+            Address::Word(_) | Address::Structure(_) => None,
+        })
+    }
+
     /// The bit that it writes: a coil's, or the output of a delay timer.
     pub fn written_bit(&self) -> Option<Located<Bit>> {
+        if matches!(self, Action::Fill { .. }) {
+            return None;
+        }
         self.first()
     }
 
@@ -389,7 +460,8 @@ impl Action {
             | OperandValue::Structure(_)
             | OperandValue::Block(_)
             | OperandValue::Stage(_)
-            | OperandValue::Array(_) => false,
+            | OperandValue::Array(_)
+            | OperandValue::Run(_) => false,
         };
         let has_index = matches!(self, Action::Math { index: Some(_), .. });
         has_index || self.operands().each().any(|(_, operand)| is_element(operand))
@@ -412,12 +484,18 @@ impl Instruction {
 mod tests {
     use super::*;
     use crate::isa::instruction::{self, OperandKind, Spec};
+    use crate::isa::{BitSpace, Space, Word};
+
+    const ARRAY: Array = Array { space: Space::Bit(BitSpace::C), first: 0, count: 2 };
 
     /// Operands as the resolver would find them.
     fn given(spec: &Spec) -> OperandList {
         let operand = |kind| match kind {
             OperandKind::WritableBit => OperandValue::Bit(Bit::Stage(StageId(0))),
             OperandKind::WritableWord | OperandKind::Target => OperandValue::Word(Word::Pre(0)),
+            OperandKind::Array | OperandKind::WritableArray => OperandValue::Array(ARRAY),
+            OperandKind::Shifted => OperandValue::Run(Run { array: ARRAY, down: false }),
+            OperandKind::Filling => OperandValue::Bit(Bit::Stage(StageId(0))),
             OperandKind::Counter => OperandValue::Structure(Structure::Counter(0)),
             OperandKind::Timer => OperandValue::Structure(Structure::Timer(0)),
             OperandKind::Sensaphone => OperandValue::Structure(Structure::Sensaphone(0)),

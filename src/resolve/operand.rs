@@ -54,6 +54,7 @@ impl Resolver<'_> {
             }
         }
         let mnemonic = spec.mnemonic;
+        whole &= self.arrays_fit(&operands, spec);
         whole.then(|| {
             let action = Action::new(mnemonic, &operands);
             let action = action.expect("the table asks for the operands that the action has");
@@ -114,6 +115,18 @@ impl Resolver<'_> {
                     None => self.writable_word(atom, spec).map(OperandValue::Word),
                 }
             }
+            OperandKind::Array => {
+                self.run(atom, spec, true).map(|run| OperandValue::Array(run.array))
+            }
+            OperandKind::WritableArray => {
+                let run = self.run(atom, spec, true)?;
+                self.writable_run(run, atom, spec).map(|run| OperandValue::Array(run.array))
+            }
+            OperandKind::Shifted => {
+                let run = self.run(atom, spec, false)?;
+                self.writable_run(run, atom, spec).and_then(|run| self.shifted(run, atom))
+            }
+            OperandKind::Filling => self.filling(atom),
             OperandKind::Counter => structure(Structure::Counter(0)),
             OperandKind::Timer => structure(Structure::Timer(0)),
             OperandKind::Sensaphone => structure(Structure::Sensaphone(0)),
@@ -417,6 +430,9 @@ fn kind_words(kind: OperandKind) -> &'static str {
         OperandKind::WritableBit => "a bit",
         OperandKind::WritableWord => "a word",
         OperandKind::Target => "a word or bit",
+        OperandKind::Array | OperandKind::WritableArray => "an array",
+        OperandKind::Shifted => "an array of bits",
+        OperandKind::Filling => "a value",
         OperandKind::Counter => "a counter",
         OperandKind::Timer => "a timer",
         OperandKind::Sensaphone => "a Sensaphone counter",

@@ -3,8 +3,8 @@
 //! The resolver makes a list of what it has checked, and `instruction` makes an action of it, and a
 //! list of an action again, for questions that apply to every action.
 
-use super::array::{Array, Element};
-pub(crate) use super::value::Value;
+use super::array::{Array, Element, Run};
+pub(crate) use super::value::{Filling, Value};
 use crate::isa::{Bit, BlockId, StageId, Structure, Word};
 use crate::source::span::Located;
 
@@ -61,6 +61,8 @@ pub(crate) enum OperandValue {
     Element(Element),
     /// A whole array.
     Array(Array),
+    /// The bits that SR shifts.
+    Run(Run),
 }
 
 /// A type of operand.
@@ -95,7 +97,8 @@ impl OperandType for Target {
             | OperandValue::Structure(_)
             | OperandValue::Block(_)
             | OperandValue::Stage(_)
-            | OperandValue::Element(_) => None,
+            | OperandValue::Element(_)
+            | OperandValue::Run(_) => None,
         }
     }
 
@@ -118,7 +121,8 @@ impl OperandType for Place {
             | OperandValue::Structure(_)
             | OperandValue::Block(_)
             | OperandValue::Stage(_)
-            | OperandValue::Array(_) => None,
+            | OperandValue::Array(_)
+            | OperandValue::Run(_) => None,
         }
     }
 
@@ -126,6 +130,30 @@ impl OperandType for Place {
         match self {
             Place::Word(word) => OperandValue::Word(word),
             Place::Element(element) => OperandValue::Element(element),
+        }
+    }
+}
+
+impl OperandType for Filling {
+    fn of(operand: OperandValue) -> Option<Filling> {
+        match operand {
+            OperandValue::Value(value) => Some(Filling::Value(value)),
+            OperandValue::Bit(bit) => Some(Filling::Bit(bit)),
+            OperandValue::Element(element) => Some(Filling::Element(element)),
+            OperandValue::Word(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_)
+            | OperandValue::Array(_)
+            | OperandValue::Run(_) => None,
+        }
+    }
+
+    fn operand(self) -> OperandValue {
+        match self {
+            Filling::Value(value) => OperandValue::Value(value),
+            Filling::Bit(bit) => OperandValue::Bit(bit),
+            Filling::Element(element) => OperandValue::Element(element),
         }
     }
 }
@@ -139,6 +167,7 @@ operand_types! {
     Stage StageId;
     Element Element;
     Array Array;
+    Run Run;
 }
 
 /// Operands with their names in the instruction table.

@@ -1,7 +1,7 @@
 //! A number in a resolved program: a constant or a word. Used by contacts and instructions.
 
 use super::array::Element;
-use crate::isa::{Real, Word};
+use crate::isa::{Bit, Real, Word};
 use crate::source::atom::Written;
 
 /// A number: a constant or a location.
@@ -14,6 +14,17 @@ pub enum Value {
     /// A word, read again at every execution.
     Word(Word),
     /// The word of an array that another word selects, both read again at every execution.
+    Element(Element),
+}
+
+/// What FILL writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filling {
+    /// To words; to bits the constant 0 or 1.
+    Value(Value),
+    /// To bits: a bit.
+    Bit(Bit),
+    /// To bits: the bit that a word selects.
     Element(Element),
 }
 
