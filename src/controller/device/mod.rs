@@ -11,6 +11,7 @@ pub mod drivers;
 pub mod gpio;
 pub(crate) mod keys;
 pub mod modbus;
+mod scaling;
 pub mod settings;
 pub(crate) mod simulated;
 mod wiring;
