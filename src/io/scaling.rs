@@ -1,9 +1,9 @@
 //! Scaling: the straight line from the numbers of a field device to the values of memory.
 //!
 //! `controller` makes it from a row's `multiply`, `divide` and `offset`; `modbus_client` and
-//! `plant` use it. It knows no registers and no points. Integers are computed in 64 bits without overflow,
-//! because the reader of the controller file limits the factors. An R word is scaled in binary64,
-//! without rounding to an integer.
+//! `plant` use it. It knows no registers and no points. Integers are computed in 64 bits without
+//! overflow, because the reader of the controller file limits the factors. An R word is scaled in
+//! binary64, without rounding to an integer.
 
 use crate::isa::Real;
 
