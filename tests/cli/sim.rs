@@ -176,6 +176,32 @@ fn a_real_is_traced_and_stimulated_as_it_is_written() {
 }
 
 #[test]
+fn a_real_has_an_exponent_where_it_is_shorter() {
+    let place = Place::new("exponents");
+    place.write(
+        "copy.toml",
+        "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$On\"], do = [\"MOVE R0 to=R1\"] } ]\n",
+    );
+    let shown = [
+        "0.0001",
+        "9.9999e-5",
+        "1e16",
+        "9999999000000000.0",
+        "3.4028235e38",
+        "1e-45",
+        "0.1",
+        "16777216.0",
+        "-1.5e-7",
+        "3.0",
+    ];
+    let rows = shown.iter().enumerate().map(|(scan, real)| format!("{scan},{real}\n"));
+    place.write("reals.csv", &format!("scan,R0\n{}", rows.collect::<String>()));
+    let trace = place.trace("copy.toml --stimulus reals.csv --scans 10 --watch R1");
+    let traced: Vec<&str> = trace.lines().skip(1).filter_map(|row| row.split(',').nth(2)).collect();
+    assert_eq!(traced, shown);
+}
+
+#[test]
 fn the_clock_begins_where_it_is_told() {
     let place = Place::new("clock");
     let args = "count.toml --period 1s --scans 2 --watch $Year,$Month,$Day,$Weekday,$Hour,$Second";
