@@ -302,7 +302,7 @@ fn tell_stop(name: &str, mode: Mode) {
         Mode::Run | Mode::Stop(StopReason::NotStarted) => {
             say!(SIGNAL, signal = name, "{name}: stopping; the next scan is the last");
         }
-        mode => {
+        Mode::Stop(_) | Mode::Fault(_) => {
             say!(
                 SIGNAL,
                 signal = name,

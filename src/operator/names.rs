@@ -175,7 +175,9 @@ impl Names {
             Address::Bit(Bit::Device(id, health)) => {
                 format!("{}.{}", self.symbols.device(id), health.name())
             }
-            other => other.to_string(),
+            Address::Bit(Bit::Space(..) | Bit::Flag(..))
+            | Address::Word(_)
+            | Address::Structure(_) => what.to_string(),
         }
     }
 

@@ -72,7 +72,7 @@ pub(in crate::controller::device) fn at_odds(
 fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &Client)> {
     devices.iter().filter_map(|device| match &device.driver {
         DriverSettings::Modbus(client) => Some((device, client)),
-        _ => None,
+        DriverSettings::Gpio(_) | DriverSettings::Simulated(_) => None,
     })
 }
 
