@@ -121,8 +121,8 @@ rows! {
     FAULT_TOO_LATE = 103, "fault-too-late", Warn, NONE:
         "20eacd9e80e545009f211e0da7143f66",
         "systemd ends rungd before a scan that is too long becomes a fault: `[scan] watchdog` is \
-         more than three quarters of the unit's `WatchdogSec=`. Nothing makes the outputs safe then \
-         but the devices' own watchdogs and the next start.",
+         more than three quarters of the unit's `WatchdogSec=`. Only the devices' own watchdogs \
+         and the next start make the outputs safe then.",
         "Lower `[scan] watchdog`, or raise `WatchdogSec=` in the unit.";
 
     MODE_RUN = 201, "mode-run", Info, PLANT:
