@@ -8,6 +8,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
+use rungd::calendar::LocalTime;
 use rungd::engine::{Engine, ScanTimes};
 use rungd::lower::{Symbols, lower};
 use rungd::reload::{ReloadPlan, Side};
@@ -38,7 +39,7 @@ fn row(name: &str, rungs: usize, edit: impl Fn(usize) -> Option<usize>) {
     let mut now_ns = 0;
     let mut scan = |engine: &mut Engine| {
         now_ns += 1_000_000;
-        engine.begin_scan(now_ns, &ScanTimes::default());
+        engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
         for x in 0..256 {
             engine.set_input(x, (now_ns / 1_000_000 + u64::from(x)) % 3 == 0);
         }

@@ -6,7 +6,7 @@
 // `io/modbus_client/serial.rs` (hands a serial line to tokio).
 #![deny(unsafe_code)]
 
-mod calendar;
+pub mod calendar;
 pub mod check;
 pub mod cli;
 pub mod controller;

@@ -13,6 +13,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::io::device::Opener;
 use rungd::io::gpio::settings::{At, Chip as ChipName, Gpio as GpioLines, GpioLine, Setting};
@@ -81,6 +82,10 @@ impl Clock for SimulatedClock {
 
     fn sleep_until(&mut self, deadline_ns: u64) {
         self.0.set(self.0.get().max(deadline_ns));
+    }
+
+    fn local_s(&self) -> i64 {
+        LocalTime::SIMULATED_S
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod ladder;
 mod load;
+mod math;
 mod native;
 mod rounds;
 mod scanned;
@@ -57,6 +58,9 @@ struct Arguments {
     /// Time loading instead: from text to the first scan.
     #[arg(long)]
     load: bool,
+    /// Time MATH instead, beside the same expressions.
+    #[arg(long)]
+    math: bool,
     /// The option that `cargo bench` passes.
     #[arg(long, hide = true)]
     bench: bool,
@@ -66,6 +70,9 @@ fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
     if arguments.load {
         return arguments.n.map_or_else(load::table, load::row);
+    }
+    if arguments.math {
+        return math::table(arguments.rounds);
     }
     if arguments.print.is_none() && arguments.side.is_none() {
         println!(

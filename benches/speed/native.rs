@@ -73,6 +73,35 @@ impl Native {
     }
 }
 
+/// Straight-line formulas over words.
+pub struct Formulas {
+    scan: extern "C" fn(*mut i32),
+    pub words: Vec<i32>,
+}
+
+impl Formulas {
+    /// `statements` store in `*d.add(k)`, and limit integers by `put`.
+    pub fn new(statements: &str, words: usize) -> anyhow::Result<Formulas> {
+        let source = format!(
+            "#[inline(always)] fn put(v: i64) -> i32 {{\n\
+             v.clamp(i32::MIN as i64, i32::MAX as i64) as i32 }}\n\
+             #[unsafe(no_mangle)] pub unsafe extern \"C\" fn scan(d: *mut i32) {{ unsafe {{\n\
+             {statements}}} }}\n"
+        );
+        let library = Library::open(&compile(&source)?)?;
+        // SAFETY: the signature of `scan` above.
+        let scan = unsafe {
+            mem::transmute::<*mut c_void, extern "C" fn(*mut i32)>(library.symbol(c"scan")?)
+        };
+        Ok(Formulas { scan, words: vec![0; words] })
+    }
+
+    #[inline]
+    pub fn scan(&mut self) {
+        (self.scan)(self.words.as_mut_ptr());
+    }
+}
+
 /// Compiles a library, unless it is compiled already; returns its path.
 fn compile(source: &str) -> anyhow::Result<PathBuf> {
     let mut hasher = DefaultHasher::new();

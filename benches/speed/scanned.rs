@@ -1,6 +1,7 @@
 //! The engine's side: the same workload, loaded from its ladder text as the daemon does.
 
 use anyhow::bail;
+use rungd::calendar::LocalTime;
 use rungd::engine::{self, Engine, ScanTimes, WordCell};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower;
@@ -66,8 +67,19 @@ impl Scanned {
     #[inline]
     pub fn scan(&mut self) {
         self.now_ns += 1_000_000;
-        self.engine.begin_scan(self.now_ns, &self.times);
+        self.engine.begin_scan(self.now_ns, &self.times, &LocalTime::default());
         self.engine.execute();
+    }
+
+    /// A queued write of a data word.
+    pub fn put_word(&mut self, at: usize, value: i32) {
+        self.engine.write_word(WordCell(self.words + at as u32), value);
+    }
+
+    /// The first data words.
+    pub fn words(&self, count: usize) -> &[i32] {
+        let first = self.words as usize;
+        &self.engine.image().words()[first..first + count]
     }
 
     pub fn coils(&self) -> &[u8] {

@@ -9,6 +9,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::sync::LazyLock;
 
 use rungd::controller::{self, Controller, resolve_controller};
+use rungd::engine::{Engine, ScanTimes};
 use rungd::io::modbus::Map;
 use rungd::io::modbus::answer::{Answer, answer, refused, written};
 use rungd::io::modbus::frame::{self, FRAME_BYTES_MAX, Split};
@@ -111,6 +112,23 @@ pub fn instruction(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let mut findings = Vec::new();
     let _ = instruction::parse(text, Span::default(), &mut findings);
+}
+
+/// A MATH: parses, resolves and lowers it, and calculates for a scan.
+pub fn math(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if text.contains(['"', '\\', '\n', '\r']) {
+        return;
+    }
+    let rung = format!("{{ when = [\"$On\"], do = [\"MATH {text}\"] }}");
+    let text = format!("[[program]]\nname = \"Main\"\nrung = [ {rung} ]\n");
+    let file = SourceFile { name: "fuzz.toml".to_owned(), text };
+    if let (Some(program), _) = load_ladders(&[file], &LoadOptions::default()) {
+        let mut engine = Engine::new(lower(&program).0);
+        engine.start(0);
+        engine.begin_scan(0, &ScanTimes::default());
+        engine.execute();
+    }
 }
 
 /// Addresses, durations, names and values, as an operator types them too.

@@ -147,6 +147,7 @@ fn value(context: &Context, value: Value) -> String {
     match value {
         Value::Const(ms, Written::Duration) => duration::print(ms),
         Value::Const(number, Written::Integer) => number.to_string(),
+        Value::Real(real) => real.to_string(),
         Value::Word(word) => context.name(Address::Word(word)),
     }
 }

@@ -39,12 +39,19 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 fn remedy(left: Value, right: Value) -> &'static str {
     match (left, right) {
-        (Value::Const(..), Value::Const(..)) => "compare a location with a constant",
         (Value::Word(_), Value::Word(_)) => "compare two different locations",
+        (Value::Word(_), Value::Real(real)) | (Value::Real(real), Value::Word(_))
+            if real.number().fract() != 0.0 =>
+        {
+            "compare with a whole number, or name an R word"
+        }
         (Value::Word(word), _) | (_, Value::Word(word)) if word.range().0 == 0 => {
             "D words hold more, and numbers below 0"
         }
-        _ => "compare with a number within these limits",
+        (Value::Word(_), _) | (_, Value::Word(_)) => "compare with a number within these limits",
+        (Value::Const(..) | Value::Real(_), Value::Const(..) | Value::Real(_)) => {
+            "compare a location with a constant"
+        }
     }
 }
 
@@ -55,20 +62,29 @@ fn judge(
     comparison: Comparison,
     right: Value,
 ) -> Option<(bool, String)> {
-    match (left, right) {
-        (Value::Const(a, _), Value::Const(b, _)) => {
+    match (constant(left), left, constant(right), right) {
+        (Some(a), _, Some(b), _) => {
             Some((holds(a, comparison, b), "both sides are constants".to_owned()))
         }
-        (Value::Word(a), Value::Word(b)) if a == b => {
-            Some((holds(0, comparison, 0), "both sides are the same location".to_owned()))
+        (_, Value::Word(a), _, Value::Word(b)) if a == b => {
+            Some((holds(0.0, comparison, 0.0), "both sides are the same location".to_owned()))
         }
-        (Value::Word(word), Value::Const(constant, _)) => {
+        (_, Value::Word(word), Some(constant), _) => {
             judge_range(context, word, comparison, constant)
         }
-        (Value::Const(constant, _), Value::Word(word)) => {
+        (Some(constant), _, _, Value::Word(word)) => {
             judge_range(context, word, mirrored(comparison), constant)
         }
-        (Value::Word(_), Value::Word(_)) => None,
+        _ => None,
+    }
+}
+
+/// The number of a constant.
+fn constant(value: Value) -> Option<f64> {
+    match value {
+        Value::Const(number, _) => Some(number.into()),
+        Value::Real(real) => Some(real.into()),
+        Value::Word(_) => None,
     }
 }
 
@@ -76,12 +92,12 @@ fn judge_range(
     context: &Context,
     word: Word,
     comparison: Comparison,
-    constant: i32,
+    constant: f64,
 ) -> Option<(bool, String)> {
-    let (low, high) = word.range();
-    let inside = (low..=high).contains(&constant);
+    let (low, high) = word.numbers();
+    let held = (low..=high).contains(&constant) && (word.is_real() || constant.fract() == 0.0);
     let always = match comparison {
-        Comparison::Eq | Comparison::Ne if inside => None,
+        Comparison::Eq | Comparison::Ne if held => None,
         Comparison::Eq => Some(false),
         Comparison::Ne => Some(true),
         // An order is constant if it has the same result at both ends of the range.
@@ -91,10 +107,13 @@ fn judge_range(
         }
     }?;
     let said = context.say(Address::Word(word));
-    Some((always, format!("{said} holds {low} to {high}")))
+    let (low, high) = word.range();
+    let whole = if constant.fract() == 0.0 { "" } else { "whole numbers, " };
+    let why = format!("{said} holds {whole}{} to {}", word.text(low), word.text(high));
+    Some((always, why))
 }
 
-fn holds(a: i32, comparison: Comparison, b: i32) -> bool {
+fn holds(a: f64, comparison: Comparison, b: f64) -> bool {
     match comparison {
         Comparison::Eq => a == b,
         Comparison::Ne => a != b,

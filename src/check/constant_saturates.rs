@@ -34,7 +34,8 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let Action::Store { source, to } = placed.action() else { return None };
     let word = to.value;
     // With two locations, no constant is at fault.
-    let place = source.values().filter(|of| matches!(of.value, Value::Const(..))).last()?.span;
+    let is_constant = |value| matches!(value, Value::Const(..) | Value::Real(_));
+    let place = source.values().filter(|of| is_constant(of.value)).last()?.span;
     let (low, high) = match source {
         Source::Value(a) => range(a.value),
         Source::Sum(a, b) => {
@@ -47,20 +48,20 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
         }
     };
     let limits = context.limits(word);
-    let (least, most) = (limits.min, limits.max);
-    let stored = if low > i64::from(most) {
-        most
-    } else if high < i64::from(least) {
-        least
+    let stored = if low > word.number(limits.max) {
+        limits.max
+    } else if high < word.number(limits.min) {
+        limits.min
     } else {
         return None;
     };
+    let [stored, least, most] = [stored, limits.min, limits.max].map(|cell| word.text(cell));
     let said = context.say(Address::Word(word));
     let name = context.name(Address::Word(word));
     let message = format!("{said} holds {least} to {most}: `{}` stores {stored}", placed.name());
     let finding = Finding::new(Code::ConstantSaturates, place, message).label("never stored whole");
     let meant = format!("if it is meant, write `MOVE {stored} to={name}`");
-    let of_tag = limits.of_tag.filter(|_| word.range() != (least, most));
+    let of_tag = limits.of_tag.filter(|_| word.range() != (limits.min, limits.max));
     Some(match of_tag {
         Some(tag) => finding
             .related(tag.span, "`min` and `max` are given here")
@@ -69,13 +70,13 @@ fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     })
 }
 
-/// The least and greatest number of a value.
-fn range(value: Value) -> (i64, i64) {
-    let (low, high) = match value {
-        Value::Const(n, _) => (n, n),
-        Value::Word(word) => word.range(),
-    };
-    (low.into(), high.into())
+/// The least and greatest number of a value. Integers of 32 bits, and their sums, are exact here.
+fn range(value: Value) -> (f64, f64) {
+    match value {
+        Value::Const(n, _) => (n.into(), n.into()),
+        Value::Real(real) => (real.into(), real.into()),
+        Value::Word(word) => word.numbers(),
+    }
 }
 
 #[cfg(test)]

@@ -239,6 +239,7 @@ impl<'a> Placed<'a> {
             | Action::Sensaphone { .. }
             | Action::Reset { .. }
             | Action::Store { .. }
+            | Action::Math { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }
@@ -268,6 +269,7 @@ impl<'a> Placed<'a> {
             | Action::Sensaphone { .. }
             | Action::Reset { .. }
             | Action::Store { .. }
+            | Action::Math { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }

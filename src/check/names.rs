@@ -72,8 +72,8 @@ impl Context<'_> {
             Word::Acc(structure @ Structure::Sensaphone(_)) => format!("{}.ACC", of(structure)),
             Word::Acc(structure) => format!("{}.Acc", of(structure)),
             Word::Pre(n) => format!("{}.PRE", of(Structure::Sensaphone(n))),
-            Word::Space(WordSpace::Dst, n) => match status::WORD_NICKNAMES.get(n as usize) {
-                Some(nickname) => (*nickname).to_owned(),
+            Word::Space(WordSpace::Dst, n) => match status::word_nickname(n) {
+                Some(nickname) => nickname.to_owned(),
                 None => word.to_string(),
             },
             Word::Space(..) => word.to_string(),

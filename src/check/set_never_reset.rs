@@ -1,7 +1,7 @@
 //! `set-never-reset`: a bit is SET, and no instruction turns it OFF.
 //!
-//! RST, PONOFF and drivers (see `duplicate_out`) turn a bit OFF. MC bits are not reported, since a
-//! Modbus client may write them.
+//! RST, PONOFF, MATH and drivers (see `duplicate_out`) turn a bit OFF. MC bits are not reported,
+//! since a Modbus client may write them.
 //!
 //! Passes:
 //!
@@ -17,7 +17,7 @@
 use std::collections::BTreeSet;
 
 use crate::isa::{Address, Bit, BitSpace};
-use crate::resolve::instruction::Coil;
+use crate::resolve::instruction::{Coil, Target};
 use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Located;
@@ -28,6 +28,11 @@ use super::context::Context;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let mut off: BTreeSet<Bit> = context.drivers().map(|(bit, _)| bit).collect();
     off.extend(context.instructions.iter().filter_map(|placed| {
+        if let Action::Math { target: Located { value: Target::Bit(bit), .. }, .. } =
+            placed.action()
+        {
+            return Some(*bit);
+        }
         let Action::Coil { coil: Coil::Rst | Coil::Ponoff, bit } = placed.action() else {
             return None;
         };

@@ -45,8 +45,10 @@ fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
                 "delete it, or say that it is meant: `{name} = {{ at = \"{address}\", spare = \
                  true }}`"
             )),
-        TagMeaning::Constant(..) => finding(format!("nothing names the constant `{name}`"))
-            .help("delete it, or say that it is meant: `spare = true`"),
+        TagMeaning::Constant(..) | TagMeaning::Real(_) => {
+            finding(format!("nothing names the constant `{name}`"))
+                .help("delete it, or say that it is meant: `spare = true`")
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-//! `rungd explain`: explains an instruction from the instruction table, a finding from its page, or
-//! an event of the log from the catalogue.
+//! `rungd explain`: explains an instruction from the instruction table, a function of MATH, a
+//! finding from its page, or an event of the log from the catalogue.
 
 use std::fmt::Write as _;
 
@@ -9,18 +9,20 @@ use clap::Args;
 use super::exit::Exit;
 use super::terminal::{print, say};
 use crate::events::{self, Event, Limit};
+use crate::isa::function::{FUNCTIONS, FunctionSpec, ResultType};
 use crate::isa::instruction::{self, Mnemonic, Termination};
-use crate::isa::{LegName, OperandKind, Spec, dialects, pages};
+use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
-/// Explains an instruction (`CNT`), a finding (`missing-leg`) or an event of the log (`alarm-on`)
+/// Explains an instruction (`CNT`), a function (`sqrt`), a finding (`missing-leg`) or an event
+/// (`alarm-on`)
 ///
 /// Without a name, lists all of them. An event is found by its code (`RUNGD-0301`), too. For an
 /// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd.
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
-    /// A mnemonic, the name of a finding, or the name or code of an event
+    /// A mnemonic, the name of a function or a finding, or the name or code of an event
     #[arg(value_name = "NAME")]
     name: Option<String>,
 }
@@ -36,6 +38,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
             Some(text) => text,
             None => {
                 let known = instruction::TABLE.iter().map(|spec| spec.name);
+                let known = known.chain(FUNCTIONS.iter().map(|spec| spec.name));
                 let known = known.chain(finding::TABLE.iter().map(|row| row.name));
                 let known = known.chain(events::all().map(|event| event.name));
                 let near = nearest(name, known);
@@ -44,7 +47,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
                         format!("did you mean `{near}`?")
                     });
                 say(&format!(
-                    "rungd: no instruction, finding or event is called `{name}`: {help}\n"
+                    "rungd: no instruction, function, finding or event is called `{name}`: {help}\n"
                 ));
                 return Ok(Exit::Usage);
             }
@@ -54,13 +57,16 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// The text for a mnemonic in any case, a finding's name, an event's name or code, or a mnemonic of
-/// other controllers.
+/// The text for a mnemonic or function in any case, a finding's name, an event's name or code, or a
+/// mnemonic of other controllers.
 pub(crate) fn explanation(name: &str) -> Option<String> {
     if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
         return Some(of_instruction(mnemonic.spec()));
     }
     let lower = name.to_ascii_lowercase();
+    if let Some(function) = Function::from_name(&lower) {
+        return Some(of_function(function.spec()));
+    }
     let event = || events::named(&lower).or_else(|| events::coded(name)).map(of_event);
     Code::from_name(&lower).map(of_finding).or_else(event).or_else(|| of_other_controllers(name))
 }
@@ -77,6 +83,10 @@ fn list() -> String {
     for spec in instruction::TABLE {
         let _ = writeln!(text, "  {:<36} {}", spec.form(), spec.title);
     }
+    text.push_str("\nFunctions of MATH:\n");
+    for spec in FUNCTIONS {
+        let _ = writeln!(text, "  {:<36} {}", spec.form(), spec.summary);
+    }
     for (title, severity) in [("Errors", Severity::Error), ("Warnings", Severity::Warning)] {
         let _ = writeln!(text, "\n{title}:");
         for row in finding::TABLE.iter().filter(|row| row.severity == severity) {
@@ -88,6 +98,19 @@ fn list() -> String {
         let _ = writeln!(text, "  {:<24} {} {}", event.name, event.code(), event.level.name());
     }
     text
+}
+
+fn of_function(spec: &FunctionSpec) -> String {
+    let result = match spec.result {
+        ResultType::Kept => "an integer if all arguments are integers, else a real",
+        ResultType::Integer => "an integer",
+        ResultType::Real => "a real",
+    };
+    format!(
+        "{}, a function of MATH\n\n{}\nIt gives {result}.\n\nSee `rungd explain MATH`.\n",
+        spec.form(),
+        spec.summary
+    )
 }
 
 fn of_event(event: &Event) -> String {
@@ -169,12 +192,14 @@ fn termination(spec: &Spec) -> &'static str {
         Termination::Kept => match spec.operands.last().map(|operand| operand.kind) {
             Some(OperandKind::WritableBit) => "none: the bit keeps its value",
             Some(OperandKind::WritableWord) => "none: the word keeps its value",
+            Some(OperandKind::Target) => "none: the target keeps its value",
             Some(OperandKind::Counter | OperandKind::Timer | OperandKind::Sensaphone) => {
                 "none: the structure keeps its values"
             }
             None
             | Some(
-                OperandKind::Value(..)
+                OperandKind::Number
+                | OperandKind::Value(..)
                 | OperandKind::Duration
                 | OperandKind::Interval
                 | OperandKind::Program
@@ -195,12 +220,16 @@ fn describe(kind: OperandKind) -> String {
     match kind {
         OperandKind::WritableBit => "a bit that a program can write: Y, C, MC, MI".to_owned(),
         OperandKind::WritableWord => {
-            "a word that a program can write: V, D, MHR, MIR, .Acc".to_owned()
+            "a word that a program can write: V, D, R, MHR, MIR, .Acc".to_owned()
+        }
+        OperandKind::Target => {
+            "a word or bit that a program can write, then `= expression`".to_owned()
         }
         OperandKind::Counter => "a counter: CTn".to_owned(),
         OperandKind::Timer => "a timer: Tn".to_owned(),
         OperandKind::Sensaphone => "a Sensaphone counter: Nn".to_owned(),
-        OperandKind::Value(i32::MIN, i32::MAX) => "a constant or a word".to_owned(),
+        OperandKind::Number => "a constant or a word".to_owned(),
+        OperandKind::Value(i32::MIN, i32::MAX) => "a constant or a word, not a real".to_owned(),
         OperandKind::Value(least, most) => format!("a constant {least}..{most}, or a word"),
         OperandKind::Duration => "a duration, or a word that holds ms".to_owned(),
         OperandKind::Interval => "a duration, or a word that holds ms; 0: every scan".to_owned(),
@@ -219,11 +248,12 @@ fn example(spec: &Spec) -> String {
         let value = match operand.kind {
             OperandKind::WritableBit => "Y0",
             OperandKind::WritableWord => "D0",
+            OperandKind::Target => "D0 = (D1 + D2) / 2",
             OperandKind::Counter => "CT0",
             OperandKind::Timer => "T0",
             OperandKind::Sensaphone => "N0",
             OperandKind::Value(..) if operand.name == "dn-preset" => "0",
-            OperandKind::Value(..) => "12",
+            OperandKind::Number | OperandKind::Value(..) => "12",
             OperandKind::Duration => "2s500ms",
             OperandKind::Interval => "1s",
             OperandKind::Program | OperandKind::Block => "Drain",
@@ -271,6 +301,7 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calendar::LocalTime;
     use crate::engine::{Engine, ScanTimes};
     use crate::lower::lower;
     use crate::resolve::{LoadOptions, load_ladders};
@@ -293,7 +324,7 @@ mod tests {
             engine.start(0);
             engine.set_input(0, true);
             for _ in 0..2 {
-                engine.begin_scan(0, &ScanTimes::default());
+                engine.begin_scan(0, &ScanTimes::default(), &LocalTime::default());
                 engine.execute();
             }
             let stops = engine.execute().last;

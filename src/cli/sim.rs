@@ -13,6 +13,7 @@ use clap::Args;
 use super::check::style;
 use super::exit::{CommandLine, Exit};
 use super::terminal::{say, say_drawn};
+use crate::calendar;
 use crate::engine::BitCell;
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Health, duration};
 use crate::load;
@@ -48,6 +49,9 @@ pub struct SimArgs {
     /// How long to run, as 10s
     #[arg(long = "for", value_name = "TIME", value_parser = time)]
     time: Option<u32>,
+    /// The local time of the first scan, as 2026-11-22T06:00:00
+    #[arg(long, value_name = "TIME", default_value = "2001-01-01T00:00:00", value_parser = clock)]
+    clock: i64,
     /// Inputs and queued writes by scan: CSV, header `scan,OP,OP,…`
     #[arg(long, value_name = "S.csv")]
     stimulus: Option<PathBuf>,
@@ -75,6 +79,12 @@ fn time(text: &str) -> Result<u32, String> {
         format!("`{text}` is not a duration: write it as 10ms, 2s, 1m30s or 00:01:30:000")
     })?;
     Ok(ms.unsigned_abs())
+}
+
+fn clock(text: &str) -> Result<i64, String> {
+    calendar::parse_seconds(text).ok_or_else(|| {
+        format!("`{text}` is not a time of the calendar: write it as 2026-11-22T06:00:00")
+    })
 }
 
 /// Loads the ladder files, prints their findings, and simulates.
@@ -119,6 +129,7 @@ fn simulate(args: &SimArgs, program: &Program) -> Result<()> {
         scans: scans(args),
         stop: args.stop,
         well: well(program, &symbols),
+        clock_s: args.clock,
         stimulus: stimulus(args, program, &symbols)?,
     };
     if !plan.fits() {
@@ -205,7 +216,7 @@ fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<Target, Str
         Address::Bit(bit) if bit.writable_from_outside() => Ok(Target::Bit(layout.bit(bit))),
         Address::Bit(bit @ Bit::Device(..)) => Ok(Target::Bit(layout.bit(bit))),
         Address::Word(word) if word.writable() => {
-            Ok(Target::Word(layout.word(word), symbols.limits(word)))
+            Ok(Target::word(word, layout.word(word), symbols.limits(word)))
         }
         Address::Structure(structure) => Err(format!(
             "`{operand}` is a structure: name a member, as `{operand}.{}`",
@@ -227,7 +238,7 @@ fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<W
             let member = if upper { "DN" } else { "Done" };
             usage!("--watch: `{name}` is a structure: name its members, as `{name}.{member}`");
         };
-        Ok(Watched { name: name.to_owned(), cell })
+        Ok(Watched::new(name, cell, &symbols.layout))
     };
     match &args.watch {
         Some(names) => {
@@ -239,7 +250,7 @@ fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<W
         None => {
             let all = program.operands.iter().filter_map(|operand| {
                 let cell = symbols.layout.cell(operand.address)?;
-                Some(Watched { name: operand.name.clone(), cell })
+                Some(Watched::new(&operand.name, cell, &symbols.layout))
             });
             Ok(all.collect())
         }

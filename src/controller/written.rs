@@ -165,7 +165,7 @@ fn read_memory(root: &mut Table<'_>) -> MemorySizes {
         return sizes;
     };
     // Modbus numbers its elements with 16 bits; the other spaces need no more.
-    let blocks: [(Key, &mut u32); 11] = [
+    let blocks: [(Key, &mut u32); 12] = [
         (key("X", "Inputs."), &mut sizes.x),
         (key("Y", "Outputs."), &mut sizes.y),
         (key("C", "Control relays."), &mut sizes.c),
@@ -173,6 +173,7 @@ fn read_memory(root: &mut Table<'_>) -> MemorySizes {
         (key("MI", "Modbus discrete inputs."), &mut sizes.mi),
         (key("V", "Words, unsigned, 16 bits."), &mut sizes.v),
         (key("D", "Words, signed, 32 bits."), &mut sizes.d),
+        (key("R", "Reals, 32 bits."), &mut sizes.r),
         (key("MHR", "Modbus holding registers."), &mut sizes.mhr),
         (key("MIR", "Modbus input registers."), &mut sizes.mir),
         (key("CT", "Counters."), &mut sizes.ct),

@@ -9,9 +9,11 @@ use std::sync::Arc;
 
 use super::allowance::Alarms;
 use super::log_queue::lines_dropped;
-use super::narration::{BlockNews, Facts, Narration, reason, span, us};
+use super::narration::{BlockNews, Facts, Narration, WordNews, reason, span, us};
+use crate::engine::{MathEvent, Mishap};
 use crate::events::limit::Told;
 use crate::io::device::Health;
+use crate::isa::Real;
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use crate::runtime::{DeviceEdge, Generations, Observer, Record, Statistics, What};
 use crate::say::say;
@@ -311,6 +313,12 @@ impl Observer for LogWriter {
                 say!(PROGRAM_SWAPPED, scan, swap_us, "the programs are swapped");
             }
             What::Device { device, edge } => self.device(device, edge, scan),
+            What::Math(MathEvent { math, mishaps }) => {
+                let rung = self.narration.math(math);
+                let bits: Vec<_> = mishaps.each().map(Mishap::nickname).collect();
+                let bits = bits.join(" ");
+                say!(MATH_MISHAP, rung, bits, scan, "the MATH in {rung} set {bits}");
+            }
             What::EventsLost(events) => {
                 say!(
                     EVENTS_LOST,
@@ -322,8 +330,13 @@ impl Observer for LogWriter {
             }
             What::Bit { watch, on, after_ns } => self.bit(watch, on, after_ns, record),
             What::Word { watch, from, to } => {
-                let tag = self.narration.word(watch);
-                say!(TAG_VALUE, %tag, scan, from, to, "{tag} is {to}, was {from}");
+                let Some(WordNews { tag, real }) = self.narration.word(watch) else { return };
+                if *real {
+                    let [from, to] = [from, to].map(Real::of_cell);
+                    say!(TAG_VALUE, %tag, scan, %from, %to, "{tag} is {to}, was {from}");
+                } else {
+                    say!(TAG_VALUE, %tag, scan, from, to, "{tag} is {to}, was {from}");
+                }
             }
             What::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
                 self.overruns(count, skipped, (scan_ns_max, late_ns_max), scan);

@@ -18,7 +18,9 @@ pub(super) struct Narration {
     blocks: Vec<(BlockKind, String)>,
     stages: Vec<String>,
     bits: Vec<BitNews>,
-    words: Vec<String>,
+    words: Vec<WordNews>,
+    /// The rungs of MATHs, by number.
+    maths: Vec<String>,
     /// The number of rungs of the program.
     rungs: usize,
     /// The scan period and the watchdog.
@@ -98,6 +100,15 @@ impl Facts {
     }
 }
 
+/// A watched word.
+#[derive(Clone, Debug)]
+pub struct WordNews {
+    /// Its tag; for a structure's member, `tag.Member`.
+    pub tag: String,
+    /// Whether it holds a real.
+    pub real: bool,
+}
+
 impl Narration {
     /// The names of a program, and the bits and words that the scan thread watches.
     pub fn new(program: &Program, symbols: &Symbols) -> (Narration, Watched) {
@@ -116,14 +127,15 @@ impl Narration {
                 }
                 Cell::Word(cell) => {
                     watched.words.push(cell);
-                    words.push(tag);
+                    words.push(WordNews { tag, real: symbols.layout.is_real(cell) });
                 }
             }
         }
         let blocks = program.blocks.iter().map(|block| (block.kind, block.name.clone()));
         let (blocks, stages) = (blocks.collect(), symbols.stages.clone());
         let (rungs, tempo) = (rungs(program), Tempo::default());
-        (Narration { blocks, stages, bits, words, rungs, tempo }, watched)
+        let maths = symbols.maths.clone();
+        (Narration { blocks, stages, bits, words, maths, rungs, tempo }, watched)
     }
 
     /// The same names for a program with this tempo.
@@ -176,8 +188,13 @@ impl Narration {
         self.bits.get(watch as usize)
     }
 
-    pub fn word(&self, watch: u32) -> &str {
-        self.words.get(watch as usize).map_or("?", String::as_str)
+    /// The rung of a MATH.
+    pub fn math(&self, number: u32) -> &str {
+        self.maths.get(number as usize).map_or("?", String::as_str)
+    }
+
+    pub fn word(&self, watch: u32) -> Option<&WordNews> {
+        self.words.get(watch as usize)
     }
 
     /// Kind and name of a block, and whether its events are news.
@@ -195,7 +212,7 @@ impl Narration {
     pub fn watched_names(&self) -> (Vec<String>, Vec<String>) {
         let kind = |bit: &BitNews| if bit.alarm.is_some() { "alarm" } else { "change" };
         let bits = self.bits.iter().map(|bit| format!("{} {}", kind(bit), bit.tag));
-        (bits.collect(), self.words.clone())
+        (bits.collect(), self.words.iter().map(|word| word.tag.clone()).collect())
     }
 
     fn stage(&self, id: StageId) -> &str {

@@ -14,6 +14,7 @@ use super::config::Setup;
 use super::devices::{self, Starter};
 use super::failure::Failure;
 use super::guard::Guard;
+use super::local_time;
 use super::log_writer::{LogWriter, tell_statistics};
 use super::narration::{Facts, Narration, span};
 use super::operator;
@@ -32,6 +33,7 @@ use crate::io::{modbus, plant};
 use crate::isa::{Bit, BitSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::field::Ends;
+use crate::runtime::pacing::MachineClock;
 use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
 use crate::say::say;
 
@@ -131,7 +133,8 @@ pub fn run(
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
     let writer = LogWriter::new(narration.clone(), facts, healths.clone());
-    let (mut prepared, reloader) = runtime::prepare(engine, &settings, writer)?;
+    let clock = MachineClock { offset: local_time::keep()? };
+    let (mut prepared, reloader) = runtime::prepare(engine, clock, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;

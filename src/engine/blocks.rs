@@ -4,9 +4,12 @@
 //! termination pass runs at the element's next turn, which may still come in the same scan. So
 //! every turn begins with the pass, if one is due.
 
+use std::ops::Range;
+
 use super::control::{Control, ControlKind, RestartState, StageList};
-use super::events::{BlockEvent, Element, Events};
+use super::events::{BlockEvent, Element, Events, MathEvent};
 use super::image::BitCell;
+use super::math::Calculator;
 use super::memory::Memory;
 use super::ops::OpKind;
 use super::program::{BlockRole, ElementCode, Program};
@@ -78,6 +81,7 @@ impl StageState {
 pub(super) struct Machine {
     pub program: Program,
     pub memory: Memory,
+    pub calculator: Calculator,
     pub blocks: Box<[BlockState]>,
     pub stages: Box<[StageState]>,
     pub events: Events,
@@ -206,9 +210,13 @@ impl Machine {
         for at in code.batches.clone() {
             let batch = self.program.tables.batches[at as usize];
             let (first, count) = (batch.first as usize, batch.count as usize);
-            if batch.kind != OpKind::Control {
+            if batch.kind < OpKind::Math {
                 let view = self.memory.view::<R>();
                 self.program.tables.ops.run::<R>(batch.kind, first..first + count, view);
+                continue;
+            }
+            if batch.kind == OpKind::Math {
+                self.calculate::<R>(first..first + count);
                 continue;
             }
             for at in first..first + count {
@@ -219,6 +227,15 @@ impl Machine {
             }
         }
         true
+    }
+
+    /// Executes a batch of MATHs.
+    fn calculate<R: Reach>(&mut self, at: Range<usize>) {
+        let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
+        let formulas = (&tables.ops.math[at], tables.steps.as_slice());
+        calculator.run::<R>(formulas, memory.view::<R>(), |math, mishaps| {
+            events.push_math(MathEvent { math, mishaps });
+        });
     }
 
     /// Executes a control instruction; returns `false` if it ended its block's execution.

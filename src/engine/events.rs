@@ -1,6 +1,7 @@
-//! The events of blocks and Stages in one scan, for the log: a list of bounded length, cleared at
-//! every scan.
+//! The events of blocks, Stages and MATHs in one scan, for the log: lists of bounded length,
+//! cleared at every scan.
 
+use super::mishap::Mishaps;
 use crate::isa::{BlockId, StageId};
 
 /// A part of the program that executes and terminates as a whole.
@@ -29,6 +30,18 @@ pub enum BlockEvent {
     StageOff(StageId),
 }
 
+/// A MATH that had a mishap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MathEvent {
+    /// Its number in the program.
+    pub math: u32,
+    /// What happened.
+    pub mishaps: Mishaps,
+}
+
+/// Maximum number of MATHs with a mishap that are kept of one scan; further ones are only counted.
+const MATHS_MAX: usize = 16;
+
 /// Maximum number of events kept of one scan; further events are only counted.
 const CAPACITY: usize = 256;
 
@@ -36,16 +49,19 @@ const CAPACITY: usize = 256;
 #[derive(Debug)]
 pub(super) struct Events {
     list: Vec<BlockEvent>,
+    maths: Vec<MathEvent>,
     dropped: u32,
 }
 
 impl Events {
     pub fn new() -> Events {
-        Events { list: Vec::with_capacity(CAPACITY), dropped: 0 }
+        let (list, maths) = (Vec::with_capacity(CAPACITY), Vec::with_capacity(MATHS_MAX));
+        Events { list, maths, dropped: 0 }
     }
 
     pub fn clear(&mut self) {
         self.list.clear();
+        self.maths.clear();
         self.dropped = 0;
     }
 
@@ -55,6 +71,18 @@ impl Events {
         } else {
             self.dropped += 1;
         }
+    }
+
+    pub fn push_math(&mut self, event: MathEvent) {
+        if self.maths.len() < MATHS_MAX {
+            self.maths.push(event);
+        } else {
+            self.dropped += 1;
+        }
+    }
+
+    pub fn maths(&self) -> &[MathEvent] {
+        &self.maths
     }
 
     pub fn list(&self) -> &[BlockEvent] {

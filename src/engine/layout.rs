@@ -9,8 +9,8 @@ use super::record::RECORD;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{
-    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, StageId, Structure, Word,
-    WordSpace,
+    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, Real, StageId, Structure,
+    Word, WordSpace,
 };
 
 /// The first cell of every space.
@@ -33,6 +33,7 @@ pub struct Layout {
     bits: u32,
     v: u32,
     d: u32,
+    r: u32,
     mhr: u32,
     mir: u32,
     dst: u32,
@@ -72,7 +73,7 @@ impl Layout {
         let (counter_acc, timer_acc) = (take(sizes.ct), take(sizes.t));
         let sensaphone_acc = take(SENSAPHONE_COUNT);
         let v = take(sizes.v);
-        let (d, mhr, mir) = (take(sizes.d), take(sizes.mhr), take(sizes.mir));
+        let (d, r, mhr, mir) = (take(sizes.d), take(sizes.r), take(sizes.mhr), take(sizes.mir));
         let (dst, sensaphone_pre) = (take(DST_COUNT), take(SENSAPHONE_COUNT));
         let words = take(0);
         Layout {
@@ -93,6 +94,7 @@ impl Layout {
             bits,
             v,
             d,
+            r,
             mhr,
             mir,
             dst,
@@ -141,6 +143,7 @@ impl Layout {
                 let first = match space {
                     WordSpace::V => self.v,
                     WordSpace::D => self.d,
+                    WordSpace::R => self.r,
                     WordSpace::Mhr => self.mhr,
                     WordSpace::Mir => self.mir,
                     WordSpace::Dst => self.dst,
@@ -160,6 +163,19 @@ impl Layout {
             Address::Bit(bit) => Some(Cell::Bit(self.bit(bit))),
             Address::Word(word) => Some(Cell::Word(self.word(word))),
             Address::Structure(_) => None,
+        }
+    }
+
+    /// Whether a word holds a real.
+    pub fn is_real(&self, cell: WordCell) -> bool {
+        (self.r..self.r + self.sizes.r).contains(&cell.0)
+    }
+
+    /// The text of a cell's content: a bit as 0 or 1, a word as a number.
+    pub fn text(&self, cell: Cell, content: i32) -> String {
+        match cell {
+            Cell::Word(word) if self.is_real(word) => Real::of_cell(content).to_string(),
+            Cell::Bit(_) | Cell::Word(_) => content.to_string(),
         }
     }
 

@@ -4,11 +4,12 @@
 
 use super::memory::View;
 use super::ops::{
-    Add, And2, And3, And4, Equal, Fall, Less, Move, Nd, Operation, Out, OutOne, Pd, Ponoff, Rise,
-    Rst, Set, Sub,
+    Add, AddMixed, And2, And3, And4, Equal, EqualMixed, Fall, Less, LessMixed, Move, Nd, Operation,
+    Out, OutOne, Pd, Ponoff, Rise, Rst, Set, Sub, SubMixed,
 };
-use super::places::Target;
+use super::places::{AnyTarget, AnyWord, Target};
 use super::reach::Reach;
+use crate::isa::Real;
 
 macro_rules! and {
     ($($and:ident)*) => {$(
@@ -55,6 +56,32 @@ macro_rules! compares {
 compares! {
     Equal ==;
     Less <;
+}
+
+impl AnyWord {
+    /// Its value.
+    #[inline(always)]
+    pub(super) fn value<R: Reach>(&self, view: &View<R>) -> f64 {
+        let cell = view.word(self.word);
+        if self.real { Real::of_cell(cell).into() } else { f64::from(cell) }
+    }
+}
+
+macro_rules! mixed_compares {
+    ($($compare:ident $operator:tt;)*) => {$(
+        impl Operation for $compare {
+            #[inline(always)]
+            fn run<R: Reach>(&self, view: &mut View<R>) {
+                let on = self.a.value(view) $operator self.b.value(view);
+                view.put_own(self.cell, u8::from(on));
+            }
+        }
+    )*};
+}
+
+mixed_compares! {
+    EqualMixed ==;
+    LessMixed <;
 }
 
 macro_rules! coils {
@@ -129,4 +156,32 @@ macro_rules! arithmetic {
 arithmetic! {
     Add +;
     Sub -;
+}
+
+impl AnyTarget {
+    /// Stores a number: in an integer truncated towards zero, in a real rounded to the nearest;
+    /// limited.
+    #[inline(always)]
+    fn put<R: Reach>(&self, view: &mut View<R>, leg: u8, value: f64) {
+        let cell = if self.real { Real::stored(value).0.cell().into() } else { value as i64 };
+        self.target.put(view, leg, cell);
+    }
+}
+
+macro_rules! mixed_arithmetic {
+    ($($op:ident $operator:tt;)*) => {$(
+        impl Operation for $op {
+            #[inline(always)]
+            fn run<R: Reach>(&self, view: &mut View<R>) {
+                let (a, b) = (self.a.value(view), self.b.value(view));
+                let leg = view.leg(&self.leg);
+                self.to.put(view, leg, a $operator b);
+            }
+        }
+    )*};
+}
+
+mixed_arithmetic! {
+    AddMixed +;
+    SubMixed -;
 }

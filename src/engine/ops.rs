@@ -10,12 +10,15 @@
 use std::ops::Range;
 
 pub use super::control::{Control, ControlKind, RestartState, StageList};
+pub use super::math::{Code, Fused, Math, Other, Put, Step, reads};
 use super::memory::View;
-pub use super::places::{Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets};
+pub use super::places::{
+    AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets,
+};
 pub use super::power::{Leg, Power, Powers};
 use super::reach::Reach;
 use super::role::Role;
-pub use super::role::{BitOwn, BitRead, BitWritten, Touches, WordRead, WordWritten};
+pub use super::role::{BitOwn, BitRead, BitWritten, Reads, Touches, WordRead, WordWritten};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {
@@ -40,29 +43,43 @@ macro_rules! operations {
 
         /// The kinds of operations.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum OpKind { $($(#[$doc])* $kind,)* /// Blocks and Stages; never in a batch of two.
+        pub enum OpKind { $($(#[$doc])* $kind,)* /// MATH.
+            Math, /// Blocks and Stages; never in a batch of two.
             Control }
 
         /// Any operation.
         #[derive(Clone, Debug)]
-        pub enum Op { $($(#[$doc])* $kind($kind),)* /// Blocks and Stages.
+        pub enum Op { $($(#[$doc])* $kind($kind),)* /// MATH.
+            Math(Math), /// Blocks and Stages.
             Control(Control) }
 
         /// All operations of a program, one table for each kind, in order of execution.
         #[derive(Clone, Debug, Default)]
         #[allow(missing_docs)]
-        pub struct OpTables { $(pub $table: Vec<$kind>,)* pub control: Vec<Control> }
+        pub struct OpTables {
+            $(pub $table: Vec<$kind>,)*
+            pub math: Vec<Math>,
+            pub control: Vec<Control>,
+        }
 
         impl Op {
             /// Its kind.
             pub fn kind(&self) -> OpKind {
-                match self { $(Op::$kind(_) => OpKind::$kind,)* Op::Control(_) => OpKind::Control }
+                match self {
+                    $(Op::$kind(_) => OpKind::$kind,)*
+                    Op::Math(_) => OpKind::Math,
+                    Op::Control(_) => OpKind::Control,
+                }
             }
 
             /// Adds the cells that it reads and writes. Control adds none: the scheduler moves
             /// nothing past it.
             pub fn touches(&self, t: &mut Touches) {
-                match self { $(Op::$kind(op) => op.touches(t),)* Op::Control(_) => {} }
+                match self {
+                    $(Op::$kind(op) => op.touches(t),)*
+                    Op::Math(op) => op.touches(t),
+                    Op::Control(_) => {}
+                }
             }
         }
 
@@ -71,6 +88,10 @@ macro_rules! operations {
             pub fn push(&mut self, op: Op) -> u32 {
                 match op {
                     $(Op::$kind(op) => { self.$table.push(op); self.$table.len() as u32 - 1 })*
+                    Op::Math(op) => {
+                        self.math.push(op);
+                        self.math.len() as u32 - 1
+                    }
                     Op::Control(op) => {
                         self.control.push(op);
                         self.control.len() as u32 - 1
@@ -78,11 +99,13 @@ macro_rules! operations {
                 }
             }
 
-            /// Executes a batch of one kind, except control.
+            /// Executes a batch of one kind, except MATH and control.
             pub(super) fn run<R: Reach>(&self, kind: OpKind, at: Range<usize>, view: View<R>) {
                 match kind {
                     $(OpKind::$kind => run_all::<R, $kind>(&self.$table[at], view),)*
-                    OpKind::Control => unreachable!("control is executed by the blocks"),
+                    OpKind::Math | OpKind::Control => {
+                        unreachable!("the blocks execute MATH and control")
+                    }
                 }
             }
         }
@@ -112,6 +135,10 @@ operations! {
     Equal equal { cell: BitOwn, a: WordRead, b: WordRead }
     /// `cell = a < b`. `>` swaps a and b; `>=` and `<=` are read as opposites.
     Less less { cell: BitOwn, a: WordRead, b: WordRead }
+    /// `cell = a == b`, of an integer and a real.
+    EqualMixed equal_mixed { cell: BitOwn, a: AnyWord, b: AnyWord }
+    /// `cell = a < b`, of an integer and a real.
+    LessMixed less_mixed { cell: BitOwn, a: AnyWord, b: AnyWord }
     /// OUT: writes the power, ON and OFF.
     Out out { leg: Leg, bit: BitWritten }
     /// OUT of a leg that is one power.
@@ -160,6 +187,10 @@ operations! {
     Add add { leg: Leg, a: WordRead, b: WordRead, to: Target }
     /// SUB: writes a - b while the rung is ON.
     Sub sub { leg: Leg, a: WordRead, b: WordRead, to: Target }
+    /// ADD with a real among its words; MOVE as the sum with 0.
+    AddMixed add_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
+    /// SUB with a real among its words.
+    SubMixed sub_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
 }
 
 #[cfg(test)]
@@ -169,6 +200,7 @@ mod tests {
     #[test]
     fn an_operation_is_no_longer_than_it_was() {
         assert_eq!(size_of::<Op>(), 56);
+        assert_eq!(size_of::<Step>(), 16);
         assert_eq!(size_of::<And2>(), 16);
         assert_eq!(size_of::<Out>(), 16);
         assert_eq!(size_of::<Cnt>(), 32);

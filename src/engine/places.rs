@@ -74,6 +74,24 @@ pub struct Target {
     pub max: i32,
 }
 
+/// A word that is read as a binary64, which holds every integer and real of a word exactly.
+#[derive(Clone, Copy, Debug)]
+pub struct AnyWord {
+    /// Its cell.
+    pub word: WordRead,
+    /// Whether the cell holds a real.
+    pub real: bool,
+}
+
+/// The word that an instruction writes a binary64 to, with its limits.
+#[derive(Clone, Copy, Debug)]
+pub struct AnyTarget {
+    /// The cell, and the bounds of its content.
+    pub target: Target,
+    /// Whether the cell holds a real.
+    pub real: bool,
+}
+
 /// Adds a structure's `.Acc`, and the first flags of its record.
 fn touches_structure(t: &mut Touches, at: u32, flags: u32) {
     WordWritten(at).touches(t);
@@ -126,5 +144,17 @@ impl Role for Sensaphone {
 impl Role for Target {
     fn touches(&self, t: &mut Touches) {
         self.word.touches(t);
+    }
+}
+
+impl Role for AnyWord {
+    fn touches(&self, t: &mut Touches) {
+        self.word.touches(t);
+    }
+}
+
+impl Role for AnyTarget {
+    fn touches(&self, t: &mut Touches) {
+        self.target.touches(t);
     }
 }

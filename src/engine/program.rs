@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::image::{BitCell, WordCell};
 use super::layout::Layout;
-use super::ops::{OpKind, OpTables};
+use super::ops::{OpKind, OpTables, Step};
 use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
 use crate::isa::{BlockId, StageId};
 
@@ -46,6 +46,10 @@ pub enum PassStep {
 pub struct Tables {
     /// The operations, one table for each kind.
     pub ops: OpTables,
+    /// The steps of all formulas.
+    pub steps: Vec<Step>,
+    /// Number of slots of the formula that needs the most.
+    pub slots: u32,
     /// Batches of all elements, in order of execution.
     pub batches: Vec<Batch>,
     /// Terminations of all elements, in file order.

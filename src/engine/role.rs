@@ -9,7 +9,9 @@ use super::power::Powers;
 /// The cells that an operation reads and writes. The scheduler keeps the order of operations that
 /// share a written cell.
 #[derive(Clone, Debug, Default)]
-pub struct Touches {
+pub struct Touches<'s> {
+    /// The cells that the formulas of MATHs read, by the MATH's number.
+    pub formulas: &'s [Reads],
     /// Bits read.
     pub bits_read: Vec<u32>,
     /// Bits written, always or sometimes; they may be read too.
@@ -20,7 +22,16 @@ pub struct Touches {
     pub words_written: Vec<u32>,
 }
 
-impl Touches {
+/// The cells that a formula reads.
+#[derive(Clone, Debug, Default)]
+pub struct Reads {
+    /// Bits.
+    pub bits: Vec<u32>,
+    /// Words.
+    pub words: Vec<u32>,
+}
+
+impl Touches<'_> {
     /// Clears all lists.
     pub fn clear(&mut self) {
         self.bits_read.clear();

@@ -5,13 +5,15 @@
 //! Steps 8 and 9 (publishing images, outputs and statistics) are the caller's work.
 
 use super::blocks::{BlockState, Machine, StageState};
-use super::events::{BlockEvent, Events};
+use super::events::{BlockEvent, Events, MathEvent};
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
+use super::math::Calculator;
 use super::memory::Memory;
 use super::program::{BlockRole, Program};
 use super::reach::{Far, Forced, Near, Reach};
 use super::role::{BitWritten, WordWritten};
+use crate::calendar::LocalTime;
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
 
@@ -58,6 +60,7 @@ impl Engine {
             events: Events::new(),
             now_ns: 0,
             stop_requested: false,
+            calculator: Calculator::new(program.tables.slots),
             program,
             memory,
         };
@@ -100,8 +103,8 @@ impl Engine {
     }
 
     /// Step 1: the timestamp (ns, monotonic), clock bits, status words. Inputs and queued writes
-    /// come next.
-    pub fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
+    /// come next. Local time is for the ladder alone: nothing is measured by it.
+    pub fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime) {
         self.last = self.machine.stop_requested;
         self.machine.now_ns = now_ns;
         if self.scans > 0 {
@@ -114,6 +117,13 @@ impl Engine {
         words[dst::MIN_SCAN_TIME_US as usize] = times.min_us;
         words[dst::MAX_SCAN_TIME_US as usize] = times.max_us;
         words[dst::LAST_SCAN_TIME_US as usize] = times.last_us;
+        words[dst::YEAR as usize] = local.year;
+        words[dst::MONTH as usize] = local.month;
+        words[dst::DAY as usize] = local.day;
+        words[dst::WEEKDAY as usize] = local.weekday;
+        words[dst::HOUR as usize] = local.hour;
+        words[dst::MINUTE as usize] = local.minute;
+        words[dst::SECOND as usize] = local.second;
         let first = self.machine.program.layout.word(Word::Space(WordSpace::Dst, 0)).0;
         self.machine.memory.image.put_words(first, &words);
     }
@@ -272,7 +282,12 @@ impl Engine {
         self.machine.events.list()
     }
 
-    /// The number of events that did not fit into the list.
+    /// The MATHs that had a mishap since `begin_scan`.
+    pub fn maths(&self) -> &[MathEvent] {
+        self.machine.events.maths()
+    }
+
+    /// The number of events that did not fit into the lists.
     pub fn events_dropped(&self) -> u32 {
         self.machine.events.dropped()
     }

@@ -98,6 +98,14 @@ rows! {
          the count is wrong. Nothing else suffers.",
         "Mend what the line names: `RuntimeDirectory=` in the unit, or the folder and its rights.";
 
+    TIME_ZONE = 17, "time-zone", Warn, NONE:
+        "14ed3928923b4640abfa469118e2be6f",
+        "The time zone of TZ, or of /etc/localtime, cannot be read. The ladder's time of day \
+         ($Year to $Second) keeps the zone that was read before, or is UTC. Nothing else depends \
+         on it.",
+        "Set TZ to a name as Europe/Berlin whose file is in /usr/share/zoneinfo, or let \
+         /etc/localtime be such a file. rungd looks again every second.";
+
     POSTURE = 101, "posture", Info, NONE:
         "eba8e506e61546feb13242e4443b1887",
         "What rungd asked of the machine for punctual scans, and what the machine granted.",

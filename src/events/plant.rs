@@ -59,6 +59,14 @@ rows! {
          its timers and counters were reset as docs/semantics.md says.",
         "Nothing.";
 
+    MATH_MISHAP = 407, "math-mishap", Warn, PLANT:
+        "ff392c16e7b4435ebc100217196062d9",
+        "A MATH divided by 0, had a result at a limit, called a function outside its domain or \
+         read beyond an array. bits names the status bits that are ON for the rest of the scan, \
+         rung says which MATH. At most 16 MATHs of a scan are told.",
+        "Look at the operands of the rung: `rungd watch` shows them. If it is meant, limit them \
+         before, by clamp(), max() or if().";
+
     OVERRUN = 501, "overrun", Warn, NONE:
         "78491505164848b0b17a011d48673fdd",
         "A scan did not end before the next grid point, and grid points passed without a scan. \
@@ -101,7 +109,7 @@ rows! {
 
     EVENTS_LOST = 604, "events-lost", Warn, CLIENTS:
         "72d6a9c4ba7646179e43905e967b8b74",
-        "In one scan more happened to Programs, Tasks and Stages than the scan thread can hand \
-         over. The log lost events; events says how many.",
+        "In one scan more happened to Programs, Tasks, Stages and MATHs than the scan thread can \
+         hand over. The log lost events; events says how many.",
         "Nothing for the plant: all of it was executed.";
 }

@@ -71,7 +71,7 @@ pub const GROUPS: [(u16, &str); 12] = [
     (1, "Real-time posture"),
     (2, "Modes"),
     (3, "Alarms and tags"),
-    (4, "Programs, Tasks and Stages"),
+    (4, "Programs, Tasks, Stages and MATH"),
     (5, "Scans"),
     (6, "The log itself"),
     (7, "Modbus"),

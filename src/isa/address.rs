@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use super::real::Real;
 use super::space::{BitSpace, Space, WordSpace};
 
 /// A block (Program or Task), numbered in file order over all ladder files.
@@ -246,7 +247,28 @@ impl Word {
         !matches!(self, Word::Space(WordSpace::Dst, _))
     }
 
-    /// The values it can hold.
+    /// Whether it holds a real; all others hold integers.
+    pub fn is_real(self) -> bool {
+        matches!(self, Word::Space(WordSpace::R, _))
+    }
+
+    /// The text of its value, from the content of its cell.
+    pub fn text(self, cell: i32) -> String {
+        if self.is_real() { Real::of_cell(cell).to_string() } else { cell.to_string() }
+    }
+
+    /// The value, from the content of its cell. A binary64 holds every integer and real exactly.
+    pub fn number(self, cell: i32) -> f64 {
+        if self.is_real() { Real::of_cell(cell).into() } else { cell.into() }
+    }
+
+    /// The least and greatest value.
+    pub fn numbers(self) -> (f64, f64) {
+        let (least, most) = self.range();
+        (self.number(least), self.number(most))
+    }
+
+    /// The least and greatest content of its cell.
     pub fn range(self) -> (i32, i32) {
         match self {
             Word::Space(space, _) => space.range(),

@@ -121,16 +121,14 @@ fn parse_member(structure: Structure, member: &str) -> Result<Address, AddressEr
 }
 
 fn parse_nickname(text: &str) -> Result<Address, AddressError> {
-    let find = |names: &[&str]| names.iter().position(|n| *n == text).map(|at| at as u32);
-    if let Some(n) = find(&status::BIT_NICKNAMES) {
-        return Ok(Address::Bit(Bit::Space(BitSpace::St, n)));
+    if let Some(n) = status::BIT_NICKNAMES.iter().position(|name| *name == text) {
+        return Ok(Address::Bit(Bit::Space(BitSpace::St, n as u32)));
     }
-    if let Some(n) = find(&status::WORD_NICKNAMES) {
-        return Ok(Address::Word(Word::Space(WordSpace::Dst, n)));
+    if let Some((_, n)) = status::WORD_NICKNAMES.iter().find(|(name, _)| *name == text) {
+        return Ok(Address::Word(Word::Space(WordSpace::Dst, *n)));
     }
-    let all = status::BIT_NICKNAMES.iter().chain(&status::WORD_NICKNAMES);
-    match all.into_iter().find(|n| n.eq_ignore_ascii_case(text)) {
-        Some(right) => Err(AddressError::Case((*right).to_owned())),
+    match status::nicknames().find(|name| name.eq_ignore_ascii_case(text)) {
+        Some(right) => Err(AddressError::Case(right.to_owned())),
         None => Err(AddressError::UnknownNickname),
     }
 }
@@ -185,6 +183,7 @@ mod tests {
             "MHR1",
             "MIR2048",
             "DST4",
+            "DST11",
             "CT255",
             "T0",
             "N63",
@@ -206,6 +205,8 @@ mod tests {
         check("$On", "ST1");
         check("$100ms", "ST5");
         check("$MaxScanTime", "DST3");
+        check("$Year", "DST5");
+        check("$Second", "DST11");
     }
 
     #[test]
@@ -219,7 +220,9 @@ mod tests {
         check("CT00.Done", "LeadingZero(\"CT0.Done\")");
         check("y010", "Case(\"Y010\")");
         check("$on", "Case(\"$On\")");
+        check("$hour", "Case(\"$Hour\")");
         check("$Nope", "UnknownNickname");
+        check("DST12", "BeyondMemory { space: \"DST\", first: 0, last: 11 }");
         check("MC0", "BeyondMemory { space: \"MC\", first: 1, last: 1024 }");
         check("X2048", "BeyondMemory { space: \"X\", first: 0, last: 2047 }");
         check("CT99999999999", "BeyondMemory { space: \"CT\", first: 0, last: 255 }");

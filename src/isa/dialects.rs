@@ -34,6 +34,7 @@ const ROWS: &[Row] = &[
     (&["RTO", "TONR"], "a retentive timer is `TMRA t preset=d`, or `TMRAG` to survive a stop"),
     (&["CTUD"], "an up/down counter is `UDC ct up-preset=n`; Sensaphone's are CTU and CTD"),
     (&["MOV", "COPY", "COP"], "write `MOVE v to=w`"),
+    (&["MUL", "MULD", "DIV", "DIVD", "MOD", "CPT", "CALC"], "write `MATH D0 = D1 * D2 / 100`"),
     (&["EQU", "EQ", "CMP"], "a comparison is a contact: `when = [\"D0 == 5\"]`"),
     (&["NEQ", "NE"], "a comparison is a contact: `when = [\"D0 != 5\"]`"),
     (&["GRT", "GT"], "a comparison is a contact: `when = [\"D0 > 5\"]`"),

@@ -41,13 +41,17 @@ pub(crate) enum OperandKind {
     WritableBit,
     /// A word that a program may write.
     WritableWord,
+    /// A word or bit that a program may write, and an expression: `target = expression`.
+    Target,
     /// A counter structure `CTn`.
     Counter,
     /// A timer structure `Tn`.
     Timer,
     /// A Sensaphone counter `Nn`.
     Sensaphone,
-    /// A constant within the range, or any readable numeric location.
+    /// Any constant, or any readable numeric location; reals too.
+    Number,
+    /// A whole constant within the range, or any readable location of whole numbers.
     Value(i32, i32),
     /// A duration or an integer in ms, 0..=2147483647, or any readable numeric location.
     Duration,
@@ -133,6 +137,7 @@ const fn optional(name: &'static str, kind: OperandKind) -> Operand {
 }
 
 const ANY: OperandKind = OperandKind::Value(i32::MIN, i32::MAX);
+const NUMBER: OperandKind = OperandKind::Number;
 const COUNT: OperandKind = OperandKind::Value(0, i32::MAX);
 const I16: OperandKind = OperandKind::Value(-32_768, 32_767);
 
@@ -153,7 +158,7 @@ const DELAY: &[Operand] = &[
 const COUNTER: &[Operand] = &[positional("ct", OperandKind::Counter), keyed("preset", COUNT)];
 const SENSAPHONE: &[Operand] = &[positional("n", OperandKind::Sensaphone), optional("preset", I16)];
 const ARITHMETIC: &[Operand] =
-    &[positional("a", ANY), positional("b", ANY), keyed("to", OperandKind::WritableWord)];
+    &[positional("a", NUMBER), positional("b", NUMBER), keyed("to", OperandKind::WritableWord)];
 
 const PROGRAM: &[Operand] = &[positional("block", OperandKind::Program)];
 const STAGE: &[Operand] = &[positional("stage", OperandKind::Stage)];
@@ -252,13 +257,19 @@ instructions! {
         "seed S3 (Sensaphone SCADA 3000 manual, 15-9)",
         "While the rung is ON, clears ACC and all status bits of the counter.";
     Move "MOVE" "Move", WHEN,
-        &[positional("a", ANY), keyed("to", OperandKind::WritableWord)], false, Kept, HELP,
+        &[positional("a", NUMBER), keyed("to", OperandKind::WritableWord)], false, Kept, HELP,
         "Copies the value to the word in every scan while the rung is ON, saturating at the \
-         word's range.";
+         word's range. In a word of whole numbers, a real is truncated towards zero.";
     Add "ADD" "Add", WHEN, ARITHMETIC, false, Kept, HELP,
-        "Writes a + b to the word in every scan while the rung is ON, saturating.";
+        "Writes a + b to the word in every scan while the rung is ON, saturating. With a real \
+         among them the sum is a real, which a word of whole numbers takes truncated towards zero.";
     Sub "SUB" "Subtract", WHEN, ARITHMETIC, false, Kept, HELP,
-        "Writes a - b to the word in every scan while the rung is ON, saturating.";
+        "Writes a - b to the word in every scan while the rung is ON, saturating. With a real \
+         among them the result is a real, which a word of whole numbers takes truncated towards \
+         zero.";
+    Math "MATH" "Calculate", WHEN, &[positional("target", OperandKind::Target)], false, Kept, HELP,
+        "Evaluates the expression and stores the result in every scan while the rung is ON. \
+         Results stay at the limits; status bits say what happened.";
     Run "RUN" "Run program", WHEN, PROGRAM, false, Kept, BLOCKS,
         "Starts the Program while the rung is ON; a Program that runs is left alone.";
     Restart "RESTART" "Restart program", WHEN, PROGRAM, false,
@@ -340,10 +351,11 @@ impl OperandKind {
         match self {
             OperandKind::WritableBit => "b",
             OperandKind::WritableWord => "w",
+            OperandKind::Target => "target = expression",
             OperandKind::Counter => "ct",
             OperandKind::Timer => "t",
             OperandKind::Sensaphone => "n",
-            OperandKind::Value(..) => "v",
+            OperandKind::Number | OperandKind::Value(..) => "v",
             OperandKind::Duration | OperandKind::Interval => "d",
             OperandKind::Program => "p",
             OperandKind::Block => "b",
@@ -372,6 +384,7 @@ mod tests {
         assert_eq!(Mnemonic::Udc.spec().form(), "UDC ct [up-preset=v] [dn-preset=v]");
         assert_eq!(Mnemonic::Sgconvrg.spec().form(), "SGCONVRG s … to=s");
         assert_eq!(Mnemonic::Exit.spec().form(), "EXIT");
+        assert_eq!(Mnemonic::Math.spec().form(), "MATH target = expression");
     }
 
     #[test]

@@ -9,13 +9,17 @@ pub mod address;
 pub mod address_text;
 pub(crate) mod dialects;
 pub mod duration;
+pub(crate) mod function;
 pub mod instruction;
 pub(crate) mod pages;
+pub(crate) mod real;
 pub(crate) mod space;
 pub mod status;
 
 pub use address::{Address, Bit, BlockId, DeviceId, Health, StageId, Structure, Word};
 pub(crate) use address::{ElementId, Flag};
+pub(crate) use function::Function;
 pub use instruction::Spec;
 pub(crate) use instruction::{LegName, Mnemonic, Operand, OperandKind};
+pub use real::Real;
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

@@ -44,6 +44,7 @@ pages! {
     Move "move"
     Add "add"
     Sub "sub"
+    Math "math"
     Run "run"
     Restart "restart"
     Halt "halt"

@@ -2,6 +2,7 @@
 //!
 //! A leaf module: `address` builds addresses from the spaces, the controller file sets their sizes.
 
+use super::real::Real;
 use super::status;
 
 /// The spaces of plain bits.
@@ -28,6 +29,8 @@ pub enum WordSpace {
     V,
     /// Signed 32-bit data.
     D,
+    /// Reals, binary32; `Real` gives the content of their cells.
+    R,
     /// Holding registers, u16; from 1.
     Mhr,
     /// Input registers, u16; from 1.
@@ -62,6 +65,7 @@ pub struct MemorySizes {
     pub mi: u32,
     pub v: u32,
     pub d: u32,
+    pub r: u32,
     pub mhr: u32,
     pub mir: u32,
     pub ct: u32,
@@ -81,6 +85,7 @@ impl Default for MemorySizes {
             mi: 1024,
             v: 4096,
             d: 4096,
+            r: 1024,
             mhr: 2048,
             mir: 2048,
             ct: 256,
@@ -95,7 +100,7 @@ pub const SENSAPHONE_COUNT: u32 = 64;
 
 impl Space {
     /// All spaces, the bits first.
-    pub(crate) const ALL: [Space; 14] = [
+    pub const ALL: [Space; 15] = [
         Space::Bit(BitSpace::X),
         Space::Bit(BitSpace::Y),
         Space::Bit(BitSpace::C),
@@ -104,6 +109,7 @@ impl Space {
         Space::Bit(BitSpace::St),
         Space::Word(WordSpace::V),
         Space::Word(WordSpace::D),
+        Space::Word(WordSpace::R),
         Space::Word(WordSpace::Mhr),
         Space::Word(WordSpace::Mir),
         Space::Word(WordSpace::Dst),
@@ -114,12 +120,13 @@ impl Space {
 
     /// The spaces that may survive a restart: bits and words that only programs and clients write,
     /// and structures.
-    pub(crate) const RETAINABLE: [Space; 10] = [
+    pub const RETAINABLE: [Space; 11] = [
         Space::Bit(BitSpace::C),
         Space::Bit(BitSpace::Mc),
         Space::Bit(BitSpace::Mi),
         Space::Word(WordSpace::V),
         Space::Word(WordSpace::D),
+        Space::Word(WordSpace::R),
         Space::Word(WordSpace::Mhr),
         Space::Word(WordSpace::Mir),
         Space::Counter,
@@ -201,14 +208,15 @@ impl BitSpace {
 
 impl WordSpace {
     /// The spaces with a size that can be set: all but the status words.
-    pub(crate) const SIZED: [WordSpace; 4] =
-        [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir];
+    pub const SIZED: [WordSpace; 5] =
+        [WordSpace::V, WordSpace::D, WordSpace::R, WordSpace::Mhr, WordSpace::Mir];
 
     /// The space's prefix as written.
     pub(crate) fn name(self) -> &'static str {
         match self {
             WordSpace::V => "V",
             WordSpace::D => "D",
+            WordSpace::R => "R",
             WordSpace::Mhr => "MHR",
             WordSpace::Mir => "MIR",
             WordSpace::Dst => "DST",
@@ -225,17 +233,19 @@ impl WordSpace {
         match self {
             WordSpace::V => sizes.v,
             WordSpace::D => sizes.d,
+            WordSpace::R => sizes.r,
             WordSpace::Mhr => sizes.mhr,
             WordSpace::Mir => sizes.mir,
             WordSpace::Dst => status::DST_COUNT,
         }
     }
 
-    /// The values an element can hold.
+    /// The least and greatest content of an element's cell. The cells of reals sort as the reals.
     pub(crate) fn range(self) -> (i32, i32) {
         match self {
             WordSpace::V | WordSpace::Mhr | WordSpace::Mir => (0, 65_535),
             WordSpace::D | WordSpace::Dst => (i32::MIN, i32::MAX),
+            WordSpace::R => (Real::MIN.cell(), Real::MAX.cell()),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The status bits and words, with Do-more's nicknames (`docs/semantics.md`, section 6).
 //!
-//! The engine writes them at step 1 of every scan; programs read them and never write them.
+//! The engine writes them at step 1 of every scan; programs read them and never write them. Step 1
+//! turns the bits from `$DivideByZero` on OFF, and what happens in the scan turns them ON.
 
 /// Status bit numbers: the n of `STn`.
 pub(crate) mod st {
@@ -24,8 +25,16 @@ pub(crate) mod st {
     pub const LAST_SCAN: u32 = 8;
     /// ON while anything is forced.
     pub const FORCES_ACTIVE: u32 = 9;
+    /// MATH divided by 0 in this scan.
+    pub const DIVIDE_BY_ZERO: u32 = 10;
+    /// A result of MATH was limited in this scan.
+    pub const OVERFLOW: u32 = 11;
+    /// An argument of MATH was outside the domain of its function in this scan.
+    pub const OUT_OF_RANGE: u32 = 12;
+    /// An index was outside its array in this scan.
+    pub const INDEX_ERROR: u32 = 13;
     /// How many there are.
-    pub const COUNT: usize = 10;
+    pub const COUNT: usize = 14;
 }
 
 /// Status word numbers: the n of `DSTn`.
@@ -40,12 +49,26 @@ pub(crate) mod dst {
     pub const MAX_SCAN_TIME_US: u32 = 3;
     /// The last scan, µs.
     pub const LAST_SCAN_TIME_US: u32 = 4;
+    /// The local year, as 2026. This word and the six after it are one reading of the clock.
+    pub const YEAR: u32 = 5;
+    /// 1 to 12.
+    pub const MONTH: u32 = 6;
+    /// 1 to 31.
+    pub const DAY: u32 = 7;
+    /// 1 is Monday, 7 is Sunday.
+    pub const WEEKDAY: u32 = 8;
+    /// 0 to 23.
+    pub const HOUR: u32 = 9;
+    /// 0 to 59.
+    pub const MINUTE: u32 = 10;
+    /// 0 to 59.
+    pub const SECOND: u32 = 11;
     /// How many there are.
-    pub const COUNT: usize = 5;
+    pub const COUNT: usize = 12;
 }
 
 /// Nicknames of the status bits, by number.
-pub const BIT_NICKNAMES: [&str; 10] = [
+pub(crate) const BIT_NICKNAMES: [&str; 14] = [
     "$FirstScan",
     "$On",
     "$Off",
@@ -56,12 +79,38 @@ pub const BIT_NICKNAMES: [&str; 10] = [
     "$ScanToggle",
     "$LastScan",
     "$ForcesActive",
+    "$DivideByZero",
+    "$Overflow",
+    "$OutOfRange",
+    "$IndexError",
 ];
 
-/// Nicknames of the status words, by number. `DST4` has none.
-pub const WORD_NICKNAMES: [&str; 4] = ["$ScanCounter", "$ScanTime", "$MinScanTime", "$MaxScanTime"];
+/// Nicknames of the status words, with their numbers. `DST4` has none.
+pub(crate) const WORD_NICKNAMES: [(&str, u32); 11] = [
+    ("$ScanCounter", dst::SCAN_COUNTER),
+    ("$ScanTime", dst::SCAN_TIME_US),
+    ("$MinScanTime", dst::MIN_SCAN_TIME_US),
+    ("$MaxScanTime", dst::MAX_SCAN_TIME_US),
+    ("$Year", dst::YEAR),
+    ("$Month", dst::MONTH),
+    ("$Day", dst::DAY),
+    ("$Weekday", dst::WEEKDAY),
+    ("$Hour", dst::HOUR),
+    ("$Minute", dst::MINUTE),
+    ("$Second", dst::SECOND),
+];
 
-/// Number of status bits: `ST0`..`ST9`.
+/// The nickname of a status word, if it has one.
+pub(crate) fn word_nickname(number: u32) -> Option<&'static str> {
+    WORD_NICKNAMES.iter().find(|(_, n)| *n == number).map(|(name, _)| *name)
+}
+
+/// All nicknames: of the bits, then of the words.
+pub fn nicknames() -> impl Iterator<Item = &'static str> {
+    BIT_NICKNAMES.into_iter().chain(WORD_NICKNAMES.into_iter().map(|(name, _)| name))
+}
+
+/// Number of status bits: `ST0`..`ST13`.
 pub(crate) const ST_COUNT: u32 = st::COUNT as u32;
-/// Number of status words: `DST0`..`DST4`.
+/// Number of status words: `DST0`..`DST11`.
 pub(crate) const DST_COUNT: u32 = dst::COUNT as u32;

@@ -5,7 +5,9 @@ use std::collections::HashMap;
 
 use super::identity::{Identity, Site};
 use super::schedule;
-use crate::engine::ops::{And2, BitOwn, Leg, Op, Power, Powers, StageList, WordRead};
+use crate::engine::ops::{
+    And2, AnyWord, BitOwn, Leg, Op, Power, Powers, Reads, StageList, Step, WordRead, reads,
+};
 use crate::engine::{
     self, Batch, BitCell, BlockCode, ElementCode, Layout, PassStep, Tables, WordCell,
 };
@@ -22,6 +24,10 @@ pub(super) struct Assembler<'p> {
     ops: Vec<Op>,
     window: usize,
     tables: Tables,
+    /// The cells that the formulas of MATHs read, by the MATH's number.
+    formulas: Vec<Reads>,
+    /// The rung of each MATH, by its number, for the log.
+    pub maths: Vec<String>,
     bits: u32,
     words: u32,
     constants: HashMap<i32, u32>,
@@ -47,6 +53,8 @@ impl<'p> Assembler<'p> {
             ops: Vec::new(),
             window,
             tables: Tables::default(),
+            formulas: Vec::new(),
+            maths: Vec::new(),
             constants: HashMap::new(),
             initial_bits: Vec::new(),
             initial_words: Vec::new(),
@@ -102,7 +110,7 @@ impl<'p> Assembler<'p> {
     }
 
     /// The word that holds a constant.
-    fn constant(&mut self, value: i32) -> u32 {
+    pub fn constant(&mut self, value: i32) -> u32 {
         if let Some(cell) = self.constants.get(&value) {
             return *cell;
         }
@@ -117,11 +125,17 @@ impl<'p> Assembler<'p> {
     pub fn value(&mut self, value: Value) -> WordRead {
         match value {
             Value::Const(value, _) => WordRead(self.constant(value)),
+            Value::Real(real) => WordRead(self.constant(real.cell())),
             Value::Word(word) => WordRead(self.layout.word(word).0),
         }
     }
 
-    /// The limits of a word: its range, or its tags' `min` and `max`.
+    /// The word of a value, integer or real.
+    pub fn any(&mut self, value: Value) -> AnyWord {
+        AnyWord { word: self.value(value), real: value.is_real() }
+    }
+
+    /// The limits of a word's cell: its range, or its tags' `min` and `max`.
     pub fn limits(&self, word: Word) -> (i32, i32) {
         self.limits.get(&word).copied().unwrap_or(word.range())
     }
@@ -134,6 +148,21 @@ impl<'p> Assembler<'p> {
         self.tables.terminations.push(termination);
     }
 
+    /// The number of the next step.
+    pub fn next_step(&self) -> u32 {
+        self.tables.steps.len() as u32
+    }
+
+    /// Stores the steps of a MATH's formula, and the number of slots that it needs; returns the
+    /// MATH's number.
+    pub fn formula(&mut self, steps: &[Step], slots: u32) -> u32 {
+        self.tables.steps.extend(steps);
+        self.tables.slots = self.tables.slots.max(slots);
+        self.formulas.push(reads(steps));
+        self.maths.push(self.site.place.clone());
+        self.formulas.len() as u32 - 1
+    }
+
     /// Stores the Stages that one instruction names.
     pub fn stage_list(&mut self, stages: impl Iterator<Item = StageId>) -> StageList {
         let first = self.tables.stage_lists.len() as u32;
@@ -141,8 +170,8 @@ impl<'p> Assembler<'p> {
         StageList { first, count: self.tables.stage_lists.len() as u32 - first }
     }
 
-    /// Returns a leg that stays the same while its rung executes. Inputs, status bits and private
-    /// bits do; of any other bit it makes a copy.
+    /// Returns a leg that stays the same while its rung executes. Inputs, private bits and the
+    /// status bits that step 1 writes do; of any other bit it makes a copy.
     pub fn keep(&mut self, leg: Leg) -> Leg {
         let power = self.one_power(leg);
         Leg::of(self.keep_power(power))
@@ -153,7 +182,7 @@ impl<'p> Assembler<'p> {
         let first_x = self.layout.bit(Bit::Space(BitSpace::X, 0)).0;
         let first_st = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
         let inputs = first_x..first_x + self.layout.sizes().x;
-        let status = first_st..first_st + crate::isa::status::ST_COUNT;
+        let status = first_st..first_st + crate::isa::status::st::DIVIDE_BY_ZERO;
         if cell >= self.layout.bit_count() || inputs.contains(&cell) || status.contains(&cell) {
             return power;
         }
@@ -165,7 +194,8 @@ impl<'p> Assembler<'p> {
     /// Schedules the current element's operations and ends the element.
     pub fn close_element(&mut self, has_rungs: bool) -> ElementCode {
         let first_batch = self.tables.batches.len() as u32;
-        for batch in schedule::schedule(std::mem::take(&mut self.ops), self.window) {
+        for batch in schedule::schedule(std::mem::take(&mut self.ops), &self.formulas, self.window)
+        {
             let kind = batch[0].kind();
             let count = batch.len() as u32;
             let mut first = 0;

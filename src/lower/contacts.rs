@@ -3,7 +3,8 @@
 
 use super::assembler::Assembler;
 use crate::engine::ops::{
-    And2, And3, And4, BitOwn, BitRead, Equal, Fall, Leg, Less, Op, Power, Powers, Rise,
+    And2, And3, And4, AnyWord, BitOwn, BitRead, Equal, EqualMixed, Fall, Leg, Less, LessMixed, Op,
+    Power, Powers, Rise,
 };
 use crate::isa::Bit;
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
@@ -108,14 +109,29 @@ impl Assembler<'_> {
     }
 
     fn compare(&mut self, a: Value, comparison: Comparison, b: Value) -> Power {
-        let (a, b) = (self.value(a), self.value(b));
+        let (a, b) = (self.any(a), self.any(b));
         match comparison {
-            Comparison::Eq => self.gate(|cell| Op::Equal(Equal { cell, a, b })),
-            Comparison::Ne => self.gate(|cell| Op::Equal(Equal { cell, a, b })).opposite(),
-            Comparison::Lt => self.gate(|cell| Op::Less(Less { cell, a, b })),
-            Comparison::Ge => self.gate(|cell| Op::Less(Less { cell, a, b })).opposite(),
-            Comparison::Gt => self.gate(|cell| Op::Less(Less { cell, a: b, b: a })),
-            Comparison::Le => self.gate(|cell| Op::Less(Less { cell, a: b, b: a })).opposite(),
+            Comparison::Eq => self.equal(a, b),
+            Comparison::Ne => self.equal(a, b).opposite(),
+            Comparison::Lt => self.less(a, b),
+            Comparison::Ge => self.less(a, b).opposite(),
+            Comparison::Gt => self.less(b, a),
+            Comparison::Le => self.less(b, a).opposite(),
         }
+    }
+
+    fn equal(&mut self, a: AnyWord, b: AnyWord) -> Power {
+        self.gate(|cell| match a.real == b.real {
+            true => Op::Equal(Equal { cell, a: a.word, b: b.word }),
+            false => Op::EqualMixed(EqualMixed { cell, a, b }),
+        })
+    }
+
+    /// Two reals are compared by their cells, which sort as the reals do.
+    fn less(&mut self, a: AnyWord, b: AnyWord) -> Power {
+        self.gate(|cell| match a.real == b.real {
+            true => Op::Less(Less { cell, a: a.word, b: b.word }),
+            false => Op::LessMixed(LessMixed { cell, a, b }),
+        })
     }
 }

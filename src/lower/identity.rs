@@ -146,7 +146,7 @@ impl Identity {
 
     /// Records a history.
     pub(super) fn history(&mut self, cell: BitCell, site: &Site, text: String) {
-        let Site { element, rung, whole } = site.clone();
+        let Site { element, rung, whole, place: _ } = site.clone();
         self.histories.push(History { cell, element, rung, whole, text, key: String::new() });
     }
 
@@ -223,7 +223,7 @@ impl Identity {
 impl Default for Site {
     fn default() -> Site {
         let element = ElementId { block: BlockId(0), stage: None };
-        Site { element, rung: None, whole: "".into() }
+        Site { element, rung: None, whole: "".into(), place: String::new() }
     }
 }
 
@@ -233,6 +233,8 @@ pub(super) struct Site {
     pub(crate) element: ElementId,
     pub rung: Option<String>,
     pub whole: Arc<str>,
+    /// The rung for people: `Main, rung 3`.
+    pub place: String,
 }
 
 #[cfg(test)]

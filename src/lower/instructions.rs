@@ -7,17 +7,17 @@
 use super::assembler::Assembler;
 use super::identity::Interval;
 use crate::engine::ops::{
-    Add, BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter, CounterRule, Ctd, Ctu, Leg,
-    Move, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power, Powers, Res, RestartState, Rst,
-    Rstct, Rstt, Sensaphone, Set, StageList, Sub, Target, Timer, TimerRule, Tmr, Tmra, Tmradown,
-    Tmrdown, Udc, UdcPresets, WordRead, WordWritten,
+    Add, AddMixed, AnyTarget, BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter,
+    CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power,
+    Powers, Res, RestartState, Rst, Rstct, Rstt, Sensaphone, Set, StageList, Sub, SubMixed, Target,
+    Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets, WordRead, WordWritten,
 };
 use crate::engine::{PassStep, WordCell};
 use crate::isa::instruction::Termination;
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, StageId, Structure, Word};
 use crate::resolve::instruction::{Coil, Delay, Direction, Source, TimerKind};
-use crate::resolve::program::{Action, Instruction, Value};
+use crate::resolve::program::{Action, Instruction, Value, Written};
 use crate::source::span::Located;
 
 /// The powers of an instruction's legs.
@@ -118,6 +118,9 @@ impl Assembler<'_> {
             }
             Action::Store { source, to } => {
                 return Some(self.store(*source, to.value, legs.when()).into());
+            }
+            Action::Math { target, formula } => {
+                return Some(self.math(target.value, formula, legs.when()).into());
             }
             Action::Run { block } => ControlKind::Run(block.value),
             Action::Restart { block } => {
@@ -226,7 +229,7 @@ impl Assembler<'_> {
     fn sensaphone(&self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
         let preset = match preset.map(|preset| preset.value) {
             Some(Value::Word(word)) => Some(WordRead(self.layout.word(word).0)),
-            Some(Value::Const(..)) | None => None,
+            Some(Value::Const(..) | Value::Real(_)) | None => None,
         };
         let pre = WordWritten(self.layout.word(Word::Pre(n.number())).0);
         Sensaphone { at: self.layout.record(n), pre, preset }
@@ -253,6 +256,7 @@ impl Assembler<'_> {
             | Action::Sensaphone { .. }
             | Action::Reset { .. }
             | Action::Store { .. }
+            | Action::Math { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }
@@ -268,12 +272,34 @@ impl Assembler<'_> {
 
     fn store(&mut self, source: Source, to: Word, leg: Leg) -> Op {
         let (min, max) = self.limits(to);
+        let real = to.is_real();
         let to = Target { word: WordWritten(self.layout.word(to).0), min, max };
+        // MOVE copies the cell of a real to a real; sums of reals are never sums of cells.
+        let mixed = match source {
+            Source::Value(a) => a.value.is_real() != real,
+            Source::Sum(..) | Source::Difference(..) => {
+                real || source.values().any(|value| value.value.is_real())
+            }
+        };
+        if mixed {
+            return self.store_mixed(source, AnyTarget { target: to, real }, leg);
+        }
         let mut cell = |value: Located<Value>| self.value(value.value);
         match source {
             Source::Value(a) => Op::Move(Move { leg, a: cell(a), to }),
             Source::Sum(a, b) => Op::Add(Add { leg, a: cell(a), b: cell(b), to }),
             Source::Difference(a, b) => Op::Sub(Sub { leg, a: cell(a), b: cell(b), to }),
+        }
+    }
+
+    /// MOVE, ADD and SUB with integers and reals.
+    fn store_mixed(&mut self, source: Source, to: AnyTarget, leg: Leg) -> Op {
+        const NONE: Value = Value::Const(0, Written::Integer);
+        let mut any = |value: Located<Value>| self.any(value.value);
+        match source {
+            Source::Value(a) => Op::AddMixed(AddMixed { leg, a: any(a), b: self.any(NONE), to }),
+            Source::Sum(a, b) => Op::AddMixed(AddMixed { leg, a: any(a), b: any(b), to }),
+            Source::Difference(a, b) => Op::SubMixed(SubMixed { leg, a: any(a), b: any(b), to }),
         }
     }
 

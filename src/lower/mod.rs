@@ -9,6 +9,9 @@
 
 mod assembler;
 mod contacts;
+mod formula;
+mod formula_calls;
+mod formula_marks;
 pub(crate) mod identity;
 mod instructions;
 mod rungs;
@@ -51,7 +54,8 @@ pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols
     let order = turns(program);
     let mut identity = std::mem::take(&mut assembler.identity);
     identity.finish();
-    let symbols = Symbols::new(program, assembler.layout.clone(), identity);
+    let mut symbols = Symbols::new(program, assembler.layout.clone(), identity);
+    symbols.maths = std::mem::take(&mut assembler.maths);
     (assembler.finish(blocks, stages, order), symbols)
 }
 
@@ -78,13 +82,27 @@ fn turns(program: &Program) -> Vec<crate::isa::BlockId> {
 }
 
 fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) -> ElementCode {
-    for rung in rungs {
+    for (at, rung) in rungs.iter().enumerate() {
         let whole: Arc<str> = rungs::text(&assembler.identity, rung).into();
         assembler.identity.rung(element, rung, &whole);
-        assembler.site = identity::Site { element, rung: rung.name.clone(), whole };
+        let place = place(assembler, element, (at, rung));
+        assembler.site = identity::Site { element, rung: rung.name.clone(), whole, place };
         lower_rung(assembler, rung);
     }
     assembler.close_element(!rungs.is_empty())
+}
+
+/// A rung for people: `Main, rung count-bottles`, `Drain.Open, rung 3`.
+fn place(assembler: &Assembler, element: ElementId, (at, rung): (usize, &Rung)) -> String {
+    let identity = &assembler.identity;
+    let element = match element.stage {
+        Some(stage) => identity.stage(stage),
+        None => identity.block(element.block).name.clone(),
+    };
+    match &rung.name {
+        Some(name) => format!("{element}, rung {name}"),
+        None => format!("{element}, rung {}", at + 1),
+    }
 }
 
 /// Lowers a rung: its contacts give the power, `do` executes with it, then each branch adds its own

@@ -4,8 +4,9 @@
 //! text does not contain tags, comments or the written form of constants.
 
 use super::identity::Identity;
+use crate::resolve::formula::{Formula, Part};
 use crate::resolve::instruction::OperandValue;
-use crate::resolve::program::{Contact, Instruction, Rung, Value};
+use crate::resolve::program::{Action, Contact, Instruction, Rung, Value};
 
 /// The text of a rung, without its name.
 pub(super) fn text(identity: &Identity, rung: &Rung) -> String {
@@ -52,14 +53,35 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
             };
             format!(" {name}={said}")
         });
-        format!("{}{}", instruction.mnemonic.spec().name, operands.collect::<String>())
+        let formula = if let Action::Math { formula: of, .. } = &instruction.action {
+            formula(identity, of)
+        } else {
+            String::new()
+        };
+        let name = instruction.mnemonic.spec().name;
+        format!("{name}{}{formula}", operands.collect::<String>())
     };
     of.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// A formula in postfix order: so it needs no parentheses.
+fn formula(identity: &Identity, of: &Formula) -> String {
+    let part = |part: &Part| match part {
+        Part::Integer(n) => format!(" {n}"),
+        Part::Real(real) => format!(" {real:?}"),
+        Part::Word(word) => format!(" {word}"),
+        Part::Bit(bit) => format!(" {}", identity.bit(*bit)),
+        Part::Unary(operator, _) => format!(" {operator:?}"),
+        Part::Binary(operator, _) => format!(" {operator:?}"),
+        Part::Call(function, count, _) => format!(" {}/{count}", function.spec().name),
+    };
+    of.parts.iter().map(part).collect()
 }
 
 fn value(of: Value) -> String {
     match of {
         Value::Const(value, _) => value.to_string(),
+        Value::Real(real) => real.to_string(),
         Value::Word(word) => word.to_string(),
     }
 }

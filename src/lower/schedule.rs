@@ -12,23 +12,26 @@
 
 use std::collections::HashMap;
 
-use crate::engine::ops::{Op, OpKind, Touches};
+use crate::engine::ops::{Op, OpKind, Reads, Touches};
 
 /// Number of operations that are scheduled together.
 pub const WINDOW: usize = 4096;
 
-/// Puts an element's operations, given in file order, into batches of one kind each.
-pub(crate) fn schedule(ops: Vec<Op>, window: usize) -> Vec<Vec<Op>> {
+/// Puts an element's operations, given in file order, into batches of one kind each. `formulas` are
+/// the cells that each MATH's formula reads.
+pub(crate) fn schedule(ops: Vec<Op>, formulas: &[Reads], window: usize) -> Vec<Vec<Op>> {
     let mut batches = Vec::new();
-    let mut segment = Segment::default();
+    let begin =
+        || Segment { touches: Touches { formulas, ..Touches::default() }, ..Segment::default() };
+    let mut segment = begin();
     for op in ops {
         if op.kind() == OpKind::Control {
-            batches.append(&mut std::mem::take(&mut segment).batches);
+            batches.append(&mut std::mem::replace(&mut segment, begin()).batches);
             batches.push(vec![op]);
             continue;
         }
         if segment.count == window {
-            batches.append(&mut std::mem::take(&mut segment).batches);
+            batches.append(&mut std::mem::replace(&mut segment, begin()).batches);
         }
         segment.place(op);
     }
@@ -44,17 +47,17 @@ struct Uses {
 }
 
 #[derive(Default)]
-struct Segment {
+struct Segment<'f> {
     batches: Vec<Vec<Op>>,
     /// The positions of the batches of each kind, ascending.
     of_kind: HashMap<OpKind, Vec<usize>>,
     bits: HashMap<u32, Uses>,
     words: HashMap<u32, Uses>,
-    touches: Touches,
+    touches: Touches<'f>,
     count: usize,
 }
 
-impl Segment {
+impl Segment<'_> {
     fn place(&mut self, op: Op) {
         self.touches.clear();
         op.touches(&mut self.touches);

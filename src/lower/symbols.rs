@@ -45,6 +45,8 @@ pub struct Symbols {
     pub alarms: Vec<Alarm>,
     /// Tags whose changes are logged, in file order.
     pub(crate) logged: Vec<LoggedTag>,
+    /// The rung of each MATH, by its number: `Main, rung 3`.
+    pub maths: Vec<String>,
     /// The names of parts with a state.
     pub identity: Identity,
     limits: HashMap<Word, (i32, i32)>,
@@ -59,6 +61,7 @@ impl Symbols {
             devices: program.devices.clone(),
             alarms: Vec::new(),
             logged: Vec::new(),
+            maths: Vec::new(),
             identity,
             limits: super::assembler::limits(program),
         };

@@ -1,6 +1,7 @@
 //! What operands name, what may be done to them, and what completion offers.
 
 use super::*;
+use crate::isa::Real;
 use crate::lower::lower;
 use crate::resolve::{LoadOptions, load_ladders};
 use crate::source::nearest::counted;
@@ -124,12 +125,20 @@ fn values_as_people_write_them() {
     assert_eq!([value("Y0", "ON"), value("Y0", "off"), value("Y0", "1")], [Ok(1), Ok(0), Ok(1)]);
     assert_eq!([value("size", "12"), value("size", "0x1F")], [Ok(12), Ok(31)]);
     assert_eq!([value("T0.Acc", "1m30s"), value("D5", "-7")], [Ok(90_000), Ok(-7)]);
+    let real = |text: &str| value("R1", text).map(|cell| Real::of_cell(cell).to_string());
+    assert_eq!(
+        [real("12.5"), real("-7"), real("2e-3")].map(Result::unwrap),
+        ["12.5", "-7.0", "0.002"]
+    );
     for (name, given, words) in [
         ("Y0", "2", "takes ON or OFF"),
         ("size", "0", "takes 1 to 500, not 0"),
         ("V0", "65536", "takes 0 to 65535"),
         ("D5", "99999999999", "outside"),
-        ("D5", "ON", "takes a number"),
+        ("D5", "ON", "takes a whole number"),
+        ("D5", "1.5", "takes a whole number"),
+        ("R1", "ON", "takes a number, as 12.5"),
+        ("R1", "1e39", "beyond the largest real"),
         ("D5", "12x", "`12x`"),
     ] {
         let message = value(name, given).unwrap_err();

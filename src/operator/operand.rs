@@ -5,7 +5,7 @@
 
 use super::protocol::{Given, Held, Refusal, RefusalKind, Value};
 use crate::engine::Cell;
-use crate::isa::{Address, Bit, BitSpace, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
 use crate::runtime::exchange::Snapshot;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::span::Span;
@@ -68,6 +68,7 @@ impl Operand {
                 let message = format!("`{}` is a bit: it takes ON or OFF", self.operand);
                 Refusal::new(RefusalKind::BadValue, message)
             }),
+            Address::Word(word) if word.is_real() => self.real(given, limits(word)),
             Address::Word(word) => self.word(given, limits(word)),
             Address::Structure(_) => Err(read_only(self, "written")),
         }
@@ -76,26 +77,56 @@ impl Operand {
     fn word(&self, given: &Given, (min, max): (i32, i32)) -> Result<i32, Refusal> {
         let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
         let number = match given {
-            Given::Bit(_) => None,
+            Given::Bit(_) | Given::Real(_) => None,
             Given::Number(number) => Some(*number),
             Given::Text(text) => match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
                 Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(i64::from(n)),
-                Ok(AtomKind::Name(_)) => None,
+                Ok(AtomKind::Name(_) | AtomKind::Real(_)) => None,
                 Err(finding) => return Err(bad(finding.message)),
             },
         };
         let Some(number) = number else {
-            let message = "takes a number, as 12, 0x1F or 1m30s";
+            let message = "takes a whole number, as 12, 0x1F or 1m30s";
             return Err(bad(format!("`{}` is a word: it {message}", self.operand)));
         };
         let fits = i32::try_from(number).ok().filter(|n| (min..=max).contains(n));
         fits.ok_or_else(|| bad(format!("`{}` takes {min} to {max}, not {number}", self.operand)))
     }
 
+    /// The content of an R word's cell.
+    fn real(&self, given: &Given, (min, max): (i32, i32)) -> Result<i32, Refusal> {
+        let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
+        let number = match given {
+            Given::Bit(_) => None,
+            Given::Number(number) => Some(*number as f64),
+            Given::Real(number) => Some(*number),
+            Given::Text(text) => match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
+                Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(n.into()),
+                Ok(AtomKind::Real(real)) => Some(real.into()),
+                Ok(AtomKind::Name(_)) => None,
+                Err(finding) => return Err(bad(finding.message)),
+            },
+        };
+        let Some(number) = number else {
+            let message = "it takes a number, as 12.5, 12 or 2e-3";
+            return Err(bad(format!("`{}` is a real: {message}", self.operand)));
+        };
+        let (real, beyond) = Real::stored(number);
+        if beyond || !(min..=max).contains(&real.cell()) {
+            let [min, max] = [min, max].map(Real::of_cell);
+            let given = if beyond { format!("{number:?}") } else { real.to_string() };
+            return Err(bad(format!("`{}` takes {min} to {max}, not {given}", self.operand)));
+        }
+        Ok(real.cell())
+    }
+
     /// A number as this operand's value: ON or OFF for a bit.
     pub fn held(&self, value: i32) -> Held {
         match self.cell {
             Cell::Bit(_) => Held::Bit(value != 0),
+            Cell::Word(_) if matches!(self.what, Address::Word(word) if word.is_real()) => {
+                Held::Real(Real::of_cell(value))
+            }
             Cell::Word(_) => Held::Word(value),
         }
     }
@@ -124,7 +155,7 @@ fn bit_value(given: &Given) -> Option<i32> {
     match given {
         Given::Bit(on) => Some(i32::from(*on)),
         Given::Number(n @ (0 | 1)) => Some(*n as i32),
-        Given::Number(_) => None,
+        Given::Number(_) | Given::Real(_) => None,
         Given::Text(text) => match text.trim().to_ascii_lowercase().as_str() {
             "on" | "true" | "1" => Some(1),
             "off" | "false" | "0" => Some(0),

@@ -31,10 +31,10 @@ fn requests_read_as_the_page_shows_them() {
         let error = serde_json::from_str::<Request>(line).expect_err(line).to_string();
         assert!(error.contains("unknown field"), "{line}: {error}");
     }
-    for value in ["1.5", "null", "[1]", "99999999999999999999"] {
+    for value in ["null", "[1]"] {
         let line = format!(r#"{{"do":"write","operand":"D1","value":{value}}}"#);
         let error = serde_json::from_str::<Request>(&line).expect_err(&line).to_string();
-        assert!(error.contains("a value is true or false, a whole number"), "{error}");
+        assert!(error.contains("a value is true or false, a number"), "{error}");
     }
 }
 

@@ -6,14 +6,18 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::isa::Real;
+
 /// A value as a client gives it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a value is true or false, a whole number, or a string")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a value is true or false, a number, or a string")]
 pub enum Given {
     /// `true`, `false`.
     Bit(bool),
-    /// A number.
+    /// A whole number.
     Number(i64),
+    /// A number with a point or an exponent.
+    Real(f64),
     /// As people write it: `ON`, `12`, `0x1F`, `1m30s`.
     Text(String),
 }
@@ -40,6 +44,7 @@ pub struct Value {
 pub enum Held {
     Bit(bool),
     Word(i32),
+    Real(Real),
 }
 
 impl fmt::Display for Held {
@@ -48,6 +53,7 @@ impl fmt::Display for Held {
             Held::Bit(true) => f.write_str("ON"),
             Held::Bit(false) => f.write_str("OFF"),
             Held::Word(value) => write!(f, "{value}"),
+            Held::Real(value) => write!(f, "{value}"),
         }
     }
 }

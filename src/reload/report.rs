@@ -7,7 +7,7 @@
 //! state what happened.
 
 use super::plan::{Difference, Elsewhere, ReloadPlan, Start, State};
-use crate::engine::{BitCell, Cell, WordCell};
+use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::duration;
 use crate::resolve::program::Value;
 
@@ -23,6 +23,8 @@ const NONE: &str = "no difference in what the program does";
 /// The old program's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
+    /// The places of both programs' elements.
+    pub layout: &'a Layout,
     /// The bits before the swap.
     pub bits: &'a [u8],
     /// The words before the swap.
@@ -70,8 +72,16 @@ impl Seen<'_> {
         }
     }
 
+    /// A value as text for people.
+    fn held(&self, cell: Cell, value: i32) -> String {
+        match cell {
+            Cell::Bit(_) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
+            Cell::Word(_) => self.layout.text(cell, value),
+        }
+    }
+
     fn say(&self, cell: Cell) -> String {
-        let value = held(cell, self.value(cell));
+        let value = self.held(cell, self.value(cell));
         let forced = if self.is_forced(cell) { " (forced)" } else { "" };
         format!("{value}{forced}")
     }
@@ -176,7 +186,7 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
         }
         State::Starts(start) => return seen.starts(start).then(|| text.clone()),
         State::Initial { cell, value } => {
-            let value = held(*cell, *value);
+            let value = seen.held(*cell, *value);
             match seen.is_forced(*cell) {
                 true => format!("{text} is new: {value}, but stays {}", seen.say(*cell)),
                 false => format!("{text} is new: {value}"),
@@ -199,14 +209,6 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
             return (!said.is_empty()).then(|| said.join("; "));
         }
     })
-}
-
-/// A value as text for people.
-fn held(cell: Cell, value: i32) -> String {
-    match cell {
-        Cell::Bit(_) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
-        Cell::Word(_) => value.to_string(),
-    }
 }
 
 fn keeps(text: &str, state: &State, seen: &Seen<'_>) -> Option<String> {
@@ -244,7 +246,9 @@ fn moved(text: &str, state: &State, seen: &Seen<'_>) -> String {
         return text.to_owned();
     }
     let is = match begins {
-        Some(value) if !seen.is_forced(*to) => format!("{new} begins at {}", held(*to, *value)),
+        Some(value) if !seen.is_forced(*to) => {
+            format!("{new} begins at {}", seen.held(*to, *value))
+        }
         _ if seen.say(*to) == was => return format!("{text}: both are {was}"),
         _ => format!("{new} keeps its own value {}", seen.say(*to)),
     };
@@ -260,11 +264,13 @@ fn beyond(
     seen: &Seen<'_>,
 ) -> Option<String> {
     let value = begins.filter(|_| !seen.is_forced(cell)).unwrap_or_else(|| seen.value(cell));
+    let within = (min..=max).contains(&value);
+    let [value, min, max] = [value, min, max].map(|content| seen.held(cell, content));
     let line = format!(
         "{WARNING}{text} keeps {value}, which is not within {min} to {max}, its limits now; a \
          restart would drop it"
     );
-    (!(min..=max).contains(&value)).then_some(line)
+    (!within).then_some(line)
 }
 
 /// Whether two presets are equal, in any written form.
@@ -279,6 +285,7 @@ pub(super) fn same(a: Value, b: Value) -> bool {
 pub(super) fn preset(value: Value, is_time: bool) -> String {
     match value {
         Value::Const(value, _) => say(value, is_time),
+        Value::Real(real) => real.to_string(),
         Value::Word(word) => word.to_string(),
     }
 }

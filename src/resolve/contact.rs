@@ -54,7 +54,9 @@ impl Resolver<'_> {
                 let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
                 format!("name one of its flags: `{name}.{flag}`")
             }
-            Thing::Constant(..) => format!("compare something with it: `D0 == {name}`"),
+            Thing::Constant(..) | Thing::Real(_) => {
+                format!("compare something with it: `D0 == {name}`")
+            }
             Thing::Device(_) => format!("`{name}.Ok` is ON while it exchanges"),
             Thing::Block(_) => format!("`{name}.Running` is ON while it runs"),
         };
@@ -67,14 +69,18 @@ impl Resolver<'_> {
         let name = match &atom.kind {
             AtomKind::Integer(n) => return Some(Value::Const(*n, Written::Integer)),
             AtomKind::Duration(ms) => return Some(Value::Const(*ms, Written::Duration)),
+            AtomKind::Real(real) => return Some(Value::Real(*real)),
             AtomKind::Name(name) => name,
         };
         let thing = self.look_up(name, atom.span)?;
         let help = match thing {
             Thing::Constant(value, written) => {
-                let tag = self.scope.tag_index(name);
-                self.constants.extend(tag.map(|tag| (atom.span, tag)));
+                self.note_constant(name, atom.span);
                 return Some(Value::Const(value, written));
+            }
+            Thing::Real(real) => {
+                self.note_constant(name, atom.span);
+                return Some(Value::Real(real));
             }
             Thing::Address(address @ Address::Word(word)) => {
                 self.note(name, atom.span, address);
@@ -93,6 +99,12 @@ impl Resolver<'_> {
         };
         self.wrong_kind(name, atom.span, thing, "a number", &help);
         None
+    }
+
+    /// Notes that a tag's constant is named here.
+    pub(super) fn note_constant(&mut self, name: &str, span: Span) {
+        let tag = self.scope.tag_index(name);
+        self.constants.extend(tag.map(|tag| (span, tag)));
     }
 
     /// Adds the finding for a thing of the wrong kind.
@@ -121,7 +133,7 @@ impl Resolver<'_> {
             Thing::Address(Address::Structure(Structure::Counter(_))) => "a counter",
             Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
             Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
-            Thing::Constant(..) => "a constant",
+            Thing::Constant(..) | Thing::Real(_) => "a constant",
             Thing::Device(_) => "a device",
             Thing::Block(id) => match self.scope.block_of(id) {
                 Some((_, block)) if block.kind == super::program::BlockKind::Program => "a program",

@@ -5,18 +5,10 @@
 //! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
 //! are answered here once.
 
+use super::formula::Formula;
+pub(crate) use super::operand_list::{OperandList, OperandType, OperandValue, Target, Value};
 use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure, Word};
-use crate::source::atom::Written;
 use crate::source::span::{Located, Span};
-
-/// A number: a constant or a location.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Value {
-    /// A constant, and the form in which it was written.
-    Const(i32, Written),
-    /// A word, read again at every execution.
-    Word(Word),
-}
 
 /// One instruction with its operands.
 #[derive(Clone, Debug)]
@@ -99,6 +91,13 @@ pub(crate) enum Action {
         source: Source,
         /// The word that it is stored in.
         to: Located<Word>,
+    },
+    /// MATH.
+    Math {
+        /// The word or bit that the result is stored in.
+        target: Located<Target>,
+        /// The expression.
+        formula: Box<Formula>,
     },
     /// RUN.
     Run {
@@ -213,99 +212,6 @@ impl Source {
     }
 }
 
-impl Value {
-    /// Whether both are the same number, in any written form.
-    pub(crate) fn is_as(self, other: Value) -> bool {
-        match (self, other) {
-            (Value::Const(a, _), Value::Const(b, _)) => a == b,
-            (Value::Word(a), Value::Word(b)) => a == b,
-            (Value::Const(..), Value::Word(_)) | (Value::Word(_), Value::Const(..)) => false,
-        }
-    }
-}
-
-/// An operand of any type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub(crate) enum OperandValue {
-    Bit(Bit),
-    Word(Word),
-    Value(Value),
-    Structure(Structure),
-    Block(BlockId),
-    Stage(StageId),
-}
-
-/// A type of operand.
-pub(crate) trait OperandType: Copy {
-    /// The operand, if it is of this type.
-    fn of(operand: OperandValue) -> Option<Self>;
-    /// As an operand of any type.
-    fn operand(self) -> OperandValue;
-}
-
-macro_rules! operand_types {
-    ($($variant:ident $type:ty;)*) => {$(
-        impl OperandType for $type {
-            fn of(operand: OperandValue) -> Option<Self> {
-                if let OperandValue::$variant(of) = operand { Some(of) } else { None }
-            }
-
-            fn operand(self) -> OperandValue {
-                OperandValue::$variant(self)
-            }
-        }
-    )*};
-}
-
-operand_types! {
-    Bit Bit;
-    Word Word;
-    Value Value;
-    Structure Structure;
-    Block BlockId;
-    Stage StageId;
-}
-
-/// Operands with their names in the instruction table.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct OperandList(pub(super) Vec<(&'static str, Located<OperandValue>)>);
-
-impl OperandList {
-    fn with<T: OperandType>(mut self, name: &'static str, operand: Located<T>) -> OperandList {
-        self.0.push((name, Located { value: operand.value.operand(), span: operand.span }));
-        self
-    }
-
-    fn with_any<T: OperandType>(
-        self,
-        name: &'static str,
-        operands: impl IntoIterator<Item = Located<T>>,
-    ) -> OperandList {
-        operands.into_iter().fold(self, |all, operand| all.with(name, operand))
-    }
-
-    /// All operands.
-    pub fn each(&self) -> impl Iterator<Item = (&'static str, OperandValue)> {
-        self.0.iter().map(|(name, operand)| (*name, operand.value))
-    }
-
-    /// The operands of one type.
-    pub fn of<T: OperandType>(&self) -> impl Iterator<Item = (&'static str, Located<T>)> {
-        self.0.iter().filter_map(|(name, operand)| {
-            Some((*name, Located { value: T::of(operand.value)?, span: operand.span }))
-        })
-    }
-
-    fn named<T: OperandType>(&self, name: &str) -> impl Iterator<Item = Located<T>> {
-        self.of().filter(move |(of, _)| *of == name).map(|(_, operand)| operand)
-    }
-
-    fn get<T: OperandType>(&self, name: &str) -> Option<Located<T>> {
-        self.named(name).next()
-    }
-}
-
 impl Action {
     /// The action of a mnemonic with these operands. `None` if a needed operand is absent that the
     /// table does not require.
@@ -325,6 +231,8 @@ impl Action {
             M::Udcg => Action::up_down_counter(false, given)?,
             M::Rstct => Action::Reset { structure: given.get("ct")? },
             M::Rstt => Action::Reset { structure: given.get("t")? },
+            // The resolver adds the expression.
+            M::Math => Action::Math { target: given.get("target")?, formula: Box::default() },
             M::Res => Action::Reset { structure: given.get("n")? },
             M::Ondtmr => Action::delay_timer(Delay::On, given)?,
             M::Offdtmr => Action::delay_timer(Delay::Off, given)?,
@@ -415,6 +323,7 @@ impl Action {
                 .zip(source.values())
                 .fold(none, |all, (name, value)| all.with(name, value))
                 .with("to", *to),
+            Action::Math { target, formula: _ } => none.with("target", *target),
             Action::Run { block } | Action::Restart { block } | Action::Halt { block } => {
                 none.with("block", *block)
             }
@@ -469,13 +378,14 @@ mod tests {
     fn given(spec: &Spec) -> OperandList {
         let operand = |kind| match kind {
             OperandKind::WritableBit => OperandValue::Bit(Bit::Stage(StageId(0))),
-            OperandKind::WritableWord => OperandValue::Word(Word::Pre(0)),
+            OperandKind::WritableWord | OperandKind::Target => OperandValue::Word(Word::Pre(0)),
             OperandKind::Counter => OperandValue::Structure(Structure::Counter(0)),
             OperandKind::Timer => OperandValue::Structure(Structure::Timer(0)),
             OperandKind::Sensaphone => OperandValue::Structure(Structure::Sensaphone(0)),
-            OperandKind::Value(..) | OperandKind::Duration | OperandKind::Interval => {
-                OperandValue::Value(Value::Word(Word::Pre(1)))
-            }
+            OperandKind::Number
+            | OperandKind::Value(..)
+            | OperandKind::Duration
+            | OperandKind::Interval => OperandValue::Value(Value::Word(Word::Pre(1))),
             OperandKind::Program | OperandKind::Block | OperandKind::Task => {
                 OperandValue::Block(BlockId(0))
             }

@@ -8,8 +8,11 @@
 
 mod contact;
 mod declare;
+pub(crate) mod formula;
+mod formula_resolver;
 pub mod instruction;
 mod operand;
+mod operand_list;
 pub(crate) mod operands;
 mod order;
 pub mod program;
@@ -17,6 +20,7 @@ pub mod range;
 mod rung;
 pub mod scope;
 mod tags;
+mod value;
 
 use std::sync::LazyLock;
 

@@ -6,7 +6,7 @@ use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
 use super::program::BlockKind;
 use super::scope::Thing;
 use crate::isa::{
-    Address, Bit, BitSpace, BlockId, LegName, Operand, OperandKind, Spec, Structure, Word,
+    Address, Bit, BitSpace, BlockId, LegName, Mnemonic, Operand, OperandKind, Spec, Structure, Word,
 };
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
@@ -22,6 +22,9 @@ impl Resolver<'_> {
         spec: &'static Spec,
         block: BlockId,
     ) -> Option<Instruction> {
+        if let Some(formula) = &text.formula {
+            return self.math(text.span, formula, spec);
+        }
         let mut whole = true;
         let mut operands = OperandList::default();
         let mut given = Vec::new();
@@ -100,24 +103,40 @@ impl Resolver<'_> {
         let mut structure = |like| self.structure(atom, like, spec).map(OperandValue::Structure);
         match row.kind {
             OperandKind::WritableBit => self.writable_bit(atom, spec).map(OperandValue::Bit),
-            OperandKind::WritableWord => self.writable_word(atom, spec).map(OperandValue::Word),
+            // The text of MATH has no operands; `math` resolves its target.
+            OperandKind::WritableWord | OperandKind::Target => {
+                self.writable_word(atom, spec).map(OperandValue::Word)
+            }
             OperandKind::Counter => structure(Structure::Counter(0)),
             OperandKind::Timer => structure(Structure::Timer(0)),
             OperandKind::Sensaphone => structure(Structure::Sensaphone(0)),
+            OperandKind::Number => self.value(atom).map(OperandValue::Value),
             OperandKind::Value(least, most) => {
-                let value = self.value(atom)?;
+                let value = self.whole(atom, row)?;
                 self.within(value, (least, most), atom, row)
             }
             OperandKind::Duration => {
-                let value = self.value(atom)?;
+                let value = self.whole(atom, row)?;
                 self.within(value, (0, i32::MAX), atom, row)
             }
-            OperandKind::Interval => self.value(atom).map(OperandValue::Value),
+            OperandKind::Interval => self.whole(atom, row).map(OperandValue::Value),
             OperandKind::Program | OperandKind::Block | OperandKind::Task => {
                 self.block_operand(atom, row.kind).map(OperandValue::Block)
             }
             OperandKind::Stage | OperandKind::Stages => self.stage_operand(atom, spec, block),
         }
+    }
+
+    /// A value that is no real: presets and intervals are whole numbers.
+    fn whole(&mut self, atom: &Atom, row: &Operand) -> Option<Value> {
+        let value = self.value(atom)?;
+        if value.is_real() {
+            let message = format!("the {} `{atom}` is a real, not a whole number", row.name);
+            let finding = Finding::new(Code::OperandType, atom.span, message);
+            self.find(finding.help("`MOVE` a real to a D word, and name that word here"));
+            return None;
+        }
+        Some(value)
     }
 
     fn within(
@@ -145,7 +164,7 @@ impl Resolver<'_> {
         Some(OperandValue::Value(value))
     }
 
-    fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
+    pub(super) fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
         let (name, thing) = self.thing(atom, "a bit")?;
         let Thing::Address(address @ Address::Bit(bit)) = thing else {
             let help = format!("`{}` writes a bit: `Y0`, `C0`, or a tag of one", spec.name);
@@ -177,7 +196,7 @@ impl Resolver<'_> {
         None
     }
 
-    fn writable_word(&mut self, atom: &Atom, spec: &Spec) -> Option<Word> {
+    pub(super) fn writable_word(&mut self, atom: &Atom, spec: &Spec) -> Option<Word> {
         let (name, thing) = self.thing(atom, "a word")?;
         let Thing::Address(address @ Address::Word(word)) = thing else {
             let help = match thing {
@@ -187,6 +206,16 @@ impl Resolver<'_> {
                 Thing::Address(Address::Structure(_)) => format!("its word is `{name}.Acc`"),
                 Thing::Address(Address::Bit(_) | Address::Word(_))
                 | Thing::Constant(..)
+                | Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_)
+                    if spec.mnemonic == Mnemonic::Math =>
+                {
+                    "its target is a word or a bit: `MATH D0 = …`".to_owned()
+                }
+                Thing::Address(Address::Bit(_) | Address::Word(_))
+                | Thing::Constant(..)
+                | Thing::Real(_)
                 | Thing::Block(_)
                 | Thing::Device(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
             };
@@ -367,10 +396,11 @@ fn kind_words(kind: OperandKind) -> &'static str {
     match kind {
         OperandKind::WritableBit => "a bit",
         OperandKind::WritableWord => "a word",
+        OperandKind::Target => "a word or bit",
         OperandKind::Counter => "a counter",
         OperandKind::Timer => "a timer",
         OperandKind::Sensaphone => "a Sensaphone counter",
-        OperandKind::Value(..) => "a value",
+        OperandKind::Number | OperandKind::Value(..) => "a value",
         OperandKind::Duration | OperandKind::Interval => "a duration",
         OperandKind::Program => "a program",
         OperandKind::Block => "a program or task",

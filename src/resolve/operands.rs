@@ -90,6 +90,12 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
     let wrong = |message: String, help: String| {
         Err(Finding::new(Code::Controller, span, message).help(help))
     };
+    let constant = |value: String| {
+        wrong(
+            format!("`{name}` is a constant, {value}: no memory holds it"),
+            "name a bit or word".to_owned(),
+        )
+    };
     match look_up(scope, name, span)? {
         Thing::Address(Address::Structure(structure)) => {
             let members = structure.members().join("`, `.");
@@ -99,10 +105,8 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
             )
         }
         Thing::Address(address) => Ok(address),
-        Thing::Constant(value, _) => wrong(
-            format!("`{name}` is a constant, {value}: no memory holds it"),
-            "name a bit or word".to_owned(),
-        ),
+        Thing::Constant(value, _) => constant(value.to_string()),
+        Thing::Real(real) => constant(real.to_string()),
         Thing::Device(_) => wrong(
             format!("`{name}` is a device"),
             format!("its bits are `{name}.Ok`, `{name}.Stale`"),

@@ -6,7 +6,7 @@
 //! out; then the program is checked, but never lowered or run.
 
 pub(crate) use super::instruction::{Action, Instruction, Value};
-use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, StageId};
+use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Real, StageId};
 pub(crate) use crate::source::atom::Written;
 pub(crate) use crate::source::contact::{Comparison, Edge};
 use crate::source::span::{FileId, Span};
@@ -80,9 +80,9 @@ pub(crate) struct Stage {
     /// Its name, unique in its Program.
     pub name: String,
     /// The place of its name.
-    pub span: Span,
+    pub(crate) span: Span,
     /// Its rungs.
-    pub rungs: Vec<Rung>,
+    pub(crate) rungs: Vec<Rung>,
 }
 
 /// One rung. Either one leg `When`, or the legs of its one instruction.
@@ -151,11 +151,11 @@ pub struct Tag {
     pub doc: Option<String>,
     /// Its meaning.
     pub(crate) meaning: TagMeaning,
-    /// `initial`: the value after a cold start (of a bit: 0 or 1).
+    /// `initial`: the content of the cell after a cold start (of a bit: 0 or 1).
     pub(crate) initial: Option<(i32, Span)>,
-    /// `min`.
+    /// `min`, as the content of the cell.
     pub(crate) min: Option<(i32, Span)>,
-    /// `max`.
+    /// `max`, as the content of the cell.
     pub(crate) max: Option<(i32, Span)>,
     /// `alarm`: on a bit.
     pub alarm: Option<String>,
@@ -174,6 +174,8 @@ pub(crate) enum TagMeaning {
     Address(Address),
     /// `value`.
     Constant(i32, Written),
+    /// `value`, a real.
+    Real(Real),
 }
 
 /// A bit or word, with the name that the ladder first uses for it.

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use super::program::{BlockKind, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
-use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure};
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::{Names, Near, did_you_mean};
 use crate::source::span::Span;
@@ -74,6 +74,8 @@ pub(crate) enum Thing {
     Address(Address),
     /// A tag with a `value`.
     Constant(i32, Written),
+    /// A tag with a `value` that is a real.
+    Real(Real),
     /// A Program or Task.
     Block(BlockId),
     /// A field device.
@@ -225,6 +227,9 @@ impl Scope {
             Ok(Found { thing: Thing::Constant(value, _), .. }) => {
                 Err(format!("`{name}` is a constant, {value}: it has no address"))
             }
+            Ok(Found { thing: Thing::Real(real), .. }) => {
+                Err(format!("`{name}` is a constant, {real}: it has no address"))
+            }
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
             }
@@ -295,7 +300,7 @@ impl Scope {
                 return format!("write `{together}`");
             }
             if self.is_known(low) {
-                return "nothing is computed here: `SUB a b to=D0` in a rung above, then `D0`"
+                return "nothing is computed here: `MATH D0 = a - b` in a rung above, then `D0`"
                     .to_owned();
             }
         }
@@ -373,9 +378,7 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
         }
         AddressError::UnknownMember(members) => unknown_member(name, members),
         AddressError::UnknownNickname => {
-            let status = &crate::isa::status::BIT_NICKNAMES;
-            let words = &crate::isa::status::WORD_NICKNAMES;
-            let all: Vec<&str> = status.iter().chain(words).copied().collect();
+            let all: Vec<&str> = crate::isa::status::nicknames().collect();
             let help = did_you_mean(name, all.iter().copied());
             let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
             new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))
@@ -405,6 +408,7 @@ fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing
         return Ok(match meaning {
             TagMeaning::Address(address) => Thing::Address(address),
             TagMeaning::Constant(value, written) => Thing::Constant(value, written),
+            TagMeaning::Real(real) => Thing::Real(real),
         });
     };
     let what = match meaning {
@@ -413,7 +417,7 @@ fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing
             return address.ok_or_else(|| member_mistake(base, structure, member));
         }
         TagMeaning::Address(address) => format!("it is {address}"),
-        TagMeaning::Constant(..) => "it is a constant".to_owned(),
+        TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
     };
     let message = format!("`{base}` has no members: {what}");
     Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))

@@ -7,7 +7,7 @@ use super::declare::kept;
 use super::program::{Program, Tag, TagMeaning, Written};
 use super::scope::address_mistake;
 use crate::isa::address_text;
-use crate::isa::{Address, Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace, Real};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
@@ -18,10 +18,9 @@ impl Resolver<'_> {
     pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
         let meaning = self.meaning(tag)?;
         self.misfits(tag, meaning);
-        let bit = matches!(meaning, TagMeaning::Address(Address::Bit(_)));
-        let initial = tag.initial.as_ref().and_then(|value| self.tag_value(value, bit));
-        let min = tag.min.as_ref().and_then(|value| self.tag_value(value, false));
-        let max = tag.max.as_ref().and_then(|value| self.tag_value(value, false));
+        let mut cell =
+            |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
+        let (initial, min, max) = (cell(&tag.initial), cell(&tag.min), cell(&tag.max));
         let resolved = Tag {
             name: kept(&tag.name.text),
             span: tag.name.span,
@@ -55,6 +54,7 @@ impl Resolver<'_> {
             (None, Some(value)) => match value.value {
                 Constant::Integer(n) => Some(TagMeaning::Constant(n, Written::Integer)),
                 Constant::Duration(ms) => Some(TagMeaning::Constant(ms, Written::Duration)),
+                Constant::Real(real) => Some(TagMeaning::Real(real)),
                 Constant::Bit(on) => {
                     let nickname = if on { "$On" } else { "$Off" };
                     let message = "a constant is a number or a duration";
@@ -87,12 +87,12 @@ impl Resolver<'_> {
     /// Reports keys that do not fit the tag's meaning.
     fn misfits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) {
         let (bit, word, read_only, what) = match meaning {
-            TagMeaning::Constant(..) => (false, false, true, "a constant"),
+            TagMeaning::Constant(..) | TagMeaning::Real(_) => (false, false, true, "a constant"),
             TagMeaning::Address(Address::Bit(bit)) => (true, false, !bit_has_initial(bit), "a bit"),
             TagMeaning::Address(Address::Word(word)) => (false, true, !word.writable(), "a word"),
             TagMeaning::Address(Address::Structure(_)) => (false, false, true, "a structure"),
         };
-        let constant = matches!(meaning, TagMeaning::Constant(..));
+        let constant = matches!(meaning, TagMeaning::Constant(..) | TagMeaning::Real(_));
         let keys = [
             ("initial", tag.initial.as_ref().map(|v| v.span), !read_only && (bit || word)),
             ("min", tag.min.as_ref().map(|v| v.span), word && !read_only),
@@ -120,23 +120,19 @@ impl Resolver<'_> {
         }
     }
 
-    fn tag_value(&mut self, value: &Located<Constant>, bit: bool) -> Option<(i32, Span)> {
-        let number = match (value.value, bit) {
-            (Constant::Bit(on), true) => i32::from(on),
-            (Constant::Integer(n @ 0..=1), true) => n,
-            (Constant::Integer(n) | Constant::Duration(n), false) => n,
-            (_, true) => {
-                let message = "a bit is `true` or `false`";
-                self.find(Finding::new(Code::WrongType, value.span, message));
-                return None;
-            }
-            (Constant::Bit(_), false) => {
-                let message = "a word holds a number, not `true` or `false`";
-                self.find(Finding::new(Code::WrongType, value.span, message));
-                return None;
-            }
+    /// The content of the tag's cell for a value of `initial`, `min` or `max`.
+    fn tag_value(&mut self, value: &Located<Constant>, meaning: TagMeaning) -> Option<(i32, Span)> {
+        let (cell, misfit) = match meaning {
+            TagMeaning::Address(Address::Bit(_)) => bit_cell(value.value),
+            TagMeaning::Address(Address::Word(word)) if word.is_real() => real_cell(value.value),
+            TagMeaning::Address(Address::Word(_) | Address::Structure(_))
+            | TagMeaning::Constant(..)
+            | TagMeaning::Real(_) => whole_cell(value.value),
         };
-        Some((number, value.span))
+        if cell.is_none() {
+            self.find(Finding::new(Code::WrongType, value.span, misfit));
+        }
+        Some((cell?, value.span))
     }
 
     /// Checks that `min` <= `initial` <= `max`, and that all lie within the location's range.
@@ -145,20 +141,30 @@ impl Resolver<'_> {
             let (least, most) = word.range();
             for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
                 if !(least..=most).contains(&n) {
+                    let [least, most, n] = [least, most, n].map(|cell| word.text(cell));
                     let message = format!("`{address}` holds {least}..{most}, not {n}");
                     self.find(Finding::new(Code::OutOfRange, span, message));
                 }
             }
         }
-        self.between(tag.min, tag.max, "`min` is greater than `max`");
-        self.between(tag.min, tag.initial, "`initial` is less than `min`");
-        self.between(tag.initial, tag.max, "`initial` is greater than `max`");
+        let mut between = |low, high, message| self.between(tag, (low, high), message);
+        between(tag.min, tag.max, "`min` is greater than `max`");
+        between(tag.min, tag.initial, "`initial` is less than `min`");
+        between(tag.initial, tag.max, "`initial` is greater than `max`");
     }
 
-    fn between(&mut self, low: Option<(i32, Span)>, high: Option<(i32, Span)>, message: &str) {
-        if let (Some((low, low_span)), Some((high, high_span))) = (low, high)
+    /// Reports a pair of values in the wrong order; `values`: that which is to be the lower one,
+    /// and the other.
+    fn between(&mut self, tag: &Tag, values: PairOfCells, message: &str) {
+        if let (Some((low, low_span)), Some((high, high_span))) = values
             && low > high
         {
+            let [low, high] = [low, high].map(|cell| match tag.meaning {
+                TagMeaning::Address(Address::Word(word)) => word.text(cell),
+                TagMeaning::Address(_) | TagMeaning::Constant(..) | TagMeaning::Real(_) => {
+                    cell.to_string()
+                }
+            });
             let finding = Finding::new(Code::OutOfRange, high_span, message);
             self.find(finding.related(low_span, format!("{low} here, {high} there")));
         }
@@ -179,6 +185,38 @@ impl Resolver<'_> {
                 }
             }
         }
+    }
+}
+
+/// Two values of a tag, each with its place, if it is given.
+type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
+
+/// The content of a bit's cell; `None` with the message of the finding.
+fn bit_cell(value: Constant) -> (Option<i32>, &'static str) {
+    let cell = match value {
+        Constant::Bit(on) => Some(i32::from(on)),
+        Constant::Integer(n @ 0..=1) => Some(n),
+        Constant::Integer(_) | Constant::Duration(_) | Constant::Real(_) => None,
+    };
+    (cell, "a bit is `true` or `false`")
+}
+
+/// The content of an R word's cell.
+fn real_cell(value: Constant) -> (Option<i32>, &'static str) {
+    let cell = match value {
+        Constant::Integer(n) | Constant::Duration(n) => Some(Real::nearest(n).cell()),
+        Constant::Real(real) => Some(real.cell()),
+        Constant::Bit(_) => None,
+    };
+    (cell, "a word holds a number, not `true` or `false`")
+}
+
+/// The content of any other word's cell.
+fn whole_cell(value: Constant) -> (Option<i32>, &'static str) {
+    match value {
+        Constant::Integer(n) | Constant::Duration(n) => (Some(n), ""),
+        Constant::Real(_) => (None, "this word holds whole numbers; an R word holds reals"),
+        Constant::Bit(_) => (None, "a word holds a number, not `true` or `false`"),
     }
 }
 

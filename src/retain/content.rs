@@ -6,13 +6,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::isa::{Address, BitSpace, Space, WordSpace};
+use crate::isa::{Address, BitSpace, Real, Space, WordSpace};
 
 /// The number of bytes of a structure's bits: the bits that a program sees, then its owner's own.
 pub(crate) const RECORD_BYTES: usize = 8;
 
 /// The spaces of elements. Each has a number in the file, which never changes.
-const NUMBERS: [(u8, Space); 10] = [
+const NUMBERS: [(u8, Space); 11] = [
     (1, Space::Bit(BitSpace::C)),
     (2, Space::Bit(BitSpace::Mc)),
     (3, Space::Bit(BitSpace::Mi)),
@@ -23,7 +23,11 @@ const NUMBERS: [(u8, Space); 10] = [
     (8, Space::Counter),
     (9, Space::Timer),
     (10, Space::Sensaphone),
+    (11, REALS),
 ];
+
+/// The space of R words. The file holds them as binary32, memory by their cells.
+const REALS: Space = Space::Word(WordSpace::R);
 
 /// Flag of a run: the program terminates these elements.
 const TERMINATED: u8 = 1;
@@ -77,6 +81,7 @@ pub(super) fn type_name(space: Space) -> &'static str {
         Space::Bit(_) => "a bit",
         Space::Word(WordSpace::V | WordSpace::Mhr | WordSpace::Mir) => "a 16-bit word",
         Space::Word(WordSpace::D | WordSpace::Dst) => "a 32-bit word",
+        REALS => "a real",
         Space::Counter => "a counter",
         Space::Timer => "a timer",
         Space::Sensaphone => "a Sensaphone counter",
@@ -93,7 +98,7 @@ pub(super) fn value_bytes(space: Space) -> usize {
     }
 }
 
-/// The range of a word, or of a structure's `.Acc`.
+/// The range of a word's cell, or of a structure's `.Acc`.
 pub(super) fn range(space: Space) -> (i32, i32) {
     match space {
         Space::Bit(_) => (0, 1),
@@ -101,8 +106,29 @@ pub(super) fn range(space: Space) -> (i32, i32) {
         Space::Word(WordSpace::D | WordSpace::Dst) | Space::Counter | Space::Timer => {
             (i32::MIN, i32::MAX)
         }
+        REALS => WordSpace::R.range(),
         Space::Sensaphone => (i32::from(i16::MIN), i32::from(i16::MAX)),
     }
+}
+
+/// The text of a word's value, from its cell.
+pub(super) fn text(space: Space, cell: i32) -> String {
+    if space == REALS { Real::of_cell(cell).to_string() } else { cell.to_string() }
+}
+
+/// Appends the value of a word as the file holds it.
+pub(super) fn put_word(bytes: &mut Vec<u8>, space: Space, cell: i32) {
+    if space == REALS {
+        bytes.extend(Real::of_cell(cell).number().to_le_bytes());
+    } else {
+        bytes.extend(cell.to_le_bytes());
+    }
+}
+
+/// The cell of a real as the file holds it: of an infinity the nearest real, of a NaN 0.
+fn cell_of(number: f32) -> i32 {
+    let number = if number.is_nan() { 0.0 } else { f64::from(number) };
+    Real::stored(number).0.cell()
 }
 
 fn number_of(space: Space) -> u8 {
@@ -225,6 +251,7 @@ impl<'a> ByteReader<'a> {
         let clamped = |word: i32| word.clamp(low, high);
         let word = match value_bytes(space) {
             1 => i32::from(self.take(1)?[0]),
+            _ if space == REALS => cell_of(f32::from_bits(self.u32()?)),
             _ => self.i32()?,
         };
         let mut value = Value { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
@@ -282,10 +309,14 @@ mod tests {
 
     #[test]
     fn every_space_that_can_be_retained_has_a_number() {
-        assert_eq!(NUMBERS.map(|(_, space)| space), Space::RETAINABLE);
+        let mut numbered = NUMBERS.map(|(_, space)| space);
+        let mut retainable = Space::RETAINABLE;
+        numbered.sort_unstable();
+        retainable.sort_unstable();
+        assert_eq!(numbered, retainable);
         for (number, space) in NUMBERS {
             assert_eq!((number_of(space), space_of(number)), (number, Some(space)));
         }
-        assert_eq!([0, 11, 255].map(space_of), [None; 3]);
+        assert_eq!([0, 12, 255].map(space_of), [None; 3]);
     }
 }

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use super::content::Element;
+use super::content::{self, Element};
 use crate::isa::{Address, Word};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
@@ -51,6 +51,8 @@ impl Limits {
         if (min..=max).contains(&value) || value == initial {
             return None;
         }
+        let [value, min, max, initial] =
+            [value, min, max, initial].map(|cell| content::text(element.0, cell));
         Some(format!("it was {value}, and takes {min} to {max} now; it begins with {initial}"))
     }
 }

@@ -61,7 +61,7 @@ pub(super) fn owners(program: &Program) -> Vec<(String, Element)> {
         match presets.get(element) {
             Some(Value::Const(preset, _)) => *text = format!("{text}{WITH_PRESET}{preset}"),
             Some(Value::Word(_)) => *text = format!("{text}{WITH_PRESET}{FROM_LOCATION}"),
-            None => {}
+            Some(Value::Real(_)) | None => {}
         }
     }
     owners

@@ -118,7 +118,7 @@ impl RetainPlan {
                 }
                 Address::Word(word) => {
                     let words = &words[cells(self.layout.word(word).0)];
-                    words.iter().for_each(|word| into.extend(word.to_le_bytes()));
+                    words.iter().for_each(|word| content::put_word(into, run.space, *word));
                 }
                 Address::Structure(first) => {
                     for number in run.first..run.first + run.count {

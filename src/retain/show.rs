@@ -88,9 +88,7 @@ fn held(space: Space, value: &Value) -> String {
         Space::Bit(_) => {
             return if value.word != 0 { "ON" } else { "OFF" }.to_owned();
         }
-        Space::Word(_) => {
-            return value.word.to_string();
-        }
+        Space::Word(_) => return content::text(space, value.word),
         Space::Counter => &["Done", "Reset", "Zero", "DnDone"],
         Space::Timer => &["Done", "Reset", "Zero", "Timing"],
         Space::Sensaphone => &["CU", "CD", "DN", "OV", "UN"],

@@ -3,14 +3,15 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
-use crate::engine::{BitCell, BlockEvent, Cell, Engine, ScanTimes, Transfer, WordCell};
+use crate::calendar::LocalTime;
+use crate::engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
 /// The machine that is scanned: the engine, or a stand-in in tests.
 pub trait Machine {
     /// RUN begins.
     fn start(&mut self, now_ns: u64);
     /// Step 1 of a scan.
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes);
+    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime);
     /// Step 2, for every X.
     fn set_input(&mut self, x: u32, on: bool);
     /// Step 3, for every queued write.
@@ -38,6 +39,8 @@ pub trait Machine {
     fn image(&self) -> (&[u8], &[i32]);
     /// The changes of blocks in the last scan or in `terminate`, and the number of further ones.
     fn events(&self) -> (&[BlockEvent], u32);
+    /// The MATHs that had a mishap in the last scan.
+    fn maths(&self) -> &[MathEvent];
 }
 
 impl Machine for Engine {
@@ -45,8 +48,8 @@ impl Machine for Engine {
         Engine::start(self, now_ns);
     }
 
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
-        Engine::begin_scan(self, now_ns, times);
+    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime) {
+        Engine::begin_scan(self, now_ns, times, local);
     }
 
     fn set_input(&mut self, x: u32, on: bool) {
@@ -102,5 +105,9 @@ impl Machine for Engine {
 
     fn events(&self) -> (&[BlockEvent], u32) {
         (Engine::events(self), self.events_dropped())
+    }
+
+    fn maths(&self) -> &[MathEvent] {
+        Engine::maths(self)
     }
 }

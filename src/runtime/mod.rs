@@ -34,6 +34,7 @@ mod scanner_tests;
 mod statistics;
 mod swap;
 mod sys;
+pub(crate) mod wall;
 pub mod wiring;
 
 use std::io;
@@ -67,7 +68,7 @@ use crate::isa::{Bit, BitSpace};
 use beat::{Beat, Life};
 use exchange::Port;
 use field::Ends;
-use pacing::{Clock, MonotonicClock};
+use pacing::{Clock, MachineClock};
 use wiring::Wiring;
 
 /// The settings of the two threads at the start.
@@ -249,6 +250,7 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
 /// The machine gives no thread.
 pub(crate) fn prepare<M, O>(
     machine: M,
+    clock: MachineClock,
     settings: &Settings,
     observer: O,
 ) -> io::Result<(Prepared, Reloader<M>)>
@@ -257,7 +259,7 @@ where
     O: Observer + 'static,
 {
     let (held, mut grants) = settings.posture.apply_to_process();
-    let whole = assemble_whole(machine, MonotonicClock, settings, observer);
+    let whole = assemble_whole(machine, clock, settings, observer);
     let Whole { scanner, monitor, port, reloader, lines } = whole;
     let beat = Arc::clone(&monitor.beat);
     let records_dropped = Arc::clone(&monitor.journal.dropped);

@@ -5,27 +5,40 @@
 //! never made up for by a burst. The clock is handed in, so that all of this is tested with
 //! numbers.
 
-use super::sys;
+use std::sync::Arc;
 
-/// The monotonic clock, and the way to wait for it.
+use super::sys;
+use super::wall::UtcOffset;
+
+/// The monotonic clock, the way to wait for it, and the time of day.
 pub trait Clock {
     /// Nanoseconds of a clock that never steps.
     fn now_ns(&self) -> u64;
     /// Returns at the deadline, or as soon after it as the machine manages.
     fn sleep_until(&mut self, deadline_ns: u64);
+    /// The local time of day, as seconds since 1970-01-01 00:00:00 of the local clock. It may jump
+    /// either way, so it is shown to the ladder and nothing is measured by it.
+    fn local_s(&self) -> i64;
 }
 
-/// The machine's own clock.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct MonotonicClock;
+/// The machine's own clocks, and the offset of local time, which another thread keeps.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MachineClock {
+    /// Shared with the thread that keeps it.
+    pub offset: Arc<UtcOffset>,
+}
 
-impl Clock for MonotonicClock {
+impl Clock for MachineClock {
     fn now_ns(&self) -> u64 {
         sys::monotonic_ns()
     }
 
     fn sleep_until(&mut self, deadline_ns: u64) {
         sys::sleep_until_ns(deadline_ns);
+    }
+
+    fn local_s(&self) -> i64 {
+        self.offset.local_s(sys::wall_s())
     }
 }
 

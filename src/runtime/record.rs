@@ -11,7 +11,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::exchange::Mode;
 use super::statistics::Statistics;
-use crate::engine::{BitCell, BlockEvent, WordCell};
+use crate::engine::{BitCell, BlockEvent, MathEvent, WordCell};
 
 /// The greatest number of records that wait for their reader; further ones are dropped.
 const RECORDS_MAX: usize = 4096;
@@ -47,6 +47,8 @@ pub enum What {
     Mode(Mode),
     /// A block or Stage.
     Block(BlockEvent),
+    /// A MATH had a mishap.
+    Math(MathEvent),
     /// The number of events of blocks in this scan that could not be reported.
     EventsLost(u32),
     /// A watched bit, by its position in [`Watched::bits`]; how long it was in its old state.

@@ -21,6 +21,7 @@ use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, Watched, Watches, What};
 use super::statistics::{Books, Meter, Statistics};
 use super::swap::{Package, Swapped, Swaps};
+use crate::calendar::LocalTime;
 use crate::faults::{self, Point};
 
 /// The longest time until the first report of statistics.
@@ -269,7 +270,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         faults::point(Point::Scan);
         faults::point(Point::Stall);
         self.obey(now_ns);
-        self.machine.begin_scan(now_ns, &self.books.scan_times());
+        let local = LocalTime::of(self.clock.local_s());
+        self.machine.begin_scan(now_ns, &self.books.scan_times(), &local);
         for (x, on) in self.side.inputs() {
             self.machine.set_input(x, on);
         }
@@ -431,6 +433,9 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let (events, lost) = machine.events();
         for event in events {
             journal.tell(*scans, now_ns, What::Block(*event));
+        }
+        for event in machine.maths() {
+            journal.tell(*scans, now_ns, What::Math(*event));
         }
         if lost > 0 {
             journal.tell(*scans, now_ns, What::EventsLost(lost));

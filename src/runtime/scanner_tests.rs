@@ -1,5 +1,6 @@
 //! The scanner on a simulated clock, with a machine whose scans take as long as a test says.
 
+mod clock;
 mod commands;
 mod swaps;
 
@@ -10,13 +11,14 @@ use std::sync::{Arc, Mutex};
 use super::exchange::{FaultReason, Mode, Outcome, Port, Snapshot, StopReason, Tempo, Write};
 use super::pacing::Clock;
 use super::*;
+use crate::calendar::LocalTime;
 use crate::engine::{self, BitCell, BlockEvent, ScanTimes, WordCell};
 
 const MS: u64 = 1_000_000;
 
 /// A clock that moves when somebody sleeps, or works.
 #[derive(Clone, Default)]
-struct SimulatedClock(Rc<Cell<u64>>);
+struct SimulatedClock(Rc<Cell<u64>>, Rc<Cell<i64>>);
 
 impl SimulatedClock {
     fn pass(&self, ns: u64) {
@@ -31,6 +33,10 @@ impl Clock for SimulatedClock {
 
     fn sleep_until(&mut self, deadline_ns: u64) {
         self.0.set(self.0.get().max(deadline_ns));
+    }
+
+    fn local_s(&self) -> i64 {
+        self.1.get()
     }
 }
 
@@ -49,6 +55,7 @@ struct Fake {
     /// When a force was set last.
     forced_ns: u64,
     times: Rc<Cell<ScanTimes>>,
+    local: Rc<Cell<LocalTime>>,
 }
 
 impl Machine for Fake {
@@ -56,9 +63,10 @@ impl Machine for Fake {
         self.stop = false;
     }
 
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes) {
+    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime) {
         assert_eq!(now_ns, self.clock.now_ns(), "the timestamp is taken at the scan's start");
         self.times.set(*times);
+        self.local.set(*local);
     }
 
     fn set_input(&mut self, x: u32, on: bool) {
@@ -120,6 +128,10 @@ impl Machine for Fake {
     fn events(&self) -> (&[BlockEvent], u32) {
         (&[], 0)
     }
+
+    fn maths(&self) -> &[engine::MathEvent] {
+        &[]
+    }
 }
 
 /// What an observer heard.
@@ -165,6 +177,7 @@ struct Rig {
     heard: Heard,
     clock: SimulatedClock,
     times: Rc<Cell<ScanTimes>>,
+    local: Rc<Cell<LocalTime>>,
     reloader: Reloader<Fake>,
 }
 
@@ -173,6 +186,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
     let clock = SimulatedClock::default();
     clock.pass(1000 * MS);
     let times = Rc::new(Cell::new(ScanTimes::default()));
+    let local = Rc::new(Cell::new(LocalTime::default()));
     let mut fake = Fake {
         clock: clock.clone(),
         bits: [0; 3],
@@ -184,6 +198,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
         stop: false,
         forced_ns: 0,
         times: Rc::clone(&times),
+        local: Rc::clone(&local),
     };
     let mut settings = Settings {
         pace: Pace {
@@ -209,7 +224,7 @@ fn rig(change: impl FnOnce(&mut Fake, &mut Settings)) -> Rig {
     let (mut scanner, monitor, port, reloader) =
         assemble_reloadable(fake, clock.clone(), &settings, heard.clone());
     scanner.start();
-    Rig { scanner, monitor, port, heard, clock, times, reloader }
+    Rig { scanner, monitor, port, heard, clock, times, local, reloader }
 }
 
 impl Rig {

@@ -1,4 +1,4 @@
-//! The system calls of the scan thread: the clock, the absolute sleep, the scheduler.
+//! The system calls of the scan thread: the clocks, the absolute sleep, the scheduler.
 //!
 //! One of the two files with `unsafe` in this crate; the other is `daemon/operator/peer.rs`. Every
 //! call passes pointers to local values that outlive it, or none; what is returned is checked.
@@ -16,6 +16,15 @@ pub fn monotonic_ns() -> u64 {
     let failed = unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut now) };
     assert_eq!(failed, 0, "CLOCK_MONOTONIC exists on every Linux");
     now.tv_sec as u64 * NS_PER_S + now.tv_nsec as u64
+}
+
+/// CLOCK_REALTIME, in seconds since 1970.
+pub fn wall_s() -> i64 {
+    let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `now` is a valid timespec that lives through the call.
+    let failed = unsafe { libc::clock_gettime(libc::CLOCK_REALTIME, &mut now) };
+    assert_eq!(failed, 0, "CLOCK_REALTIME exists on every Linux");
+    now.tv_sec
 }
 
 /// Sleeps until CLOCK_MONOTONIC reaches the deadline; returns at once if it has passed.

@@ -4,9 +4,11 @@ use std::io;
 
 use super::stimulus::{Change, Stimulus};
 use super::trace::{RowName, Trace};
+use crate::calendar::LocalTime;
 use crate::engine::{self, BitCell, Engine, ScanTimes};
 
 const NS_PER_MS: u64 = 1_000_000;
+const MS_PER_S: u64 = 1000;
 
 /// The parameters of a simulation.
 #[derive(Clone, Debug)]
@@ -19,6 +21,8 @@ pub struct Plan {
     pub stop: bool,
     /// The `.Ok` bits of field devices: ON from the first scan on, until a stimulus writes them.
     pub well: Vec<BitCell>,
+    /// The local time of the first scan, as seconds since 1970-01-01 00:00:00 of the local clock.
+    pub clock_s: i64,
     /// The inputs and queued writes.
     pub stimulus: Stimulus,
 }
@@ -50,7 +54,8 @@ pub fn run(program: engine::Program, plan: &Plan, trace: &mut dyn Trace) -> io::
         if plan.stop && scan + 1 == plan.scans {
             engine.request_stop();
         }
-        engine.begin_scan(time_ms * NS_PER_MS, &times);
+        let local = LocalTime::of(plan.clock_s.saturating_add((time_ms / MS_PER_S) as i64));
+        engine.begin_scan(time_ms * NS_PER_MS, &times, &local);
         if scan == 0 {
             plan.well.iter().for_each(|cell| engine.write_bit(*cell, true));
         }

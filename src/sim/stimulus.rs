@@ -6,7 +6,7 @@
 //! of an operand.
 
 use crate::engine::{BitCell, WordCell};
-use crate::isa::{Address, MemorySizes, address_text};
+use crate::isa::{Address, MemorySizes, Real, Word, address_text};
 
 /// One change of an input, or one queued write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +28,18 @@ pub enum Target {
     Bit(BitCell),
     /// A word that may be written from outside, and its bounds.
     Word(WordCell, (i32, i32)),
+    /// A word of a real that may be written from outside, and its bounds.
+    Real(WordCell, (Real, Real)),
+}
+
+impl Target {
+    /// The target of a word with these limits, which are contents of its cell.
+    pub fn word(word: Word, cell: WordCell, (min, max): (i32, i32)) -> Target {
+        match word.is_real() {
+            true => Target::Real(cell, (Real::of_cell(min), Real::of_cell(max))),
+            false => Target::Word(cell, (min, max)),
+        }
+    }
 }
 
 /// Resolves an operand's name; the error is the reason why it cannot be written.
@@ -195,6 +207,16 @@ fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> 
                 return Err(format!("`{name}` takes {min} to {max}, not {value}"));
             }
             Ok(Change::Word(cell, value as i32))
+        }
+        Target::Real(cell, (min, max)) => {
+            let integer = |text: &str| text.parse().map(Real::nearest).ok();
+            let Some(value) = text.parse().ok().or_else(|| integer(text)) else {
+                return Err(format!("`{name}` is a real: it takes a number as 12.5, not `{text}`"));
+            };
+            if !(min..=max).contains(&value) {
+                return Err(format!("`{name}` takes {min} to {max}, not {value}"));
+            }
+            Ok(Change::Word(cell, value.cell()))
         }
     }
 }

@@ -102,7 +102,7 @@ impl<'a> SvgTrace<'a> {
             );
             match watched.cell {
                 Cell::Bit(_) => bit_line(&mut svg, &self.values[at], top, &measures),
-                Cell::Word(_) => word_bands(&mut svg, &self.values[at], top, &measures),
+                Cell::Word(_) => self.word_bands(&mut svg, at, top, &measures),
             }
         }
         svg.push_str("</svg>\n");
@@ -115,7 +115,8 @@ impl<'a> SvgTrace<'a> {
         let name = self.watched.iter().map(|w| w.name.chars().count()).max().unwrap_or(0).max(4);
         let words = self.watched.iter().zip(&self.values);
         let words = words.filter(|(w, _)| matches!(w.cell, Cell::Word(_)));
-        let digits = words.flat_map(|(_, values)| values).map(|v| v.to_string().len()).max();
+        let texts = words.flat_map(|(w, values)| values.iter().map(|v| w.text(*v).len()));
+        let digits = texts.max();
         let times = self.columns.last().map_or(0, |(_, time_ms)| time_ms.to_string().len());
         let widest = digits.unwrap_or(0).max(times) * NUMBER_CHAR + 6;
         let count = self.columns.len().max(1);
@@ -157,6 +158,28 @@ impl<'a> SvgTrace<'a> {
             );
         }
     }
+
+    /// A word: a band for each stretch of equal values, with the value if there is room.
+    fn word_bands(&self, svg: &mut String, at: usize, top: usize, measures: &Measures) {
+        let (watched, values) = (&self.watched[at], &self.values[at]);
+        let mut from = 0;
+        for same in values.chunk_by(|a, b| a == b) {
+            let (x, width) = (measures.x(from), same.len() * measures.column);
+            let _ = write!(
+                svg,
+                "<rect class=\"w\" x=\"{x}\" y=\"{}\" width=\"{width}\" height=\"{}\"/>",
+                top + HIGH,
+                LOW - HIGH
+            );
+            let text = watched.text(same[0]);
+            if text.len() * NUMBER_CHAR + 2 <= width {
+                let (x, y) = (measures.middle(from, same.len()), top + 19);
+                let _ = write!(svg, "<text class=\"v\" x=\"{x}\" y=\"{y}\">{text}</text>");
+            }
+            svg.push('\n');
+            from += same.len();
+        }
+    }
 }
 
 /// A bit: high and shaded while ON, low while OFF.
@@ -174,27 +197,6 @@ fn bit_line(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
         let _ = write!(svg, "<path class=\"f\" d=\"M{left} {low}{steps}V{low}Z\"/>");
     }
     let _ = writeln!(svg, "<path class=\"l\" d=\"M{left} {first}{steps}\"/>");
-}
-
-/// A word: a band for each stretch of equal values, with the value if there is room.
-fn word_bands(svg: &mut String, values: &[i32], top: usize, measures: &Measures) {
-    let mut from = 0;
-    for same in values.chunk_by(|a, b| a == b) {
-        let (x, width) = (measures.x(from), same.len() * measures.column);
-        let _ = write!(
-            svg,
-            "<rect class=\"w\" x=\"{x}\" y=\"{}\" width=\"{width}\" height=\"{}\"/>",
-            top + HIGH,
-            LOW - HIGH
-        );
-        let text = same[0].to_string();
-        if text.len() * NUMBER_CHAR + 2 <= width {
-            let (x, y) = (measures.middle(from, same.len()), top + 19);
-            let _ = write!(svg, "<text class=\"v\" x=\"{x}\" y=\"{y}\">{text}</text>");
-        }
-        svg.push('\n');
-        from += same.len();
-    }
 }
 
 impl Trace for SvgTrace<'_> {
@@ -224,7 +226,7 @@ mod tests {
     use super::*;
 
     fn watched(name: &str, cell: Cell) -> Watched {
-        Watched { name: name.to_owned(), cell }
+        Watched { name: name.to_owned(), cell, real: false }
     }
 
     /// A diagram of a bit and a word, from their values; the last column is the stop.

@@ -1,18 +1,35 @@
 //! Traces: one row for each scan, with the values at its end.
 //!
 //! The CSV form: header `scan,time_ms,` and the operands as requested; bits 0 and 1, words decimal,
-//! time in whole ms. The row after an orderly stop is called `stop`.
+//! reals as they are written, time in whole ms. The row after an orderly stop is called `stop`.
 
 use std::io::{self, Write};
 
-use crate::engine::{Cell, Image};
+use crate::engine::{Cell, Image, Layout};
+use crate::isa::Real;
 
 /// A traced operand: its name for the header, and its cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub struct Watched {
+    /// Its name for the header.
     pub name: String,
+    /// Its cell.
     pub cell: Cell,
+    /// Whether the cell holds a real.
+    pub real: bool,
+}
+
+impl Watched {
+    /// The operand at a cell.
+    pub fn new(name: &str, cell: Cell, layout: &Layout) -> Watched {
+        let real = matches!(cell, Cell::Word(word) if layout.is_real(word));
+        Watched { name: name.to_owned(), cell, real }
+    }
+
+    /// The text of the cell's content.
+    pub(super) fn text(&self, content: i32) -> String {
+        if self.real { Real::of_cell(content).to_string() } else { content.to_string() }
+    }
 }
 
 /// The name of a row.
@@ -72,6 +89,9 @@ impl<W: Write> Trace for CsvTrace<'_, W> {
         for watched in self.watched {
             match watched.cell {
                 Cell::Bit(bit) => write!(self.out, ",{}", u8::from(image.bit(bit)))?,
+                Cell::Word(word) if watched.real => {
+                    write!(self.out, ",{}", Real::of_cell(image.word(word)))?;
+                }
                 Cell::Word(word) => write!(self.out, ",{}", image.word(word))?,
             }
         }

@@ -7,7 +7,9 @@ use std::fmt;
 
 use super::finding::{Code, Finding};
 use super::span::Span;
+use crate::isa::Real;
 use crate::isa::duration::{self, DurationError};
+use crate::isa::real::RealError;
 
 /// A name or constant, and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,6 +30,8 @@ pub enum AtomKind {
     Integer(i32),
     /// A duration in ms.
     Duration(i32),
+    /// A real.
+    Real(Real),
 }
 
 /// How a constant was written: the checks warn of bare integers as timer values.
@@ -57,7 +61,7 @@ impl Atom {
     pub fn name(&self) -> Option<&str> {
         match &self.kind {
             AtomKind::Name(name) => Some(name),
-            AtomKind::Integer(_) | AtomKind::Duration(_) => None,
+            AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => None,
         }
     }
 }
@@ -68,6 +72,7 @@ impl fmt::Display for Atom {
             AtomKind::Name(name) => f.write_str(name),
             AtomKind::Integer(n) => write!(f, "{n}"),
             AtomKind::Duration(ms) => f.write_str(&duration::print(*ms)),
+            AtomKind::Real(real) => write!(f, "{real}"),
         }
     }
 }
@@ -78,6 +83,15 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
         None => (1, word),
     };
     let hexadecimal = digits.strip_prefix("0x");
+    match word.parse() {
+        Ok(real) => return Ok(AtomKind::Real(real)),
+        Err(RealError::Beyond) => {
+            let message = format!("`{word}` lies beyond the largest real");
+            let finding = Finding::new(Code::OutOfRange, span, message);
+            return Err(finding.help("reals lie between -3.4028235e38 and 3.4028235e38"));
+        }
+        Err(RealError::Form) => {}
+    }
     if hexadecimal.is_none() && !digits.bytes().all(|b| b.is_ascii_digit()) {
         if sign < 0 && duration::parse(digits).is_ok() {
             let finding = Finding::new(Code::BadDuration, span, "a duration is never negative");
@@ -111,7 +125,8 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
 fn no_number(word: &str, span: Span) -> Finding {
     let message = format!("`{word}` is neither a number nor a duration");
     Finding::new(Code::InstructionSyntax, span, message).help(
-        "write `123`, `-5`, `0x1F`, or a duration: `250ms`, `1m30s`; names begin with a letter",
+        "write `123`, `-5`, `0x1F`, a real: `12.5`, `2e-3`, or a duration: `250ms`, `1m30s`; names \
+         begin with a letter",
     )
 }
 
@@ -160,6 +175,10 @@ mod tests {
         check("-2147483648", "Integer(-2147483648)");
         check("0x1F", "Integer(31)");
         check("1m30s", "Duration(90000)");
+        check("12.0", "Real(Real(1094713344))");
+        check("-1e1", "Real(Real(-1092616193))");
+        check("1e39", "`1e39` lies beyond the largest real");
+        check("1.", "`1.` is neither a number nor a duration");
         check("00:00:02:500", "Duration(2500)");
         check("bottles.Acc", "Name(\"bottles.Acc\")");
         check("$100ms", "Name(\"$100ms\")");

@@ -66,7 +66,7 @@ fn atom(rest: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
     let length = if number {
         let tail = |c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == ':' || c == '.');
-        1 + rest[1..].find(tail).unwrap_or(rest.len() - 1)
+        number_length(1 + rest[1..].find(tail).unwrap_or(rest.len() - 1), rest)
     } else if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let length = name_length(rest);
         length + element_length(&rest[..length], &rest[length..])
@@ -81,6 +81,16 @@ fn atom(rest: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         finding.code = Code::ContactSyntax;
     }
     atom.map(|atom| (Token::Atom(atom), length))
+}
+
+/// The length of a number: `2e` goes on with `-3`, if `2e-3` stands there.
+fn number_length(length: usize, rest: &str) -> usize {
+    let mantissa = rest[..length].strip_suffix('e').unwrap_or_default();
+    let is_real = !mantissa.is_empty()
+        && mantissa.bytes().all(|b| b.is_ascii_digit() || b == b'.' || b == b'-');
+    let exponent = rest[length..].strip_prefix('-').unwrap_or_default();
+    let digits = exponent.find(|c: char| !c.is_ascii_digit()).unwrap_or(exponent.len());
+    if is_real && digits > 0 { length + 1 + digits } else { length }
 }
 
 fn name_length(rest: &str) -> usize {
@@ -130,7 +140,7 @@ fn stray(rest: &str, first: char, at: usize, span: Span) -> Finding {
             finding("a number has no `+`".into(), place).help("take the `+` away")
         }
         '+' | '-' | '*' => finding(format!("`{first}` in a contact"), place)
-            .help("contacts compute nothing: compute with ADD and SUB, and compare the result"),
+            .help("contacts compute nothing: `MATH D0 = …` in a rung before, then `D0 == …` here"),
         c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
             .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
         _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place),

@@ -168,7 +168,7 @@ impl Parser<'_> {
         }
         match atom.kind {
             AtomKind::Name(value) => Ok(Contact::Bit(Located { value, span: atom.span })),
-            AtomKind::Integer(_) | AtomKind::Duration(_) => {
+            AtomKind::Integer(_) | AtomKind::Duration(_) | AtomKind::Real(_) => {
                 let message = format!("`{atom}` is a number, not a contact");
                 let finding = Finding::new(Code::ContactSyntax, atom.span, message);
                 Err(finding.help(format!("compare it with something: `D0 == {atom}`")))

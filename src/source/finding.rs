@@ -146,6 +146,7 @@ findings! {
         "A header comes after its parent was closed, and would join an earlier parent.";
     ContactSyntax "contact-syntax" Error "A contact does not follow the grammar.";
     InstructionSyntax "instruction-syntax" Error "An instruction does not follow its form.";
+    ExpressionSyntax "expression-syntax" Error "An expression of MATH does not follow the grammar.";
     EmptyLeg "empty-leg" Error "A series of contacts is empty; a rung that is always ON says $On.";
     NoInstruction "no-instruction" Error "A rung or branch drives nothing.";
     MixedLegs "mixed-legs" Error "A rung has both `when` and `leg.*`, or neither.";
@@ -162,6 +163,8 @@ findings! {
     UnknownStage "unknown-stage" Error "The program has no stage of this name.";
     WrongCase "wrong-case" Error "An address, mnemonic or nickname has the wrong case.";
     BeyondMemory "beyond-memory" Error "The address lies beyond the memory block.";
+    UnknownFunction "unknown-function" Error "MATH has no function of this name.";
+    FunctionArguments "function-arguments" Error "A function has too few or too many arguments.";
     OperandType "operand-type" Error "An operand is of the wrong kind, as a bit instead of a word.";
     OutOfRange "out-of-range" Error "A constant lies outside the range of its place.";
     WriteToInput "write-to-input" Error "X bits are written by inputs only.";
@@ -203,6 +206,12 @@ findings! {
     DurationAsCount "duration-as-count" Warning
         "A duration where a counter wants a number of counts.";
     MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
+    MixedOperators "mixed-operators" Warning
+        "Operators of an expression that are easily misread are mixed without parentheses.";
+    IntegerDivisionIntoReal "integer-division-into-real" Warning
+        "A division of integers loses its fraction, and the result goes into a real.";
+    ComplementOfBit "complement-of-bit" Warning
+        "`~` of a bit is never 0: a bit that takes it is always ON.";
     ConstantSaturates "constant-saturates" Warning
         "A constant never fits its target: the target's limit is stored instead.";
     RetainedButReset "retained-but-reset" Warning

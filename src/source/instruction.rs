@@ -1,9 +1,11 @@
 //! Instructions as written: a mnemonic, and operands separated by spaces.
 //!
 //! Called by the reader of ladder files. `key=value` is split here; the resolver checks mnemonics,
-//! keys and values.
+//! keys and values. The text behind `MATH` has a grammar of its own, in `expression_parser`.
 
 use super::atom::Atom;
+use super::expression::Formula;
+use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
 use super::span::{Located, Span};
 use crate::isa::{Mnemonic, OperandKind};
@@ -17,6 +19,8 @@ pub struct Instruction {
     pub(crate) mnemonic: Located<String>,
     /// The other words.
     pub(crate) operands: Vec<Operand>,
+    /// The text behind `MATH`, which has no words.
+    pub(crate) formula: Option<Formula>,
 }
 
 /// One operand.
@@ -40,6 +44,10 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
         return None;
     };
     let mnemonic = Located { value: mnemonic.to_owned(), span: span.part(at, at + mnemonic.len()) };
+    if mnemonic.value.eq_ignore_ascii_case("MATH") {
+        let formula = formula(text, mnemonic.span, span, findings)?;
+        return Some(Instruction { span, mnemonic, operands: Vec::new(), formula: Some(formula) });
+    }
     let mut operands = Vec::new();
     let mut whole = true;
     let all: Vec<(usize, &str)> = words.collect();
@@ -55,7 +63,15 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
             }
         }
     }
-    whole.then_some(Instruction { span, mnemonic, operands })
+    whole.then_some(Instruction { span, mnemonic, operands, formula: None })
+}
+
+/// Parses the text behind `MATH`, which stands at `mnemonic`.
+fn formula(text: &str, mnemonic: Span, span: Span, findings: &mut Vec<Finding>) -> Option<Formula> {
+    let behind = (mnemonic.end - span.start) as usize;
+    let rest = &text[behind..];
+    let place = if rest.trim().is_empty() { mnemonic } else { span.part(behind, text.len()) };
+    parse_formula(rest, place, findings)
 }
 
 /// `to=D0` for the word `=` of `to = D0`, or for the part of it that has the `=`.
@@ -93,7 +109,7 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
             c if c.is_alphabetic() => {
                 "names are of the letters A to Z and a to z, digits and `_`: `groesse`"
             }
-            '+' | '*' | '/' => "operands are names and constants: compute with ADD and SUB",
+            '+' | '*' | '/' => "operands are names and constants: compute with MATH",
             '"' | '\'' => "operands have no quotes",
             '(' | ')' | '!' | '&' | '|' | '<' | '>' => "conditions stand in `when`",
             _ => "an operand is a name, a number or a duration: `D0`, `12`, `1m30s`",

@@ -13,6 +13,12 @@ pub mod contact_parser;
 #[cfg(test)]
 mod contact_tests;
 mod doc;
+pub(crate) mod expression;
+mod expression_lexer;
+mod expression_parser;
+mod expression_rules;
+#[cfg(test)]
+mod expression_tests;
 pub mod file_kind;
 pub mod finding;
 mod headers;

@@ -19,7 +19,7 @@ use super::key::Key;
 use super::nearest::did_you_mean;
 use super::shape::{Shape, ValueForm};
 use super::span::{Located, Span};
-use crate::isa::duration;
+use crate::isa::{Real, duration};
 
 /// A constant: `12`, `true`, `"2s500ms"`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +28,8 @@ pub enum Constant {
     Integer(i32),
     /// A duration in ms.
     Duration(i32),
+    /// A real.
+    Real(Real),
     /// `true` or `false`.
     Bit(bool),
 }
@@ -229,6 +231,10 @@ impl<'a> Table<'a> {
                 let value = Constant::Integer(i32::try_from(integer.value).ok()?);
                 Some(Located { value, span })
             }
+            DeValue::Float(float) => {
+                let text = Text { text: float.as_str().to_owned(), span, exact: true };
+                self.constant_text(key.name, &text)
+            }
             DeValue::String(text) => {
                 self.constant_text(key.name, &self.doc.text(text, value.span()))
             }
@@ -243,6 +249,7 @@ impl<'a> Table<'a> {
         let value = match Atom::parse(&text.text, text.span).map(|atom| atom.kind) {
             Ok(AtomKind::Integer(n)) => Constant::Integer(n),
             Ok(AtomKind::Duration(ms)) => Constant::Duration(ms),
+            Ok(AtomKind::Real(real)) => Constant::Real(real),
             Ok(AtomKind::Name(name)) => {
                 let message = format!("{} is a constant, not `{name}`", self.what(key));
                 let finding = Finding::new(Code::WrongType, text.span, message);

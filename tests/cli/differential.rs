@@ -119,6 +119,7 @@ fn model_trace(case: &Case) -> Result<String, String> {
         period: case.period,
         scans: case.scans,
         stop: case.stop,
+        clock: case.clock,
         watch: &watch,
         stimulus: &stimulus,
     };

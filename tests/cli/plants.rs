@@ -8,6 +8,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::io::plant::Device;
 use rungd::load;
@@ -71,7 +72,11 @@ impl Plant {
     fn scan(&mut self) {
         let (layout, image) = (&self.symbols.layout, self.engine.image());
         let changes = self.device.step(self.now_ms, |bit| image.bit(layout.bit(bit)));
-        self.engine.begin_scan(self.now_ms * 1_000_000, &ScanTimes::default());
+        self.engine.begin_scan(
+            self.now_ms * 1_000_000,
+            &ScanTimes::default(),
+            &LocalTime::default(),
+        );
         for (x, on) in changes {
             self.engine.set_input(x, on);
         }

@@ -131,6 +131,30 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
 }
 
 #[test]
+fn the_clock_begins_where_it_is_told() {
+    let place = Place::new("clock");
+    let args = "count.toml --period 1s --scans 2 --watch $Year,$Month,$Day,$Weekday,$Hour,$Second";
+    expect_test::expect![[r#"
+        scan,time_ms,$Year,$Month,$Day,$Weekday,$Hour,$Second
+        0,0,2001,1,1,1,0,0
+        1,1000,2001,1,1,1,0,1
+    "#]]
+    .assert_eq(&place.trace(args));
+    expect_test::expect![[r#"
+        scan,time_ms,$Year,$Month,$Day,$Weekday,$Hour,$Second
+        0,0,2026,11,22,7,23,59
+        1,1000,2026,11,23,1,0,0
+    "#]]
+    .assert_eq(&place.trace(&format!("{args} --clock 2026-11-22T23:59:59")));
+    for wrong in ["noon", "2026-11-22", "2026-02-29T00:00:00", "2026-11-22T24:00:00"] {
+        let said = format!("`{wrong}` is not a time of the calendar: write it as 2026-");
+        place.refused(&format!("{args} --clock {wrong}"), 2, &said);
+    }
+    place.write("clock.csv", "scan,$Hour\n0,5\n");
+    place.refused(&format!("{args} --stimulus clock.csv"), 78, "`$Hour` is read-only");
+}
+
+#[test]
 fn stop_makes_the_last_scan_the_last_and_adds_a_row() {
     let place = Place::new("stop");
     place.write("parts.csv", WITHIN_FOUR_SCANS);

@@ -21,7 +21,7 @@ const PERIOD: Duration = Duration::from_millis(2);
 const CONTROLLER: &str = "scan.period = \"2ms\"\n";
 
 /// Builds the library; `None` without a C compiler.
-fn library(folder: &Path) -> Option<PathBuf> {
+pub fn library(folder: &Path) -> Option<PathBuf> {
     let library = folder.join("wall_clock.so");
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/wall_clock.c");
     let mut cc = Command::new("cc");

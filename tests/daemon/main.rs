@@ -14,9 +14,11 @@ mod operator_socket;
 mod operator_storm;
 mod posture;
 mod questions;
+mod reals;
 mod restart_guard;
 mod run_controller;
 mod run_listeners;
+mod time_of_day;
 mod watchdog_fault;
 
 /// Each binary uses a part of this shared code.

@@ -144,7 +144,7 @@ fn what_cannot_be_done_is_refused_with_its_reason_and_code() {
         ("write size 501", 2, "`size` takes 1 to 500, not 501"),
         ("force size 0", 2, "`size` takes 1 to 500, not 0"),
         ("write jam 2", 2, "takes ON or OFF"),
-        ("write size ON", 2, "takes a number"),
+        ("write size ON", 2, "takes a whole number"),
         ("write $FirstScan on", 2, "it says how the controller is"),
         ("write parts.Done on", 2, "it can be forced"),
         ("write Drain.Open on", 2, "switched by the ladder"),

@@ -1,6 +1,7 @@
 //! Where addresses lie: every bit and word has a cell of its own, for any memory sizes.
 
 use crate::support::plc::plc;
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, Layout, ScanTimes};
 use rungd::isa::{
     Address, Bit, BitSpace, BlockId, DeviceId, Health, MemorySizes, StageId, Structure, Word,
@@ -15,7 +16,8 @@ const STAGES: u32 = 7;
 
 fn addresses(sizes: &MemorySizes) -> Vec<Address> {
     let bits = [BitSpace::X, BitSpace::Y, BitSpace::C, BitSpace::Mc, BitSpace::Mi, BitSpace::St];
-    let words = [WordSpace::V, WordSpace::D, WordSpace::Mhr, WordSpace::Mir, WordSpace::Dst];
+    let words =
+        [WordSpace::V, WordSpace::D, WordSpace::R, WordSpace::Mhr, WordSpace::Mir, WordSpace::Dst];
     let mut all = Vec::new();
     for space in bits {
         let numbers = space.first()..space.first() + space.count(sizes);
@@ -69,8 +71,8 @@ fn every_address_has_a_cell_of_its_own() {
 #[test]
 fn every_address_has_a_cell_of_its_own_with_other_sizes() {
     let (x, y, c, mc, mi) = (3, 9, 5, 11, 2);
-    let (v, d, mhr, mir, ct, t) = (13, 4, 6, 8, 10, 7);
-    assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, mhr, mir, ct, t, devices: 3 });
+    let (v, d, r, mhr, mir, ct, t) = (13, 4, 5, 6, 8, 10, 7);
+    assert_dense(&MemorySizes { x, y, c, mc, mi, v, d, r, mhr, mir, ct, t, devices: 3 });
 }
 
 #[test]
@@ -110,7 +112,7 @@ fn cells_beyond_16_bits_are_themselves() {
     let word = symbols.layout.word(Word::Space(WordSpace::D, 65_535));
     let mut engine = Engine::new(program);
     engine.start(0);
-    engine.begin_scan(0, &ScanTimes::default());
+    engine.begin_scan(0, &ScanTimes::default(), &LocalTime::default());
     engine.set_input(1, true);
     let before = engine.image().clone();
     engine.execute();

@@ -3,6 +3,7 @@
 mod events;
 mod forces;
 mod layout;
+mod math;
 mod properties;
 mod restarts;
 mod runs;

@@ -6,8 +6,10 @@
 
 #[allow(dead_code, unused_imports)]
 use crate::support::model::case::Case;
+use crate::support::model::clock;
 use crate::support::model::generate::generate;
 use crate::support::run::{cell, load, target};
+use rungd::calendar::{LocalTime, parse_seconds};
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::isa::{Bit, BitSpace};
 use rungd::lower::{lower, lower_with};
@@ -30,8 +32,9 @@ fn loaded(case: &Case) -> (Program, Plan) {
     let (_, symbols) = lower(&program);
     let stimulus = Stimulus::parse(&case.stimulus(), &|name| target(&program, &symbols, name));
     let stimulus = stimulus.unwrap_or_else(|e| panic!("seed {}: {}", case.seed, e.message));
+    let clock_s = parse_seconds(&clock::text(case.clock)).expect("a time");
     let (period_ms, scans) = (case.period as u32, case.scans as u64);
-    (program, Plan { period_ms, scans, stop: case.stop, well: Vec::new(), stimulus })
+    (program, Plan { period_ms, scans, stop: case.stop, well: Vec::new(), clock_s, stimulus })
 }
 
 /// The trace of everything that the program can name; `window` as in `lower_with`.
@@ -42,7 +45,7 @@ fn trace(case: &Case, program: &Program, plan: &Plan, window: Option<usize>) -> 
     };
     let watched = case.watch().into_iter().map(|name| {
         let cell = cell(program, &symbols, &name).unwrap_or_else(|error| panic!("{error}"));
-        Watched { name, cell }
+        Watched::new(&name, cell, &symbols.layout)
     });
     let watched: Vec<Watched> = watched.collect();
     let mut trace = CsvTrace::new(&watched, Vec::new()).expect("a Vec takes all");
@@ -94,7 +97,7 @@ fn inputs_do_not_change_within_a_scan() {
             if plan.stop && scan + 1 == plan.scans {
                 engine.request_stop();
             }
-            engine.begin_scan(now_ns, &ScanTimes::default());
+            engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
             for change in plan.stimulus.of_scan(scan, &mut next) {
                 match change {
                     Change::Input(n, on) => engine.set_input(n, on),

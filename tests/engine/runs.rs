@@ -1,6 +1,7 @@
 //! Starting, stopping and starting again with memory as it is; the scan times; the timestamps.
 
 use crate::support::plc::{plc, stopped};
+use rungd::calendar::LocalTime;
 use rungd::engine::ScanTimes;
 
 #[test]
@@ -180,6 +181,29 @@ fn scan_times_become_status_words() {
     plc.times = ScanTimes { mean_us: 13, min_us: 6, max_us: 50, last_us: 6 };
     plc.scan(&[]);
     assert_eq!(plc.values(names), [1, 13, 6, 50, 6, 50]);
+}
+
+#[test]
+fn timers_and_clock_bits_do_not_follow_the_time_of_day() {
+    let mut plc = plc(r#"rung = [ { when = ["$On"], do = ["TMR T0 preset=1h"] },
+      { when = ["$Hour == 14"], do = ["OUT Y0"] } ]"#);
+    let names = ["$Hour", "$Minute", "Y0", "T0.Acc", "$100ms", "$ScanCounter"];
+    let noon_s = LocalTime::SIMULATED_S + 12 * 3600;
+    let mut scan_at = |local_s: i64| {
+        plc.local = LocalTime::of(local_s);
+        plc.scan(&[]);
+        plc.values(names)
+    };
+    assert_eq!(scan_at(noon_s), [12, 0, 0, 0, 1, 0]);
+    assert_eq!(scan_at(noon_s + 7200), [14, 0, 1, 10, 1, 1]);
+    assert_eq!(scan_at(noon_s - 60), [11, 59, 0, 20, 1, 2]);
+    assert_eq!(scan_at(noon_s - 3652 * 86_400), [12, 0, 0, 30, 1, 3]);
+    assert_eq!(scan_at(noon_s), [12, 0, 0, 40, 1, 4]);
+    assert_eq!(scan_at(noon_s), [12, 0, 0, 50, 0, 5]);
+    // A reload copies the words, and the next scan puts them anew; in STOP they stay.
+    plc.local = LocalTime::of(noon_s + 3600);
+    plc.stop();
+    assert_eq!(plc.values(["$Hour", "$Minute"]), [13, 0]);
 }
 
 #[test]

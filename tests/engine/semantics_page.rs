@@ -23,7 +23,8 @@ fn is_case_name(text: &str) -> bool {
     let name = text.strip_suffix('*').unwrap_or(text);
     let is_key = INSTRUCTIONS.iter().flat_map(|row| row.operands).any(|o| o.key == Some(text));
     let is_finding = FINDINGS.iter().any(|row| row.name == text);
-    name.contains('-') && name.chars().all(kebab) && !is_key && !is_finding
+    let begins = name.starts_with(|c: char| c.is_ascii_lowercase());
+    begins && name.contains('-') && name.chars().all(kebab) && !is_key && !is_finding
 }
 
 fn fits(pattern: &str, test: &str) -> bool {

@@ -51,6 +51,7 @@ pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 pub fn client(link: settings::Link) -> settings::Client {
     let number = Number {
         kind: NumberType::U16,
+        real: false,
         order: WordOrder::HighFirst,
         multiply: 1,
         divide: 1,

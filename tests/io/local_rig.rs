@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell as MemoryCell, Engine, Transfer};
 use rungd::isa::Address;
 use rungd::lower::lower;
@@ -48,6 +49,10 @@ impl Clock for TestClock {
 
     fn sleep_until(&mut self, deadline_ns: u64) {
         self.0.fetch_max(deadline_ns, Ordering::Relaxed);
+    }
+
+    fn local_s(&self) -> i64 {
+        LocalTime::SIMULATED_S
     }
 }
 

@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
+use rungd::calendar::LocalTime;
 use rungd::engine::Engine;
 use rungd::isa::Address;
 use rungd::lower::lower;
@@ -33,6 +34,10 @@ impl Clock for SimulatedClock {
 
     fn sleep_until(&mut self, deadline_ns: u64) {
         self.0.set(self.0.get().max(deadline_ns));
+    }
+
+    fn local_s(&self) -> i64 {
+        LocalTime::SIMULATED_S
     }
 }
 

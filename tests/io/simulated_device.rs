@@ -2,6 +2,7 @@
 //! `docs/simulated-device.md`.
 
 use crate::support::page;
+use rungd::calendar::LocalTime;
 use rungd::controller::{Controller, read, resolve_controller};
 use rungd::engine::Engine;
 use rungd::io::plant::Device;
@@ -52,7 +53,11 @@ impl Plant {
     fn run_for(&mut self, time_ms: u64) {
         let end_ms = self.now_ms + time_ms;
         while self.now_ms < end_ms {
-            self.engine.begin_scan(self.now_ms * 1_000_000, &Default::default());
+            self.engine.begin_scan(
+                self.now_ms * 1_000_000,
+                &Default::default(),
+                &LocalTime::default(),
+            );
             let (image, layout) = (self.engine.image(), &self.symbols.layout);
             for (x, on) in self.device.step(self.now_ms, |bit| image.bit(layout.bit(bit))) {
                 self.engine.set_input(x, on);

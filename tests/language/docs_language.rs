@@ -102,7 +102,7 @@ fn the_instruction_table_is_the_engines() {
 #[test]
 fn the_page_names_every_nickname() {
     let page = page();
-    let nicknames = status::BIT_NICKNAMES.iter().chain(&status::WORD_NICKNAMES);
-    let missing: Vec<_> = nicknames.filter(|name| !page.contains(&format!("`{name}`"))).collect();
+    let missing: Vec<_> =
+        status::nicknames().filter(|name| !page.contains(&format!("`{name}`"))).collect();
     assert!(missing.is_empty(), "{missing:?}");
 }

@@ -3,11 +3,12 @@
 //! Programs and stimuli come from the generator of the reference model; a seed is a program.
 //! `RUNGD_PROPERTY_PROGRAMS` (150) of them from `RUNGD_PROPERTY_SEED` (1) on.
 
-#[allow(dead_code, unused_imports)]
 use crate::support::model::case::Case;
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run::{load, target};
+#[allow(dead_code, unused_imports)]
+use rungd::calendar::LocalTime;
 use rungd::engine::{Engine, ScanTimes, Transfer};
 use rungd::isa::{Bit, BitSpace, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
@@ -79,7 +80,7 @@ fn rows(case: &Case, of: &Loaded, (other, at): (&Loaded, impl Fn(u64) -> bool)) 
             engine = swapped(&mut engine, other, &same.transfer);
         }
         let now_ns = scan * case.period as u64 * 1_000_000;
-        engine.begin_scan(now_ns, &ScanTimes::default());
+        engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
         for change in of.stimulus.of_scan(scan, &mut next) {
             match change {
                 Change::Input(n, on) => engine.set_input(n, on),
@@ -177,7 +178,7 @@ fn another_program_keeps_data_memory_and_scans_on() {
         engine.start(0);
         let mut next = 0;
         for scan in 0..a.scans as u64 {
-            engine.begin_scan(scan * 10_000_000, &ScanTimes::default());
+            engine.begin_scan(scan * 10_000_000, &ScanTimes::default(), &LocalTime::default());
             for change in old.stimulus.of_scan(scan, &mut next) {
                 if let Change::Input(n, on) = change {
                     engine.set_input(n, on);
@@ -194,7 +195,11 @@ fn another_program_keeps_data_memory_and_scans_on() {
                 let initial = touched.contains(&(first + at as u32));
                 assert!(initial || *was == is, "seed {seed}, scan {scan}: D{at} {was} {is}");
             }
-            other.begin_scan(scan * 10_000_000 + 5_000_000, &ScanTimes::default());
+            other.begin_scan(
+                scan * 10_000_000 + 5_000_000,
+                &ScanTimes::default(),
+                &LocalTime::default(),
+            );
             other.execute();
             engine = swapped(&mut other, &old, &back.transfer);
         }

@@ -2,6 +2,7 @@
 
 use crate::support::plc::Plc;
 use crate::support::run;
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
 use rungd::reload::{ReloadPlan, Seen, Side};
@@ -19,7 +20,15 @@ pub fn plc(ladder: &str) -> Reloaded {
     let mut engine = Engine::new(engine_program);
     engine.start(0);
     let times = rungd::engine::ScanTimes::default();
-    let plc = Plc { program, symbols, engine, now_ns: 0, period_ns: 10_000_000, times };
+    let plc = Plc {
+        program,
+        symbols,
+        engine,
+        now_ns: 0,
+        period_ns: 10_000_000,
+        times,
+        local: LocalTime::default(),
+    };
     Reloaded { plc, forces: Vec::new(), report: Vec::new() }
 }
 
@@ -62,7 +71,9 @@ impl Reloaded {
         );
         let image = self.plc.engine.image();
         let (bits, words) = (image.bits().to_vec(), image.words().to_vec());
-        let seen = Seen { bits: &bits, words: &words, forces: &self.forces, passed: None };
+        let layout = &symbols.layout.clone();
+        let (forces, passed) = (self.forces.as_slice(), None);
+        let seen = Seen { layout, bits: &bits, words: &words, forces, passed };
         let forecast = plan.report(&seen);
         let mut engine = Engine::new(engine_program);
         engine.adopt(&mut self.plc.engine, &plan.transfer, true, &self.forces);

@@ -10,6 +10,7 @@ use crate::support::model::case::{BUILTIN, Case, Rung};
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run;
+use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, Image, ScanTimes};
 use rungd::isa::{Bit, BitSpace, BlockId, StageId};
 use rungd::lower::{Symbols, lower};
@@ -256,7 +257,11 @@ fn a_report_says_what_the_engine_does() {
         engine.start(0);
         let every = 1 + rng.below(9) as u64;
         for scan in 0..case.scans as u64 {
-            engine.begin_scan(scan * case.period as u64 * 1_000_000, &ScanTimes::default());
+            engine.begin_scan(
+                scan * case.period as u64 * 1_000_000,
+                &ScanTimes::default(),
+                &LocalTime::default(),
+            );
             for change in stimulus.of_scan(scan, &mut next) {
                 match change {
                     Change::Input(n, on) => engine.set_input(n, on),
@@ -273,7 +278,8 @@ fn a_report_says_what_the_engine_does() {
             // The swap is made in a copy: the program goes on without it.
             let mut copy = again(&mut engine, &old);
             let (bits, words) = (copy.image().bits().to_vec(), copy.image().words().to_vec());
-            let seen = Seen { bits: &bits, words: &words, forces: &[], passed: None };
+            let layout = &engine.program().layout.clone();
+            let seen = Seen { layout, bits: &bits, words: &words, forces: &[], passed: None };
             let forecast = plan.report(&seen);
             let mut other = Engine::new(new.code.clone());
             other.adopt(&mut copy, &plan.transfer, true, &[]);

@@ -1,6 +1,7 @@
 //! A controller with a simulated plant, in virtual time.
 #![allow(dead_code)]
 
+use rungd::calendar::LocalTime;
 use rungd::controller::device::{Device, DriverSettings};
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::io::plant::Model;
@@ -74,7 +75,11 @@ impl Plant {
         if stale {
             inputs.fill(0);
         }
-        self.engine.begin_scan(self.now_ms * 1_000_000, &ScanTimes::default());
+        self.engine.begin_scan(
+            self.now_ms * 1_000_000,
+            &ScanTimes::default(),
+            &LocalTime::default(),
+        );
         for (row, value) in self.device.inputs.iter().zip(inputs) {
             match (row.address, self.symbols.layout.cell(row.address)) {
                 (Address::Bit(Bit::Space(BitSpace::X, n)), _) => {

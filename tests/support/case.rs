@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rungd::calendar::{LocalTime, parse_seconds};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -21,6 +22,8 @@ pub struct Case {
     /// The ladder's text.
     pub ladder: String,
     pub period_ms: u32,
+    /// The local time of the first scan, as seconds since 1970.
+    pub clock_s: i64,
     /// Whether the last scan of the table is the last scan of an orderly stop.
     pub stop: bool,
     pub expects: Expects,
@@ -34,8 +37,8 @@ pub enum Expects {
     Refused(String),
 }
 
-const KEYS: [&str; 9] =
-    ["name", "says", "tags", "main", "ladder", "period", "stop", "table", "refused"];
+const KEYS: [&str; 10] =
+    ["name", "says", "tags", "main", "ladder", "period", "clock", "stop", "table", "refused"];
 
 impl Case {
     /// The names of the tests that the case makes. Each compared cell of a labelled row is a test
@@ -79,6 +82,10 @@ impl Case {
         }
         let period = string(table, "period").unwrap_or_else(|| "10ms".to_owned());
         let period_ms = period.strip_suffix("ms").and_then(|n| n.parse().ok());
+        let clock_s = match string(table, "clock") {
+            Some(text) => parse_seconds(&text).ok_or_else(|| fail(format!("no time: `{text}`")))?,
+            None => LocalTime::SIMULATED_S,
+        };
         let expects = match (string(table, "table"), string(table, "refused")) {
             (Some(text), None) => Expects::Values(Table::parse(&text).map_err(fail)?),
             (None, Some(code)) => Expects::Refused(code),
@@ -89,6 +96,7 @@ impl Case {
             file: file.to_owned(),
             ladder: ladder(table, defaults).ok_or_else(|| fail("no `main`".to_owned()))?,
             period_ms: period_ms.ok_or_else(|| fail("period is `10ms`".to_owned()))?,
+            clock_s,
             stop: boolean(table, "stop"),
             name,
             expects,

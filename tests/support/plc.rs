@@ -1,5 +1,6 @@
 //! An engine under the direct control of a test: operands by name, and time that advances by scans.
 
+use rungd::calendar::LocalTime;
 use rungd::engine::{BlockEvent, Cell, Engine, ScanEnd, ScanTimes};
 use rungd::isa::{Address, Bit, BitSpace};
 use rungd::lower::{Symbols, lower};
@@ -15,6 +16,7 @@ pub struct Plc {
     pub now_ns: u64,
     pub period_ns: u64,
     pub times: ScanTimes,
+    pub local: LocalTime,
 }
 
 /// A started engine before its first scan. `main` is the rungs of Main and anything after them.
@@ -31,7 +33,15 @@ pub fn stopped(main: &str) -> Plc {
     let (engine_program, symbols) = lower(&program);
     let engine = Engine::new(engine_program);
     let times = ScanTimes::default();
-    Plc { program, symbols, engine, now_ns: 0, period_ns: 10_000_000, times }
+    Plc {
+        program,
+        symbols,
+        engine,
+        now_ns: 0,
+        period_ns: 10_000_000,
+        times,
+        local: LocalTime::default(),
+    }
 }
 
 impl Plc {
@@ -64,7 +74,7 @@ impl Plc {
 
     /// One scan with these inputs and queued writes, one period after the last scan.
     pub fn scan(&mut self, changes: &[(&str, i32)]) -> ScanEnd {
-        self.engine.begin_scan(self.now_ns, &self.times);
+        self.engine.begin_scan(self.now_ns, &self.times, &self.local);
         for (name, value) in changes {
             let input = match resolve_operand(&self.program, name) {
                 Ok(Address::Bit(Bit::Space(BitSpace::X, n))) => Some(n),

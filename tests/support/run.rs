@@ -3,7 +3,7 @@
 use std::io;
 
 use rungd::check::{Around, check};
-use rungd::engine::{Cell, Image};
+use rungd::engine::{Cell, Image, Layout};
 use rungd::isa::{Address, Bit, BitSpace, Word};
 use rungd::lower::{Symbols, lower, lower_with};
 use rungd::resolve::program::Program;
@@ -51,7 +51,7 @@ pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Target
             Ok(Target::Bit(symbols.layout.bit(bit)))
         }
         Address::Word(word) if Word::writable(word) => {
-            Ok(Target::Word(symbols.layout.word(word), symbols.limits(word)))
+            Ok(Target::word(word, symbols.layout.word(word), symbols.limits(word)))
         }
         _ => Err(format!("`{name}` cannot be written")),
     }
@@ -89,7 +89,7 @@ impl Trace for Rows {
 pub fn run_case(case: &Case) -> Vec<Outcome> {
     match &case.expects {
         Expects::Values(table) => match trace(case, table) {
-            Ok(rows) => compare(case, table, &rows),
+            Ok((rows, layout)) => compare(case, table, (&rows, &layout)),
             Err(error) => failed(case, &error),
         },
         Expects::Refused(code) => refused(case, code),
@@ -114,7 +114,7 @@ fn refused(case: &Case, code: &str) -> Vec<Outcome> {
 const FAR: u32 = 70_000;
 
 /// The rows of a case. Both lowerings and both kinds of addressing must give the same rows.
-fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
+fn trace(case: &Case, table: &Table) -> Result<(Rows, Layout), String> {
     let program = load(&case.ladder)?;
     let (engine_program, symbols) = lower(&program);
     let look_up = |name: &str| target(&program, &symbols, name);
@@ -127,6 +127,7 @@ fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
         scans: table.scans(),
         stop: case.stop,
         well: Vec::new(),
+        clock_s: case.clock_s,
         stimulus,
     };
     let mut rows = Rows::new(cells.clone());
@@ -138,10 +139,10 @@ fn trace(case: &Case, table: &Table) -> Result<Rows, String> {
     if rows.rows != unordered.rows {
         return Err("operations in file order, of a long program, give another trace".to_owned());
     }
-    Ok(rows)
+    Ok((rows, symbols.layout))
 }
 
-fn compare(case: &Case, table: &Table, found: &Rows) -> Vec<Outcome> {
+fn compare(case: &Case, table: &Table, (found, layout): (&Rows, &Layout)) -> Vec<Outcome> {
     let new = |test| Outcome { test, wrong: Vec::new() };
     let mut outcomes: Vec<Outcome> = case.tests().into_iter().map(new).collect();
     for row in &table.rows {
@@ -151,12 +152,13 @@ fn compare(case: &Case, table: &Table, found: &Rows) -> Vec<Outcome> {
         };
         let values = found.rows.iter().find(|(at, _)| *at == name).map(|(_, values)| values);
         for (at, column) in table.columns.iter().enumerate() {
-            let Some(expected) = row.expected[at] else { continue };
-            let value = values.map(|values| values[at]);
-            if value == Some(expected) {
+            let Some(expected) = &row.expected[at] else { continue };
+            let text = |values: &Vec<i64>| layout.text(found.cells[at], values[at] as i32);
+            let value = values.map(text);
+            if value.as_ref() == Some(expected) {
                 continue;
             }
-            let value = value.map_or("no such row".to_owned(), |value| value.to_string());
+            let value = value.unwrap_or_else(|| "no such row".to_owned());
             let operand = &column.operand;
             let line = format!("{}: {operand}: expected {expected}, found {value}", row.name);
             let test = case.test_of(row.label.as_deref(), &column.alias);

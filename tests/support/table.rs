@@ -29,7 +29,8 @@ pub struct Row {
     pub name: RowName,
     pub label: Option<String>,
     pub stimulus: Vec<Option<String>>,
-    pub expected: Vec<Option<i64>>,
+    /// Of each column, the value's text.
+    pub expected: Vec<Option<String>>,
 }
 
 #[derive(Clone, Debug)]
@@ -136,7 +137,8 @@ impl Row {
         for cell in right.split_whitespace() {
             expected.push(match cell {
                 "." => None,
-                value => Some(value.parse().map_err(|_| wrong("a value is no number"))?),
+                value if value.parse::<f64>().is_ok() => Some(value.to_owned()),
+                _ => return Err(wrong("a value is no number")),
             });
         }
         if stimulus.len() != inputs || expected.len() != columns {

@@ -114,6 +114,11 @@ impl Row<'_> {
         Finding::new(Code::Controller, self.points.span, message)
     }
 
+    /// Whether its addresses are words of reals.
+    pub fn is_real(&self) -> bool {
+        matches!(self.addresses.first(), Some(Address::Word(word)) if word.is_real())
+    }
+
     /// Whether its addresses are words.
     pub fn is_words(&self) -> bool {
         matches!(self.addresses.first(), Some(Address::Word(_)))

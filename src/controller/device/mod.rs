@@ -17,7 +17,7 @@ mod wiring;
 
 use driver::{Direction, DriverKeys, MapRow, Row, WrittenDevice, at_least_one, one_word};
 
-use crate::isa::{Address, Bit, BitSpace, DeviceId, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
 use crate::resolve::operands::resolve_operands;
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding, Severity};
@@ -130,17 +130,17 @@ fn row<'a>(
 /// The finding for an address that a device cannot move.
 fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option<Finding> {
     use BitSpace::{C, Mc, Mi, X};
-    use WordSpace::{D, Mhr, Mir, V};
+    use WordSpace::{D, Mhr, Mir, R, V};
     let moved = |address: &Address| match address {
         Address::Bit(Bit::Space(space, _)) => matches!(space, X | C | Mc | Mi),
-        Address::Word(Word::Space(space, _)) => matches!(space, V | D | Mhr | Mir),
+        Address::Word(Word::Space(space, _)) => matches!(space, V | D | R | Mhr | Mir),
         _ => false,
     };
     if direction == Direction::Out || addresses.iter().all(moved) {
         return None;
     }
     let message = format!("`{}` cannot be moved by a device", text.text);
-    let help = "values come in to X, C, MC, MI, V, D, MHR and MIR";
+    let help = "values come in to X, C, MC, MI, V, D, R, MHR and MIR";
     Some(Finding::new(Code::Controller, text.span, message).help(help))
 }
 
@@ -218,8 +218,17 @@ fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> S
         let help = "write it in `[outputs]`: `on = [\"Y0\"]`, `hold = [\"Y1\"]`; else it is OFF";
         return refuse(format!("the safe value of `{address}` is set in `[outputs]`"), help.into());
     }
+    let holds_reals = matches!(address, Address::Word(word) if word.is_real());
     let value = match safe.value {
+        Constant::Integer(value) | Constant::Duration(value) if holds_reals => {
+            Real::nearest(value).cell()
+        }
         Constant::Integer(value) | Constant::Duration(value) => value,
+        Constant::Real(value) if holds_reals => value.cell(),
+        Constant::Real(_) => {
+            let help = "an R word holds reals".to_owned();
+            return refuse(format!("`{address}` holds whole numbers"), help);
+        }
         Constant::Bit(on) => i32::from(on),
     };
     if !(min..=max).contains(&value) {

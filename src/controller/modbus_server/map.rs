@@ -127,10 +127,10 @@ fn resolve_entry(
         table
     });
     let kind = map.kind.as_ref().and_then(|text| {
-        let integers = NumberType::NAMES.iter().filter(|(_, kind)| *kind != NumberType::F32);
-        let kind = integers.copied().find(|(name, _)| *name == text.text).map(|(_, kind)| kind);
+        let mut kinds = NumberType::NAMES.into_iter();
+        let kind = kinds.find(|(name, _)| *name == text.text).map(|(_, kind)| kind);
         if kind.is_none() {
-            taken(Ok(no_such(text, "type", "`u16`, `i16`, `u32` or `i32`")));
+            taken(Ok(no_such(text, "type", "`u16`, `i16`, `u32`, `i32` or `f32`")));
         }
         kind
     });
@@ -150,7 +150,9 @@ fn resolve_entry(
         _ => None,
     };
     let entry = Entry { operands, table, address, kind, order, unit, span: map.span };
-    let wrong = fits_table(map, &entry).or_else(|| fits_addresses(map, &entry));
+    let wrong = fits_type(map, &entry)
+        .or_else(|| fits_table(map, &entry))
+        .or_else(|| fits_addresses(map, &entry));
     let Some(finding) = wrong else { return Some(entry) };
     findings.push(finding);
     None
@@ -159,6 +161,18 @@ fn resolve_entry(
 fn no_such(text: &Text, what: &str, help: &str) -> Finding {
     let message = format!("`{}` is no {what}", text.text);
     Finding::new(Code::Controller, text.span, message).help(format!("write {help}"))
+}
+
+/// The finding for a real in a register of integers, and an integer in one of reals.
+fn fits_type(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
+    let (Address::Word(word), Some(text)) = (entry.operands.first, &map.kind) else { return None };
+    let (is, right) = match (word.is_real(), entry.kind? == NumberType::F32) {
+        (true, false) => ("holds reals", "`f32`, or nothing"),
+        (false, true) => ("holds whole numbers", "`u16`, `i16`, `u32` or `i32`"),
+        (true, true) | (false, false) => return None,
+    };
+    let message = format!("`{word}` {is}: no `{}`", text.text);
+    Some(Finding::new(Code::Controller, text.span, message).help(format!("write {right}")))
 }
 
 /// The finding for words in a table of bits, or bits in a table of words.

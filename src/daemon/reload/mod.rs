@@ -241,7 +241,13 @@ impl Reloads {
         if dry_run {
             let latest = self.port.latest();
             let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
-            let report = ready.plan.report(&Seen { bits, words, forces, passed: None });
+            let report = ready.plan.report(&Seen {
+                layout: &setup.symbols.layout,
+                bits,
+                words,
+                forces,
+                passed: None,
+            });
             let report = [report, settings].concat();
             return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
@@ -413,7 +419,8 @@ fn report(plan: &ReloadPlan, package: &Package<Engine>, forces: &[Cell]) -> Vec<
         }
     }
     let passed = Some(image.bits());
-    plan.report(&Seen { bits: &bits, words: &words, forces, passed })
+    let layout = &package.machine.program().layout;
+    plan.report(&Seen { layout, bits: &bits, words: &words, forces, passed })
 }
 
 trait Dry {

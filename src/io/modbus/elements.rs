@@ -7,7 +7,7 @@ use super::number::{NumberType, WordOrder};
 use super::pdu::Table;
 use super::refusal::Refusal;
 use crate::engine::{BitCell, WordCell};
-use crate::isa::{Bit, Word};
+use crate::isa::{Bit, Real, Word};
 use crate::runtime::exchange::Snapshot;
 
 /// A set of lists of writes, one bit per list: those that hold an element, or that admit a client.
@@ -107,7 +107,11 @@ impl BitElement {
 impl Register {
     /// The value that a read shows; a value beyond the type becomes the nearest value of the type.
     pub fn shown(&self, snapshot: &Snapshot) -> u16 {
-        let bits = self.kind.bits(snapshot.word(self.cell).into());
+        let content = snapshot.word(self.cell);
+        let bits = match self.word.is_real() {
+            true => self.kind.nearest_bits(Real::of_cell(content).into()),
+            false => self.kind.bits(content.into()),
+        };
         let [first, second] = self.order.split(bits);
         match self.part {
             WordPart::Whole => bits as u16,
@@ -123,10 +127,16 @@ impl Register {
     pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, Refusal> {
         let bits = second.map_or(first.into(), |second| self.order.join(first, second));
         let (min, max) = self.limits;
-        // The server's maps have no f32; integers have a value for all bits.
-        let value = self.kind.value(bits).unwrap_or(i64::MAX);
-        let taken = i32::try_from(value).ok().filter(|value| (min..=max).contains(value));
-        taken.ok_or(Refusal::BeyondLimits { word: self.word, value, min, max })
+        let (word, kind) = (self.word, self.kind);
+        let beyond = Refusal::BeyondLimits { word, kind, bits, min, max };
+        let content = match self.word.is_real() {
+            true => self.kind.number(bits).and_then(|number| match Real::stored(number) {
+                (real, false) => Some(real.cell()),
+                (_, true) => None,
+            }),
+            false => self.kind.value(bits).and_then(|value| i32::try_from(value).ok()),
+        };
+        content.filter(|content| (min..=max).contains(content)).ok_or(beyond)
     }
 
     /// Whether it takes and shows every 16-bit value, so that every mask write is valid.

@@ -3,7 +3,7 @@
 //! Used by both ends of Modbus: by the server for the words of its map, by the clients for the
 //! registers of a peer. Does not scale: the clients do (`modbus_client::values`).
 
-use crate::isa::{Structure, Word, WordSpace};
+use crate::isa::{Real, Structure, Word, WordSpace};
 
 /// The type of the number in a register or a pair of registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +36,13 @@ impl NumberType {
         ("f32", NumberType::F32),
     ];
 
-    /// The integer type that holds every value of a word.
+    /// The type that holds every value of a word.
     pub(crate) fn of(word: Word) -> NumberType {
         match word {
             Word::Space(WordSpace::V | WordSpace::Mhr | WordSpace::Mir, _) => NumberType::U16,
             Word::Acc(Structure::Sensaphone(_)) | Word::Pre(_) => NumberType::I16,
             Word::Space(WordSpace::D | WordSpace::Dst, _) | Word::Acc(_) => NumberType::I32,
+            Word::Space(WordSpace::R, _) => NumberType::F32,
         }
     }
 
@@ -76,6 +77,37 @@ impl NumberType {
                 return number.is_finite().then(|| number.round() as i64);
             }
         })
+    }
+
+    /// The number of these bits, as text.
+    pub fn text(self, bits: u32) -> String {
+        match self {
+            NumberType::F32 => format!("{:?}", f32::from_bits(bits)),
+            NumberType::U16 => (bits as u16).to_string(),
+            NumberType::I16 => (bits as u16 as i16).to_string(),
+            NumberType::U32 => bits.to_string(),
+            NumberType::I32 => bits.cast_signed().to_string(),
+        }
+    }
+
+    /// The number of these bits, exactly. `None`: an f32 that is not a number.
+    pub fn number(self, bits: u32) -> Option<f64> {
+        match self {
+            NumberType::F32 => Real::finite(f32::from_bits(bits)).map(f64::from),
+            NumberType::U16 | NumberType::I16 | NumberType::U32 | NumberType::I32 => {
+                self.value(bits).map(|value| value as f64)
+            }
+        }
+    }
+
+    /// The bits of the nearest number that the registers hold; in an integer, halves away from 0.
+    pub fn nearest_bits(self, number: f64) -> u32 {
+        match self {
+            NumberType::F32 => Real::stored(number).0.number().to_bits(),
+            NumberType::U16 | NumberType::I16 | NumberType::U32 | NumberType::I32 => {
+                self.bits(number.round() as i64)
+            }
+        }
     }
 
     /// The bits of an integer, or of the nearest one that the registers hold.

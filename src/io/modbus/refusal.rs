@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::number::NumberType;
 use super::pdu::{Exception, Table};
 use crate::isa::{Address, Word};
 use crate::runtime::exchange::{Mode, Refused};
@@ -26,11 +27,13 @@ pub enum Refusal {
     BeyondLimits {
         /// The word.
         word: Word,
-        /// The value.
-        value: i64,
-        /// The least allowed.
+        /// The type of the value in the registers.
+        kind: NumberType,
+        /// Its bits.
+        bits: u32,
+        /// The least content of the word's cell that is allowed.
         min: i32,
-        /// The greatest allowed.
+        /// The greatest.
         max: i32,
     },
     /// A mask write to a word that does not take every 16-bit value.
@@ -75,8 +78,9 @@ impl fmt::Display for Refusal {
             Refusal::NotWritable(what) => write!(f, "{what} is not in `writable`"),
             Refusal::NotByThisClient(what) => write!(f, "{what} is for other clients to write"),
             Refusal::HalfOf(word) => write!(f, "{word} is written by both of its registers"),
-            Refusal::BeyondLimits { word, value, min, max } => {
-                write!(f, "{word} takes {min} to {max}, not {value}")
+            Refusal::BeyondLimits { word, kind, bits, min, max } => {
+                let [min, max] = [min, max].map(|content| word.text(*content));
+                write!(f, "{word} takes {min} to {max}, not {}", kind.text(*bits))
             }
             Refusal::NoMask(word) => write!(f, "{word} does not take every value of 16 bits"),
             Refusal::NotRunning(mode) => write!(f, "the controller is in {}", mode.name()),

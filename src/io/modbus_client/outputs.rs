@@ -170,8 +170,14 @@ mod tests {
     }
 
     fn register(at: u16, kind: NumberType) -> Point {
-        let number =
-            Number { kind, order: WordOrder::HighFirst, multiply: 1, divide: 1, offset: 0 };
+        let number = Number {
+            kind,
+            order: WordOrder::HighFirst,
+            real: false,
+            multiply: 1,
+            divide: 1,
+            offset: 0,
+        };
         Point { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 

@@ -98,7 +98,7 @@ mod tests {
     use proptest::prelude::*;
 
     pub(super) fn number(kind: NumberType, order: WordOrder) -> PointForm {
-        PointForm::Number(Number { kind, order, multiply: 1, divide: 1, offset: 0 })
+        PointForm::Number(Number { kind, order, real: false, multiply: 1, divide: 1, offset: 0 })
     }
 
     fn register(at: u16) -> Point {

@@ -132,6 +132,8 @@ pub struct Number {
     pub kind: NumberType,
     /// The register of a pair that has the higher 16 bits.
     pub order: WordOrder,
+    /// Whether memory holds a real; else an integer.
+    pub real: bool,
     /// Never 0. A value of memory is the number, times this,
     pub multiply: i32,
     /// divided by this, which is at least 1,

@@ -3,15 +3,22 @@
 //! In: the number times `multiply`, divided by `divide` (rounded to the nearest, halves away from
 //! zero), plus `offset`; beyond an i32, the nearest i32. Out: the same in reverse, to the nearest
 //! value that the registers hold. Integers are computed in 64 bits without overflow, because the
-//! reader of the controller file limits the factors.
+//! reader of the controller file limits the factors. An R word is scaled in binary64, without
+//! rounding to an integer.
 
 use super::settings::Number;
 use crate::io::modbus::number::NumberType;
+use crate::isa::Real;
 
 /// The value in memory of a number's bits (the lower 16 for one register); `None`: an f32 that is
 /// not a number.
 pub fn decode(number: &Number, bits: u32) -> Option<i32> {
     let (multiply, divide, offset) = (number.multiply, number.divide, number.offset);
+    if number.real {
+        let raw = number.kind.number(bits)?;
+        let scaled = raw * f64::from(multiply) / f64::from(divide) + f64::from(offset);
+        return Some(Real::stored(scaled).0.cell());
+    }
     if number.kind == NumberType::F32 {
         // Scaled before rounding.
         let raw = f64::from(f32::from_bits(bits));
@@ -27,6 +34,10 @@ pub fn decode(number: &Number, bits: u32) -> Option<i32> {
 /// The bits of a number for a value in memory.
 pub fn encode(number: &Number, value: i32) -> u32 {
     let (multiply, divide) = (number.multiply, number.divide);
+    if number.real {
+        let apart = f64::from(Real::of_cell(value)) - f64::from(number.offset);
+        return number.kind.nearest_bits(apart * f64::from(divide) / f64::from(multiply));
+    }
     if number.kind == NumberType::F32 {
         let apart = f64::from(value) - f64::from(number.offset);
         return ((apart * f64::from(divide) / f64::from(multiply)) as f32).to_bits();
@@ -49,7 +60,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn number(kind: NumberType, multiply: i32, divide: i32, offset: i32) -> Number {
-        Number { kind, order: WordOrder::HighFirst, multiply, divide, offset }
+        Number { kind, order: WordOrder::HighFirst, real: false, multiply, divide, offset }
     }
 
     fn plain(kind: NumberType) -> Number {

@@ -31,6 +31,10 @@ pub struct Plant {
     pub(crate) inputs: Vec<PointId>,
     /// The number of points that go out; [`Feed::Output`] numbers them.
     pub(crate) outputs: usize,
+    /// Of each input, whether memory holds a real. The plant itself counts in whole numbers.
+    pub real_inputs: Vec<bool>,
+    /// Of each output, the same.
+    pub real_outputs: Vec<bool>,
 }
 
 /// A command's value: the feed's value times the gain.

@@ -20,6 +20,7 @@ impl Rig {
             forced_ns: 0,
             stop: false,
             times: Rc::clone(&self.times),
+            local: Rc::clone(&self.local),
         };
         let contents = Contents {
             transfer: Transfer::default(),

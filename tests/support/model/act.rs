@@ -106,6 +106,7 @@ impl Sim<'_> {
             Op::Move(value, to) => self.memory.put(*to, self.value(*value)),
             Op::Add(a, b, to) => self.memory.put(*to, self.value(*a) + self.value(*b)),
             Op::Sub(a, b, to) => self.memory.put(*to, self.value(*a) - self.value(*b)),
+            Op::Math(target, expr) => self.math(*target, expr),
             Op::Run(program) => self.start_program(*program),
             Op::Halt(target) => {
                 self.stop_block(*target);

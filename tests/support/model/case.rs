@@ -1,6 +1,8 @@
 //! A generated case: a ladder kept as a tree (so that it can be shrunk), its stimulus, and
 //! how both are written.
 
+use super::clock::{self, Clock};
+
 #[derive(Clone, Debug)]
 pub enum Expr {
     /// A bit or an edge contact.
@@ -78,6 +80,8 @@ pub struct Case {
     pub period: i64,
     pub scans: i64,
     pub stop: bool,
+    /// The local time of the first scan.
+    pub clock: Clock,
     pub order: Option<Vec<String>>,
     pub tags: Vec<Tag>,
     pub blocks: Vec<Block>,
@@ -204,7 +208,8 @@ impl Case {
             let stages = block.stages.iter();
             all.extend(stages.map(|stage| format!("{}.{}", block.name, stage.name)));
         }
-        all.extend(["$1Second", "$ScanCounter"].map(str::to_string));
+        all.extend(["$1Second", "$ScanCounter", "$Year", "$Month", "$Day"].map(str::to_string));
+        all.extend(["$Weekday", "$Hour", "$Minute", "$Second"].map(str::to_string));
         all.extend(self.tags.iter().filter(|tag| tag.operand).map(|tag| tag.name.clone()));
         all
     }
@@ -216,6 +221,8 @@ impl Case {
             format!("{}ms", self.period),
             "--scans".to_string(),
             self.scans.to_string(),
+            "--clock".to_string(),
+            clock::text(self.clock),
             "--watch".to_string(),
             watch.join(","),
         ];

@@ -32,6 +32,8 @@ pub struct Sim<'a> {
     pub program: &'a Program,
     pub memory: Memory,
     pub now: i64,
+    /// Year, month, day, weekday, hour, minute, second.
+    pub local: [i64; 7],
     pub counters: BTreeMap<usize, CounterState>,
     pub timers: BTreeMap<usize, TimerState>,
     histories: Vec<bool>,
@@ -60,6 +62,7 @@ impl<'a> Sim<'a> {
             program,
             memory,
             now: 0,
+            local: [0; 7],
             counters: BTreeMap::new(),
             timers: BTreeMap::new(),
             histories: vec![false; program.histories],
@@ -117,11 +120,18 @@ impl<'a> Sim<'a> {
             number % 2 == 1,
             last,
             false,
+            false,
+            false,
+            false,
+            false,
         ];
         for (index, on) in bits.into_iter().enumerate() {
             self.memory.put_bit(Loc::whole(Area::St, index), on);
         }
         self.memory.put(Loc::whole(Area::Dst, 0), number);
+        for (index, value) in self.local.into_iter().enumerate() {
+            self.memory.put(Loc::whole(Area::Dst, 5 + index), value);
+        }
         if last {
             for (number, block) in self.program.blocks.iter().enumerate() {
                 if block.kind == Kind::LastScan {

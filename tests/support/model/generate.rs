@@ -1,6 +1,7 @@
 //! Random valid programs with a stimulus: a seed gives a case.
 
 use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
+use super::clock::{BEGIN, Clock};
 use super::menu::{COUNTERS, Spot, TIMERS, Targets, is_drastic, is_reset};
 use super::pool::Pool;
 use super::rng::Rng;
@@ -61,7 +62,29 @@ pub fn generate(seed: u64) -> Case {
     pool.rng.shuffle(&mut names);
     let order = pool.rng.chance(40).then_some(names);
     let stop = pool.rng.chance(35);
-    Case { seed, period, scans, stop, order, tags, blocks, columns, rows }
+    let clock = clock(&mut pool);
+    Case { seed, period, scans, stop, clock, order, tags, blocks, columns, rows }
+}
+
+/// Mostly shortly before something ends: a minute, a day, a February, a year.
+fn clock(pool: &mut Pool) -> Clock {
+    let rng = &mut pool.rng;
+    let [year, month, day] = *rng.pick(&[
+        [2001, 1, 1],
+        [2024, 2, 28],
+        [2023, 2, 28],
+        [2000, 2, 29],
+        [2100, 2, 28],
+        [1999, 12, 31],
+        [2026, 11, 30],
+        [1969, 12, 31],
+    ]);
+    let near = rng.range(30, 59);
+    match rng.weighted(&[20, 50, 30]) {
+        0 => BEGIN,
+        1 => [year, month, day, 23, 59, near],
+        _ => [year, month, day, rng.range(0, 23), rng.range(0, 59), near],
+    }
 }
 
 fn tags(pool: &mut Pool) -> Vec<Tag> {

@@ -1,5 +1,6 @@
 //! Instructions: `MNEMONIC operand … key=value …`.
 
+use super::math;
 use super::names::Names;
 use super::place::{Area, Loc};
 use super::program::{CounterDef, CounterKind, Instr, Op, Program, TimerDef, TimerKind, Value};
@@ -42,16 +43,20 @@ pub fn instruction(
             None => all.operands.push(word),
         }
     }
-    let op = match all.owner(mnemonic, program)? {
-        Some(op) => op,
-        None => match all.blocks_and_stages(mnemonic, block)? {
-            Some(op) => op,
-            None => all.plain(mnemonic)?,
-        },
+    let op = match text.trim_start().strip_prefix("MATH ") {
+        Some(formula) => {
+            let (target, expr) = math::read(formula, names)?;
+            return Ok(with_histories(Op::Math(target, expr), program));
+        }
+        None => all.any(mnemonic, block, program)?,
     };
+    Ok(with_histories(op, program))
+}
+
+fn with_histories(op: Op, program: &mut Program) -> Instr {
     let history = [program.histories, program.histories + 1];
     program.histories += 2;
-    Ok(Instr { op, history })
+    Instr { op, history }
 }
 
 impl Words<'_> {
@@ -81,6 +86,16 @@ impl Words<'_> {
 
     fn structure(&self, area: Area) -> Result<usize, String> {
         self.names.structure(area, self.operand(0)?)
+    }
+
+    fn any(&self, mnemonic: &str, block: usize, program: &mut Program) -> Result<Op, String> {
+        if let Some(op) = self.owner(mnemonic, program)? {
+            return Ok(op);
+        }
+        match self.blocks_and_stages(mnemonic, block)? {
+            Some(op) => Ok(op),
+            None => self.plain(mnemonic),
+        }
     }
 
     /// CNT to UDCG and the timers.

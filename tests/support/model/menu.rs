@@ -152,6 +152,9 @@ impl Pool {
     }
 
     fn arithmetic(&mut self) -> String {
+        if self.rng.chance(45) {
+            return self.math();
+        }
         let target = self.written_word();
         let target = self.name(&target);
         let value = self.value();

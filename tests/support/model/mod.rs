@@ -3,11 +3,14 @@
 
 mod act;
 pub mod case;
+pub mod clock;
 mod contact;
 mod counters;
 mod exec;
+mod formulas;
 pub mod generate;
 mod instruction;
+mod math;
 mod menu;
 mod names;
 mod parse;

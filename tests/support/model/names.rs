@@ -78,8 +78,25 @@ fn nickname(name: &str) -> Option<Loc> {
         "ScanToggle",
         "LastScan",
         "ForcesActive",
+        "DivideByZero",
+        "Overflow",
+        "OutOfRange",
+        "IndexError",
     ];
-    let words = ["ScanCounter", "ScanTime", "MinScanTime", "MaxScanTime"];
+    let words = [
+        "ScanCounter",
+        "ScanTime",
+        "MinScanTime",
+        "MaxScanTime",
+        "",
+        "Year",
+        "Month",
+        "Day",
+        "Weekday",
+        "Hour",
+        "Minute",
+        "Second",
+    ];
     if let Some(n) = bits.iter().position(|b| *b == name) {
         return Some(Loc::whole(Area::St, n));
     }

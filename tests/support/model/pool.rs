@@ -15,8 +15,8 @@ pub const AREAS: [(&str, usize, usize); 11] = [
     ("MI", 1, 2),
     ("MHR", 1, 2),
     ("MIR", 1, 2),
-    ("ST", 0, 10),
-    ("DST", 0, 5),
+    ("ST", 0, 14),
+    ("DST", 0, 12),
 ];
 
 type Structure = (&'static str, usize, &'static [&'static str]);
@@ -27,7 +27,7 @@ pub const STRUCTURES: [Structure; 3] = [
     ("N", 2, &["ACC", "PRE", "CU", "CD", "DN", "OV", "UN"]),
 ];
 
-const NICKNAMES: [&str; 10] = [
+const NICKNAMES: [&str; 14] = [
     "$FirstScan",
     "$On",
     "$Off",
@@ -38,6 +38,23 @@ const NICKNAMES: [&str; 10] = [
     "$ScanToggle",
     "$LastScan",
     "$ForcesActive",
+    "$DivideByZero",
+    "$Overflow",
+    "$OutOfRange",
+    "$IndexError",
+];
+
+const WORD_NICKNAMES: [&str; 10] = [
+    "$ScanCounter",
+    "$ScanCounter",
+    "$ScanCounter",
+    "$Year",
+    "$Month",
+    "$Day",
+    "$Weekday",
+    "$Hour",
+    "$Minute",
+    "$Second",
 ];
 
 const OPERATORS: [&str; 8] = ["==", "!=", "<", "<=", ">", ">=", "<", ">="];
@@ -158,7 +175,7 @@ impl Pool {
     pub fn word(&mut self) -> String {
         let address = match self.rng.weighted(&[90, 6, 4]) {
             0 => self.written_word(),
-            1 => "$ScanCounter".to_string(),
+            1 => self.rng.pick(&WORD_NICKNAMES).to_string(),
             _ => self.indexed("DST"),
         };
         self.name(&address)

@@ -1,5 +1,6 @@
 //! A ladder program as the model runs it: everything is resolved to places and numbers.
 
+use super::math::Expr;
 use super::place::Loc;
 use std::collections::BTreeMap;
 
@@ -52,6 +53,7 @@ pub enum Op {
     Move(Value, Loc),
     Add(Value, Value, Loc),
     Sub(Value, Value, Loc),
+    Math(Loc, Expr),
     Run(usize),
     Restart(usize),
     Halt(usize),

@@ -1,11 +1,12 @@
 //! Traces computed by hand from the tables of the semantics: what the model itself must give.
 
+use super::clock::BEGIN;
 use super::{Options, simulate};
 
 /// Runs a ladder of period 10 ms and gives its rows without scan and time.
 fn rows(ladder: &str, watch: &str, stimulus: &str, scans: i64, stop: bool) -> Vec<String> {
     let watch: Vec<String> = watch.split_whitespace().map(str::to_string).collect();
-    let options = Options { period: 10, scans, stop, watch: &watch, stimulus };
+    let options = Options { period: 10, scans, stop, clock: BEGIN, watch: &watch, stimulus };
     let trace = match simulate(ladder, &options) {
         Ok(trace) => trace,
         Err(message) => return vec![message],

@@ -1,5 +1,6 @@
 //! The stimulus, the watch list and the trace of one simulation.
 
+use super::clock::{Clock, words};
 use super::exec::Sim;
 use super::names::Names;
 use super::parse::load;
@@ -9,6 +10,7 @@ pub struct Options<'a> {
     pub period: i64,
     pub scans: i64,
     pub stop: bool,
+    pub clock: Clock,
     pub watch: &'a [String],
     pub stimulus: &'a str,
 }
@@ -56,6 +58,7 @@ pub fn simulate(ladder: &str, options: &Options) -> Result<String, String> {
             inputs.extend(&row.inputs);
             writes.extend(&row.writes);
         }
+        sim.local = words(options.clock, now);
         sim.scan(scan, now, last, &inputs, &writes);
         trace.push_str(&line(&scan.to_string(), now, &sim, &watched));
         if last {

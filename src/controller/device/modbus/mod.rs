@@ -191,7 +191,7 @@ impl ModbusReader<'_> {
             self.find(row.points.span, mistake);
             return None;
         }
-        let number = self.number(&self.keys.rows[row.at], is_bits)?;
+        let number = self.number(&self.keys.rows[row.at], row.is_real(), is_bits)?;
         let width = if is_bits { 1 } else { u32::from(number.kind.registers()) };
         let (wanted, count) = (row.addresses.len() as u32 * width, stretch.count);
         if wanted != count {
@@ -211,7 +211,7 @@ impl ModbusReader<'_> {
     }
 
     /// The number type of a row's registers, by the row's keys.
-    fn number(&mut self, keys: &RowKeys, is_bits: bool) -> Option<Number> {
+    fn number(&mut self, keys: &RowKeys, real: bool, is_bits: bool) -> Option<Number> {
         let before = self.findings.len();
         let places = [&keys.kind, &keys.word_order].map(|text| text.as_ref().map(|t| t.span));
         let numbers = [&keys.multiply, &keys.divide, &keys.offset];
@@ -243,6 +243,7 @@ impl ModbusReader<'_> {
         Some(Number {
             kind,
             order: order.unwrap_or_default(),
+            real,
             multiply: or(&keys.multiply, 1),
             divide: or(&keys.divide, 1),
             offset: or(&keys.offset, 0),

@@ -105,5 +105,7 @@ fn plant(
         points: points.all.len(),
         inputs: inputs?,
         outputs: wires::outgoing(rows).count(),
+        real_inputs: wires::incoming(rows).map(Row::is_real).collect(),
+        real_outputs: wires::outgoing(rows).map(Row::is_real).collect(),
     })
 }

@@ -23,6 +23,11 @@ struct Wires<'a> {
     findings: &'a mut Vec<Finding>,
 }
 
+/// The rows of inputs.
+pub fn incoming<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = &'a Row<'a>> {
+    rows.iter().filter(|row| row.direction == Direction::In)
+}
+
 /// The rows of outputs.
 pub fn outgoing<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = &'a Row<'a>> {
     rows.iter().filter(|row| row.direction == Direction::Out)
@@ -168,8 +173,7 @@ pub fn inputs(
             None
         }
     };
-    let rows = rows.iter().filter(|row| row.direction == Direction::In);
-    rows.map(&mut input).collect()
+    incoming(rows).map(&mut input).collect()
 }
 
 /// A fault, if its keys make sense.

@@ -1,0 +1,212 @@
+//! The offset of local time: a thread that reads the time zone once a second.
+//!
+//! The zone is that of `TZ`, or else `/etc/localtime`, as for every other program. Its file is read
+//! anew each time, so a change of it, or of the rules in it, counts within a second. What cannot be
+//! read changes nothing: the zone read before stays, and it is UTC if there was none.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Weak};
+use std::thread;
+use std::time::{Duration, SystemTime};
+
+use tz::{TimeZone, TimeZoneSettings};
+
+use crate::load::read_bytes;
+use crate::runtime::wall::UtcOffset;
+use crate::say::say;
+
+/// How soon a change of the zone is seen.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// How far ahead the scan thread knows of a change of the offset.
+const AHEAD_S: i64 = 3600;
+/// It reads a small file, and locked memory is dear.
+const STACK_BYTES: usize = 256 << 10;
+
+/// Starts the thread; it ends once nobody holds the offset. The offset is right from the start.
+///
+/// # Errors
+/// The machine gives no thread.
+pub(super) fn keep() -> io::Result<Arc<UtcOffset>> {
+    let offset = Arc::new(UtcOffset::default());
+    let tz = std::env::var_os("TZ").map(|tz| tz.to_string_lossy().into_owned());
+    let mut keeper = Keeper::new(tz, PathBuf::from("/etc/localtime"));
+    keeper.look(&offset, now_s());
+    let held = Arc::downgrade(&offset);
+    let named = thread::Builder::new().name("rungd-zone".into()).stack_size(STACK_BYTES);
+    named.spawn(move || keeper.work(&held))?;
+    Ok(offset)
+}
+
+fn now_s() -> i64 {
+    match SystemTime::now().duration_since(SystemTime::UNIX_EPOCH) {
+        Ok(since) => since.as_secs() as i64,
+        Err(before) => -(before.duration().as_secs() as i64) - 1,
+    }
+}
+
+struct Keeper {
+    /// `TZ`, if it is set.
+    tz: Option<String>,
+    localtime: PathBuf,
+    zone: Option<TimeZone>,
+    /// The zone could not be read at the last look.
+    failing: bool,
+}
+
+impl Keeper {
+    fn new(tz: Option<String>, localtime: PathBuf) -> Keeper {
+        Keeper { tz, localtime, zone: None, failing: false }
+    }
+
+    fn work(&mut self, held: &Weak<UtcOffset>) {
+        loop {
+            thread::sleep(LOOK_EVERY);
+            let Some(offset) = held.upgrade() else { return };
+            self.look(&offset, now_s());
+        }
+    }
+
+    fn look(&mut self, offset: &UtcOffset, now_s: i64) {
+        match read(self.tz.as_deref(), &self.localtime) {
+            Ok(zone) => (self.zone, self.failing) = (Some(zone), false),
+            // A machine without a zone is in UTC, by custom.
+            Err(_) if self.zone.is_none() && self.tz.is_none() && !self.localtime.exists() => {}
+            Err(error) => {
+                if !self.failing {
+                    let name =
+                        self.tz.as_deref().map_or("/etc/localtime".into(), |tz| format!("TZ={tz}"));
+                    let instead = if self.zone.is_some() { "the zone before it" } else { "UTC" };
+                    say!(
+                        TIME_ZONE,
+                        "{name} gives no time zone ({error}): the ladder's time of day is {instead}"
+                    );
+                }
+                self.failing = true;
+            }
+        }
+        if let Some(zone) = &self.zone {
+            offset.set(offset_s(zone, now_s), change(zone, now_s));
+        }
+    }
+}
+
+/// The zone of `TZ`, or of the machine's file; UTC where a machine has none.
+fn read(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::Error> {
+    let file = |path: &str| Ok(read_bytes(Path::new(path))?);
+    let Some(tz) = tz else {
+        return match read_bytes(localtime) {
+            Ok(bytes) => Ok(TimeZone::from_tz_data(&bytes)?),
+            Err(error) => Err(tz::Error::Io(error.into())),
+        };
+    };
+    // Of `TZ=:Asia/Kathmandu` the colon says nothing that a file of that name does not.
+    match tz.strip_prefix(':').unwrap_or(tz) {
+        "" => Ok(TimeZone::utc()),
+        tz => TimeZoneSettings::new(TimeZoneSettings::DEFAULT_DIRECTORIES, file).parse_posix_tz(tz),
+    }
+}
+
+/// Local time less UTC at a time.
+fn offset_s(zone: &TimeZone, at_s: i64) -> i32 {
+    match zone.find_local_time_type(at_s) {
+        Ok(found) => found.ut_offset(),
+        // A file of the old form ends with its last change.
+        Err(_) => {
+            let zone = zone.as_ref();
+            let last = zone.transitions().last().map_or(0, |last| last.local_time_type_index());
+            zone.local_time_types().get(last).map_or(0, |last| last.ut_offset())
+        }
+    }
+}
+
+/// The next change of the offset, if one is near: its time, and the offset from then on.
+fn change(zone: &TimeZone, now_s: i64) -> Option<(i64, i32)> {
+    let (before, mut from, mut to) = (offset_s(zone, now_s), now_s, now_s + AHEAD_S);
+    let after = offset_s(zone, to);
+    if before == after {
+        return None;
+    }
+    while to - from > 1 {
+        let middle = from + (to - from) / 2;
+        if offset_s(zone, middle) == before { from = middle } else { to = middle }
+    }
+    Some((to, offset_s(zone, to)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Local time of a zone at a time, once the thread has looked at `looked_s`.
+    fn local(tz: &str, looked_s: i64, at_s: i64) -> i64 {
+        let mut keeper = Keeper::new(Some(tz.to_owned()), PathBuf::new());
+        let offset = UtcOffset::default();
+        keeper.look(&offset, looked_s);
+        assert!(!keeper.failing, "{tz}");
+        offset.local_s(at_s) - at_s
+    }
+
+    const BERLIN: &str = "CET-1CEST,M3.5.0,M10.5.0/3";
+    /// 2026-03-29 01:00:00 UTC: Central Europe's clocks go forward.
+    const SPRING_S: i64 = 1_774_746_000;
+    /// 2026-10-25 01:00:00 UTC: and back.
+    const AUTUMN_S: i64 = 1_792_890_000;
+
+    #[test]
+    fn a_zone_is_a_file_or_a_rule() {
+        for (tz, by) in [
+            ("", 0),
+            (":", 0),
+            ("UTC0", 0),
+            ("<+0545>-5:45", 20_700),
+            ("EST5", -18_000),
+            (BERLIN, 3600),
+        ] {
+            assert_eq!(local(tz, 1_795_000_000, 1_795_000_000), by, "{tz}");
+        }
+        if Path::new("/usr/share/zoneinfo/Asia/Kathmandu").exists() {
+            for tz in ["Asia/Kathmandu", ":Asia/Kathmandu", "/usr/share/zoneinfo/Asia/Kathmandu"] {
+                assert_eq!(local(tz, 1_795_000_000, 1_795_000_000), 20_700, "{tz}");
+            }
+        }
+    }
+
+    #[test]
+    fn summer_time_begins_and_ends_at_its_second_whenever_the_thread_looked() {
+        for ahead_s in [1, 2, 59, 3599, 3600] {
+            for (change_s, before, after) in [(SPRING_S, 3600, 7200), (AUTUMN_S, 7200, 3600)] {
+                let looked_s = change_s - ahead_s;
+                assert_eq!(local(BERLIN, looked_s, change_s - 1), before);
+                assert_eq!(local(BERLIN, looked_s, change_s), after);
+                assert_eq!(local(BERLIN, change_s, change_s + 3600), after);
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_that_changes_counts_at_the_next_look_and_a_lost_one_changes_nothing() {
+        let zones = Path::new("/usr/share/zoneinfo");
+        let folder = std::env::temp_dir().join(format!("rungd-zone-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let localtime = folder.join("localtime");
+        let mut keeper = Keeper::new(None, localtime.clone());
+        let offset = UtcOffset::default();
+        let mut local = |now_s: i64| {
+            keeper.look(&offset, now_s);
+            (offset.local_s(now_s) - now_s, keeper.failing)
+        };
+        assert_eq!(local(1_795_000_000), (0, false));
+        std::fs::write(&localtime, "no time zone").unwrap();
+        assert_eq!(local(1_795_000_000), (0, true));
+        for (zone, by) in [("Asia/Kathmandu", 20_700), ("America/Lima", -18_000)] {
+            if zones.join(zone).exists() {
+                std::fs::copy(zones.join(zone), &localtime).unwrap();
+                assert_eq!(local(1_795_000_000), (by, false));
+                std::fs::remove_file(&localtime).unwrap();
+                assert_eq!(local(1_795_000_000), (by, true));
+            }
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -1,0 +1,54 @@
+//! The resolved expression of MATH: addresses in place of names, and the type of every operator.
+//!
+//! Made by `formula_resolver`, turned into the engine's steps by `lower`. Behaviour:
+//! `docs/semantics.md`, section 8.
+
+use crate::isa::{Bit, Function, Real, Word};
+pub use crate::source::expression::{Binary, Unary};
+
+/// An expression in postfix order: the operands of an operator stand before it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Formula {
+    /// Its parts; the last one is the whole.
+    pub parts: Vec<Part>,
+}
+
+/// A part of an expression.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// An integer constant.
+    Integer(i64),
+    /// A real constant.
+    Real(Real),
+    /// A word, read at every evaluation.
+    Word(Word),
+    /// A bit: 0 or 1.
+    Bit(Bit),
+    /// An operator with one operand, and the type that it computes in.
+    Unary(Unary, NumberType),
+    /// An operator with two operands, and the type that it computes in.
+    Binary(Binary, NumberType),
+    /// A function with this number of arguments, and the type that it computes in.
+    Call(Function, u32, NumberType),
+}
+
+/// The type of a number in an expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NumberType {
+    /// 64 bits with sign.
+    Integer,
+    /// Binary64.
+    Real,
+}
+
+impl NumberType {
+    /// Of an operator with operands of these types: one real makes it real.
+    pub fn with(self, other: NumberType) -> NumberType {
+        if self == NumberType::Real { self } else { other }
+    }
+}
+
+/// The type of a word's numbers.
+pub fn type_of(word: Word) -> NumberType {
+    if word.is_real() { NumberType::Real } else { NumberType::Integer }
+}

@@ -1,0 +1,302 @@
+//! Resolves MATH: its target, the names of its expression, and the types of its operators.
+//!
+//! Called by `operand`. Walks the parts in a loop over a stack of operands, so that no expression
+//! is too deep. All mistakes of an expression are found, not only the first.
+#![deny(clippy::wildcard_enum_match_arm)]
+
+use super::Resolver;
+use super::formula::{Binary, Formula, NumberType, Part, Unary, type_of};
+use super::instruction::{Action, Instruction, Target};
+use super::scope::Thing;
+use crate::isa::function::{FUNCTIONS, ResultType};
+use crate::isa::{Address, Function, Spec};
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::expression::{self as written, PartKind};
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::did_you_mean;
+use crate::source::span::{Located, Span};
+
+/// An operand on the stack.
+#[derive(Clone, Copy)]
+struct Operand {
+    of: NumberType,
+    /// Its place.
+    span: Span,
+    /// A division of integers whose lost fraction reaches this operand: its sign, and the places of
+    /// its operands.
+    division: Option<(Span, [Span; 2])>,
+    /// What the warning of a complement asks.
+    form: Form,
+}
+
+/// The form of an operand, for the warning of a complement.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Bit,
+    ComplementOfBit,
+    Other,
+}
+
+impl Operand {
+    fn new(of: NumberType, span: Span) -> Operand {
+        Operand { of, span, division: None, form: Form::Other }
+    }
+}
+
+impl Resolver<'_> {
+    /// Resolves a MATH; `None` if it has a mistake.
+    pub(super) fn math(
+        &mut self,
+        span: Span,
+        formula: &written::Formula,
+        spec: &'static Spec,
+    ) -> Option<Instruction> {
+        let target = self.math_target(&formula.target, spec);
+        let resolved = self.expression(&formula.expression);
+        let (target, (formula, whole)) = (target?, resolved?);
+        self.doubts(target.value, whole);
+        let action = Action::Math { target, formula: Box::new(formula) };
+        Some(Instruction { mnemonic: spec.mnemonic, span, action })
+    }
+
+    fn math_target(
+        &mut self,
+        name: &Located<String>,
+        spec: &'static Spec,
+    ) -> Option<Located<Target>> {
+        let atom = Atom { kind: AtomKind::Name(name.value.clone()), span: name.span };
+        let found = self.scope.look_up(&name.value).map(|found| found.thing);
+        let value = match found {
+            Ok(Thing::Address(Address::Bit(_))) => Target::Bit(self.writable_bit(&atom, spec)?),
+            _ => Target::Word(self.writable_word(&atom, spec)?),
+        };
+        Some(Located { value, span: name.span })
+    }
+
+    /// The warnings about an expression and its target.
+    fn doubts(&mut self, target: Target, whole: Operand) {
+        match target {
+            Target::Word(word) if type_of(word) == NumberType::Real => {
+                let Some((sign, [left, right])) = whole.division else { return };
+                let (left, right) = (self.text(left), self.text(right));
+                let is_constant = right.bytes().all(|b| b.is_ascii_digit());
+                let real = match is_constant {
+                    true => format!("{left} / {right}.0"),
+                    false => format!("toreal({left}) / {right}"),
+                };
+                let message = "a division of integers loses its fraction before it is stored";
+                let finding = Finding::new(Code::IntegerDivisionIntoReal, sign, message);
+                let help = format!("write `{real}`, or `trunc({real})` if the loss is meant");
+                self.find(finding.label("both sides are integers").help(help));
+            }
+            Target::Bit(_) if whole.form == Form::ComplementOfBit => {
+                let name = self.text(whole.span).trim_start_matches('~').trim_start();
+                let message = "`~` of a bit is -1 or -2, which is never 0";
+                let finding = Finding::new(Code::ComplementOfBit, whole.span, message);
+                let help = format!("the opposite of a bit is `!{name}`");
+                self.find(finding.label("the target is always ON").help(help));
+            }
+            Target::Word(_) | Target::Bit(_) => {}
+        }
+    }
+
+    /// Resolves an expression, and says what its whole is.
+    fn expression(&mut self, written: &written::Expression) -> Option<(Formula, Operand)> {
+        let mut walk = Walk { parts: Vec::new(), operands: Vec::new(), whole: true };
+        for part in &written.parts {
+            match &part.kind {
+                PartKind::Integer(n) => {
+                    walk.push(Part::Integer(*n), Operand::new(NumberType::Integer, part.span));
+                }
+                PartKind::Real(real) => {
+                    walk.push(Part::Real(*real), Operand::new(NumberType::Real, part.span));
+                }
+                PartKind::Name(name) => match self.operand_of(name, part.span) {
+                    Some((named, operand)) => walk.push(named, operand),
+                    // The type of an unknown name cannot be wrong.
+                    None => walk.unknown(part.span),
+                },
+                PartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
+                PartKind::Binary(operator, sign) => {
+                    self.binary(&mut walk, (*operator, *sign), part.span);
+                }
+                PartKind::Call(name, count) => self.call(&mut walk, (name, *count), part.span),
+            }
+        }
+        let last = walk.operands.pop()?;
+        walk.whole.then_some((Formula { parts: walk.parts }, last))
+    }
+
+    /// A name as an operand of an expression.
+    fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, Operand)> {
+        let operand = |of| Operand::new(of, span);
+        let integer = operand(NumberType::Integer);
+        let thing = self.look_up(name, span)?;
+        let help = match thing {
+            Thing::Real(real) => {
+                self.note_constant(name, span);
+                return Some((Part::Real(real), operand(NumberType::Real)));
+            }
+            Thing::Constant(value, _) => {
+                self.note_constant(name, span);
+                return Some((Part::Integer(i64::from(value)), integer));
+            }
+            Thing::Address(address @ Address::Word(word)) => {
+                self.note(name, span, address);
+                return Some((Part::Word(word), operand(type_of(word))));
+            }
+            Thing::Address(address @ Address::Bit(bit)) => {
+                self.note(name, span, address);
+                return Some((Part::Bit(bit), Operand { form: Form::Bit, ..integer }));
+            }
+            Thing::Address(Address::Structure(structure)) => {
+                let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
+                format!("its value is `{name}.{acc}`")
+            }
+            Thing::Block(_) => format!("its bit is `{name}.Running`"),
+            Thing::Device(_) => format!("its bits are `{name}.Ok` and `{name}.Stale`"),
+        };
+        self.wrong_kind(name, span, thing, "a value", &help);
+        None
+    }
+
+    fn unary(&mut self, walk: &mut Walk, operator: Unary, span: Span) {
+        let Some(operand) = walk.operands.pop() else { return };
+        let of = operand.of;
+        let whole = match operator {
+            Unary::Minus => Operand { division: operand.division, ..Operand::new(of, span) },
+            Unary::Not => Operand::new(NumberType::Integer, span),
+            Unary::Complement => {
+                self.wants_integers(walk, operator.sign(), &[operand]);
+                let is_bit = operand.form == Form::Bit;
+                let form = if is_bit { Form::ComplementOfBit } else { Form::Other };
+                Operand { form, ..Operand::new(NumberType::Integer, span) }
+            }
+        };
+        walk.push(Part::Unary(operator, of), whole);
+    }
+
+    fn binary(&mut self, walk: &mut Walk, (operator, sign): (Binary, Span), span: Span) {
+        let (Some(right), Some(left)) = (walk.operands.pop(), walk.operands.pop()) else { return };
+        let of = left.of.with(right.of);
+        let division = left.division.or(right.division);
+        let whole = match operator {
+            Binary::Divide if of == NumberType::Integer => {
+                let own = Some((sign, [left.span, right.span]));
+                Operand { division: division.or(own), ..Operand::new(of, span) }
+            }
+            Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Power => {
+                Operand { division, ..Operand::new(of, span) }
+            }
+            Binary::Remainder => Operand::new(of, span),
+            Binary::And
+            | Binary::Or
+            | Binary::Xor
+            | Binary::ShiftLeft
+            | Binary::ShiftRight
+            | Binary::ShiftRightZeros => {
+                self.wants_integers(walk, operator.sign(), &[left, right]);
+                Operand::new(NumberType::Integer, span)
+            }
+            Binary::Less
+            | Binary::AtMost
+            | Binary::Greater
+            | Binary::AtLeast
+            | Binary::Equal
+            | Binary::NotEqual
+            | Binary::AndAlso
+            | Binary::OrElse => Operand::new(NumberType::Integer, span),
+        };
+        walk.push(Part::Binary(operator, of), whole);
+    }
+
+    /// Finds reals among the operands of an operator on bits.
+    fn wants_integers(&mut self, walk: &mut Walk, sign: &str, operands: &[Operand]) {
+        for operand in operands.iter().filter(|operand| operand.of == NumberType::Real) {
+            let message = format!("`{sign}` works on the bits of integers, not on a real");
+            let text = self.text(operand.span);
+            let help = format!("an integer of it is `round({text})` or `trunc({text})`");
+            let finding = Finding::new(Code::OperandType, operand.span, message);
+            self.find(finding.label("a real").help(help));
+            walk.whole = false;
+        }
+    }
+
+    fn call(&mut self, walk: &mut Walk, (name, count): (&Located<String>, u32), span: Span) {
+        let rest = walk.operands.len().saturating_sub(count as usize);
+        let arguments = walk.operands.split_off(rest);
+        let Some(function) = Function::from_name(&name.value) else {
+            self.find(unknown_function(name));
+            return walk.unknown(span);
+        };
+        let spec = function.spec();
+        if !(spec.least..=spec.most).contains(&count) {
+            let wanted = match (spec.least, spec.most) {
+                (1, u32::MAX) => "at least one argument".to_owned(),
+                (1, _) => "one argument".to_owned(),
+                (least, _) => format!("{least} arguments"),
+            };
+            let message = format!("`{}` takes {wanted}, not {count}", spec.name);
+            let finding = Finding::new(Code::FunctionArguments, span, message);
+            self.find(finding.help(format!("its form is `{}`", spec.form())));
+            return walk.unknown(span);
+        }
+        // The condition of `if` is no part of its type.
+        let typed = if function == Function::If { &arguments[1..] } else { &arguments[..] };
+        let all = typed.iter().fold(NumberType::Integer, |of, operand| of.with(operand.of));
+        let (of, result) = match spec.result {
+            ResultType::Kept => (all, all),
+            ResultType::Integer => (all, NumberType::Integer),
+            ResultType::Real => (NumberType::Real, NumberType::Real),
+        };
+        // A rounding says that the fraction is not wanted.
+        let division = typed.iter().find_map(|operand| operand.division);
+        let division = division.filter(|_| spec.result != ResultType::Integer);
+        let whole = Operand { division, ..Operand::new(result, span) };
+        walk.push(Part::Call(function, count, of), whole);
+    }
+}
+
+/// The parts resolved so far, and the operands that wait for their operator.
+struct Walk {
+    parts: Vec<Part>,
+    operands: Vec<Operand>,
+    /// Whether no part had a mistake.
+    whole: bool,
+}
+
+impl Walk {
+    fn push(&mut self, part: Part, operand: Operand) {
+        self.parts.push(part);
+        self.operands.push(operand);
+    }
+
+    /// An operand with a mistake: it goes on as an integer, which causes no further finding.
+    fn unknown(&mut self, span: Span) {
+        self.whole = false;
+        self.push(Part::Integer(0), Operand::new(NumberType::Integer, span));
+    }
+}
+
+fn unknown_function(name: &Located<String>) -> Finding {
+    let message = format!("there is no function `{}`", name.value);
+    let names = || FUNCTIONS.iter().map(|spec| spec.name);
+    let other = match name.value.to_ascii_lowercase().as_str() {
+        "pow" | "power" => Some("a power is `x ** y`"),
+        "mod" => Some("a remainder is `x % y`"),
+        "not" => Some("write `!(…)`"),
+        "rise" | "fall" => Some("an edge is a contact: `when = [\"rise(X0)\"]`"),
+        "log" => Some("write `ln(x)` or `log10(x)`"),
+        "int" | "toint" => Some("write `trunc(x)` or `round(x)`"),
+        "real" | "float" => Some("write `toreal(x)`"),
+        _ => None,
+    };
+    let help = other.map(str::to_owned).or_else(|| did_you_mean(&name.value, names()));
+    let help = help.unwrap_or_else(|| {
+        format!(
+            "there are {}",
+            names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        )
+    });
+    Finding::new(Code::UnknownFunction, name.span, message).help(help)
+}

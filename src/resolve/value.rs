@@ -1,0 +1,38 @@
+//! A number in a resolved program: a constant or a word. Used by contacts and instructions.
+
+use crate::isa::{Real, Word};
+use crate::source::atom::Written;
+
+/// A number: a constant or a location.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Value {
+    /// A constant, and the form in which it was written.
+    Const(i32, Written),
+    /// A real constant.
+    Real(Real),
+    /// A word, read again at every execution.
+    Word(Word),
+}
+
+impl Value {
+    /// Whether it is a real: a constant of that form, or an R word.
+    pub fn is_real(self) -> bool {
+        match self {
+            Value::Const(..) => false,
+            Value::Real(_) => true,
+            Value::Word(word) => word.is_real(),
+        }
+    }
+
+    /// Whether both are the same number, in any written form.
+    pub(crate) fn is_as(self, other: Value) -> bool {
+        match (self, other) {
+            (Value::Const(a, _), Value::Const(b, _)) => a == b,
+            (Value::Real(a), Value::Real(b)) => a == b,
+            (Value::Word(a), Value::Word(b)) => a == b,
+            (Value::Const(..), Value::Real(_) | Value::Word(_))
+            | (Value::Real(_), Value::Const(..) | Value::Word(_))
+            | (Value::Word(_), Value::Const(..) | Value::Real(_)) => false,
+        }
+    }
+}

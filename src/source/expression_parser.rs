@@ -1,0 +1,377 @@
+//! The grammar of MATH: the target, and the expression behind the `=`.
+//!
+//! Called by `instruction`. Operators wait on a stack of their own until what stands behind them
+//! binds less tightly (the shunting-yard algorithm), so no input makes this code recurse. The
+//! nesting of parentheses, calls and operators with one operand is limited all the same, because
+//! nobody reads such an expression.
+
+use super::expression::{Binary, Expression, Formula, Part, PartKind, Unary};
+use super::expression_lexer::{Token, lex};
+use super::expression_rules::{Operand, Root, Said};
+use super::finding::{Code, Finding};
+use super::span::{Located, Span};
+
+/// Maximum nesting depth of parentheses, calls and operators with one operand.
+const DEPTH_MAX: usize = 32;
+
+type Parsed<T> = Result<T, Finding>;
+
+/// Parses the text after `MATH`; `span` is its place. Adds the findings, warnings too.
+pub(super) fn parse_formula(
+    text: &str,
+    span: Span,
+    findings: &mut Vec<Finding>,
+) -> Option<Formula> {
+    let mut warnings = Vec::new();
+    let parsed = split(text, span).and_then(|(target, at)| {
+        let place = span.part(at, text.len());
+        let expression = parse(&text[at..], place, &mut warnings)?;
+        Ok(Formula { target, expression })
+    });
+    findings.append(&mut warnings);
+    parsed.map_err(|finding| findings.push(finding)).ok()
+}
+
+/// The target, and where the expression begins.
+fn split(text: &str, span: Span) -> Parsed<(Located<String>, usize)> {
+    let error = |place, message: &str| Finding::new(Code::ExpressionSyntax, place, message);
+    let form = "its form is `MATH target = expression`: `MATH level = (raw - 6400) / 51`";
+    let Some(at) = assignment(text) else {
+        return Err(error(span, "MATH lacks the `=` behind its target").help(form));
+    };
+    let written = &text[..at];
+    let start = written.len() - written.trim_start().len();
+    let name = written.trim();
+    let place = span.part(start, start + name.len().max(1));
+    if name.is_empty() {
+        return Err(error(place, "MATH lacks its target").help(form));
+    }
+    if let Some(bracket) = name.find('[') {
+        return Err(index(place.part(bracket, name.len())));
+    }
+    if let Some(word) = name.strip_suffix([':', '+', '-', '*', '/']) {
+        let sign = &name[word.len()..];
+        let message = format!("`{sign}=` is no sign here");
+        let word = word.trim_end();
+        let help = match sign {
+            ":" => format!("write `{word} = …`"),
+            _ => format!("write `{word} = {word} {sign} …`"),
+        };
+        return Err(error(place, &message).help(help));
+    }
+    let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$');
+    if !name.chars().all(is_name) || name.starts_with(|c: char| c.is_ascii_digit()) {
+        let message = format!("`{name}` is no target");
+        let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
+        return Err(error(place, &message).help(help));
+    }
+    Ok((Located { value: name.to_owned(), span: place }, at + 1))
+}
+
+/// The first `=` outside brackets that is no part of `==`.
+fn assignment(text: &str) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut depth = 0usize;
+    let mut at = 0;
+    while at < bytes.len() {
+        match bytes[at] {
+            b'[' | b'(' => depth += 1,
+            b']' | b')' => depth = depth.saturating_sub(1),
+            b'=' if bytes.get(at + 1) == Some(&b'=') => at += 1,
+            b'=' if depth == 0 => return Some(at),
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
+
+/// The finding for an index.
+fn index(place: Span) -> Finding {
+    let finding = Finding::new(Code::ExpressionSyntax, place, "an index is not supported");
+    finding.help("there are no arrays: name the word itself")
+}
+
+/// Parses an expression; `span` is the place of its first byte to its last.
+///
+/// # Errors
+/// The first mistake in it.
+pub fn parse(text: &str, span: Span, warnings: &mut Vec<Finding>) -> Parsed<Expression> {
+    let tokens = lex(text, span)?;
+    let mut parser = Parser {
+        text,
+        span,
+        parts: Vec::with_capacity(tokens.len()),
+        operands: Vec::new(),
+        waiting: Vec::new(),
+        depth: 0,
+        warnings,
+    };
+    let mut wants_operand = true;
+    for (at, (token, place)) in tokens.iter().enumerate() {
+        let behind = tokens.get(at + 1).map(|(token, _)| token);
+        wants_operand = if wants_operand {
+            parser.begin(token, *place, behind)?
+        } else {
+            parser.go_on(token, *place)?
+        };
+    }
+    if wants_operand {
+        return Err(parser.missing(parser.end()));
+    }
+    parser.finish()
+}
+
+/// An operator or bracket that waits for what stands behind it.
+enum Waiting {
+    Unary(Unary, Span),
+    Binary(Binary, Span),
+    Group(Span),
+    Call { name: Located<String>, arguments: u32, open: Span },
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    span: Span,
+    parts: Vec<Part>,
+    operands: Vec<Operand>,
+    waiting: Vec<Waiting>,
+    /// Number of waiting brackets and operators with one operand.
+    depth: usize,
+    warnings: &'a mut Vec<Finding>,
+}
+
+impl Parser<'_> {
+    /// The place after the last byte.
+    fn end(&self) -> Span {
+        Span { start: self.span.end, ..self.span }
+    }
+
+    fn error(&self, place: Span, message: impl Into<String>) -> Finding {
+        Finding::new(Code::ExpressionSyntax, place, message)
+    }
+
+    fn missing(&self, place: Span) -> Finding {
+        self.error(place, "a value is missing here")
+            .help("a value is a constant, a name, a call or an expression in parentheses")
+    }
+
+    /// Reads a token where an operand begins; returns whether one is still wanted.
+    fn begin(&mut self, token: &Token, place: Span, behind: Option<&Token>) -> Parsed<bool> {
+        match token {
+            Token::Operand(PartKind::Name(name)) if behind == Some(&Token::Open) => {
+                let name = Located { value: name.clone(), span: place };
+                self.wait(Waiting::Call { name, arguments: 0, open: place }, place)?;
+                Ok(false)
+            }
+            Token::Operand(kind) => {
+                self.constant_fits(kind, place)?;
+                self.operand(Part { kind: kind.clone(), span: place });
+                Ok(false)
+            }
+            Token::Sign(Binary::Subtract) => {
+                self.wait(Waiting::Unary(Unary::Minus, place), place).map(|()| true)
+            }
+            Token::Prefix(operator) => {
+                self.wait(Waiting::Unary(*operator, place), place).map(|()| true)
+            }
+            Token::Open => self.wait(Waiting::Group(place), place).map(|()| true),
+            Token::Close if self.is_empty_call() => self.close(place).map(|()| false),
+            Token::Sign(Binary::Add) => {
+                Err(self.error(place, "a value has no `+` before it").help("take the `+` away"))
+            }
+            Token::Sign(_) | Token::Close | Token::Comma => Err(self.missing(place)),
+            Token::Index => Err(index(place)),
+            Token::IndexEnd => Err(self.error(place, "`]` closes nothing")),
+        }
+    }
+
+    /// Reads a token behind an operand; returns whether an operand is wanted next.
+    fn go_on(&mut self, token: &Token, place: Span) -> Parsed<bool> {
+        match token {
+            Token::Sign(operator) => {
+                self.settle(|waiting| match waiting.precedence().cmp(&operator.precedence()) {
+                    std::cmp::Ordering::Greater => true,
+                    std::cmp::Ordering::Equal => *operator != Binary::Power,
+                    std::cmp::Ordering::Less => false,
+                })?;
+                self.waiting.push(Waiting::Binary(*operator, place));
+                Ok(true)
+            }
+            // The `(` behind a function's name.
+            Token::Open if self.opens_call(place) => Ok(true),
+            Token::Close => self.close(place).map(|()| false),
+            Token::Comma => self.argument(place).map(|()| true),
+            Token::Index => Err(index(place)),
+            Token::IndexEnd => Err(self.error(place, "`]` closes nothing")),
+            Token::Operand(_) | Token::Open | Token::Prefix(_) => {
+                Err(self.no_operator(token, place))
+            }
+        }
+    }
+
+    fn no_operator(&self, token: &Token, place: Span) -> Finding {
+        let habit = |word: &str| match word.to_ascii_lowercase().as_str() {
+            "and" => Some("write `&&`"),
+            "or" => Some("write `||`"),
+            "mod" => Some("write `%`"),
+            "xor" => Some("write `^`"),
+            _ => None,
+        };
+        let named = |kind: &PartKind| {
+            if let PartKind::Name(name) = kind { habit(name) } else { None }
+        };
+        let before = self.parts.last().and_then(|part| named(&part.kind));
+        let own = if let Token::Operand(kind) = token { named(kind) } else { None };
+        let finding = self.error(place, "an operator is missing before this");
+        finding.help(own.or(before).unwrap_or("operators are `+ - * / % **` and the like"))
+    }
+
+    /// Makes a bracket or an operator with one operand wait.
+    fn wait(&mut self, waiting: Waiting, place: Span) -> Parsed<()> {
+        if self.depth == DEPTH_MAX {
+            let message = format!("more than {DEPTH_MAX} levels of parentheses, calls and signs");
+            return Err(self.error(place, message).help("give parts of it a MATH of their own"));
+        }
+        self.depth += 1;
+        self.waiting.push(waiting);
+        Ok(())
+    }
+
+    /// Whether the innermost bracket is a call whose `(` is this one.
+    fn opens_call(&mut self, place: Span) -> bool {
+        if let Some(Waiting::Call { name, open, .. }) = self.waiting.last_mut()
+            && *open == name.span
+        {
+            *open = place;
+            return true;
+        }
+        false
+    }
+
+    fn is_empty_call(&self) -> bool {
+        let last = self.waiting.last();
+        matches!(last, Some(Waiting::Call { name, arguments: 0, open }) if *open != name.span)
+    }
+
+    /// An integer of more than 32 bits is too large; 2147483648 may stand behind a unary `-`.
+    fn constant_fits(&self, kind: &PartKind, place: Span) -> Parsed<()> {
+        let PartKind::Integer(n) = kind else { return Ok(()) };
+        let is_negative = matches!(self.waiting.last(), Some(Waiting::Unary(Unary::Minus, _)));
+        if *n <= i64::from(i32::MAX) + i64::from(is_negative) {
+            return Ok(());
+        }
+        let text = self.text_of(place);
+        let message = format!("`{text}` lies outside -2147483648..2147483647");
+        let finding = Finding::new(Code::OutOfRange, place, message);
+        Err(finding.help(format!("constants have 32 bits; a real may be larger: `{text}.0`")))
+    }
+
+    /// Adds a complete operand, and applies the operators with one operand before it.
+    fn operand(&mut self, part: Part) {
+        self.operands.push(Operand { span: part.span, root: Root::Closed });
+        self.parts.push(part);
+        self.apply_unary();
+    }
+
+    fn apply_unary(&mut self) {
+        while let Some(Waiting::Unary(operator, sign)) = self.waiting.last() {
+            let (operator, sign) = (*operator, *sign);
+            self.waiting.pop();
+            self.depth -= 1;
+            let Some(operand) = self.operands.last_mut() else { return };
+            operand.span = sign.to(operand.span);
+            operand.root = Root::Unary(operator);
+            self.parts.push(Part { kind: PartKind::Unary(operator), span: operand.span });
+        }
+    }
+
+    /// Gives waiting operators their second operand, for as long as `is_ready`.
+    fn settle(&mut self, is_ready: impl Fn(Binary) -> bool) -> Parsed<()> {
+        while let Some(Waiting::Binary(operator, sign)) = self.waiting.last() {
+            let (operator, sign) = (*operator, *sign);
+            if !is_ready(operator) {
+                break;
+            }
+            self.waiting.pop();
+            let (Some(right), Some(left)) = (self.operands.pop(), self.operands.pop()) else {
+                break;
+            };
+            let text = |span: Span| self.text_of(span);
+            let said = Said { operator, sign, left, right };
+            let (warning, mistake) = (said.warning(&text), said.mistake(&text));
+            self.warnings.extend(warning);
+            if let Some(finding) = mistake {
+                return Err(finding);
+            }
+            let span = left.span.to(right.span);
+            self.parts.push(Part { kind: PartKind::Binary(operator, sign), span });
+            self.operands.push(Operand { span, root: Root::Binary(operator) });
+        }
+        Ok(())
+    }
+
+    /// `,`: an argument is complete.
+    fn argument(&mut self, place: Span) -> Parsed<()> {
+        self.settle(|_| true)?;
+        if let Some(Waiting::Call { arguments, .. }) = self.waiting.last_mut() {
+            *arguments += 1;
+            return Ok(());
+        }
+        let finding = self.error(place, "a comma outside a call");
+        Err(finding.help("a Sensaphone element is written `N0.ACC` here, a real `12.5`"))
+    }
+
+    /// `)`: a group or call is complete.
+    fn close(&mut self, place: Span) -> Parsed<()> {
+        self.settle(|_| true)?;
+        match self.waiting.pop() {
+            Some(Waiting::Group(open)) => {
+                self.depth -= 1;
+                let span = open.to(place);
+                if let Some(operand) = self.operands.last_mut() {
+                    *operand = Operand { span, root: Root::Closed };
+                }
+                if let Some(part) = self.parts.last_mut() {
+                    part.span = span;
+                }
+                self.apply_unary();
+            }
+            Some(Waiting::Call { name, arguments, open }) => {
+                self.depth -= 1;
+                let arguments = arguments + u32::from(!self.is_blank(open, place));
+                let rest = self.operands.len() - (arguments as usize).min(self.operands.len());
+                self.operands.truncate(rest);
+                let span = name.span.to(place);
+                self.operand(Part { kind: PartKind::Call(name, arguments), span });
+            }
+            Some(Waiting::Unary(..) | Waiting::Binary(..)) | None => {
+                return Err(self.error(place, "`)` closes nothing, or closes it too early"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether nothing but spaces stands between two brackets.
+    fn is_blank(&self, open: Span, close: Span) -> bool {
+        self.text_of(Span { start: open.end, end: close.start, ..open }).trim().is_empty()
+    }
+
+    fn finish(mut self) -> Parsed<Expression> {
+        self.settle(|_| true)?;
+        match self.waiting.last() {
+            None => Ok(Expression { parts: self.parts }),
+            Some(
+                Waiting::Group(open)
+                | Waiting::Call { open, .. }
+                | Waiting::Unary(_, open)
+                | Waiting::Binary(_, open),
+            ) => Err(self.error(self.end(), "`)` is missing").related(*open, "opened here")),
+        }
+    }
+
+    fn text_of(&self, span: Span) -> &str {
+        let (start, end) = (span.start - self.span.start, span.end - self.span.start);
+        self.text.get(start as usize..end as usize).unwrap_or("")
+    }
+}

@@ -1,0 +1,94 @@
+//! The rules of an expression about neighbouring operators: which are refused, and which are
+//! doubtful without parentheses.
+//!
+//! Called by `expression_parser`, once for each operator with two operands. A warning shows how the
+//! expression is read.
+
+use super::expression::{Binary, Unary};
+use super::finding::{Code, Finding};
+use super::span::Span;
+
+/// An operand that is complete: its place, and its operator if it stands
+/// without parentheses.
+#[derive(Clone, Copy)]
+pub(super) struct Operand {
+    pub span: Span,
+    pub root: Root,
+}
+
+/// The outermost part of an operand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Root {
+    /// A constant, a name, a call, or anything in parentheses.
+    Closed,
+    Unary(Unary),
+    Binary(Binary),
+}
+
+/// An operator and its operands.
+#[derive(Clone, Copy)]
+pub(super) struct Said {
+    pub operator: Binary,
+    pub sign: Span,
+    pub left: Operand,
+    pub right: Operand,
+}
+
+impl Said {
+    /// The finding for operators that may not stand side by side; `text` gives the text of a place.
+    pub(super) fn mistake<'t>(&self, text: &impl Fn(Span) -> &'t str) -> Option<Finding> {
+        let sign = self.operator.sign();
+        let whole = self.left.span.to(self.right.span);
+        let (left, right) = (text(self.left.span), text(self.right.span));
+        let error = |message: String| Finding::new(Code::ExpressionSyntax, whole, message);
+        if self.left.root == Root::Unary(Unary::Not) && self.operator.is_compare() {
+            let inner = left.trim_start_matches('!').trim_start();
+            let finding = error(format!("`!` binds tighter than `{sign}`"));
+            return Some(
+                finding
+                    .label(format!("this would compare `{left}`"))
+                    .help(format!("write `!({inner} {sign} {right})`")),
+            );
+        }
+        if let Root::Binary(first) = self.left.root
+            && first.is_ordering()
+            && self.operator.is_ordering()
+        {
+            let middle = left.rsplit(first.sign()).next().unwrap_or("").trim();
+            let finding = error("two compares in a row".to_owned());
+            return Some(finding.help(format!("join them: `{left} && {middle} {sign} {right}`")));
+        }
+        None
+    }
+
+    /// The warning for operators that are easily read otherwise.
+    pub(super) fn warning<'t>(&self, text: &impl Fn(Span) -> &'t str) -> Option<Finding> {
+        let doubtful = |operand: Operand| match operand.root {
+            Root::Binary(inner) if is_doubtful(self.operator, inner) => Some(inner),
+            Root::Binary(_) | Root::Unary(_) | Root::Closed => None,
+        };
+        let inner = doubtful(self.left).or(doubtful(self.right))?;
+        let side = |operand: Operand| match doubtful(operand) {
+            Some(_) => format!("({})", text(operand.span)),
+            None => text(operand.span).to_owned(),
+        };
+        let (sign, inner) = (self.operator.sign(), inner.sign());
+        let message = format!("`{sign}` and `{inner}` are mixed without parentheses");
+        let read = format!("{} {sign} {}", side(self.left), side(self.right));
+        let finding = Finding::new(Code::MixedOperators, self.sign, message);
+        Some(
+            finding
+                .label(format!("`{inner}` binds tighter"))
+                .help(format!("it is read as `{read}`")),
+        )
+    }
+}
+
+/// Whether an operator with an operand of another operator, which binds tighter, is easily read
+/// otherwise.
+fn is_doubtful(outer: Binary, inner: Binary) -> bool {
+    let is_sum = |operator| matches!(operator, Binary::Add | Binary::Subtract);
+    (outer.is_bitwise() && (inner.is_compare() || (inner.is_bitwise() && inner != outer)))
+        || (outer.is_shift() && is_sum(inner))
+        || (outer == Binary::OrElse && inner == Binary::AndAlso)
+}

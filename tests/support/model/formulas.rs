@@ -1,0 +1,121 @@
+//! Random expressions for MATH.
+
+use super::pool::Pool;
+
+/// Whether an expression is to be an integer, for operators on bits.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Integer,
+    Any,
+}
+
+impl Pool {
+    pub fn math(&mut self) -> String {
+        let target = if self.rng.chance(25) { self.written_bit() } else { self.written_word() };
+        let target = self.name_without_comma(&target);
+        let depth = 1 + self.rng.below(4);
+        format!("MATH {target} = {}", self.formula(depth, Wanted::Any))
+    }
+
+    /// A name that can stand in an expression.
+    fn name_without_comma(&mut self, address: &str) -> String {
+        let name = self.name(address);
+        if name.contains(',') { address.to_string() } else { name }
+    }
+
+    fn formula(&mut self, depth: usize, wanted: Wanted) -> String {
+        if depth == 0 {
+            return self.formula_leaf(wanted);
+        }
+        let any = usize::from(wanted == Wanted::Any);
+        match self.rng.weighted(&[15, 10, 30, 12, 12, 6, 9, 6 * any, 4 * any]) {
+            0 => self.formula_leaf(wanted),
+            1 => {
+                let sign = *self.rng.pick(&["-", "-", "!", "~"]);
+                let inner = if sign == "~" { Wanted::Integer } else { wanted };
+                format!("{sign}({})", self.formula(depth - 1, inner))
+            }
+            2 => self.joined(depth, wanted, &["+", "-", "*", "/", "%", "+", "-", "*", "**"]),
+            3 => self.joined(depth, Wanted::Integer, &["&", "|", "^", "<<", ">>", ">>>"]),
+            4 => self.joined(depth, Wanted::Any, &["<", "<=", ">", ">=", "==", "!="]),
+            5 => self.joined(depth, Wanted::Any, &["&&", "||"]),
+            6 => self.called(depth, wanted),
+            7 => {
+                let name = *self.rng.pick(&[
+                    "toreal", "sqrt", "exp", "ln", "log10", "sin", "cos", "tan", "asin", "acos",
+                    "atan",
+                ]);
+                format!("{name}({})", self.formula(depth - 1, Wanted::Any))
+            }
+            _ => {
+                let count = if self.rng.chance(50) { 2 } else { 5 };
+                let name = if count == 2 { "atan2" } else { "scale" };
+                format!("{name}({})", self.arguments(count, depth, Wanted::Any))
+            }
+        }
+    }
+
+    /// Two parts: in parentheses, or where the operator is plain, perhaps without.
+    fn joined(&mut self, depth: usize, wanted: Wanted, signs: &[&str]) -> String {
+        let sign = *self.rng.pick(signs);
+        let (left, right) = (self.formula(depth - 1, wanted), self.formula(depth - 1, wanted));
+        let plain = ["+", "-", "*", "/", "%", "**", "&&", "||", "&", "|", "^"].contains(&sign);
+        if plain && self.rng.chance(50) {
+            let space = if self.rng.chance(60) { " " } else { "" };
+            let text = format!("{left}{space}{sign}{space}{right}");
+            // Beside operators on bits a real may stand only in parentheses.
+            return if ["&", "|", "^", "&&", "||"].contains(&sign) {
+                format!("({text})")
+            } else {
+                text
+            };
+        }
+        format!("(({left}) {sign} ({right}))")
+    }
+
+    fn arguments(&mut self, count: usize, depth: usize, wanted: Wanted) -> String {
+        let one = |_| self.formula(depth - 1, wanted);
+        (0..count).map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    fn called(&mut self, depth: usize, wanted: Wanted) -> String {
+        let some = 1 + self.rng.below(4);
+        let (name, count) = *self.rng.pick(&[
+            ("abs", 1),
+            ("min", some),
+            ("max", some),
+            ("sum", some),
+            ("clamp", 3),
+            ("round", 1),
+            ("floor", 1),
+            ("ceil", 1),
+            ("trunc", 1),
+            ("if", 3),
+        ]);
+        let is_rounding = ["round", "floor", "ceil", "trunc"].contains(&name);
+        let inner = if is_rounding { Wanted::Any } else { wanted };
+        format!("{name}({})", self.arguments(count, depth, inner))
+    }
+
+    fn formula_leaf(&mut self, wanted: Wanted) -> String {
+        match self.rng.weighted(&[45, 15, 25, 15 * usize::from(wanted == Wanted::Any)]) {
+            0 => {
+                let address = self.written_word();
+                self.name_without_comma(&address)
+            }
+            1 => {
+                let bit = self.bit();
+                if bit.contains([',', '-']) { "$On".to_string() } else { bit }
+            }
+            2 => {
+                let number = self.number();
+                let text = self.integer_text(number);
+                if number < 0 { format!("({text})") } else { text }
+            }
+            _ => {
+                let reals = ["0.5", "1.25", "3.0", "1e3", "2.5e-7", "1e30", "100.0", "0.0"];
+                self.rng.pick(&reals).to_string()
+            }
+        }
+    }
+}
