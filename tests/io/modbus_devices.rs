@@ -178,9 +178,10 @@ impl Wire {
 
 impl Drop for Wire {
     fn drop(&mut self) {
+        // The names go first: another test may get the numbers of these ptys at once.
+        self.ends.iter().for_each(|end| drop(std::fs::remove_file(end)));
         let _ = self.socat.kill();
         let _ = self.socat.wait();
-        self.ends.iter().for_each(|end| drop(std::fs::remove_file(end)));
     }
 }
 
