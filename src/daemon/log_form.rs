@@ -82,7 +82,9 @@ impl LogLine {
             let _ = match value {
                 Value::Text(value) => write!(text, ",\"{name}\":{}", quoted(value)),
                 Value::Real(value) if !value.is_finite() => write!(text, ",\"{name}\":null"),
-                value => write!(text, ",\"{name}\":{value}"),
+                Value::Whole(_) | Value::Real(_) | Value::Truth(_) => {
+                    write!(text, ",\"{name}\":{value}")
+                }
             };
         }
         text.push_str("}\n");
@@ -108,7 +110,7 @@ impl LogLine {
         for (name, value) in &self.fields {
             let text = match value {
                 Value::Text(text) => text,
-                value => &value.to_string(),
+                Value::Whole(_) | Value::Real(_) | Value::Truth(_) => &value.to_string(),
             };
             entry.field(&format!("RUNGD_{}", name.to_ascii_uppercase()), text);
         }

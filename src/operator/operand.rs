@@ -146,7 +146,7 @@ impl Operand {
     pub fn input(&self) -> Option<u32> {
         match self.what {
             Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
-            _ => None,
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
         }
     }
 }
@@ -177,7 +177,9 @@ fn read_only(operand: &Operand, done: &str) -> Refusal {
         Address::Bit(Bit::Flag(..)) => {
             "its instruction writes it at every execution; it can be forced"
         }
-        _ => "name a member of it",
+        Address::Bit(Bit::Space(..)) | Address::Word(_) | Address::Structure(_) => {
+            "name a member of it"
+        }
     };
     Refusal::new(RefusalKind::BadOperand, format!("`{name}` cannot be {done}: {why}"))
 }

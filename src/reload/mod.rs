@@ -5,7 +5,6 @@
 //! [`ReloadPlan::report`] (words). Reads no file, uses no thread, and changes neither program.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 mod elements;
 mod histories;

@@ -4,7 +4,6 @@
 //! [`load_ladders`] takes the texts of one or several ladder files and returns the resolved
 //! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
 //! I/O.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 mod contact;
 mod declare;

@@ -119,18 +119,17 @@ impl Mistake {
             None => finding,
         })
     }
+}
 
-    /// A sentence for people, about a name that is not in a file (so without advice to declare it
-    /// there).
-    pub fn sentence(self, name: &str) -> String {
-        let Some(finding) = self.finding(Span::default()) else {
-            return format!("`{name}` stands for nothing");
-        };
-        match finding.help_text().filter(|help| !help.starts_with("declare")) {
-            Some(help) => format!("{} ({help})", finding.message),
-            None => finding.message,
-        }
-    }
+/// The help for an unknown name that is not in a file, where a file has the help to declare it.
+const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
+                               after `rungd completions`; an address reads `D0`";
+
+/// A finding as a sentence, about a name that is not in a file.
+pub(crate) fn sentence(finding: &Finding) -> String {
+    let Some(help) = finding.help_text() else { return finding.message.clone() };
+    let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
+    format!("{} ({help})", finding.message)
 }
 
 impl Scope {
@@ -236,7 +235,10 @@ impl Scope {
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
-            Err(mistake) => Err(mistake.sentence(name)),
+            Err(mistake) => Err(match mistake.finding(Span::default()) {
+                Some(finding) => sentence(&finding),
+                None => format!("`{name}` stands for nothing"),
+            }),
         }
     }
 

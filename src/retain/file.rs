@@ -99,10 +99,12 @@ impl FileDevice {
         }
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path);
-        let named = |error: io::Error| match error.kind() {
+        let named = |error: io::Error| {
             // It was not there a moment ago, and may be in its place already.
-            io::ErrorKind::AlreadyExists => busy(),
-            kind => io::Error::new(kind, format!("{}: {error}", path.display())),
+            if error.kind() == io::ErrorKind::AlreadyExists {
+                return busy();
+            }
+            io::Error::new(error.kind(), format!("{}: {error}", path.display()))
         };
         let file = file.map_err(named)?;
         lock(&file)?;

@@ -7,8 +7,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::content::{Element, element_of};
 use crate::isa::Address;
-use crate::isa::instruction::Termination;
-use crate::resolve::program::{Action, Instruction, Program, Value};
+use crate::resolve::program::{Action, Program, Value};
 
 /// The text between an owner and the preset that it states.
 const WITH_PRESET: &str = " with PRE ";
@@ -24,15 +23,8 @@ pub(super) enum Preset {
 /// The elements that the termination passes of a program switch OFF or reset.
 pub(super) fn terminated(program: &Program) -> HashSet<Element> {
     let all = program.instructions().map(|(_, instruction)| instruction);
-    let terminates = |one: &&Instruction| match one.mnemonic.spec().termination {
-        Termination::Off | Termination::Reset => true,
-        Termination::Kept
-        | Termination::Untouched
-        | Termination::Held
-        | Termination::EnableOff
-        | Termination::RungOff => false,
-    };
-    let elements = all.filter(terminates).flat_map(|one| {
+    let terminated = all.filter(|one| one.mnemonic.spec().termination.switches_off());
+    let elements = terminated.flat_map(|one| {
         let bit = one.action.written_bit().map(|bit| Address::Bit(bit.value));
         let structure = one.action.structure().map(Address::Structure);
         [bit, structure].into_iter().flatten()

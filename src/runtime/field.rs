@@ -255,7 +255,7 @@ impl State {
                 let scans = scan.saturating_sub(scans);
                 (State::Well, DeviceEdge::Back { lost_ns, scans })
             }
-            _ => return None,
+            State::Awaited { .. } | State::Well | State::Lost { .. } => return None,
         };
         *self = next;
         Some(edge)

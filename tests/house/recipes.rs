@@ -196,12 +196,17 @@ fn every_rule_of_the_check_has_its_tests() {
     }
 }
 
+/// Files about the values of the TOML parser, an enum that is not rungd's.
+const OF_TOML: [&str; 3] = ["src/source/headers.rs", "src/source/strict.rs", "src/source/table.rs"];
+
 /// No `_` stands for variants that are yet to come.
 #[test]
-fn matches_of_the_languages_enums_are_exhaustive() {
-    for module in ["reload", "lower", "check", "resolve", "source", "engine", "isa"] {
-        let path = root().join("src").join(module).join("mod.rs");
-        let text = fs::read_to_string(path).expect("readable");
-        assert!(text.contains("#![deny(clippy::wildcard_enum_match_arm)]"), "src/{module}");
+fn matches_of_enums_are_exhaustive() {
+    let text = fs::read_to_string(root().join("src/lib.rs")).expect("readable");
+    assert!(text.contains("#![deny(clippy::wildcard_enum_match_arm)]"), "src/lib.rs");
+    for file in crate::sources() {
+        let allows = file.text.contains("allow(clippy::wildcard_enum_match_arm)");
+        let of_toml = OF_TOML.iter().any(|path| file.path.ends_with(path));
+        assert!(!allows || of_toml, "{} is not about TOML", file.path.display());
     }
 }

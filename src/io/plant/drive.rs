@@ -78,9 +78,11 @@ impl Drive {
             (self.generation, self.layout) = (seen.generation, now.layout.clone());
         }
         let layout = &self.layout;
-        let read = |bit| match bit {
-            Bit::Space(BitSpace::Y, n) => seen.outputs[n as usize] != 0,
-            other => seen.bit(layout.bit(other)),
+        let read = |bit| {
+            if let Bit::Space(BitSpace::Y, n) = bit {
+                return seen.outputs[n as usize] != 0;
+            }
+            seen.bit(layout.bit(bit))
         };
         for (x, on) in self.device.step(now_ms, read) {
             self.port.set_input(x, on);
