@@ -53,7 +53,7 @@ pub(crate) struct Run {
 
 /// The value of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Value {
+pub struct RetainedValue {
     /// A bit: 0 or 1; a word; a structure's `.Acc`.
     pub word: i32,
     /// A Sensaphone counter's PRE; else 0.
@@ -66,7 +66,7 @@ pub struct Value {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Content {
     /// All elements with their values, in the order of the file.
-    pub elements: Vec<(Element, Value)>,
+    pub elements: Vec<(Element, RetainedValue)>,
     /// Tags: name and element.
     pub tags: Vec<(String, Element)>,
     /// The owner of each structure: the instruction and its block.
@@ -246,7 +246,7 @@ impl<'a> ByteReader<'a> {
         Some(texts)
     }
 
-    fn value(&mut self, space: Space) -> Option<Value> {
+    fn value(&mut self, space: Space) -> Option<RetainedValue> {
         let (low, high) = range(space);
         let clamped = |word: i32| word.clamp(low, high);
         let word = match value_bytes(space) {
@@ -254,7 +254,7 @@ impl<'a> ByteReader<'a> {
             _ if space == REALS => cell_of(f32::from_bits(self.u32()?)),
             _ => self.i32()?,
         };
-        let mut value = Value { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
+        let mut value = RetainedValue { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
         if space == Space::Sensaphone {
             value.preset = clamped(self.i32()?);
         }

@@ -10,8 +10,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{
-    self, Content, Element, RECORD_BYTES, Run, Value, address, element_of, range, type_name,
-    value_bytes,
+    self, Content, Element, RECORD_BYTES, RetainedValue, Run, address, element_of, range,
+    type_name, value_bytes,
 };
 use super::limits::Limits;
 use super::owners::{Preset, owners, preset, terminated};
@@ -147,9 +147,9 @@ impl RetainPlan {
     pub(crate) fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
-        let values: HashMap<Element, &Value> =
+        let values: HashMap<Element, &RetainedValue> =
             found.elements.iter().map(|(e, v)| (*e, v)).collect();
-        let (then, now) = (Names::new(&found.tags), Names::new(&self.tags));
+        let (then, now) = (TagIndex::new(&found.tags), TagIndex::new(&self.tags));
         let mut taken = HashSet::new();
         for run in &self.runs {
             for element in (run.first..run.first + run.count).map(|n| (run.space, n)) {
@@ -183,7 +183,13 @@ impl RetainPlan {
         restoration
     }
 
-    fn put(&self, to: &mut Restoration, element: Element, value: &Value, owner: Option<&str>) {
+    fn put(
+        &self,
+        to: &mut Restoration,
+        element: Element,
+        value: &RetainedValue,
+        owner: Option<&str>,
+    ) {
         to.restored += 1;
         let (low, high) = range(element.0);
         let word = value.word.clamp(low, high);
@@ -239,7 +245,7 @@ impl RetainPlan {
     }
 
     /// The reason why an element of the image is not restored.
-    fn why(&self, element: Element, then: &Names<'_>, now: &Names<'_>) -> String {
+    fn why(&self, element: Element, then: &TagIndex<'_>, now: &TagIndex<'_>) -> String {
         let moved = then.tags_of(element).iter().find_map(|tag| Some((tag, now.element(tag)?)));
         if let Some((tag, at)) = moved {
             let (was, is) = (type_name(element.0), type_name(at.0));
@@ -258,7 +264,7 @@ impl RetainPlan {
 }
 
 /// A value as a stop would have left it.
-fn terminate(element: Element, found: &Content, value: &mut Value) {
+fn terminate(element: Element, found: &Content, value: &mut RetainedValue) {
     if element.0 == Space::Sensaphone {
         // The count stays; the enable bits and histories are of a rung that is false.
         let enabled_and_histories = [0, 1, 5, 6, 7];
@@ -276,9 +282,9 @@ fn terminate(element: Element, found: &Content, value: &mut Value) {
 /// the same tag; without tags on either side, the one at the same address.
 fn source(
     element: Element,
-    then: &Names<'_>,
-    now: &Names<'_>,
-    values: &HashMap<Element, &Value>,
+    then: &TagIndex<'_>,
+    now: &TagIndex<'_>,
+    values: &HashMap<Element, &RetainedValue>,
 ) -> Option<Element> {
     let tags = now.tags_of(element);
     let from = match tags {
@@ -294,14 +300,14 @@ fn same_type(a: Element, b: Element) -> bool {
 }
 
 /// Tags by name and by element.
-struct Names<'a> {
+struct TagIndex<'a> {
     by_name: HashMap<&'a str, Element>,
     by_element: HashMap<Element, Vec<&'a str>>,
 }
 
-impl<'a> Names<'a> {
-    fn new(tags: &'a [(String, Element)]) -> Names<'a> {
-        let mut names = Names { by_name: HashMap::new(), by_element: HashMap::new() };
+impl<'a> TagIndex<'a> {
+    fn new(tags: &'a [(String, Element)]) -> TagIndex<'a> {
+        let mut names = TagIndex { by_name: HashMap::new(), by_element: HashMap::new() };
         for (name, element) in tags {
             names.by_name.insert(name, *element);
             names.by_element.entry(*element).or_default().push(name);
@@ -319,7 +325,7 @@ impl<'a> Names<'a> {
 }
 
 /// A line for each tag; for addresses without, a line for neighbours with the same fate.
-fn told(drops: &[(Element, String)], then: &Names<'_>) -> Vec<Dropped> {
+fn told(drops: &[(Element, String)], then: &TagIndex<'_>) -> Vec<Dropped> {
     let mut lines: Vec<(Element, u32, &str, Option<String>)> = Vec::new();
     for (element, why) in drops {
         let tag = then.tags_of(*element).first();
