@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::content::{self, Content, Element, RetainedValue, address};
+use super::content::{self, Content, RetainedElement, RetainedValue, address};
 use super::device::Storage;
 use super::format::{BadSlot, FLAG_FINAL, Stamp};
 use super::slots::{Unusable, survey};
@@ -61,7 +61,7 @@ fn slot_text(slot: &Result<Stamp, BadSlot>) -> String {
 }
 
 fn values(text: &mut String, content: &Content) {
-    let mut tags: HashMap<Element, Vec<&str>> = HashMap::new();
+    let mut tags: HashMap<RetainedElement, Vec<&str>> = HashMap::new();
     for (name, element) in &content.tags {
         tags.entry(*element).or_default().push(name);
     }
@@ -73,7 +73,7 @@ fn values(text: &mut String, content: &Content) {
             continue;
         }
         let owner = content.owners.get(element).map_or("", |owner| owner);
-        let held = held(element.0, value);
+        let held = held(element.space, value);
         let line =
             format!("  {:8} {:24} {held:28} {owner}", address(*element), names.unwrap_or_default());
         let _ = writeln!(text, "{}", line.trim_end());
