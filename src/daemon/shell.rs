@@ -34,7 +34,9 @@ use crate::isa::{Bit, BitSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::field::Ends;
 use crate::runtime::pacing::MachineClock;
-use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
+use crate::runtime::{
+    self, Generations, Prepared, Reloader, Report, Runtime, Settings, ThreadState,
+};
 use crate::say::say;
 
 /// The options of the command line.
@@ -270,9 +272,9 @@ async fn attend(
                 guard.look(now, latest.mode, pulses);
                 reloads.look(&latest);
                 let waiting = match runtime.state() {
-                    State::Running => None,
-                    State::Over => Some(Waiting::Ended),
-                    State::Blind => Some(Waiting::Stuck),
+                    ThreadState::Running => None,
+                    ThreadState::Over => Some(Waiting::Ended),
+                    ThreadState::Blind => Some(Waiting::Stuck),
                 };
                 if let Some(waiting) = waiting {
                     return Over { asked: asked.is_some(), waiting };

@@ -3,7 +3,7 @@
 //! Made by [`super::names::Names`]. It decides whether an operand may be written and forced
 //! (`docs/operator.md`), but not which users may do so.
 
-use super::protocol::{Given, Held, Refusal, RefusalKind, Value};
+use super::protocol::{Given, Held, Refusal, RefusalKind, ShownValue};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
 use crate::runtime::exchange::Snapshot;
@@ -132,8 +132,8 @@ impl Operand {
     }
 
     /// As an image shows it.
-    pub fn seen(&self, image: &Snapshot) -> Value {
-        Value {
+    pub fn seen(&self, image: &Snapshot) -> ShownValue {
+        ShownValue {
             operand: self.operand.clone(),
             tag: self.tag.clone(),
             address: self.address.clone(),

@@ -12,7 +12,7 @@ use crate::isa::address_text::reads_as_address;
 use crate::isa::{BlockId, DeviceId, StageId, instruction, since};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
-use crate::source::nearest::{Names, nearest};
+use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 
@@ -83,7 +83,7 @@ impl Resolver<'_> {
         program: &mut Program,
     ) {
         let options = self.options;
-        let known = Names::new(options.devices.iter().map(|device| device.text.as_str()));
+        let known = KnownNames::new(options.devices.iter().map(|device| device.text.as_str()));
         let real = options.devices.iter().map(|name| (name, true));
         let said = ladders.flat_map(|ladder| &ladder.devices).map(|name| (name, false));
         for (name, real) in real.chain(said) {

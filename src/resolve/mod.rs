@@ -27,7 +27,7 @@ use crate::isa::{Address, MemorySizes};
 use crate::progress::{Progress, Step};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::ladder::{self, Ladder};
-use crate::source::nearest::Names;
+use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::room::Room;
 use crate::source::span::{FileId, Located, SourceFile, Span};
@@ -105,9 +105,9 @@ pub fn resolve_operand(program: &Program, name: &str) -> Result<Address, String>
 }
 
 /// The names of all warnings, valid in `allow`.
-static WARNINGS: LazyLock<Names> = LazyLock::new(|| {
+static WARNINGS: LazyLock<KnownNames> = LazyLock::new(|| {
     let rows = TABLE.iter().filter(|row| row.severity == Severity::Warning);
-    Names::new(rows.map(|row| row.name))
+    KnownNames::new(rows.map(|row| row.name))
 });
 
 fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {

@@ -11,7 +11,7 @@ use crate::isa::{BlockId, Function, LegName, Mnemonic, Spec, dialects};
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
-use crate::source::nearest::{Names, nearest};
+use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
@@ -19,8 +19,8 @@ use crate::source::span::Span;
 type Specs = Vec<Option<&'static Spec>>;
 
 /// The names of all instructions, for the help about an unknown one.
-static INSTRUCTIONS: LazyLock<Names> =
-    LazyLock::new(|| Names::new(crate::isa::instruction::TABLE.iter().map(|spec| spec.name)));
+static INSTRUCTIONS: LazyLock<KnownNames> =
+    LazyLock::new(|| KnownNames::new(crate::isa::instruction::TABLE.iter().map(|spec| spec.name)));
 
 impl Resolver<'_> {
     /// Resolves all rungs of a block and its stages.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_with};
 
-use super::device::Device;
+use super::device::Storage;
 
 /// The longest chain of symbolic links, as in the kernel.
 const LINKS_MAX: usize = 40;
@@ -178,7 +178,7 @@ fn rename_anew(from: &Path, to: &Path) -> io::Result<()> {
     }
 }
 
-impl Device for FileDevice {
+impl Storage for FileDevice {
     fn size(&mut self) -> io::Result<u64> {
         Ok(self.file.metadata()?.len())
     }

@@ -5,7 +5,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{Element, element_of};
+use super::content::{RetainedElement, element_of};
 use crate::isa::Address;
 use crate::resolve::program::{Action, Program, Value};
 
@@ -21,7 +21,7 @@ pub(super) enum Preset {
 }
 
 /// The elements that the termination passes of a program switch OFF or reset.
-pub(super) fn terminated(program: &Program) -> HashSet<Element> {
+pub(super) fn terminated(program: &Program) -> HashSet<RetainedElement> {
     let all = program.instructions().map(|(_, instruction)| instruction);
     let terminated = all.filter(|one| one.mnemonic.spec().termination.switches_off());
     let elements = terminated.flat_map(|one| {
@@ -34,8 +34,8 @@ pub(super) fn terminated(program: &Program) -> HashSet<Element> {
 
 /// The owners of structures, as `UDCG in Main`. The text of a Sensaphone counter names all its
 /// counting instructions and the preset: `CTU in Main with PRE 10`.
-pub(super) fn owners(program: &Program) -> Vec<(String, Element)> {
-    let mut owners: Vec<(String, Element)> = Vec::new();
+pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
+    let mut owners: Vec<(String, RetainedElement)> = Vec::new();
     let mut presets = HashMap::new();
     for (block, instruction) in program.instructions() {
         let Some(at) = instruction.owned() else { continue };

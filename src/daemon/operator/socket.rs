@@ -40,7 +40,7 @@ pub(in super::super) struct SocketSpec {
 
 /// Another controller answers there.
 #[derive(Debug)]
-pub(in super::super) struct Taken(String);
+pub(in super::super) struct SocketTaken(String);
 
 /// The place of a socket, held by its lock: no other controller can take it.
 ///
@@ -262,19 +262,19 @@ fn lock(spec: &SocketSpec) -> Result<File, Failure> {
 
 fn taken(path: &Path) -> Failure {
     let path = path.display();
-    Failure::Environment(anyhow::Error::new(Taken(format!(
+    Failure::Environment(anyhow::Error::new(SocketTaken(format!(
         "the operator's socket cannot be {path}: another rungd answers there; stop it (`rungd \
          status --socket {path}` shows it), or give this one a socket of its own"
     ))))
 }
 
-impl std::fmt::Display for Taken {
+impl std::fmt::Display for SocketTaken {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl std::error::Error for Taken {}
+impl std::error::Error for SocketTaken {}
 
 fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), Failure> {
     match fs::symlink_metadata(&spec.path) {

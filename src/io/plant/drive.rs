@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use super::rules::Device;
+use super::rules::RuleSet;
 use super::settings::Rule;
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace};
@@ -32,7 +32,7 @@ impl Rules {
 
 /// A device that has taken its first step; [`Drive::run`] takes the others.
 pub struct Drive {
-    device: Device,
+    device: RuleSet,
     programs: Generations<Rules>,
     /// The program whose rules it follows.
     generation: u32,
@@ -46,7 +46,7 @@ impl Drive {
     /// inputs.
     pub fn new(programs: Generations<Rules>, port: Port) -> Drive {
         let first = programs.of(0);
-        let (device, layout) = (Device::new(&first.rules), first.layout.clone());
+        let (device, layout) = (RuleSet::new(&first.rules), first.layout.clone());
         let mut drive =
             Drive { device, programs, generation: 0, layout, port, started: Instant::now() };
         drive.step();
