@@ -119,7 +119,7 @@ impl Writer {
                 json!({ "type": "array", "items": item })
             }
             ValueForm::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
-            ValueForm::Constant => json!({ "type": ["integer", "string", "boolean"] }),
+            ValueForm::Constant => json!({ "type": ["number", "string", "boolean"] }),
             ValueForm::Constants => {
                 let one = self.form(&ValueForm::Constant);
                 json!({ "anyOf": [one, { "type": "array", "items": one }] })

@@ -43,7 +43,7 @@ pub fn resolve_controller(
     let outputs_hold = resolver.ranges(&written.outputs.hold, &wanted);
     let wanted = Wanted {
         spaces: &Space::RETAINABLE,
-        words: "data and structures (C, MC, MI, V, D, MHR, MIR, CT, T, N)",
+        words: "data and structures (C, MC, MI, V, D, R, MHR, MIR, CT, T, N)",
         code: Code::RetainRange,
     };
     let retain = resolver.ranges(&written.retain.ranges, &wanted);

@@ -36,18 +36,6 @@ impl Mistake {
             None => finding,
         })
     }
-
-    /// A sentence for people, about a name that is not in a file (so without advice to declare it
-    /// there).
-    pub fn sentence(self, name: &str) -> String {
-        let Some(finding) = self.finding(Span::default()) else {
-            return format!("`{name}` stands for nothing");
-        };
-        match finding.help_text().filter(|help| !help.starts_with("declare")) {
-            Some(help) => format!("{} ({help})", finding.message),
-            None => finding.message,
-        }
-    }
 }
 
 /// The help for a name in the notation of another controller.

@@ -4,7 +4,6 @@
 //! [`load_ladders`] takes the texts of one or several ladder files and returns the resolved
 //! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
 //! I/O.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 pub(crate) mod array;
 mod array_tags;
@@ -34,7 +33,7 @@ use crate::isa::{Address, MemorySizes};
 use crate::progress::{Progress, Step};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::ladder::{self, Ladder};
-use crate::source::nearest::Names;
+use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::room::Room;
 use crate::source::span::{FileId, Located, SourceFile, Span};
@@ -112,9 +111,9 @@ pub fn resolve_operand(program: &Program, name: &str) -> Result<Address, String>
 }
 
 /// The names of all warnings, valid in `allow`.
-static WARNINGS: LazyLock<Names> = LazyLock::new(|| {
+static WARNINGS: LazyLock<KnownNames> = LazyLock::new(|| {
     let rows = TABLE.iter().filter(|row| row.severity == Severity::Warning);
-    Names::new(rows.map(|row| row.name))
+    KnownNames::new(rows.map(|row| row.name))
 });
 
 fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {

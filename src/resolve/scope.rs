@@ -13,8 +13,9 @@ use super::mistake::{address_mistake, habit, new, unknown_member};
 use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure};
-use crate::source::finding::Code;
-use crate::source::nearest::{Names, Near};
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::{KnownNames, Near};
+use crate::source::span::Span;
 
 /// All names of one program.
 #[derive(Debug)]
@@ -28,8 +29,8 @@ pub struct Scope {
     /// Every stage's name, with the first block that has a stage of this name.
     stages: HashMap<String, BlockId>,
     /// All names, for the help about an unknown name; collected once.
-    known: OnceLock<Names>,
-    known_blocks: OnceLock<Names>,
+    known: OnceLock<KnownNames>,
+    known_blocks: OnceLock<KnownNames>,
     /// The most names that are searched for the one nearest to an unknown name.
     searched_max: usize,
 }
@@ -40,8 +41,8 @@ pub(super) struct BlockNames {
     pub(super) id: BlockId,
     pub(super) kind: BlockKind,
     pub(super) stages: HashMap<String, StageId>,
-    known_stages: OnceLock<Names>,
-    known_members: OnceLock<Names>,
+    known_stages: OnceLock<KnownNames>,
+    known_members: OnceLock<KnownNames>,
 }
 
 impl BlockNames {
@@ -55,14 +56,15 @@ impl BlockNames {
     }
 
     /// The names of all stages, for the help about an unknown stage.
-    pub(super) fn known_stages(&self) -> &Names {
-        self.known_stages.get_or_init(|| Names::new(self.stage_names()))
+    pub(super) fn known_stages(&self) -> &KnownNames {
+        self.known_stages.get_or_init(|| KnownNames::new(self.stage_names()))
     }
 
     /// The names that may follow the block's name and a dot.
-    fn known_members(&self) -> &Names {
+    fn known_members(&self) -> &KnownNames {
         let own = if self.kind == BlockKind::Program { &["Running"][..] } else { &BLOCK_BITS };
-        self.known_members.get_or_init(|| Names::new(self.stage_names().chain(own.iter().copied())))
+        self.known_members
+            .get_or_init(|| KnownNames::new(self.stage_names().chain(own.iter().copied())))
     }
 }
 
@@ -97,6 +99,17 @@ pub(crate) struct Found {
     pub tag: Option<usize>,
     /// The name of a word or constant in its index.
     pub index: Option<String>,
+}
+
+/// The help for an unknown name that is not in a file, where a file has the help to declare it.
+const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
+                               after `rungd completions`; an address reads `D0`";
+
+/// A finding as a sentence, about a name that is not in a file.
+pub(crate) fn sentence(finding: &Finding) -> String {
+    let Some(help) = finding.help_text() else { return finding.message.clone() };
+    let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
+    format!("{} ({help})", finding.message)
 }
 
 impl Scope {
@@ -184,8 +197,8 @@ impl Scope {
     }
 
     /// The names of all blocks, for the help about an unknown block.
-    pub(super) fn known_blocks(&self) -> &Names {
-        self.known_blocks.get_or_init(|| Names::new(self.blocks.keys().map(String::as_str)))
+    pub(super) fn known_blocks(&self) -> &KnownNames {
+        self.known_blocks.get_or_init(|| KnownNames::new(self.blocks.keys().map(String::as_str)))
     }
 
     pub(super) fn block_of(&self, id: BlockId) -> Option<(&str, &BlockNames)> {
@@ -223,7 +236,10 @@ impl Scope {
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
-            Err(mistake) => Err(mistake.sentence(name)),
+            Err(mistake) => Err(match mistake.finding(Span::default()) {
+                Some(finding) => sentence(&finding),
+                None => format!("`{name}` stands for nothing"),
+            }),
         }
     }
 
@@ -307,10 +323,10 @@ impl Scope {
     }
 
     /// What an unknown name may have meant.
-    fn known(&self) -> &Names {
+    fn known(&self) -> &KnownNames {
         self.known.get_or_init(|| {
             let names = self.tags.keys().chain(self.blocks.keys()).chain(self.devices.keys());
-            Names::new(names.map(String::as_str))
+            KnownNames::new(names.map(String::as_str))
         })
     }
 }
@@ -404,7 +420,7 @@ fn of_block(
 const LISTED_MAX: usize = 12;
 
 /// A help: the names that may follow a block's name and a dot.
-fn members_of(base: &str, known: &Names) -> String {
+fn members_of(base: &str, known: &KnownNames) -> String {
     let first = known.iter().take(LISTED_MAX);
     let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
     match known.iter().len() - known.iter().len().min(LISTED_MAX) {

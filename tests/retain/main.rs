@@ -7,6 +7,7 @@ mod disk_states;
 mod format;
 mod memory;
 mod places;
+mod reals;
 mod run;
 
 /// A binary uses a part of what they share.
