@@ -435,7 +435,7 @@ mod tests {
             ("MULD", "`MATH D0 = D1 * D2 / 100`"),
             ("SUBROUTINE", "`ENTASK t`"),
             ("JSR", "`RUN p`"),
-            ("SHFT", "`MATH D0 = D0 << 1 | X0`"),
+            ("SHFT", "`SR C0..C7`"),
             ("DRUM", "a Stage for each step"),
         ] {
             let text = explanation(name).unwrap_or_default();
