@@ -272,6 +272,8 @@ codes! {
     other {
         /// The bit `a`, as 0 or 1.
         LoadBit;
+        /// The bit `a`, a status bit of a mishap: ON as well if the formula has had it already.
+        LoadMishap;
         /// Copies the slot `a`.
         Copy;
         /// Goes to a step.
@@ -359,6 +361,10 @@ impl<R: Reach> Run<'_, '_, R> {
         let slot = self.slots.get(a as usize).copied().unwrap_or(0);
         match other {
             Other::LoadBit => self.slots[to as usize] = u64::from(self.view.bit(BitRead(a))),
+            Other::LoadMishap => {
+                let is_noted = noted.has_status(a - math.status);
+                self.slots[to as usize] = u64::from(self.view.bit(BitRead(a)) != 0 || is_noted);
+            }
             Other::Copy => self.slots[to as usize] = slot,
             Other::Jump => self.at = to as usize,
             Other::JumpIfZero => {
@@ -420,8 +426,9 @@ impl<R: Reach> Run<'_, '_, R> {
 
 /// The cells that the steps of a formula read.
 pub fn reads(steps: &[Step]) -> Reads {
-    let bits =
-        steps.iter().filter(|step| step.code == Code::Other(Other::LoadBit)).map(|step| step.a);
+    let reads_bit =
+        |step: &&Step| matches!(step.code, Code::Other(Other::LoadBit | Other::LoadMishap));
+    let bits = steps.iter().filter(reads_bit).map(|step| step.a);
     let words = steps.iter().flat_map(|step| step.words().into_iter().flatten());
     Reads { bits: bits.collect(), words: words.collect() }
 }

@@ -62,6 +62,11 @@ impl Mishaps {
         self.0 >> mishap as u8 & 1 == 1
     }
 
+    /// Whether it has the one of the status bit with this number.
+    pub(super) fn has_status(self, status: u32) -> bool {
+        self.each().any(|mishap| mishap.status() == status)
+    }
+
     /// All of them, in the order of their status bits.
     pub fn each(self) -> impl Iterator<Item = Mishap> {
         Mishap::ALL.into_iter().filter(move |mishap| self.has(*mishap))

@@ -10,6 +10,7 @@ use super::formula_marks::{Mark, marks};
 use crate::engine::ops::{
     BitWritten, Code, Fused, Leg, Math, Op, Other, Put, Step, Target, WordWritten,
 };
+use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Real, Word};
 use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary};
 use crate::resolve::instruction::Target as MathTarget;
@@ -114,11 +115,20 @@ impl Builder<'_, '_> {
             Part::Integer(n) => integer(Place::Integer(n)),
             Part::Real(real) => Operand { place: Place::Real(real), of: NumberType::Real },
             Part::Word(word) => self.word(word),
-            Part::Bit(bit) => integer(Place::Bit(self.assembler.layout.bit(bit).0)),
+            Part::Bit(bit) => integer(self.bit(bit)),
             Part::Unary(operator, of) => self.unary(operator, of),
             Part::Binary(operator, of) => self.binary(operator, of),
             Part::Call(function, count, of) => self.call(function, count as usize, of),
         }
+    }
+
+    fn bit(&mut self, bit: Bit) -> Place {
+        let cell = self.assembler.layout.bit(bit).0;
+        let Bit::Space(BitSpace::St, st::DIVIDE_BY_ZERO..) = bit else { return Place::Bit(cell) };
+        // Read at its place in the expression: what stands before it may turn it ON.
+        let slot = self.take_slot();
+        self.step(Code::Other(Other::LoadMishap), slot, cell, 0);
+        Place::Slot(slot)
     }
 
     fn word(&self, word: Word) -> Operand {

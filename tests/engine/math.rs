@@ -213,6 +213,24 @@ fn what_is_left_out_sets_no_status_bit() {
 }
 
 #[test]
+fn a_status_bit_shows_what_happened_before_it_in_its_expression() {
+    check(
+        "
+        1 / D3 + $DivideByZero -> 1; $DivideByZero
+        $DivideByZero + 1 / D3 -> 0; $DivideByZero
+        $DivideByZero + 1 / D3 + ST10 * 2 -> 2; $DivideByZero
+        (1 / D3 > 0) - ($DivideByZero > D3) -> -1; $DivideByZero
+        D4 * D4 * D4 * 0 + $Overflow * 2 + $DivideByZero -> 2; $Overflow
+        max(ln(0), $OutOfRange, $Overflow) * 3 -> 3; $OutOfRange
+        if($OutOfRange, 5, sqrt(-1)) + if($OutOfRange, 5, 6) -> 5; $OutOfRange
+        C0 && 1 / D3 || $DivideByZero -> 1; $DivideByZero
+        C1 && 1 / D3 || $DivideByZero -> 0
+        $IndexError + 1 / D3 -> 0; $DivideByZero
+        ",
+    );
+}
+
+#[test]
 fn functions_keep_the_type_or_give_integers_or_reals() {
     check(
         "
