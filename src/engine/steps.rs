@@ -234,24 +234,25 @@ codes! {
             AndSa(Slot Accumulator) AndAs(Accumulator Slot);
         Or = i64 integer::or, OrWw(Word Word) OrAw(Accumulator Word) OrWa(Word Accumulator)
             OrSa(Slot Accumulator) OrAs(Accumulator Slot);
-        Equal = i64 integer::equal, EqualWw(Word Word) EqualAw(Accumulator Word) EqualWa(Word Accumulator)
-            EqualSa(Slot Accumulator) EqualAs(Accumulator Slot);
-        NotEqual = i64 integer::not_equal, NotEqualWw(Word Word) NotEqualAw(Accumulator Word) NotEqualWa(Word Accumulator)
-            NotEqualSa(Slot Accumulator) NotEqualAs(Accumulator Slot);
-        Less = i64 integer::less, LessWw(Word Word) LessAw(Accumulator Word) LessWa(Word Accumulator)
-            LessSa(Slot Accumulator) LessAs(Accumulator Slot);
-        AtMost = i64 integer::at_most, AtMostWw(Word Word) AtMostAw(Accumulator Word) AtMostWa(Word Accumulator)
-            AtMostSa(Slot Accumulator) AtMostAs(Accumulator Slot);
+        Equal = i64 integer::equal, EqualWw(Word Word) EqualAw(Accumulator Word)
+            EqualWa(Word Accumulator) EqualSa(Slot Accumulator) EqualAs(Accumulator Slot);
+        NotEqual = i64 integer::not_equal, NotEqualWw(Word Word) NotEqualAw(Accumulator Word)
+            NotEqualWa(Word Accumulator) NotEqualSa(Slot Accumulator)
+            NotEqualAs(Accumulator Slot);
+        Less = i64 integer::less, LessWw(Word Word) LessAw(Accumulator Word)
+            LessWa(Word Accumulator) LessSa(Slot Accumulator) LessAs(Accumulator Slot);
+        AtMost = i64 integer::at_most, AtMostWw(Word Word) AtMostAw(Accumulator Word)
+            AtMostWa(Word Accumulator) AtMostSa(Slot Accumulator) AtMostAs(Accumulator Slot);
         Pow = i64 integer::pow, PowAw(Accumulator Word) PowSa(Slot Accumulator)
             PowAs(Accumulator Slot);
         Xor = i64 integer::xor, XorAw(Accumulator Word) XorSa(Slot Accumulator)
             XorAs(Accumulator Slot);
-        ShiftLeft = i64 integer::shift_left, ShiftLeftAw(Accumulator Word) ShiftLeftSa(Slot Accumulator)
-            ShiftLeftAs(Accumulator Slot);
-        ShiftRight = i64 integer::shift_right, ShiftRightAw(Accumulator Word) ShiftRightSa(Slot Accumulator)
-            ShiftRightAs(Accumulator Slot);
-        ShiftRightZeros = i64 integer::shift_right_zeros, ShiftRightZerosAw(Accumulator Word) ShiftRightZerosSa(Slot Accumulator)
-            ShiftRightZerosAs(Accumulator Slot);
+        ShiftLeft = i64 integer::shift_left, ShiftLeftAw(Accumulator Word)
+            ShiftLeftSa(Slot Accumulator) ShiftLeftAs(Accumulator Slot);
+        ShiftRight = i64 integer::shift_right, ShiftRightAw(Accumulator Word)
+            ShiftRightSa(Slot Accumulator) ShiftRightAs(Accumulator Slot);
+        ShiftRightZeros = i64 integer::shift_right_zeros, ShiftRightZerosAw(Accumulator Word)
+            ShiftRightZerosSa(Slot Accumulator) ShiftRightZerosAs(Accumulator Slot);
         Min = i64 integer::min, MinAw(Accumulator Word) MinSa(Slot Accumulator)
             MinAs(Accumulator Slot);
         Max = i64 integer::max, MaxAw(Accumulator Word) MaxSa(Slot Accumulator)
@@ -268,18 +269,24 @@ codes! {
         RealDiv = f64 real::div, RealDivWw(Word Word) RealDivWi(Word Whole) RealDivIw(Whole Word)
             RealDivAw(Accumulator Word) RealDivAi(Accumulator Whole) RealDivWa(Word Accumulator)
             RealDivIa(Whole Accumulator) RealDivSa(Slot Accumulator) RealDivAs(Accumulator Slot);
-        RealEqual = f64 real::equal, RealEqualWw(Word Word) RealEqualWi(Word Whole) RealEqualIw(Whole Word)
-            RealEqualAw(Accumulator Word) RealEqualAi(Accumulator Whole) RealEqualWa(Word Accumulator)
-            RealEqualIa(Whole Accumulator) RealEqualSa(Slot Accumulator) RealEqualAs(Accumulator Slot);
-        RealNotEqual = f64 real::not_equal, RealNotEqualWw(Word Word) RealNotEqualWi(Word Whole) RealNotEqualIw(Whole Word)
-            RealNotEqualAw(Accumulator Word) RealNotEqualAi(Accumulator Whole) RealNotEqualWa(Word Accumulator)
-            RealNotEqualIa(Whole Accumulator) RealNotEqualSa(Slot Accumulator) RealNotEqualAs(Accumulator Slot);
-        RealLess = f64 real::less, RealLessWw(Word Word) RealLessWi(Word Whole) RealLessIw(Whole Word)
-            RealLessAw(Accumulator Word) RealLessAi(Accumulator Whole) RealLessWa(Word Accumulator)
-            RealLessIa(Whole Accumulator) RealLessSa(Slot Accumulator) RealLessAs(Accumulator Slot);
-        RealAtMost = f64 real::at_most, RealAtMostWw(Word Word) RealAtMostWi(Word Whole) RealAtMostIw(Whole Word)
-            RealAtMostAw(Accumulator Word) RealAtMostAi(Accumulator Whole) RealAtMostWa(Word Accumulator)
-            RealAtMostIa(Whole Accumulator) RealAtMostSa(Slot Accumulator) RealAtMostAs(Accumulator Slot);
+        RealEqual = f64 real::equal, RealEqualWw(Word Word) RealEqualWi(Word Whole)
+            RealEqualIw(Whole Word) RealEqualAw(Accumulator Word) RealEqualAi(Accumulator Whole)
+            RealEqualWa(Word Accumulator) RealEqualIa(Whole Accumulator)
+            RealEqualSa(Slot Accumulator) RealEqualAs(Accumulator Slot);
+        RealNotEqual = f64 real::not_equal, RealNotEqualWw(Word Word) RealNotEqualWi(Word Whole)
+            RealNotEqualIw(Whole Word) RealNotEqualAw(Accumulator Word)
+            RealNotEqualAi(Accumulator Whole) RealNotEqualWa(Word Accumulator)
+            RealNotEqualIa(Whole Accumulator) RealNotEqualSa(Slot Accumulator)
+            RealNotEqualAs(Accumulator Slot);
+        RealLess = f64 real::less, RealLessWw(Word Word) RealLessWi(Word Whole)
+            RealLessIw(Whole Word) RealLessAw(Accumulator Word) RealLessAi(Accumulator Whole)
+            RealLessWa(Word Accumulator) RealLessIa(Whole Accumulator)
+            RealLessSa(Slot Accumulator) RealLessAs(Accumulator Slot);
+        RealAtMost = f64 real::at_most, RealAtMostWw(Word Word) RealAtMostWi(Word Whole)
+            RealAtMostIw(Whole Word) RealAtMostAw(Accumulator Word)
+            RealAtMostAi(Accumulator Whole) RealAtMostWa(Word Accumulator)
+            RealAtMostIa(Whole Accumulator) RealAtMostSa(Slot Accumulator)
+            RealAtMostAs(Accumulator Slot);
         RealRem = f64 real::rem, RealRemAw(Accumulator Word) RealRemSa(Slot Accumulator)
             RealRemAs(Accumulator Slot);
         RealPow = f64 real::pow, RealPowAw(Accumulator Word) RealPowSa(Slot Accumulator)

@@ -213,7 +213,10 @@ impl Builder<'_, '_> {
     fn unary(&mut self, operator: Unary, of: NumberType) {
         let last = self.operands.len() - 1;
         match (operator, of, self.operands[last].place) {
-            (Unary::Minus, _, Place::Integer(n)) => self.operands[last].place = Place::Integer(-n),
+            // As long as it is a constant that a word holds: -(-2147483648) is none.
+            (Unary::Minus, _, Place::Integer(n)) if i32::try_from(-n).is_ok() => {
+                self.operands[last].place = Place::Integer(-n);
+            }
             (Unary::Minus, NumberType::Integer, _) => self.one(Code::Neg, (of, of)),
             (Unary::Minus, NumberType::Real, _) => self.one(Code::RealNeg, (of, of)),
             (Unary::Complement, _, _) => self.one(Code::Complement, (of, of)),
