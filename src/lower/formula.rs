@@ -111,11 +111,10 @@ impl Builder<'_, '_> {
     fn bit(&mut self, bit: Bit) {
         let cell = self.assembler.layout.bit(bit).0;
         let to = self.slot_of_waiting(NumberType::Integer);
-        match bit {
-            Bit::Space(BitSpace::St, n @ st::DIVIDE_BY_ZERO..) => {
-                self.step(Code::LoadMishap, to, cell, n - st::DIVIDE_BY_ZERO);
-            }
-            _ => self.step(Code::LoadBit, to, cell, 0),
+        if let Bit::Space(BitSpace::St, n @ st::DIVIDE_BY_ZERO..) = bit {
+            self.step(Code::LoadMishap, to, cell, n - st::DIVIDE_BY_ZERO);
+        } else {
+            self.step(Code::LoadBit, to, cell, 0);
         }
         self.push(Place::Accumulator, NumberType::Integer);
     }
