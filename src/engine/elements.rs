@@ -62,28 +62,6 @@ pub enum Elements {
     Reals,
 }
 
-/// Reads an element for a formula, as its slot holds it; outside: 0, which is a mishap.
-#[inline(always)]
-pub(super) fn slot_of<R: Reach>(
-    view: &View<R>,
-    (array, kind): (Cells, Elements),
-    index: i64,
-    noted: &mut Mishaps,
-) -> u64 {
-    let cell = i32::try_from(index).ok().and_then(|index| array.cell(index));
-    let Some(cell) = cell else {
-        noted.note(Mishap::IndexError);
-        return 0;
-    };
-    match kind {
-        Elements::Bits => u64::from(view.bit(BitRead(cell))),
-        Elements::Unsigned | Elements::Integers => {
-            i64::from(view.word(WordRead(cell))).cast_unsigned()
-        }
-        Elements::Reals => f64::from(Real::of_cell(view.word(WordRead(cell)))).to_bits(),
-    }
-}
-
 /// The limits of the elements of an array, in private words: the lower, then the upper one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {

@@ -12,7 +12,7 @@ use std::ops::Range;
 pub use super::arrays::{Shift, WordForm};
 pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::elements::{Elements, Limits, PutAt};
-pub use super::math::{Code, Fused, Math, Other, Put, Step, reads};
+pub use super::math::{Math, Put};
 use super::memory::View;
 pub use super::places::{
     AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets,
@@ -24,6 +24,7 @@ pub use super::role::{
     BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, Cells, Reads, Touches, WordRead,
     WordWritten, WordsRead, WordsWritten,
 };
+pub use super::steps::{At, Code, Operator, Step, reads};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {

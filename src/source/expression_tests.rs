@@ -196,10 +196,7 @@ fn calls_and_names() {
         expression-syntax 1..2 a comma outside a call
           a Sensaphone element is written `N0.ACC` here, a real `12.5`"#]],
     );
-    check(
-        "recipe[3]",
-        expect!["recipe[3]"],
-    );
+    check("recipe[3]", expect!["recipe[3]"]);
 }
 
 #[test]
@@ -384,10 +381,7 @@ fn the_target_ends_at_the_first_assignment() {
         expression-syntax 0..4 `D0 <` is no target
           the target is the name of a word or bit: `MATH D0 = D1 + 1`"#]],
     );
-    check(
-        "recipe[a == b] = 1",
-        expect!["recipe: 1"],
-    );
+    check("recipe[a == b] = 1", expect!["recipe: 1"]);
     check(
         "recipe[a = b] = 1",
         expect![[r#"

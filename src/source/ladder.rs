@@ -170,7 +170,8 @@ pub struct Branch {
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 const RUNG_NAME: &str = r#"{"pattern":"^[a-z0-9]+(-[a-z0-9]+)*$"}"#;
-const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en","data","clk"]}}"#;
+const LEGS: &str =
+    r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en","data","clk"]}}"#;
 /// A JSON Schema of a rung: either `when` or `leg`.
 const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]}],
             "anyOf":[{"required":["do"]},{"required":["branch"]}]}"#;
