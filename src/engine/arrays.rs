@@ -3,32 +3,12 @@
 //! Behaviour: `docs/semantics.md`, section 9. Each element is written as by an instruction of its
 //! own: a force holds it, and its limits bind it.
 
-use super::elements::Limits;
+use super::array_places::WordForm;
 use super::memory::View;
 use super::ops::{CopyBits, CopyWords, FillBits, FillWords, Operation, Sr};
 use super::reach::Reach;
-use super::role::{BitOwn, BitRead, BitWritten, Cells, Role, Touches, WordRead, WordWritten};
+use super::role::{BitRead, BitWritten, Cells, WordRead, WordWritten};
 use crate::isa::Real;
-
-/// How words are copied: the types of both sides, and the limits of the target's elements.
-#[derive(Clone, Copy, Debug)]
-pub struct WordForm {
-    /// Whether the words that are read hold reals.
-    pub from_real: bool,
-    /// Whether the words that are written hold reals.
-    pub to_real: bool,
-    /// The limits of the elements.
-    pub limits: Limits,
-}
-
-/// The state and direction of SR.
-#[derive(Clone, Copy, Debug)]
-pub struct Shift {
-    /// The edge history of CLK.
-    pub history: BitOwn,
-    /// Whether the last cell is the first bit.
-    pub down: bool,
-}
 
 impl WordForm {
     /// Writes the content of a word to an element, as MOVE does.
@@ -118,15 +98,4 @@ impl Operation for Sr {
             view.put_bit(BitWritten(cell(0)), data);
         }
     }
-}
-
-impl Role for Shift {
-    fn touches(&self, t: &mut Touches) {
-        self.history.touches(t);
-    }
-}
-
-/// The limits are constants.
-impl Role for WordForm {
-    fn touches(&self, _: &mut Touches) {}
 }

@@ -2,7 +2,7 @@
 //!
 //! Behaviour: `docs/semantics.md`, section 8. `steps` evaluates a formula.
 
-use super::elements::{PutAt, Stored};
+use super::array_places::{PutAt, Stored};
 use super::integer;
 use super::memory::View;
 use super::mishap::{Mishap, Mishaps};

@@ -12,6 +12,7 @@
 //! in one loop.
 #![forbid(unsafe_code)]
 
+mod array_places;
 mod arrays;
 mod blocks;
 mod control;
@@ -35,6 +36,7 @@ mod record;
 mod role;
 mod scan;
 mod sensaphone;
+mod step_reads;
 mod steps;
 mod termination;
 mod timers;

@@ -9,9 +9,8 @@
 
 use std::ops::Range;
 
-pub use super::arrays::{Shift, WordForm};
+pub use super::array_places::{Elements, Limits, PutAt, Shift, WordForm};
 pub use super::control::{Control, ControlKind, RestartState, StageList};
-pub use super::elements::{Elements, Limits, PutAt};
 pub use super::math::{Math, Put};
 use super::memory::View;
 pub use super::places::{
@@ -24,7 +23,8 @@ pub use super::role::{
     BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, Cells, Reads, Touches, WordRead,
     WordWritten, WordsRead, WordsWritten,
 };
-pub use super::steps::{At, Code, Operator, Step, reads};
+pub use super::step_reads::reads;
+pub use super::steps::{At, Code, Operator, Step};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {

@@ -11,7 +11,7 @@
 use super::memory::View;
 use super::mishap::{Mishap, Mishaps};
 use super::reach::Reach;
-use super::role::{BitRead, Cells, Reads, WordRead};
+use super::role::{BitRead, Cells, WordRead};
 use super::{integer, real};
 use crate::isa::Real;
 
@@ -169,7 +169,7 @@ macro_rules! codes {
 
         impl Step {
             /// The words that it reads.
-            fn words(&self) -> [Option<u32>; 2] {
+            pub(super) fn words(&self) -> [Option<u32>; 2] {
                 match self.code {
                     $($(Code::$code => [word_of!($a self.a), word_of!($b self.b)],)*)*
                     $(Code::$load => [word_of!($from self.a), None],)*
@@ -490,22 +490,6 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
 }
 
 /// The array of which a step reads an element.
-fn cells(step: Step) -> Cells {
+pub(super) fn cells(step: Step) -> Cells {
     Cells { first: step.a, count: step.b }
-}
-
-/// The cells that the steps of a formula read.
-pub fn reads(steps: &[Step]) -> Reads {
-    let is_bit = |step: &&Step| matches!(step.code, Code::LoadBit | Code::LoadMishap);
-    let bits = steps.iter().filter(is_bit).map(|step| step.a);
-    let words = steps.iter().flat_map(|step| step.words().into_iter().flatten());
-    let of = |codes: &'static [Code]| {
-        steps.iter().filter(move |step| codes.contains(&step.code)).map(|step| cells(*step))
-    };
-    Reads {
-        bits: bits.collect(),
-        words: words.collect(),
-        bit_arrays: of(&[Code::BitOf]).collect(),
-        word_arrays: of(&[Code::WordOf, Code::RealOf]).collect(),
-    }
 }

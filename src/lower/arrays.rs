@@ -1,18 +1,38 @@
 //! COPY, FILL and SR as operations.
 
 use super::assembler::Assembler;
+use super::instructions::Legs;
 use crate::engine::ops::{
     BitOwn, BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, Leg, Op,
     Shift, Sr, WordForm, WordsRead, WordsWritten,
 };
 use crate::isa::status::st;
-use crate::isa::{Bit, BitSpace};
+use crate::isa::{Bit, BitSpace, LegName};
 use crate::resolve::array::{Array, Run};
-use crate::resolve::instruction::{Filling, Value};
+use crate::resolve::instruction::{Action, Filling, Instruction, Value};
 
 impl Assembler<'_> {
+    /// SET and RST of an element, COPY, FILL and SR.
+    pub fn array_action(&mut self, instruction: &Instruction, legs: Legs) -> Op {
+        let action = &instruction.action;
+        if let Action::SetElement { on, bit } = action {
+            return self.set_element(*on, bit.value, legs.when());
+        }
+        if let Action::Copy { from, to } = action {
+            return self.copy(from.value, to.value, legs.when());
+        }
+        if let Action::Fill { value, to } = action {
+            return self.fill(value.value, to.value, legs.when());
+        }
+        let Action::Shift { bits } = action else { unreachable!("the caller asks for arrays") };
+        let text = self.identity.edge_instruction(instruction);
+        let history = self.kept_history(text);
+        let legs = [LegName::Data, LegName::Clk, LegName::Rst].map(|name| legs.leg(name));
+        self.shift(bits.value, legs, history)
+    }
+
     /// COPY.
-    pub fn copy(&mut self, from: Array, to: Array, leg: Leg) -> Op {
+    fn copy(&mut self, from: Array, to: Array, leg: Leg) -> Op {
         let (read, written) = (self.cells(from), self.cells(to));
         if to.is_bits() {
             let (from, to) = (BitsRead(read), BitsWritten(written));
@@ -24,7 +44,7 @@ impl Assembler<'_> {
     }
 
     /// FILL.
-    pub fn fill(&mut self, value: Filling, to: Array, leg: Leg) -> Op {
+    fn fill(&mut self, value: Filling, to: Array, leg: Leg) -> Op {
         let cells = self.cells(to);
         let status = |assembler: &Self, n| assembler.layout.bit(Bit::Space(BitSpace::St, n)).0;
         let bit = match value {
@@ -46,7 +66,7 @@ impl Assembler<'_> {
     }
 
     /// SR, with its legs `data`, `clk`, `rst`.
-    pub fn shift(&mut self, run: Run, [data, clk, rst]: [Leg; 3], history: BitOwn) -> Op {
+    fn shift(&mut self, run: Run, [data, clk, rst]: [Leg; 3], history: BitOwn) -> Op {
         let bits = BitsWritten(self.cells(run.array));
         Op::Sr(Sr { data, clk, rst, bits, shift: Shift { history, down: run.down } })
     }

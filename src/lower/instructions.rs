@@ -25,12 +25,12 @@ use crate::source::span::Located;
 pub(super) struct Legs<'a>(pub &'a [(LegName, Leg)]);
 
 impl Legs<'_> {
-    fn leg(self, name: LegName) -> Leg {
+    pub fn leg(self, name: LegName) -> Leg {
         let leg = self.0.iter().find(|(n, _)| *n == name);
         leg.expect("the resolver gives every leg").1
     }
 
-    fn when(self) -> Leg {
+    pub fn when(self) -> Leg {
         self.leg(LegName::When)
     }
 }
@@ -93,9 +93,6 @@ impl Assembler<'_> {
                 let op = self.coil(*coil, (legs.when(), bit), instruction);
                 return Some(Lowered { bit: Some(bit), ..op.into() });
             }
-            Action::SetElement { on, bit } => {
-                return Some(self.set_element(*on, bit.value, legs.when()).into());
-            }
             Action::Counter { counts, ct, preset } => {
                 let rule = counter_rule(*counts, *preset, |preset| self.owner_preset(preset, true));
                 return Some(self.counter(ct.value, rule, legs, legs.leg(LegName::Rst)));
@@ -135,19 +132,10 @@ impl Assembler<'_> {
                 let math = self.math(target.value, index.as_deref(), formula, legs.when());
                 return Some(math.into());
             }
-            Action::Copy { from, to } => {
-                return Some(self.copy(from.value, to.value, legs.when()).into());
-            }
-            Action::Fill { value, to } => {
-                return Some(self.fill(value.value, to.value, legs.when()).into());
-            }
-            Action::Shift { bits } => {
-                let text = self.identity.edge_instruction(instruction);
-                let history = self.kept_history(text);
-                let [data, clk, rst] = [LegName::Data, LegName::Clk, LegName::Rst];
-                let legs = [legs.leg(data), legs.leg(clk), legs.leg(rst)];
-                return Some(self.shift(bits.value, legs, history).into());
-            }
+            Action::SetElement { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. } => return Some(self.array_action(instruction, legs).into()),
             Action::Run { block } => ControlKind::Run(block.value),
             Action::Restart { block } => {
                 let history = history(self);

@@ -6,6 +6,7 @@
 //! I/O.
 
 pub(crate) mod array;
+mod array_actions;
 mod array_tags;
 mod contact;
 mod declare;
