@@ -61,9 +61,9 @@ mod tests {
     fn edges_anywhere_in_clk() {
         check_main(
             r#"
-            { leg.clk = ["X1"], leg.data = ["rise(X0)"], leg.rst = ["X2"], do = ["SR C0..C7"] },
-            { leg.clk = ["!(X4 & rise(X1))"], leg.data = ["X0"], leg.rst = ["X2"], do = ["SR C10..C17"] },
-            { leg.clk = ["fall(X1 | X2)"], leg.data = ["X0"], leg.rst = ["X2"], do = ["SR C27..C20"] },
+            { leg.clk = ["X1"], leg.data = ["rise(X0)"], leg.rst=["X2"], do=["SR C0..C7"] },
+            { leg.clk = ["!(X4 & rise(X1))"], leg.data = ["X0"], leg.rst=["X2"], do=["SR C0..C1"] },
+            { leg.clk = ["fall(X1 | X2)"], leg.data = ["X0"], leg.rst=["X2"], do=["SR C9..C8"] },
             "#,
             expect![[r#"
                 5:47 edge-in-clk

@@ -144,7 +144,9 @@ impl Assembler<'_> {
             Space::Bit(_) => Elements::Bits,
             _ if array.is_real() => Elements::Reals,
             _ if array.first_word().is_some_and(|word| word.range().0 == 0) => Elements::Unsigned,
-            _ => Elements::Integers,
+            Space::Word(_) | Space::Counter | Space::Timer | Space::Sensaphone => {
+                Elements::Integers
+            }
         };
         let limits = self.array_limits(array);
         Put::At(PutAt {

@@ -199,9 +199,9 @@ impl Identity {
         let (bit, block) = (instruction.action.written_bit(), instruction.action.target_block());
         let bit = bit.map(|bit| self.bit(bit.value));
         let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
-        let shifted = || match &instruction.action {
-            Action::Shift { bits } => Some(bits.value.to_string()),
-            _ => None,
+        let shifted = || {
+            let Action::Shift { bits } = &instruction.action else { return None };
+            Some(bits.value.to_string())
         };
         let operand = operand.or_else(shifted).unwrap_or_default();
         format!("{} {operand}", instruction.mnemonic.spec().name)
