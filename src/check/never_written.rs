@@ -116,7 +116,9 @@ mod tests {
             { when = ["V0 == V1", "R0 < 1.5"], do = ["OUT Y1"] },
             { when = ["Y0", "Y2", "MC1", "MI1", "MHR1 > 2"], do = ["OUT Y3"] },
             "#;
-        check(&main(rungs), expect![[r#"
+        check(
+            &main(rungs),
+            expect![[r#"
             4:12 never-written
               nothing in the ladder writes `C0`
                 write it in the ladder; or if an operator sets it, say so by a tag:
@@ -155,7 +157,8 @@ mod tests {
                 write it in the ladder; or if an operator sets it, say so by a tag:
                 `setting = { at = "MI1", initial = false }`
                 check the controller file to know what devices and Modbus clients write
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
@@ -166,7 +169,9 @@ mod tests {
             { when = ["X2"], do = ["OUT C4", "SET C5", "RST C5"] },
             { when = ["C4", "C5", "D4 > 1"], do = ["OUT Y4"] },
             "#;
-        check(&main(rungs), expect![[r#"
+        check(
+            &main(rungs),
+            expect![[r#"
             4:30 never-written
               nothing in the ladder writes `D1`
                 write it in the ladder; or if an operator sets it, say so by a tag:
@@ -187,7 +192,8 @@ mod tests {
                 write it in the ladder; or if an operator sets it, say so by a tag:
                 `setting = { at = "D6", initial = 0 }`
                 check the controller file to know what devices and Modbus clients write
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
