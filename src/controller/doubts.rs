@@ -4,7 +4,6 @@
 
 use super::settings::Controller;
 use super::written::WrittenController;
-use crate::isa::instruction::Termination;
 use crate::isa::{Address, Bit, BitSpace, Space};
 use crate::resolve::program::{Instruction, Program};
 use crate::source::finding::{Code, Finding};
@@ -43,7 +42,8 @@ fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
         for y in held.first..=held.last {
             let output = Bit::Space(BitSpace::Y, y);
             let drives = |one: &&Instruction| {
-                one.action.written_bit().is_some_and(|bit| bit.value == output) && terminates(one)
+                one.action.written_bit().is_some_and(|bit| bit.value == output)
+                    && one.mnemonic.spec().termination.switches_off()
             };
             let mut all = program.instructions().map(|(_, instruction)| instruction);
             let Some(driver) = all.find(|one| drives(one)) else { continue };
@@ -63,18 +63,6 @@ fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
     found
 }
 
-/// Whether the termination pass turns the instruction's bit OFF.
-fn terminates(instruction: &Instruction) -> bool {
-    match instruction.mnemonic.spec().termination {
-        Termination::Off | Termination::Reset => true,
-        Termination::Kept
-        | Termination::Untouched
-        | Termination::Held
-        | Termination::EnableOff
-        | Termination::RungOff => false,
-    }
-}
-
 /// The warning for a controller that waits in STOP for a command, and has no socket to take it.
 ///
 /// A file that only names no socket has none at a start by hand, but a service's place for it, or
@@ -84,7 +72,10 @@ fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option
     if controller.operator.enabled || controller.retention.runs_cold || !retains {
         return None;
     }
-    let (place, range) = (written.operator.as_ref()?.span, written.retain.ranges.first()?.span);
+    let (place, range) = (
+        written.operator.as_ref()?.span,
+        written.retain.ranges.iter().chain(&written.retain.tags).next()?.span,
+    );
     let message = "a start that finds nothing to restore waits in STOP for `rungd mode run`, and \
                    there is no socket for it";
     let finding = Finding::new(Code::ColdForEver, place, message)

@@ -223,12 +223,12 @@ impl Loaded {
                 Err(error) => {
                     let message = format!("cannot read `{}`: {error}", path.display());
                     let finding = Finding::new(Code::Controller, name.span, message);
-                    let help = match error.kind() {
-                        ErrorKind::InvalidInput => "name a ladder file",
-                        ErrorKind::PermissionDenied => {
-                            "give the user that runs rungd the right to read it and its folders"
-                        }
-                        _ => "paths are relative to the controller file",
+                    let help = if error.kind() == ErrorKind::InvalidInput {
+                        "name a ladder file"
+                    } else if error.kind() == ErrorKind::PermissionDenied {
+                        "give the user that runs rungd the right to read it and its folders"
+                    } else {
+                        "paths are relative to the controller file"
                     };
                     self.findings.push(finding.help(help));
                     whole = false;

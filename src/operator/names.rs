@@ -11,6 +11,7 @@ use super::protocol::{Given, Name, OPERANDS_MAX, Refusal, RefusalKind};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, Health};
 use crate::lower::Symbols;
+use crate::resolve::mistake::sentence;
 use crate::resolve::places::Place;
 use crate::resolve::program::{BlockKind, Program, TagMeaning};
 use crate::resolve::range::{is_range, other_range, resolve_range};
@@ -182,7 +183,9 @@ impl Names {
             Address::Bit(Bit::Device(id, health)) => {
                 format!("{}.{}", self.symbols.device(id), health.name())
             }
-            other => self.scope.places().say(other),
+            Address::Bit(Bit::Space(..) | Bit::Flag(..))
+            | Address::Word(_)
+            | Address::Structure(_) => self.scope.places().say(what),
         }
     }
 
@@ -203,13 +206,7 @@ fn written(text: &str) -> Text {
 }
 
 fn refusal(finding: &Finding) -> Refusal {
-    Refusal::new(RefusalKind::BadOperand, words(&finding.message, finding.help_text().as_deref()))
-}
-
-/// A message with its help. A help that says to declare a tag is left out: an operator cannot.
-fn words(message: &str, help: Option<&str>) -> String {
-    let help = help.filter(|help| !help.starts_with("declare"));
-    help.map_or_else(|| message.to_owned(), |help| format!("{message} ({help})"))
+    Refusal::new(RefusalKind::BadOperand, sentence(finding))
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@
 //! [`ReloadPlan::report`] (words). Reads no file, uses no thread, and changes neither program.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 mod elements;
 mod histories;
@@ -19,7 +18,7 @@ mod tags;
 
 use crate::engine::Transfer;
 use moves::Moves;
-use plan::Names;
+use plan::Pairs;
 pub use plan::{ReloadPlan, Side};
 pub use report::Seen;
 pub(crate) use report::WARNING;
@@ -30,7 +29,7 @@ impl ReloadPlan {
         let (before, now) = (&old.symbols.identity, &new.symbols.identity);
         let moves = Moves::of(before, now);
         let renamed = moves.renamed(before);
-        let names = Names::new(renamed.as_ref().unwrap_or(before), now, moves);
+        let names = Pairs::new(renamed.as_ref().unwrap_or(before), now, moves);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
         let mut plan = ReloadPlan { transfer, ..ReloadPlan::default() };
         let layouts = (&old.symbols.layout, &new.symbols.layout);

@@ -2,13 +2,13 @@
 //! had an address. Called by `ReloadPlan::new`; [`moves`](super::moves) has the rules.
 
 use super::moves::{address, parts};
-use super::plan::{Names, ReloadPlan, Side, State};
+use super::plan::{OldState, Pairs, ReloadPlan, Side};
 use crate::engine::Cell;
 use crate::isa::Address;
 
 /// Reports the tags with a `type` that begin anew or are gone, those that have or had an address,
 /// and forces of addresses that have become a tag's place.
-pub(super) fn tell(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let cells = |addresses: &mut dyn Iterator<Item = Address>| -> Vec<Cell> {
         addresses.flat_map(parts).filter_map(|part| layout.cell(part)).collect()
@@ -33,7 +33,7 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
         };
         let lost = place.addresses().filter(|element| names.moves.after(*element).is_none());
         let force = "its force ends".to_owned();
-        plan.say_of(text, State::Named { cells: cells(&mut { lost }), force });
+        plan.say_of(text, OldState::Named { cells: cells(&mut { lost }), force });
     }
     for place in names.new.places.by_name() {
         if names.old.places.named(&place.name).is_none()
@@ -44,13 +44,13 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
             let stays = names.moves.after(at) == Some(at);
             let taken: Vec<Cell> = if stays { cells(&mut [at].into_iter()) } else { Vec::new() };
             let force = format!("the force stays on {at}");
-            plan.say_of(text, State::Named { cells: taken, force });
+            plan.say_of(text, OldState::Named { cells: taken, force });
         }
         for element in place.addresses() {
             if names.old.places.at(element).is_none() && names.moves.after(element).is_none() {
                 let force = format!("{element} is not named any more: its force ends");
                 let taken = cells(&mut [element].into_iter());
-                plan.say_of(String::new(), State::Named { cells: taken, force });
+                plan.say_of(String::new(), OldState::Named { cells: taken, force });
             }
         }
     }

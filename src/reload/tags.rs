@@ -1,18 +1,18 @@
 //! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
 
 use super::memory::begins;
-use super::plan::{Names, ReloadPlan, Side, State};
+use super::plan::{OldState, Pairs, ReloadPlan, Side};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 use crate::lower::identity::Identity;
 
 /// Whether either program gives the tag its place; `places` reports these.
-fn is_placed(names: &Names<'_>, tag: &str) -> bool {
+fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
     names.old.places.named(tag).or(names.new.places.named(tag)).is_some()
 }
 
 /// Tags with a changed address: the value stays at the old address.
-pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
@@ -30,7 +30,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
         let left = left.map_or_else(String::new, |other| format!(", which is {other} now"));
         plan.say_of(
             text,
-            State::Moved {
+            OldState::Moved {
                 from: from_cell,
                 to: to_cell,
                 old: from.to_string(),
@@ -44,7 +44,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
 }
 
 /// Renamed tags: the address is the same.
-pub(super) fn renamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let lacks =
         |other: &Identity, tag: &String| !other.tags.contains_key(tag) && !is_placed(names, tag);
@@ -55,12 +55,12 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
         let (now, _) = new.remove(at);
         let text = format!("tag {tag} ({address}) is called {now} now");
         let cells = cells(layout, *address);
-        plan.say_of(text, State::Named { cells, force: "the force stays on it".to_owned() });
+        plan.say_of(text, OldState::Named { cells, force: "the force stays on it".to_owned() });
     }
 }
 
 /// Removed tags whose address has no tag any more: reported if the address is forced.
-pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
         let goes_on = names.moves.after(*address) == Some(*address);
@@ -69,7 +69,7 @@ pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
         }
         let cells = cells(&old.symbols.layout, *address);
         let force = format!("tag {tag} is gone; the force stays on {address}");
-        plan.say_of(String::new(), State::Named { cells, force });
+        plan.say_of(String::new(), OldState::Named { cells, force });
     }
 }
 
@@ -84,7 +84,7 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
 }
 
 /// Words with changed limits, reported if their value is beyond them.
-pub(super) fn limits(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     for address in names.new.addresses.keys() {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);
@@ -95,7 +95,7 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, ne
         let cell = Cell::Word(old.symbols.layout.word(was));
         let begins = new.symbols.layout.cell(*address).and_then(|cell| begins(plan, cell));
         let said = names.new.say(*address);
-        plan.say_of(said, State::Limits { cell, begins, limits: (min, max) });
+        plan.say_of(said, OldState::Limits { cell, begins, limits: (min, max) });
     }
 }
 

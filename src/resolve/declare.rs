@@ -9,10 +9,10 @@ use super::Resolver;
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::isa::address_text::reads_as_address;
-use crate::isa::{BlockId, DeviceId, StageId, instruction};
+use crate::isa::{BlockId, DeviceId, StageId, instruction, since};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
-use crate::source::nearest::{Names, nearest};
+use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Span};
 
@@ -84,7 +84,7 @@ impl Resolver<'_> {
         program: &mut Program,
     ) {
         let options = self.options;
-        let known = Names::new(options.devices.iter().map(|device| device.text.as_str()));
+        let known = KnownNames::new(options.devices.iter().map(|device| device.text.as_str()));
         let real = options.devices.iter().map(|name| (name, true));
         let said = ladders.flat_map(|ladder| &ladder.devices).map(|name| (name, false));
         for (name, real) in real.chain(said) {
@@ -255,12 +255,15 @@ fn forbidden(name: &Text, role: Role) -> Option<Finding> {
             "a {what}'s name is a letter, then letters, digits {marks} (no spaces, no accents)"
         )));
     }
+    let newly = |version: Option<&str>| version.map_or(String::new(), |v| format!(", since {v}"));
     if reads_as_address(text) {
-        let finding = find(format!("`{text}` reads as an address"))?;
+        let since = newly(since::address(text));
+        let finding = find(format!("`{text}` reads as an address{since}"))?;
         return Some(finding.help("take a name that says what it is for"));
     }
-    if instruction::Mnemonic::from_name(text).is_some() {
-        let finding = find(format!("`{text}` is an instruction"))?;
+    if instruction::Mnemonic::from_name(text).is_some() || since::mnemonic(text).is_some() {
+        let since = newly(since::mnemonic(text));
+        let finding = find(format!("`{text}` is the name of an instruction{since}"))?;
         return Some(finding.help("take a name that says what it is for"));
     }
     if matches!(text, "rise" | "fall") {

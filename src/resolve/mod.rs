@@ -4,14 +4,13 @@
 //! [`load_ladders`] takes the texts of one or several ladder files and returns the resolved
 //! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
 //! I/O.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 mod contact;
 mod declare;
 pub(crate) mod formula;
 mod formula_resolver;
 pub mod instruction;
-mod mistake;
+pub(crate) mod mistake;
 mod operand;
 mod operand_list;
 pub(crate) mod operands;
@@ -32,7 +31,7 @@ use crate::isa::{Address, MemorySizes};
 use crate::progress::{Progress, Step};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::ladder::{self, Ladder};
-use crate::source::nearest::Names;
+use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::room::Room;
 use crate::source::span::{FileId, Located, SourceFile, Span};
@@ -113,9 +112,9 @@ pub fn resolve_operand(program: &Program, name: &str) -> Result<Address, String>
 }
 
 /// The names of all warnings, valid in `allow`.
-static WARNINGS: LazyLock<Names> = LazyLock::new(|| {
+static WARNINGS: LazyLock<KnownNames> = LazyLock::new(|| {
     let rows = TABLE.iter().filter(|row| row.severity == Severity::Warning);
-    Names::new(rows.map(|row| row.name))
+    KnownNames::new(rows.map(|row| row.name))
 });
 
 fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {

@@ -7,13 +7,16 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-use super::mistake::{Mistake, address_mistake, member_mistake, members_of, new, unknown_member};
+use super::mistake::{
+    Mistake, address_mistake, member_mistake, members_of, new, sentence, unknown_member,
+};
 use super::places::Places;
 use super::program::{BlockKind, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
 use crate::source::finding::Code;
-use crate::source::nearest::{Names, Near};
+use crate::source::nearest::{KnownNames, Near};
+use crate::source::span::Span;
 
 /// All names of one program.
 #[derive(Debug)]
@@ -28,8 +31,8 @@ pub struct Scope {
     /// Every stage's name, with the first block that has a stage of this name.
     stages: HashMap<String, BlockId>,
     /// All names, for the help about an unknown name; collected once.
-    known: OnceLock<Names>,
-    known_blocks: OnceLock<Names>,
+    known: OnceLock<KnownNames>,
+    known_blocks: OnceLock<KnownNames>,
     /// The most names that are searched for the one nearest to an unknown name.
     searched_max: usize,
 }
@@ -40,8 +43,8 @@ pub(super) struct BlockNames {
     pub(super) id: BlockId,
     pub(super) kind: BlockKind,
     pub(super) stages: HashMap<String, StageId>,
-    known_stages: OnceLock<Names>,
-    known_members: OnceLock<Names>,
+    known_stages: OnceLock<KnownNames>,
+    known_members: OnceLock<KnownNames>,
 }
 
 impl BlockNames {
@@ -55,14 +58,15 @@ impl BlockNames {
     }
 
     /// The names of all stages, for the help about an unknown stage.
-    pub(super) fn known_stages(&self) -> &Names {
-        self.known_stages.get_or_init(|| Names::new(self.stage_names()))
+    pub(super) fn known_stages(&self) -> &KnownNames {
+        self.known_stages.get_or_init(|| KnownNames::new(self.stage_names()))
     }
 
     /// The names that may follow the block's name and a dot.
-    fn known_members(&self) -> &Names {
+    fn known_members(&self) -> &KnownNames {
         let own = if self.kind == BlockKind::Program { &["Running"][..] } else { &BLOCK_BITS };
-        self.known_members.get_or_init(|| Names::new(self.stage_names().chain(own.iter().copied())))
+        self.known_members
+            .get_or_init(|| KnownNames::new(self.stage_names().chain(own.iter().copied())))
     }
 }
 
@@ -188,8 +192,8 @@ impl Scope {
     }
 
     /// The names of all blocks, for the help about an unknown block.
-    pub(super) fn known_blocks(&self) -> &Names {
-        self.known_blocks.get_or_init(|| Names::new(self.blocks.keys().map(String::as_str)))
+    pub(super) fn known_blocks(&self) -> &KnownNames {
+        self.known_blocks.get_or_init(|| KnownNames::new(self.blocks.keys().map(String::as_str)))
     }
 
     pub(super) fn block_of(&self, id: BlockId) -> Option<(&str, &BlockNames)> {
@@ -217,7 +221,10 @@ impl Scope {
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
-            Err(mistake) => Err(mistake.sentence(name)),
+            Err(mistake) => Err(match mistake.finding(Span::default()) {
+                Some(finding) => sentence(&finding),
+                None => format!("`{name}` stands for nothing"),
+            }),
         }
     }
 
@@ -333,10 +340,10 @@ impl Scope {
     }
 
     /// What an unknown name may have meant.
-    fn known(&self) -> &Names {
+    fn known(&self) -> &KnownNames {
         self.known.get_or_init(|| {
             let names = self.tags.keys().chain(self.blocks.keys()).chain(self.devices.keys());
-            Names::new(names.map(String::as_str))
+            KnownNames::new(names.map(String::as_str))
         })
     }
 }

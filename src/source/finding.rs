@@ -9,7 +9,7 @@
 
 use std::borrow::Cow;
 
-use super::nearest::{Names, Near};
+use super::nearest::{KnownNames, Near};
 use super::span::Span;
 use super::wording::{bounded, bounded_line};
 
@@ -71,7 +71,7 @@ impl Finding {
     }
 
     /// Searches the known names for one near to `name`; if there is one, it replaces the help.
-    pub(crate) fn near(mut self, name: &str, known: &Names) -> Finding {
+    pub(crate) fn near(mut self, name: &str, known: &KnownNames) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
         self
     }

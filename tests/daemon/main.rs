@@ -14,6 +14,7 @@ mod operator_socket;
 mod operator_storm;
 mod posture;
 mod questions;
+mod reals;
 mod restart_guard;
 mod run_controller;
 mod run_listeners;

@@ -13,14 +13,18 @@ use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
 use rungd::io::modbus::number::{NumberType, WordOrder};
 use rungd::io::modbus_client::settings;
 use rungd::io::modbus_client::{Client, Link, rtu};
+use rungd::io::scaling::Scaling;
 use settings::{Number, Point, PointForm, Table, Writes};
 use tokio::time::timeout;
 
-/// An answer must be whole by then.
+/// The client's timeout where a test waits for it to end.
 pub const TIMEOUT: Duration = Duration::from_millis(400);
 
+/// The client's timeout where every answer comes, late only because the machine is busy.
+pub const PATIENT: Duration = Duration::from_secs(30);
+
 /// No lie holds a client up for longer: many times what it may take on a busy machine.
-pub const BOUND: Duration = Duration::from_secs(5);
+pub const BOUND: Duration = Duration::from_secs(20);
 
 /// What a peer does with a request.
 #[derive(Clone, Debug)]
@@ -46,14 +50,8 @@ pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 
 /// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
 pub fn client(link: settings::Link) -> settings::Client {
-    let number = Number {
-        kind: NumberType::U16,
-        real: false,
-        order: WordOrder::HighFirst,
-        multiply: 1,
-        divide: 1,
-        offset: 0,
-    };
+    let scaling = Scaling::none(false);
+    let number = Number { kind: NumberType::U16, order: WordOrder::HighFirst, scaling };
     let input =
         |at| Point { unit: 1, table: Table::InputRegisters, at, form: PointForm::Number(number) };
     let coil = Point { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
@@ -196,12 +194,13 @@ pub fn poll<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'
     Exchange { occasion: Occasion::Poll, outputs, inputs, is_urgent: &|| false }
 }
 
-/// A pty: the peer's end, and the path of the client's.
+/// A pty: the peer's end, and the path of the client's. No process that another test starts gets it.
 pub fn pty() -> (File, String) {
     let mut name = [0; 64];
     // SAFETY: plain system calls, on a descriptor that is checked; `name` has room for its size.
     let (master, name) = unsafe {
-        let master = libc::posix_openpt(libc::O_RDWR | libc::O_NOCTTY);
+        let flags = libc::O_RDWR | libc::O_NOCTTY | libc::O_CLOEXEC;
+        let master = libc::posix_openpt(flags);
         assert!(master >= 0 && libc::grantpt(master) == 0 && libc::unlockpt(master) == 0);
         assert_eq!(libc::ptsname_r(master, name.as_mut_ptr(), name.len()), 0);
         (File::from_raw_fd(master), std::ffi::CStr::from_ptr(name.as_ptr()))

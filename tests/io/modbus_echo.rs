@@ -4,13 +4,10 @@ use std::sync::Arc;
 use std::thread::spawn;
 use std::time::Duration;
 
-use crate::liars::{Lie, Script, TIMEOUT, client, poll, pty, serve_rtu};
+use crate::liars::{Lie, PATIENT, Script, TIMEOUT, client, poll, pty, serve_rtu};
 use rungd::io::device::{Done, Driver, Trouble};
 use rungd::io::modbus_client::settings::{Client as Settings, Link, Parity, Serial};
 use rungd::io::modbus_client::{Client, Rtu, SerialLines};
-
-/// For a client whose answers come: a busy machine is no failure.
-const PATIENT: Duration = Duration::from_secs(30);
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::liars::{Lie, Script, TIMEOUT, client, listen, poll, tcp_frame};
+use crate::liars::{Lie, PATIENT, Script, client, listen, poll, tcp_frame};
 use rungd::io::device::{Done, Driver, Exchange, Occasion};
 use rungd::io::modbus_client::settings::{Client as Settings, Link, Watchdog};
 use rungd::io::modbus_client::{Client, Tcp};
@@ -27,7 +27,7 @@ async fn seen(settings: impl FnOnce(&mut Settings), lie: fn(&[u8]) -> Lie) -> (C
     let address = listen(&script);
     let mut wanted = client(Link::Tcp { address, connect_timeout_ms: 1000 });
     settings(&mut wanted);
-    let mut client = Client::new(&wanted, Tcp::new(address, Duration::from_secs(1), TIMEOUT));
+    let mut client = Client::new(&wanted, Tcp::new(address, PATIENT, PATIENT));
     client.connect().await.unwrap();
     (client, seen)
 }
