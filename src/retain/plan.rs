@@ -87,8 +87,10 @@ impl RetainPlan {
     /// The retained ranges in order, then the tags without an address: `C0..C7 D100 shift`.
     pub(crate) fn ranges(&self) -> String {
         let mut ranges: Vec<(Space, u32, u32)> = Vec::new();
-        let of = |run: &Run| (run.first..run.first + run.count).map(|n| (run.space, n));
-        let elements = self.runs.iter().flat_map(of);
+        let elements = self.runs.iter().flat_map(|run| {
+            let space = run.space;
+            (run.first..run.first + run.count).map(move |number| (space, number))
+        });
         let is_placed = |(space, number): &(Space, u32)| {
             self.placed.contains(&RetainedElement { space: *space, number: *number })
         };
