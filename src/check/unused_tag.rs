@@ -19,11 +19,12 @@
 
 use std::collections::HashSet;
 
-use crate::isa::{Address, Bit, Structure, Word};
+use crate::isa::Address;
 use crate::resolve::program::{Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
 
 use super::context::Context;
+use super::usage::structure_of;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -34,7 +35,19 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         first(tag) && !tag.used && !tag.spare && !watched
     };
     let named = named(context);
-    findings.extend(context.program.tags.iter().filter(idle).map(|tag| finding(&named, tag)));
+    let idle = context.program.tags.iter().filter(idle);
+    findings.extend(idle.map(|tag| typed(context, tag).unwrap_or_else(|| finding(&named, tag))));
+}
+
+/// The finding for a tag with a `type`.
+fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
+    let name = &tag.name;
+    let kind = context.program.places.named(name)?.type_name();
+    let message = format!("nothing names tag `{name}`");
+    let finding = Finding::new(Code::UnusedTag, tag.span, message).label("unused");
+    Some(finding.help(format!(
+        "delete it, or say that it is meant: `{name} = {{ type = \"{kind}\", spare = true }}`"
+    )))
 }
 
 fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
@@ -75,17 +88,6 @@ fn named(context: &Context) -> HashSet<Address> {
         named.extend(structure_of(operand.address).map(Address::Structure));
     }
     named
-}
-
-/// The structure of a member.
-fn structure_of(address: Address) -> Option<Structure> {
-    match address {
-        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
-            Some(structure)
-        }
-        Address::Word(Word::Pre(n)) => Some(Structure::Sensaphone(n)),
-        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
-    }
 }
 
 #[cfg(test)]

@@ -11,9 +11,11 @@ pub mod device;
 mod doubts;
 pub(crate) mod modbus_server;
 pub mod operator;
+mod outside;
 pub(crate) mod realtime;
 mod resolver;
 pub mod retain;
+mod retain_tags;
 mod settings;
 mod simulated_device;
 pub(crate) mod written;
@@ -46,7 +48,8 @@ pub fn resolve_controller(
         words: "data and structures (C, MC, MI, V, D, R, MHR, MIR, CT, T, N)",
         code: Code::RetainRange,
     };
-    let retain = resolver.ranges(&written.retain.ranges, &wanted);
+    let mut retain = resolver.ranges(&written.retain.ranges, &wanted);
+    retain.extend(retain_tags::resolve(&written.retain.tags, program, &mut resolver.findings));
     let interval = &written.retain.interval_ms;
     let retention = Retention {
         interval_ms: resolver.at_least_one("interval", interval),

@@ -154,7 +154,10 @@ fn controller(input: &Input, progress: &Progress) -> Loaded {
     let (sizes, order) = (written.memory.clone(), written.order.clone());
     let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
     let progress = progress.clone();
-    let options = LoadOptions { sizes, order, devices, has_controller: true, first_file, progress };
+    let addresses = written.strings.clone();
+    let has_controller = true;
+    let options =
+        LoadOptions { sizes, order, devices, addresses, has_controller, first_file, progress };
     loaded.ladders(first, options);
     loaded.settings(&written);
     loaded.judge();
@@ -283,7 +286,8 @@ impl Loaded {
         }
         if let Some(program) = &self.program {
             let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);
-            let around = Around { retained, progress: &self.progress };
+            let outside = self.controller.as_ref().map(Controller::outside);
+            let around = Around { retained, outside: outside.as_ref(), progress: &self.progress };
             if self.has_error() {
                 let misplaced = self.findings.iter().any(|f| f.code == Code::OutOfPlace);
                 self.findings.extend(check_partial(program, around, misplaced));

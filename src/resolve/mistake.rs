@@ -1,11 +1,11 @@
-//! Why a name has no meaning, with the help for it.
+//! The mistakes in a name: what it may have meant, for the finding or the answer.
 //!
-//! Made by the scope; the resolver turns it into a finding, the operator's commands into a
-//! sentence.
+//! Made by [`super::scope`] when a look-up fails. Looks nothing up itself.
 
+use crate::isa::Structure;
 use crate::isa::address_text::AddressError;
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::{Near, did_you_mean};
+use crate::source::nearest::{KnownNames, Near, did_you_mean};
 use crate::source::span::Span;
 
 /// The reason why a name has no meaning.
@@ -49,6 +49,17 @@ pub(super) fn habit(name: &str) -> Option<String> {
         _ => return None,
     };
     Some(help.to_owned())
+}
+
+/// The help for an unknown name that is not in a file, where a file has the help to declare it.
+const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
+                               after `rungd completions`; an address reads `D0`";
+
+/// A finding as a sentence, about a name that is not in a file.
+pub(crate) fn sentence(finding: &Finding) -> String {
+    let Some(help) = finding.help_text() else { return finding.message.clone() };
+    let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
+    format!("{} ({help})", finding.message)
 }
 
 /// A mistake with a help.
@@ -113,4 +124,28 @@ pub(super) fn unknown_member(name: &str, members: &[&str]) -> Mistake {
     let help = did_you_mean(member, members.iter().copied());
     let help = help.map_or(String::new(), |near| format!("{near} ")) + &format!("it has {list}");
     new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
+}
+
+pub(super) fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {
+    let members = structure.members();
+    match members.iter().find(|right| right.eq_ignore_ascii_case(member)) {
+        Some(right) => address_mistake(
+            &format!("{base}.{member}"),
+            AddressError::Case(format!("{base}.{right}")),
+        ),
+        None => unknown_member(&format!("{base}.{member}"), members),
+    }
+}
+
+/// Maximum number of names in a help.
+const LISTED_MAX: usize = 12;
+
+/// A help: the names that may follow a block's name and a dot.
+pub(super) fn members_of(base: &str, known: &KnownNames) -> String {
+    let first = known.iter().take(LISTED_MAX);
+    let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
+    match known.iter().len() - known.iter().len().min(LISTED_MAX) {
+        0 => format!("there is {list}"),
+        more => format!("there is {list}, and {more} more"),
+    }
 }

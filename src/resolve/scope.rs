@@ -8,12 +8,14 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::array::{Array, Element};
-pub(crate) use super::mistake::Mistake;
-use super::mistake::{address_mistake, habit, new, unknown_member};
+use super::mistake::{
+    Mistake, address_mistake, habit, member_mistake, members_of, new, sentence, unknown_member,
+};
+use super::places::Places;
 use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
-use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure};
-use crate::source::finding::{Code, Finding};
+use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
+use crate::source::finding::Code;
 use crate::source::nearest::{KnownNames, Near};
 use crate::source::span::Span;
 
@@ -21,6 +23,7 @@ use crate::source::span::Span;
 #[derive(Debug)]
 pub struct Scope {
     sizes: MemorySizes,
+    places: Places,
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
@@ -101,21 +104,11 @@ pub(crate) struct Found {
     pub index: Option<String>,
 }
 
-/// The help for an unknown name that is not in a file, where a file has the help to declare it.
-const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
-                               after `rungd completions`; an address reads `D0`";
-
-/// A finding as a sentence, about a name that is not in a file.
-pub(crate) fn sentence(finding: &Finding) -> String {
-    let Some(help) = finding.help_text() else { return finding.message.clone() };
-    let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
-    format!("{} ({help})", finding.message)
-}
-
 impl Scope {
     pub(super) fn new(sizes: MemorySizes) -> Scope {
         Scope {
             sizes,
+            places: Places::default(),
             tags: HashMap::new(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
@@ -130,6 +123,7 @@ impl Scope {
     /// The names of a resolved program.
     pub fn of(program: &Program) -> Scope {
         let mut scope = Scope::new(program.sizes.clone());
+        scope.places = program.places.clone();
         for (at, tag) in program.tags.iter().enumerate() {
             match tag.of_array {
                 None => scope.add_tag(&tag.name, at, Some(tag.meaning)),
@@ -159,6 +153,15 @@ impl Scope {
         Scope { searched_max: names, ..self }
     }
 
+    pub(super) fn set_places(&mut self, places: Places) {
+        self.places = places;
+    }
+
+    /// The places of the tags with a `type`.
+    pub(crate) fn places(&self) -> &Places {
+        &self.places
+    }
+
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
         self.known = OnceLock::new();
         self.tags.entry(name.to_owned()).or_insert((index, meaning));
@@ -182,9 +185,19 @@ impl Scope {
         self.devices.contains_key(name)
     }
 
+    /// The tag that a text names, and the member behind it. A tag's name may have dots itself.
+    fn tag_of<'n>(&self, name: &'n str) -> Option<(&'n str, Option<&'n str>)> {
+        if self.tags.contains_key(name) {
+            return Some((name, None));
+        }
+        let (base, member) = name.rsplit_once('.')?;
+        self.tags.contains_key(base).then_some((base, Some(member)))
+    }
+
     /// The tag's index in the program; `None` for a tag with a mistake.
     pub(super) fn tag_index(&self, name: &str) -> Option<usize> {
-        self.tags.get(name).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
+        let (base, _) = self.tag_of(name)?;
+        self.tags.get(base).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
     }
 
     /// A tag's index in the program, and its meaning; `None` for one with a mistake.
@@ -252,19 +265,26 @@ impl Scope {
             return self.indexed(name);
         }
         match address_text::parse(name, &self.sizes) {
-            Ok(address) => return Ok(Found::new(Thing::Address(address))),
+            Ok(address) => {
+                let Some(name) = self.places.name(address) else {
+                    return Ok(Found::new(Thing::Address(address)));
+                };
+                let message =
+                    format!("`{name}` lies at `{address}`, and is known by its name alone");
+                return Err(new(Code::UnknownName, message, Some(format!("write `{name}`"))));
+            }
             Err(AddressError::NotAnAddress) => {}
             Err(error) => return Err(address_mistake(name, error)),
+        }
+        if let Some((base, member)) = self.tag_of(name) {
+            let (index, meaning) = self.tags[base];
+            let thing = self.of_tag(base, meaning.ok_or(Mistake::Reported)?, member)?;
+            return Ok(Found { thing, tag: Some(index), index: None });
         }
         let (base, member) = match name.split_once('.') {
             Some((base, member)) => (base, Some(member)),
             None => (name, None),
         };
-        if let Some((index, meaning)) = self.tags.get(base) {
-            let meaning = meaning.ok_or(Mistake::Reported)?;
-            let thing = of_tag(base, meaning, member)?;
-            return Ok(Found { thing, tag: Some(*index), index: None });
-        }
         if let Some(block) = self.blocks.get(base) {
             let thing = of_block(base, block, member, self.searched_max)?;
             return Ok(Found::new(thing));
@@ -273,6 +293,36 @@ impl Scope {
             return Ok(Found::new(of_device(base, *id, member)?));
         }
         Err(self.unknown(base, member))
+    }
+
+    fn of_tag(
+        &self,
+        base: &str,
+        meaning: TagMeaning,
+        member: Option<&str>,
+    ) -> Result<Thing, Mistake> {
+        let Some(member) = member else {
+            return Ok(match meaning {
+                TagMeaning::Address(address) => Thing::Address(address),
+                TagMeaning::Constant(value, written) => Thing::Constant(value, written),
+                TagMeaning::Real(real) => Thing::Real(real),
+                TagMeaning::Array(array) => Thing::Array(array),
+            });
+        };
+        let what = match meaning {
+            TagMeaning::Address(Address::Structure(structure)) => {
+                let address = structure.member(member).map(Thing::Address);
+                return address.ok_or_else(|| member_mistake(base, structure, member));
+            }
+            TagMeaning::Address(address) => match self.places.at(address) {
+                Some((place, _)) => format!("its type is `{}`", place.type_name()),
+                None => format!("it is {address}"),
+            },
+            TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
+            TagMeaning::Array(array) => format!("it is the array {array}"),
+        };
+        let message = format!("`{base}` has no members: {what}");
+        Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
     }
 
     fn unknown(&self, base: &str, member: Option<&str>) -> Mistake {
@@ -343,39 +393,6 @@ impl Found {
     }
 }
 
-fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing, Mistake> {
-    let Some(member) = member else {
-        return Ok(match meaning {
-            TagMeaning::Address(address) => Thing::Address(address),
-            TagMeaning::Constant(value, written) => Thing::Constant(value, written),
-            TagMeaning::Real(real) => Thing::Real(real),
-            TagMeaning::Array(array) => Thing::Array(array),
-        });
-    };
-    let what = match meaning {
-        TagMeaning::Address(Address::Structure(structure)) => {
-            let address = structure.member(member).map(Thing::Address);
-            return address.ok_or_else(|| member_mistake(base, structure, member));
-        }
-        TagMeaning::Address(address) => format!("it is {address}"),
-        TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
-        TagMeaning::Array(array) => format!("it is the array {array}"),
-    };
-    let message = format!("`{base}` has no members: {what}");
-    Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
-}
-
-fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {
-    let members = structure.members();
-    match members.iter().find(|right| right.eq_ignore_ascii_case(member)) {
-        Some(right) => address_mistake(
-            &format!("{base}.{member}"),
-            AddressError::Case(format!("{base}.{right}")),
-        ),
-        None => unknown_member(&format!("{base}.{member}"), members),
-    }
-}
-
 fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<Thing, Mistake> {
     let Some(member) = member else { return Ok(Thing::Device(id)) };
     let names = Health::ALL.map(Health::name);
@@ -414,17 +431,4 @@ fn of_block(
     let known = block.known_members();
     let near = Some(Near::new(member, known).searching_at_most(searched_max));
     Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
-}
-
-/// Maximum number of names in a help.
-const LISTED_MAX: usize = 12;
-
-/// A help: the names that may follow a block's name and a dot.
-fn members_of(base: &str, known: &KnownNames) -> String {
-    let first = known.iter().take(LISTED_MAX);
-    let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
-    match known.iter().len() - known.iter().len().min(LISTED_MAX) {
-        0 => format!("there is {list}"),
-        more => format!("there is {list}, and {more} more"),
-    }
 }

@@ -46,6 +46,8 @@ pub struct Tag {
     pub at: Option<Text>,
     /// `count`, of an array.
     pub count: Option<Located<i64>>,
+    /// `type`.
+    pub kind: Option<Text>,
     /// `value`.
     pub value: Option<Located<Constant>>,
     /// `doc`.
@@ -64,7 +66,7 @@ pub struct Tag {
     pub log: Option<Text>,
     /// `spare`.
     pub spare: Option<Located<bool>>,
-    /// Whether the tag has `at` or `value`, even an unreadable one.
+    /// Whether the tag has `at`, `type` or `value`, even an unreadable one.
     pub has_meaning: bool,
 }
 
@@ -75,6 +77,7 @@ impl Tag {
             name,
             at: None,
             count: None,
+            kind: None,
             value: None,
             doc: None,
             initial: None,
@@ -168,6 +171,7 @@ pub struct Branch {
 
 /// The name of a tag; the grammar in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
+const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
 const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#;
 const RUNG_NAME: &str = r#"{"pattern":"^[a-z0-9]+(-[a-z0-9]+)*$"}"#;
 const LEGS: &str =
@@ -229,11 +233,13 @@ fn read_root(mut root: Table<'_>) -> Ladder {
         head.finish();
     }
     if let Some(mut tags) = root.table(
-        key("tags", "Nicknames for addresses, and named constants.").limited(TAG_NAME),
+        key("tags", "Names of memory and of addresses, and named constants.").limited(TAG_NAME),
         "`[tags]`",
     ) {
-        let any =
-            key("*", "A tag: an address with a name (`at`), or a constant with one (`value`).");
+        let any = key(
+            "*",
+            "A tag: a name for an address (`at`), memory (`type`) or a constant (`value`).",
+        );
         let help = |name: &str, value: &str| {
             let key = if value.starts_with('"') { "at" } else { "value" };
             format!("write `{name} = {{ {key} = {value} }}`")
@@ -259,8 +265,14 @@ fn read_root(mut root: Table<'_>) -> Ladder {
 
 fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
     let Some(mut table) = table else { return Tag::unreadable(name) };
-    table.together(r#"{"oneOf":[{"required":["at"]},{"required":["value"]}]}"#);
+    table.together(
+        r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
+    );
     let at = table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."));
+    let kind = table.string(
+        key("type", "What it is; rungd gives it a place in memory, and it has no address.")
+            .limited(TAG_TYPES),
+    );
     let count = table.integer(key("count", "An array of so many neighbours from `at` on."), COUNT);
     let initial = key(
         "initial",
@@ -270,6 +282,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
     let tag = Tag {
         name,
         at,
+        kind,
         count,
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
@@ -287,7 +300,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
         log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
-        has_meaning: table.has("at") || table.has("value"),
+        has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),
     };
     table.finish();
     tag

@@ -6,6 +6,7 @@ mod disk;
 mod disk_states;
 mod format;
 mod memory;
+mod named;
 mod places;
 mod reals;
 mod run;
