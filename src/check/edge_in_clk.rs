@@ -66,10 +66,10 @@ mod tests {
             { leg.clk = ["fall(X1 | X2)"], leg.data = ["X0"], leg.rst=["X2"], do=["SR C9..C8"] },
             "#,
             expect![[r#"
-                5:47 edge-in-clk
+                5:22 edge-in-clk
                   `clk` has an edge of its own
                     write `X1`: SR shifts when that comes ON
-                6:34 edge-in-clk
+                6:15 edge-in-clk
                   `clk` has an edge of its own
                     write `!(X1 | X2)`: SR shifts when that comes ON
             "#]],

@@ -104,15 +104,9 @@ impl Assembler<'_> {
                 return Some(self.counter(ct.value, rule, legs, rst));
             }
             Action::DelayTimer { delay, t, preset, output } => {
-                let output = BitWritten(self.layout.bit(output.value).0);
                 let timer = self.timer_of(t.value, *preset, TimerRule::Zero);
-                let leg = legs.when();
-                let op = match delay {
-                    Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
-                    Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
-                };
-                let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
-                return Some(Lowered { bit: Some(output), reset, ..op.into() });
+                let output = BitWritten(self.layout.bit(output.value).0);
+                return Some(delay_timer(*delay, legs.when(), timer, output));
             }
             Action::Timer { timer, t, preset } => {
                 let at = self.timer_of(t.value, *preset, timer_rule(*timer));
@@ -330,6 +324,15 @@ impl Assembler<'_> {
         let op = self.control(ControlKind::EnableEvery { task, every: word, pick }, leg);
         Lowered { rung_off: Some(PassStep::DisableTask(task)), ..op.into() }
     }
+}
+
+fn delay_timer(delay: Delay, leg: Leg, timer: Timer, output: BitWritten) -> Lowered {
+    let op = match delay {
+        Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
+        Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
+    };
+    let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
+    Lowered { bit: Some(output), reset, ..op.into() }
 }
 
 fn counter_rule(

@@ -8,36 +8,22 @@ use crate::source::span::Located;
 impl Action {
     /// The array of which it writes one element, or all.
     pub fn written_array(&self) -> Option<Array> {
-        match self {
-            Action::SetElement { bit, .. } => Some(bit.value.array),
-            Action::Copy { to, .. } | Action::Fill { to, .. } => Some(to.value),
-            Action::Shift { bits } => Some(bits.value.array),
-            Action::Math { target: Located { value: Target::Array(array), .. }, .. } => {
-                Some(*array)
-            }
-            Action::Store { to: Located { value: Place::Element(element), .. }, .. } => {
-                Some(element.array)
-            }
-            Action::Store { .. }
-            | Action::Math { .. }
-            | Action::Coil { .. }
-            | Action::Counter { .. }
-            | Action::UpDownCounter { .. }
-            | Action::DelayTimer { .. }
-            | Action::Timer { .. }
-            | Action::Sensaphone { .. }
-            | Action::Reset { .. }
-            | Action::Run { .. }
-            | Action::Restart { .. }
-            | Action::Halt { .. }
-            | Action::Exit
-            | Action::Entask { .. }
-            | Action::Jump { .. }
-            | Action::StageOn { .. }
-            | Action::StageOff { .. }
-            | Action::Converge { .. }
-            | Action::Stop => None,
+        if let Action::SetElement { bit, .. } = self {
+            return Some(bit.value.array);
         }
+        if let Action::Copy { to, .. } | Action::Fill { to, .. } = self {
+            return Some(to.value);
+        }
+        if let Action::Shift { bits } = self {
+            return Some(bits.value.array);
+        }
+        if let Action::Math { target: Located { value: Target::Array(array), .. }, .. } = self {
+            return Some(*array);
+        }
+        if let Action::Store { to: Located { value: Place::Element(element), .. }, .. } = self {
+            return Some(element.array);
+        }
+        None
     }
 
     /// The bits of the array of which it writes one, or all.

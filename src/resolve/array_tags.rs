@@ -122,16 +122,16 @@ impl Resolver<'_> {
             self.find(finding.help(format!("write `count = {}`, or one value", list.value.len())));
         }
     }
-}
 
-/// An array is used if one of its elements is.
-pub(super) fn share_uses(tags: &mut [Tag]) {
-    let mut at = 0;
-    while at < tags.len() {
-        let count = tags[at].of_array.map_or(1, |of| of.array.count as usize);
-        let end = (at + count).min(tags.len());
-        let used = tags[at..end].iter().any(|tag| tag.used);
-        tags[at..end].iter_mut().for_each(|tag| tag.used = used);
-        at = end;
+    /// An array is used if one of its elements is.
+    pub(super) fn share_uses(&self, tags: &mut [Tag]) {
+        let mut at = 0;
+        while at < tags.len() {
+            let count = tags[at].of_array.map_or(1, |of| of.array.count as usize);
+            let end = (at + count).min(tags.len());
+            let used = tags[at..end].iter().any(|tag| tag.used);
+            tags[at..end].iter_mut().for_each(|tag| tag.used = used);
+            at = end;
+        }
     }
 }

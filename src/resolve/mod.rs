@@ -182,7 +182,7 @@ impl<'a> Resolver<'a> {
         for (tag, used) in program.tags.iter_mut().zip(&self.used) {
             tag.used = *used;
         }
-        array_tags::share_uses(&mut program.tags);
+        self.share_uses(&mut program.tags);
         program.operands = self.operands();
         program.constants = std::mem::take(&mut self.constants);
         program.constants.sort_unstable();

@@ -38,7 +38,7 @@ pub struct Ladder {
 }
 
 /// A tag.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Tag {
     /// Its name.
     pub name: Text,
@@ -73,22 +73,7 @@ pub struct Tag {
 impl Tag {
     /// A tag whose mistake is reported at its declaration.
     fn unreadable(name: Text) -> Tag {
-        Tag {
-            name,
-            at: None,
-            count: None,
-            kind: None,
-            value: None,
-            doc: None,
-            initial: None,
-            initials: None,
-            min: None,
-            max: None,
-            alarm: None,
-            log: None,
-            spare: None,
-            has_meaning: true,
-        }
+        Tag { name, has_meaning: true, ..Tag::default() }
     }
 }
 

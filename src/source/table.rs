@@ -260,8 +260,7 @@ impl<'a> Table<'a> {
             DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
             DeValue::Integer(_) => {
                 let integer = self.number(value, key, (i32::MIN.into(), i32::MAX.into()))?;
-                let value = Constant::Integer(i32::try_from(integer).ok()?);
-                Some(Located { value, span })
+                Some(Located { value: Constant::Integer(i32::try_from(integer).ok()?), span })
             }
             DeValue::Float(float) => {
                 let text = Text { text: float.as_str().to_owned(), span, exact: true };
