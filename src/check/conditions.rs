@@ -4,7 +4,7 @@
 //! Parentheses are set wherever `&` and `|` meet.
 
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
-use crate::resolve::program::{Comparison, Contact, Edge, Value, Written};
+use crate::resolve::program::{Comparison, Contact, Value, Written};
 
 use super::context::{Context, RungPlace, is_main};
 
@@ -130,10 +130,7 @@ fn print(context: &Context, contact: &Contact) -> String {
         },
         Contact::All(parts, _) => join(parts, " & "),
         Contact::Any(parts, _) => join(parts, " | "),
-        Contact::Edge(edge, bit, _) => {
-            let word = if *edge == Edge::Rise { "rise" } else { "fall" };
-            format!("{word}({})", context.name(Address::Bit(*bit)))
-        }
+        Contact::Edge(edge, inner, _) => format!("{}({})", edge.name(), print(context, inner)),
         Contact::Compare(left, comparison, right, _) => format!(
             "{} {} {}",
             value(context, *left),

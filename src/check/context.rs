@@ -143,9 +143,11 @@ impl<'a> Context<'a> {
         for contact in contacts {
             self.contacts.push(contact);
             match contact {
-                Contact::Not(inner, _) => self.walk_contacts(std::slice::from_ref(&**inner)),
+                Contact::Not(inner, _) | Contact::Edge(_, inner, _) => {
+                    self.walk_contacts(std::slice::from_ref(&**inner));
+                }
                 Contact::All(parts, _) | Contact::Any(parts, _) => self.walk_contacts(parts),
-                Contact::Bit(..) | Contact::Edge(..) | Contact::Compare(..) => {}
+                Contact::Bit(..) | Contact::Compare(..) => {}
             }
         }
     }

@@ -2,11 +2,11 @@
 //! opposites.
 
 use super::assembler::Assembler;
+use super::rungs;
 use crate::engine::ops::{
     And2, And3, And4, AnyWord, BitOwn, BitRead, Equal, EqualMixed, Fall, Leg, Less, LessMixed, Op,
     Power, Powers, Rise,
 };
-use crate::isa::Bit;
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
 
 impl Assembler<'_> {
@@ -36,7 +36,7 @@ impl Assembler<'_> {
                 self.none_of(contacts, &mut powers);
                 self.and(&powers).opposite()
             }
-            Contact::Edge(edge, bit, _) => self.edge(*edge, *bit),
+            Contact::Edge(edge, of, _) => self.edge(*edge, of),
             Contact::Compare(a, comparison, b, _) => self.compare(*a, *comparison, *b),
         }
     }
@@ -98,14 +98,25 @@ impl Assembler<'_> {
         Power::of(cell)
     }
 
-    fn edge(&mut self, edge: Edge, bit: Bit) -> Power {
-        let text = self.identity.edge(edge, bit);
-        let bit = BitRead(self.layout.bit(bit).0);
+    /// An edge of contacts; the edges within have histories of their own.
+    fn edge(&mut self, edge: Edge, of: &Contact) -> Power {
+        let text = rungs::edge_contact(&self.identity, edge, of);
+        let power = self.contact(of);
+        let bit = BitRead(self.as_bit(power));
         let history = self.history(text);
         self.gate(|cell| match edge {
             Edge::Rise => Op::Rise(Rise { cell, bit, history }),
             Edge::Fall => Op::Fall(Fall { cell, bit, history }),
         })
+    }
+
+    /// The cell of a power; of an opposite a bit of its own.
+    fn as_bit(&mut self, power: Power) -> u32 {
+        if power.is_opposite() {
+            let of = Powers::new([power, power]);
+            return self.gate(|cell| Op::And2(And2 { cell, of })).cell();
+        }
+        power.cell()
     }
 
     fn compare(&mut self, a: Value, comparison: Comparison, b: Value) -> Power {

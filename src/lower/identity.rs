@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure};
-use crate::resolve::program::{BlockKind, Edge, Instruction, Program, Rung, TagMeaning, Value};
+use crate::resolve::program::{BlockKind, Instruction, Program, Rung, TagMeaning, Value};
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
@@ -191,12 +191,6 @@ impl Identity {
             Bit::Done(id) => format!("{}.Done", self.block(id).name),
             Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => bit.to_string(),
         }
-    }
-
-    /// The text of an edge contact.
-    pub(super) fn edge(&self, edge: Edge, bit: Bit) -> String {
-        let word = if edge == Edge::Rise { "rise" } else { "fall" };
-        format!("{word}({})", self.bit(bit))
     }
 
     /// The text of an instruction with a history: its mnemonic and operands.

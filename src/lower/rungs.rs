@@ -6,7 +6,7 @@
 use super::identity::Identity;
 use crate::resolve::formula::{Formula, Part};
 use crate::resolve::instruction::OperandValue;
-use crate::resolve::program::{Action, Contact, Instruction, Rung, Value};
+use crate::resolve::program::{Action, Contact, Edge, Instruction, Rung, Value};
 
 /// The text of a rung, without its name.
 pub(super) fn text(identity: &Identity, rung: &Rung) -> String {
@@ -31,11 +31,28 @@ fn contacts(identity: &Identity, of: &[Contact], between: &str) -> String {
 fn contact(identity: &Identity, of: &Contact) -> String {
     match of {
         Contact::Bit(bit, _) => identity.bit(*bit),
-        Contact::Not(inner, _) => format!("!{}", contact(identity, inner)),
-        Contact::All(all, _) => contacts(identity, all, " "),
-        Contact::Any(any, _) => contacts(identity, any, "|"),
-        Contact::Edge(edge, bit, _) => identity.edge(*edge, *bit),
-        Contact::Compare(a, how, b, _) => format!("{} {how:?} {}", value(*a), value(*b)),
+        Contact::Not(inner, _) => format!("!{}", grouped(identity, inner)),
+        Contact::All(all, _) => contacts(identity, all, " & "),
+        Contact::Any(any, _) => contacts(identity, any, " | "),
+        Contact::Edge(edge, of, _) => edge_contact(identity, *edge, of),
+        Contact::Compare(a, how, b, _) => format!("{} {} {}", value(*a), how.sign(), value(*b)),
+    }
+}
+
+/// A contact beside `!`.
+fn grouped(identity: &Identity, of: &Contact) -> String {
+    let text = contact(identity, of);
+    if let Contact::Compare(..) = of { format!("({text})") } else { text }
+}
+
+/// The text of an edge contact, by which a reload finds its history.
+pub(super) fn edge_contact(identity: &Identity, edge: Edge, of: &Contact) -> String {
+    let inner = contact(identity, of);
+    match of {
+        Contact::All(..) | Contact::Any(..) => format!("{}{inner}", edge.name()),
+        Contact::Bit(..) | Contact::Not(..) | Contact::Edge(..) | Contact::Compare(..) => {
+            format!("{}({inner})", edge.name())
+        }
     }
 }
 

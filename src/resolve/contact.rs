@@ -25,8 +25,8 @@ impl Resolver<'_> {
             }
             written::Contact::All(items, span) => Some(Contact::All(self.all_of(items)?, *span)),
             written::Contact::Any(items, span) => Some(Contact::Any(self.all_of(items)?, *span)),
-            written::Contact::Edge(edge, name, span) => {
-                Some(Contact::Edge(*edge, self.bit(&name.value, name.span)?, *span))
+            written::Contact::Edge(edge, inner, span) => {
+                Some(Contact::Edge(*edge, Box::new(self.contact(inner)?), *span))
             }
             written::Contact::Compare(a, comparison, b, span) => {
                 // Resolves both before returning, so that mistakes in both are reported.

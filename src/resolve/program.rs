@@ -134,8 +134,8 @@ pub(crate) enum Contact {
     All(Vec<Contact>, Span),
     /// `|`: two or more.
     Any(Vec<Contact>, Span),
-    /// `rise(bit)` and `fall(bit)`; each has a history of its own.
-    Edge(Edge, Bit, Span),
+    /// `rise(…)` and `fall(…)` of any contacts; each has a history of its own.
+    Edge(Edge, Box<Contact>, Span),
     /// A compare of two values.
     Compare(Value, Comparison, Value, Span),
 }

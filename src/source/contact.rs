@@ -22,8 +22,8 @@ pub enum Contact {
     All(Vec<Contact>, Span),
     /// `|`: two or more.
     Any(Vec<Contact>, Span),
-    /// `rise(bit)`, `fall(bit)`.
-    Edge(Edge, Located<String>, Span),
+    /// `rise(…)`, `fall(…)` of any contacts.
+    Edge(Edge, Box<Contact>, Span),
     /// A compare of two values.
     Compare(Atom, Comparison, Atom, Span),
 }
@@ -105,7 +105,7 @@ impl fmt::Display for Contact {
             Contact::Not(inner, _) => write!(f, "!{}", Grouped(inner)),
             Contact::All(items, _) => series(f, items, " & "),
             Contact::Any(items, _) => series(f, items, " | "),
-            Contact::Edge(edge, name, _) => write!(f, "{}({})", edge.name(), name.value),
+            Contact::Edge(edge, inner, _) => write!(f, "{}({inner})", edge.name()),
             Contact::Compare(a, comparison, b, _) => write!(f, "{a} {} {b}", comparison.sign()),
         }
     }

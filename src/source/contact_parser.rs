@@ -106,7 +106,7 @@ impl Parser<'_> {
         match token {
             Token::Not => self.negation(span, depth),
             Token::Open => self.group(span, depth),
-            Token::Atom(atom) => self.atom(atom),
+            Token::Atom(atom) => self.atom(atom, depth),
             Token::Compare(comparison) => {
                 let message = format!("a value is missing before `{}`", comparison.sign());
                 Err(self.error(span, message))
@@ -140,7 +140,16 @@ impl Parser<'_> {
     }
 
     fn group(&mut self, open: Span, depth: u32) -> Parsed<Contact> {
-        let mut inner = self.expression(Power::Or, depth + 1)?;
+        let (mut inner, close) = self.closed(open, depth)?;
+        if let Contact::Not(_, span) | Contact::All(_, span) | Contact::Any(_, span) = &mut inner {
+            *span = open.to(close);
+        }
+        Ok(inner)
+    }
+
+    /// Contacts and the parenthesis that closes them, and its place.
+    fn closed(&mut self, open: Span, depth: u32) -> Parsed<(Contact, Span)> {
+        let inner = self.expression(Power::Or, depth + 1)?;
         let Some(close) = self.take(&Token::Close) else {
             let finding = match self.peek() {
                 Some((token, place)) => self.left_over(&token.clone(), place),
@@ -148,18 +157,15 @@ impl Parser<'_> {
             };
             return Err(finding.related(open, "opened here"));
         };
-        if let Contact::Not(_, span) | Contact::All(_, span) | Contact::Any(_, span) = &mut inner {
-            *span = open.to(close);
-        }
-        Ok(inner)
+        Ok((inner, close))
     }
 
-    fn atom(&mut self, atom: Atom) -> Parsed<Contact> {
+    fn atom(&mut self, atom: Atom, depth: u32) -> Parsed<Contact> {
         if let Some((Token::Open, _)) = self.peek()
             && let Some(name) = atom.name()
         {
             let name = name.to_owned();
-            return self.edge(&name, atom.span);
+            return self.edge(&name, atom.span, depth);
         }
         if let Some((Token::Compare(comparison), sign)) = self.peek() {
             let comparison = *comparison;
@@ -176,7 +182,7 @@ impl Parser<'_> {
         }
     }
 
-    fn edge(&mut self, word: &str, span: Span) -> Parsed<Contact> {
+    fn edge(&mut self, word: &str, span: Span, depth: u32) -> Parsed<Contact> {
         let edge = match word {
             "rise" => Edge::Rise,
             "fall" => Edge::Fall,
@@ -188,27 +194,18 @@ impl Parser<'_> {
                     "fall" => "write `fall(…)`".to_owned(),
                     "not" => "write `!(…)`".to_owned(),
                     word => did_you_mean(word, ["rise", "fall"])
-                        .unwrap_or_else(|| "only `rise(bit)` and `fall(bit)` have".to_owned()),
+                        .unwrap_or_else(|| "only `rise(…)` and `fall(…)` have".to_owned()),
                 }));
             }
         };
+        let open = self.peek().map_or(self.end(), |(_, place)| place);
         self.at += 1;
-        let name = match self.next() {
-            Some((Token::Atom(Atom { kind: AtomKind::Name(value), span }), _)) => {
-                Located { value, span }
-            }
-            found => {
-                let place = found.map_or(self.end(), |(_, place)| place);
-                return Err(one_bit(word, place));
-            }
-        };
-        match self.take(&Token::Close) {
-            Some(close) => Ok(Contact::Edge(edge, name, span.to(close))),
-            None => {
-                let place = self.peek().map_or(self.end(), |(_, place)| place);
-                Err(one_bit(word, place))
-            }
+        if let Some((Token::Close, place)) = self.peek() {
+            let message = format!("`{word}()` has no contact");
+            return Err(self.error(place, message).help(format!("write `{word}(X0)`")));
         }
+        let (inner, close) = self.closed(open, depth)?;
+        Ok(Contact::Edge(edge, Box::new(inner), span.to(close)))
     }
 
     fn compare(&mut self, left: Atom, comparison: Comparison, sign: Span) -> Parsed<Contact> {
@@ -244,8 +241,8 @@ impl Parser<'_> {
                 "and" => "write `&`",
                 "or" => "write `|`",
                 "not" => "write `!`",
-                "rise" => "write `rise(bit)`",
-                "fall" => "write `fall(bit)`",
+                "rise" => "write `rise(…)`",
+                "fall" => "write `fall(…)`",
                 _ => return None,
             };
             Some((*span, help))
@@ -279,12 +276,6 @@ impl Parser<'_> {
                 .help("a contact stands on each side of it: `X0 & X1`"),
         }
     }
-}
-
-fn one_bit(word: &str, place: Span) -> Finding {
-    let message = format!("`{word}()` takes the name of one bit");
-    Finding::new(Code::ContactSyntax, place, message)
-        .help(format!("to see an edge of more than that, OUT it to a bit of its own: `{word}(C0)`"))
 }
 
 /// `left op right`. With `grow`, `right` is appended to `left`, a series of the same operator.

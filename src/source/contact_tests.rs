@@ -21,8 +21,8 @@ fn tree(contact: &Contact) -> String {
         Contact::Not(inner, span) => format!("(not@{} {})", place(*span), tree(inner)),
         Contact::All(items, span) => format!("(and@{} {})", place(*span), all(items)),
         Contact::Any(items, span) => format!("(or@{} {})", place(*span), all(items)),
-        Contact::Edge(edge, name, span) => {
-            format!("({}@{} {}@{})", edge.name(), place(*span), name.value, place(name.span))
+        Contact::Edge(edge, inner, span) => {
+            format!("({}@{} {})", edge.name(), place(*span), tree(inner))
         }
         Contact::Compare(a, sign, b, span) => {
             let (a, b) = (format!("{a}@{}", place(a.span)), format!("{b}@{}", place(b.span)));
@@ -71,6 +71,13 @@ fn parentheses_widen_the_place() {
 #[test]
 fn edges_and_compares() {
     check("rise(X0)", expect!["(rise@0..8 X0@5..7)"]);
+    check("rise(!X0)", expect!["(rise@0..9 (not@5..8 X0@6..8))"]);
+    check("rise(D0 > 5)", expect!["(rise@0..12 (>@5..11 D0@5..7 5@10..11))"]);
+    check("fall(X0 & X1)", expect!["(fall@0..13 (and@5..12 X0@5..7 X1@10..12))"]);
+    check(
+        "rise(fall(X0) | X1)",
+        expect!["(rise@0..19 (or@5..18 (fall@5..13 X0@10..12) X1@16..18))"],
+    );
     check("!fall( CT0.Done )", expect!["(not@0..17 (fall@1..17 CT0.Done@7..15))"]);
     check("D0 >= -5 & X0", expect!["(and@0..13 (>=@0..8 D0@0..2 -5@6..8) X0@11..13)"]);
     check("T0.Acc<1m30s", expect!["(<@0..12 T0.Acc@0..6 1m30s@7..12)"]);
@@ -86,7 +93,9 @@ fn mistakes_have_their_exact_place() {
     check("X0 & ü", expect!["5..7 `ü` belongs to no name"]);
     check("!D0 == 3", expect!["0..8 `!` binds tighter than `==`"]);
     check("()", expect!["1..2 `)` closes nothing, or closes it too early"]);
-    check("rise(!X0)", expect!["5..6 `rise()` takes the name of one bit"]);
+    check("rise()", expect!["5..6 `rise()` has no contact"]);
+    check("rise(X0", expect!["7..7 `)` is missing"]);
+    check("rise(X0 X1)", expect!["8..10 `&` or `|` is missing before this"]);
     check("X0 = 1", expect!["3..4 `=` is written `==`"]);
 }
 
@@ -125,10 +134,8 @@ fn comparison() -> impl Strategy<Value = Comparison> {
 }
 
 fn contact() -> impl Strategy<Value = Contact> {
-    let edge = proptest::sample::select(&[Edge::Rise, Edge::Fall][..]);
     let leaf = prop_oneof![
         name().prop_map(|name| Contact::Bit(at(name))),
-        (edge, name()).prop_map(|(edge, name)| Contact::Edge(edge, at(name), Span::default())),
         (value(), comparison(), value()).prop_map(|(a, sign, b)| Contact::Compare(
             a,
             sign,
@@ -138,7 +145,10 @@ fn contact() -> impl Strategy<Value = Contact> {
     ];
     leaf.prop_recursive(5, 40, 4, |inner| {
         let items = || proptest::collection::vec(inner.clone(), 2..4);
+        let edge = proptest::sample::select(&[Edge::Rise, Edge::Fall][..]);
+        let whole = (edge, inner.clone());
         prop_oneof![
+            whole.prop_map(|(edge, c)| Contact::Edge(edge, Box::new(c), Span::default())),
             inner.clone().prop_map(|c| Contact::Not(Box::new(c), Span::default())),
             items().prop_map(|items| Contact::All(items, Span::default())),
             items().prop_map(|items| Contact::Any(items, Span::default())),
@@ -175,7 +185,7 @@ fn shape(contact: &Contact) -> String {
         Contact::Not(inner, _) => format!("(not {})", shape(inner)),
         Contact::All(items, _) => format!("(and {})", parts(items)),
         Contact::Any(items, _) => format!("(or {})", parts(items)),
-        Contact::Edge(edge, name, _) => format!("({} {})", edge.name(), name.value),
+        Contact::Edge(edge, inner, _) => format!("({} {})", edge.name(), shape(inner)),
         Contact::Compare(a, sign, b, _) => format!("({} {a} {b})", sign.sign()),
     }
 }

@@ -136,6 +136,19 @@ fn a_contact_history_follows_its_text() {
 }
 
 #[test]
+fn the_history_of_an_edge_of_contacts_follows_its_text() {
+    let rung = |contact: &str, d: u32| {
+        format!("{{ when = [\"{contact}\"], do = [\"ADD D{d} 1 to=D{d}\"] }},")
+    };
+    let edge = "rise(D5 > 2 & !X1 | fall(X2))";
+    main_with(&format!("rung = [ {} ]", rung(edge, 0)))
+        .scan(&[("D5", 3)])
+        .main(&format!("rung = [ {} {} ]", rung("rise(D5 > 1)", 1), rung(edge, 0)))
+        .scan(&[])
+        .holds([("D0", 1), ("D1", 1)]);
+}
+
+#[test]
 fn a_contact_history_follows_the_name_of_its_rung() {
     let rung = |contact: &str| {
         format!(

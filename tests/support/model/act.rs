@@ -15,8 +15,8 @@ impl Sim<'_> {
     pub fn contact(&mut self, contact: &Contact) -> bool {
         match contact {
             Contact::Bit(loc) => self.memory.bit(*loc),
-            Contact::Edge { rising, bit, history } => {
-                let on = self.memory.bit(*bit);
+            Contact::Edge { rising, of, history } => {
+                let on = self.contact(of);
                 if *rising { self.edge(*history, on) } else { self.falling_edge(*history, on) }
             }
             Contact::Compare(left, compare, right) => {

@@ -9,6 +9,8 @@ pub enum Expr {
     Leaf(String),
     Compare(String),
     Not(Box<Expr>),
+    /// `rise` or `fall` of contacts.
+    Edge(&'static str, Box<Expr>),
     All(Vec<Expr>),
     Any(Vec<Expr>),
     Group(Box<Expr>),
@@ -19,8 +21,11 @@ impl Expr {
         match self {
             Expr::Leaf(text) | Expr::Compare(text) => text.clone(),
             Expr::Group(inner) => format!("({})", inner.text()),
+            Expr::Edge(word, inner) => format!("{word}({})", inner.text()),
             Expr::Not(inner) => match **inner {
-                Expr::Leaf(_) | Expr::Not(_) | Expr::Group(_) => format!("!{}", inner.text()),
+                Expr::Leaf(_) | Expr::Not(_) | Expr::Group(_) | Expr::Edge(..) => {
+                    format!("!{}", inner.text())
+                }
                 _ => format!("!({})", inner.text()),
             },
             Expr::All(items) => {

@@ -83,11 +83,10 @@ impl Reader<'_> {
         }
         let word = self.word()?;
         if (word == "rise" || word == "fall") && self.take("(") {
-            let bit = self.word()?;
-            let bit = self.names.place(&bit)?;
+            let of = Box::new(self.any()?);
             let history = *self.histories;
             *self.histories += 1;
-            return self.close(Contact::Edge { rising: word == "rise", bit, history });
+            return self.close(Contact::Edge { rising: word == "rise", of, history });
         }
         for (token, compare) in OPERATORS {
             if self.take(token) {

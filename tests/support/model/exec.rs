@@ -380,7 +380,10 @@ impl<'a> Sim<'a> {
 
     fn forget_contact(&mut self, contact: &Contact) {
         match contact {
-            Contact::Edge { history, .. } => self.histories[*history] = false,
+            Contact::Edge { history, of, .. } => {
+                self.histories[*history] = false;
+                self.forget_contact(of);
+            }
             Contact::Not(inner) => self.forget_contact(inner),
             Contact::All(items) | Contact::Any(items) => {
                 items.iter().for_each(|item| self.forget_contact(item));

@@ -271,7 +271,7 @@ impl Pool {
         if depth == 0 {
             return self.leaf();
         }
-        match self.rng.weighted(&[56, 20, 6, 14, 4]) {
+        match self.rng.weighted(&[56, 20, 6, 14, 4, 5]) {
             0 => self.leaf(),
             1 => Expr::Not(Box::new(self.expr(depth - 1))),
             2 => {
@@ -282,7 +282,11 @@ impl Pool {
                 let count = 2 + self.rng.below(2);
                 Expr::Any((0..count).map(|_| self.expr(depth - 1)).collect())
             }
-            _ => Expr::Group(Box::new(self.expr(depth - 1))),
+            4 => Expr::Group(Box::new(self.expr(depth - 1))),
+            _ => {
+                let word = *self.rng.pick(&["rise", "fall"]);
+                Expr::Edge(word, Box::new(self.expr(depth - 1)))
+            }
         }
     }
 

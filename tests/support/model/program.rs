@@ -26,7 +26,7 @@ pub enum Contact {
     /// `history` numbers the edge history that this contact has for itself.
     Edge {
         rising: bool,
-        bit: Loc,
+        of: Box<Contact>,
         history: usize,
     },
     Compare(Value, Compare, Value),

@@ -194,7 +194,12 @@ fn simpler(expr: &Expr, way: usize) -> Option<Expr> {
             (way == 2).then(|| Expr::Leaf(inner.to_string()))
         }
         Expr::Compare(_) => None,
-        Expr::Not(inner) | Expr::Group(inner) if way == 2 => Some((**inner).clone()),
+        Expr::Not(inner) | Expr::Group(inner) | Expr::Edge(_, inner) if way == 2 => {
+            Some((**inner).clone())
+        }
+        Expr::Edge(word, inner) => {
+            simpler(inner, way - 1).map(|part| Expr::Edge(word, Box::new(part)))
+        }
         Expr::Not(inner) => simpler(inner, way - 1).map(|part| Expr::Not(Box::new(part))),
         Expr::Group(inner) => simpler(inner, way - 1).map(|part| Expr::Group(Box::new(part))),
         Expr::All(items) | Expr::Any(items) if way < 6 => items.get(way - 2).cloned(),
