@@ -120,6 +120,7 @@ impl Writer {
             }
             ValueForm::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
             ValueForm::Constant => json!({ "type": ["integer", "string", "boolean"] }),
+            ValueForm::Scalar => json!({ "type": ["string", "number"] }),
             ValueForm::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             ValueForm::Table(shape) => return self.table(shape),
             ValueForm::Tables(shape) => json!({ "type": "array", "items": self.place(shape) }),

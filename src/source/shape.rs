@@ -45,6 +45,8 @@ pub enum ValueForm {
     Duration,
     /// An integer, a duration, `true` or `false`.
     Constant,
+    /// A string or a number.
+    Scalar,
     /// An array of strings.
     Texts,
     /// A table.

@@ -1,0 +1,67 @@
+//! Templates: what their uses stand for.
+//!
+//! Called by `resolve_ladders` before any name is declared. [`Resolver::expand`] writes every use
+//! out, so that afterwards each block has rungs and stages alone, and the ladder has the own tags
+//! of all uses (`p1.failed`). Once all names are declared, [`Resolver::check_arguments`] looks at
+//! what each use gives. Everything later knows no templates.
+
+mod arguments;
+mod declared;
+mod expand;
+mod given;
+mod kind;
+mod nesting;
+mod rewrite;
+mod room;
+mod texts;
+mod trial;
+
+use super::Resolver;
+use super::layers::UsePlace;
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder::{Block, Entry, Ladder, Rung, Stage, Template, Use};
+use crate::source::reader::Text;
+use crate::source::span::{FileId, Span};
+pub(super) use arguments::Argument;
+use declared::{Templates, uses};
+use expand::Expansion;
+pub(super) use trial::Trial;
+
+/// Ladders whose rungs are written out.
+pub(super) type Ladders = Vec<(FileId, Ladder)>;
+
+impl Resolver<'_> {
+    /// Writes out every use of a template.
+    pub(super) fn expand(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Ladders {
+        let all = || ladders.iter().flat_map(|(_, ladder)| &ladder.templates);
+        let templates: Vec<Template> = all().cloned().collect();
+        let (templates, mut findings) = Templates::new(templates.iter());
+        let mut expansion = Expansion::new(&templates);
+        let mut used = vec![false; templates.all.len()];
+        for of in templates.all.iter().flat_map(|of| uses(of.template).map(move |u| (of, u))) {
+            let own = |to: usize| std::ptr::eq(templates.all[to].template, of.0.template);
+            if let Some(to) = templates.of(of.1).filter(|to| !own(*to)) {
+                used[to] = true;
+            }
+        }
+        let mut plain = Vec::new();
+        for (file, ladder) in ladders {
+            plain.push((file, expansion.ladder(ladder, &mut used)));
+        }
+        for (declared, used) in templates.all.iter().zip(used) {
+            let Some(name) = declared.template.name.as_ref().filter(|_| !used) else { continue };
+            let message = format!("nothing uses the template `{}`", name.text);
+            let finding = Finding::new(Code::UnusedTemplate, name.span, message).label("unused");
+            findings.push(finding.help("delete it, or use it: `use = ` in the place of a rung"));
+            if declared.is_usable {
+                self.trials.extend(expansion.trial(declared));
+            }
+        }
+        findings.append(&mut expansion.findings);
+        self.arguments = std::mem::take(&mut expansion.arguments);
+        self.use_names = std::mem::take(&mut expansion.names);
+        self.layers = expansion.layers;
+        self.findings.extend(findings);
+        plain
+    }
+}

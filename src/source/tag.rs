@@ -1,0 +1,97 @@
+//! Tags as written.
+//!
+//! Called by the readers of ladders and templates. What a tag means is the resolver's concern.
+
+use super::key::{Key, key};
+use super::reader::{Constant, NamedTable, Table, Text};
+use super::span::Located;
+
+/// A tag.
+#[derive(Clone, Debug)]
+pub struct Tag {
+    /// Its name.
+    pub name: Text,
+    /// `at`.
+    pub at: Option<Text>,
+    /// `value`.
+    pub value: Option<Located<Constant>>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// `initial`.
+    pub initial: Option<Located<Constant>>,
+    /// `min`.
+    pub min: Option<Located<Constant>>,
+    /// `max`.
+    pub max: Option<Located<Constant>>,
+    /// `alarm`.
+    pub alarm: Option<Text>,
+    /// `log`.
+    pub log: Option<Text>,
+    /// `spare`.
+    pub spare: Option<Located<bool>>,
+    /// Whether the tag has `at` or `value`, even an unreadable one.
+    pub has_meaning: bool,
+}
+
+impl Tag {
+    /// A tag whose mistake is reported at its declaration.
+    fn unreadable(name: Text) -> Tag {
+        Tag {
+            name,
+            at: None,
+            value: None,
+            doc: None,
+            initial: None,
+            min: None,
+            max: None,
+            alarm: None,
+            log: None,
+            spare: None,
+            has_meaning: true,
+        }
+    }
+}
+
+/// The name of a tag; the grammar in `docs/language.md`.
+const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
+
+/// Reads the tags of a table.
+pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
+    let Some(mut tags) = root.table(tags.limited(TAG_NAME), "`[tags]`") else {
+        return Vec::new();
+    };
+    let any = key("*", "A tag: an address with a name (`at`), or a constant with one (`value`).");
+    let help = |name: &str, value: &str| {
+        let key = if value.starts_with('"') { "at" } else { "value" };
+        format!("write `{name} = {{ {key} = {value} }}`")
+    };
+    let entries = tags.entries(any, "a tag", help);
+    entries.into_iter().map(read_tag).collect()
+}
+
+fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
+    let Some(mut table) = table else { return Tag::unreadable(name) };
+    table.together(r#"{"oneOf":[{"required":["at"]},{"required":["value"]}]}"#);
+    let tag = Tag {
+        name,
+        at: table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`.")),
+        value: table
+            .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
+        doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
+        initial: table.constant(key("initial", "Its value after a cold start; else 0, OFF.")),
+        min: table.constant(key(
+            "min",
+            "A write from outside below this is refused; a write by the ladder is limited to it.",
+        )),
+        max: table.constant(key(
+            "max",
+            "A write from outside above this is refused; a write by the ladder is limited to it.",
+        )),
+        alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
+        log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
+        spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
+        has_meaning: table.has("at") || table.has("value"),
+    };
+    table.finish();
+    tag
+}
