@@ -7,8 +7,10 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
-use super::terminal::say_drawn;
+use super::terminal::{print, say_drawn};
 use crate::load::{self, Input, Loaded};
+use crate::resolve::places::Place;
+use crate::resolve::program::Program;
 use crate::source::render::{Style, refuses, render};
 
 /// Checks ladder files and controller files, and prints all findings
@@ -21,6 +23,9 @@ pub struct CheckArgs {
     /// Make warnings errors
     #[arg(long, value_name = "WHAT")]
     deny: Option<Deny>,
+    /// List the tags with a `type`: their names, types and places in memory
+    #[arg(long)]
+    addresses: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -36,23 +41,29 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let style = style(args.deny.is_some());
     let mut ladders = Vec::new();
     let mut all = Loaded::default();
+    let mut addresses = String::new();
     for path in &args.files {
         let input = Input::read(path)?;
         if input.is_controller() {
-            append(&mut all, load::controller_input(&input));
+            append(&mut all, load::controller_input(&input), &mut addresses);
         } else {
             ladders.push(input);
         }
     }
     if !ladders.is_empty() {
-        append(&mut all, load::ladder_inputs(&ladders)?);
+        append(&mut all, load::ladder_inputs(&ladders)?, &mut addresses);
+    }
+    if args.addresses {
+        print(&addresses)?;
     }
     say_drawn(&render(&all.findings, &all.files, style));
     Ok(if refuses(&all.findings, style) { Exit::Config } else { Exit::Ok })
 }
 
-/// Joins the files and findings of two loads; the files of the second get new numbers.
-fn append(all: &mut Loaded, mut loaded: Loaded) {
+/// Joins the files and findings of two loads; the files of the second get new numbers. Adds its
+/// places to the list.
+fn append(all: &mut Loaded, mut loaded: Loaded, addresses: &mut String) {
+    addresses.push_str(&loaded.program.as_ref().map_or_else(String::new, listed));
     let shift = all.files.len() as u32;
     for finding in &mut loaded.findings {
         finding.span.file.0 += shift;
@@ -60,6 +71,24 @@ fn append(all: &mut Loaded, mut loaded: Loaded) {
     }
     all.files.append(&mut loaded.files);
     all.findings.append(&mut loaded.findings);
+}
+
+/// The tags with a `type` in byte order, a line each: name, type, place.
+fn listed(program: &Program) -> String {
+    let names = program.places.by_name().map(|place| place.name.len());
+    let width = names.max().unwrap_or(0);
+    let line = |place: &Place| {
+        let (name, kind) = (&place.name, place.type_name());
+        let (first, last) = (place.address(0), place.address(place.count - 1));
+        match place.is_array {
+            true => format!(
+                "{name:width$}  {:10}  {first}..{last}\n",
+                format!("{kind}[{}]", place.count)
+            ),
+            false => format!("{name:width$}  {kind:10}  {first}\n"),
+        }
+    };
+    program.places.by_name().map(line).collect()
 }
 
 /// The style of findings on standard error.

@@ -23,6 +23,8 @@ use crate::source::span::{FileId, Located, Span};
 pub struct WrittenController {
     /// `ladder`: the ladder files, relative to this file.
     pub ladder: Vec<Text>,
+    /// All strings of the file: whatever names an address is among them.
+    pub strings: Vec<String>,
     /// `order`: the scan order of all blocks.
     pub order: Option<Located<Vec<Text>>>,
     /// `[memory]`.
@@ -83,6 +85,7 @@ pub fn shape() -> Shape {
 fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
     root.require("ladder", "[\"ladder.toml\"]");
     let controller = WrittenController {
+        strings: root.all_strings(),
         ladder: read_ladders(&mut root),
         order: root
             .strings(key("order", "The scan order of all Programs and Tasks of all ladder files.")),

@@ -115,8 +115,8 @@ impl Space {
         }
     }
 
-    /// The space and number of an address; for a member, those of its structure. `None` for bits of
-    /// Stages, blocks and devices.
+    /// The space and number of an address. `None` for members, and for bits of Stages, blocks and
+    /// devices.
     pub(crate) fn of(address: Address) -> Option<(Space, u32)> {
         match address {
             Address::Bit(Bit::Space(space, n)) => Some((Space::Bit(space), n)),
@@ -126,6 +126,34 @@ impl Space {
                 Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
             )
             | Address::Word(Word::Acc(_) | Word::Pre(_)) => None,
+        }
+    }
+
+    /// As [`Space::of`]; for a member, those of its structure.
+    pub(crate) fn with_members(address: Address) -> Option<(Space, u32)> {
+        match address {
+            Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+                Some((structure.space(), structure.number()))
+            }
+            Address::Word(Word::Pre(number)) => Some((Space::Sensaphone, number)),
+            other => Space::of(other),
+        }
+    }
+}
+
+impl Address {
+    /// The member's name, if it is a member of a structure.
+    pub(crate) fn member(self) -> Option<&'static str> {
+        match self {
+            Address::Bit(Bit::Flag(_, flag)) => Some(flag.name()),
+            Address::Word(Word::Acc(Structure::Sensaphone(_))) => Some("ACC"),
+            Address::Word(Word::Acc(_)) => Some("Acc"),
+            Address::Word(Word::Pre(_)) => Some("PRE"),
+            Address::Bit(
+                Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+            )
+            | Address::Word(Word::Space(..))
+            | Address::Structure(_) => None,
         }
     }
 }

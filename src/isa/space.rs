@@ -169,6 +169,30 @@ impl Space {
             Space::Sensaphone => SENSAPHONE_COUNT,
         }
     }
+
+    /// The sizes with another number of elements of this space, if it can be set.
+    pub(crate) fn sized(self, sizes: &MemorySizes, count: u32) -> MemorySizes {
+        let mut sizes = sizes.clone();
+        let size = match self {
+            Space::Bit(BitSpace::X) => &mut sizes.x,
+            Space::Bit(BitSpace::Y) => &mut sizes.y,
+            Space::Bit(BitSpace::C) => &mut sizes.c,
+            Space::Bit(BitSpace::Mc) => &mut sizes.mc,
+            Space::Bit(BitSpace::Mi) => &mut sizes.mi,
+            Space::Word(WordSpace::V) => &mut sizes.v,
+            Space::Word(WordSpace::D) => &mut sizes.d,
+            Space::Word(WordSpace::R) => &mut sizes.r,
+            Space::Word(WordSpace::Mhr) => &mut sizes.mhr,
+            Space::Word(WordSpace::Mir) => &mut sizes.mir,
+            Space::Counter => &mut sizes.ct,
+            Space::Timer => &mut sizes.t,
+            Space::Bit(BitSpace::St) | Space::Word(WordSpace::Dst) | Space::Sensaphone => {
+                return sizes;
+            }
+        };
+        *size = count;
+        sizes
+    }
 }
 
 impl BitSpace {

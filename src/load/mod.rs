@@ -154,7 +154,10 @@ fn controller(input: &Input, progress: &Progress) -> Loaded {
     let (sizes, order) = (written.memory.clone(), written.order.clone());
     let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
     let progress = progress.clone();
-    let options = LoadOptions { sizes, order, devices, has_controller: true, first_file, progress };
+    let addresses = written.strings.clone();
+    let has_controller = true;
+    let options =
+        LoadOptions { sizes, order, devices, addresses, has_controller, first_file, progress };
     loaded.ladders(first, options);
     loaded.settings(&written);
     loaded.judge();

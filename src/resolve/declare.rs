@@ -50,6 +50,7 @@ impl Resolver<'_> {
     pub(super) fn declare(&mut self, ladders: &[(FileId, Ladder)], program: &mut Program) {
         // Tags and blocks share one namespace over all files.
         let mut names: HashMap<String, Span> = HashMap::new();
+        self.place_typed(ladders);
         let ladders = || ladders.iter().map(|(_, ladder)| ladder);
         for tag in ladders().flat_map(|ladder| &ladder.tags) {
             self.declare_name(&tag.name, Role::Tag, &mut names);

@@ -11,15 +11,19 @@ mod declare;
 pub(crate) mod formula;
 mod formula_resolver;
 pub mod instruction;
+mod mistake;
 mod operand;
 mod operand_list;
 pub(crate) mod operands;
 mod order;
+mod placement;
+pub(crate) mod places;
 pub mod program;
 pub mod range;
 mod rung;
 pub mod scope;
 mod tags;
+mod typed;
 mod value;
 
 use std::sync::LazyLock;
@@ -46,6 +50,9 @@ pub struct LoadOptions {
     pub has_controller: bool,
     /// The field devices of a controller file, in its order.
     pub devices: Vec<Text>,
+    /// The texts of a controller file that may be addresses or ranges: no tag with a `type` is
+    /// placed there.
+    pub addresses: Vec<String>,
     /// The number of the first file: spans of the ladder at index k have the file `first_file + k`.
     pub first_file: FileId,
     /// Of the load.
@@ -166,6 +173,7 @@ impl<'a> Resolver<'a> {
             self.rungs(block, &mut program.blocks[at]);
         }
         program.order = self.order(ladders, &program);
+        program.places = self.scope.places().clone();
         for (tag, used) in program.tags.iter_mut().zip(&self.used) {
             tag.used = *used;
         }
@@ -218,8 +226,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn mark_used(&mut self, name: &str) {
-        let base = name.split('.').next().unwrap_or(name);
-        if let Some(tag) = self.scope.tag_index(base) {
+        if let Some(tag) = self.scope.tag_index(name) {
             self.used[tag] = true;
         }
     }

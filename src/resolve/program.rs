@@ -6,6 +6,7 @@
 //! out; then the program is checked, but never lowered or run.
 
 pub(crate) use super::instruction::{Action, Instruction, Value};
+pub use super::places::Places;
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Real, StageId};
 pub(crate) use crate::source::atom::Written;
 pub(crate) use crate::source::contact::{Comparison, Edge};
@@ -28,6 +29,8 @@ pub struct Program {
     pub order: Vec<BlockId>,
     /// All tags, in file order.
     pub tags: Vec<Tag>,
+    /// The places of the tags with a `type`.
+    pub places: Places,
     /// The field devices that the ladder may name, by `DeviceId`.
     pub devices: Vec<String>,
     /// The operands that the ladder names, as written, in order of first appearance.
@@ -170,7 +173,7 @@ pub struct Tag {
 /// The meaning of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TagMeaning {
-    /// `at`.
+    /// `at`; of a tag with a `type`, the address of its place.
     Address(Address),
     /// `value`.
     Constant(i32, Written),

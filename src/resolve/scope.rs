@@ -7,17 +7,19 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
+use super::mistake::{Mistake, address_mistake, member_mistake, members_of, new, unknown_member};
+use super::places::Places;
 use super::program::{BlockKind, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
-use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId, Structure};
-use crate::source::finding::{Code, Finding};
-use crate::source::nearest::{Names, Near, did_you_mean};
-use crate::source::span::Span;
+use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
+use crate::source::finding::Code;
+use crate::source::nearest::{Names, Near};
 
 /// All names of one program.
 #[derive(Debug)]
 pub struct Scope {
     sizes: MemorySizes,
+    places: Places,
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
@@ -91,52 +93,11 @@ pub(crate) struct Found {
     pub tag: Option<usize>,
 }
 
-/// The reason why a name has no meaning.
-#[derive(Debug)]
-pub(crate) enum Mistake {
-    /// Its tag has a mistake, which is already reported.
-    Reported,
-    /// A mistake that is not yet reported.
-    New {
-        /// The code of the finding.
-        code: Code,
-        /// The mistake.
-        message: String,
-        /// What to write instead.
-        help: Option<String>,
-        /// The known names; if one is near, it replaces the help.
-        near: Option<Near>,
-    },
-}
-
-impl Mistake {
-    /// The finding at a place; `None` if it is already reported.
-    pub(crate) fn finding(self, span: Span) -> Option<Finding> {
-        let Mistake::New { code, message, help, near } = self else { return None };
-        let finding = Finding::new(code, span, message).near_any(near);
-        Some(match help {
-            Some(help) => finding.help(help),
-            None => finding,
-        })
-    }
-
-    /// A sentence for people, about a name that is not in a file (so without advice to declare it
-    /// there).
-    pub fn sentence(self, name: &str) -> String {
-        let Some(finding) = self.finding(Span::default()) else {
-            return format!("`{name}` stands for nothing");
-        };
-        match finding.help_text().filter(|help| !help.starts_with("declare")) {
-            Some(help) => format!("{} ({help})", finding.message),
-            None => finding.message,
-        }
-    }
-}
-
 impl Scope {
     pub(super) fn new(sizes: MemorySizes) -> Scope {
         Scope {
             sizes,
+            places: Places::default(),
             tags: HashMap::new(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
@@ -151,6 +112,7 @@ impl Scope {
     /// The names of a resolved program.
     pub fn of(program: &Program) -> Scope {
         let mut scope = Scope::new(program.sizes.clone());
+        scope.places = program.places.clone();
         for (at, tag) in program.tags.iter().enumerate() {
             scope.add_tag(&tag.name, at, Some(tag.meaning));
         }
@@ -172,6 +134,15 @@ impl Scope {
             block.known_members();
         }
         Scope { searched_max: names, ..self }
+    }
+
+    pub(super) fn set_places(&mut self, places: Places) {
+        self.places = places;
+    }
+
+    /// The places of the tags with a `type`.
+    pub(crate) fn places(&self) -> &Places {
+        &self.places
     }
 
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
@@ -197,9 +168,19 @@ impl Scope {
         self.devices.contains_key(name)
     }
 
+    /// The tag that a text names, and the member behind it. A tag's name may have dots itself.
+    fn tag_of<'n>(&self, name: &'n str) -> Option<(&'n str, Option<&'n str>)> {
+        if self.tags.contains_key(name) {
+            return Some((name, None));
+        }
+        let (base, member) = name.rsplit_once('.')?;
+        self.tags.contains_key(base).then_some((base, Some(member)))
+    }
+
     /// The tag's index in the program; `None` for a tag with a mistake.
     pub(super) fn tag_index(&self, name: &str) -> Option<usize> {
-        self.tags.get(name).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
+        let (base, _) = self.tag_of(name)?;
+        self.tags.get(base).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
     }
 
     pub(super) fn block(&self, name: &str) -> Option<&BlockNames> {
@@ -246,19 +227,26 @@ impl Scope {
     /// The mistake in the name.
     pub(crate) fn look_up(&self, name: &str) -> Result<Found, Mistake> {
         match address_text::parse(name, &self.sizes) {
-            Ok(address) => return Ok(Found { thing: Thing::Address(address), tag: None }),
+            Ok(address) => {
+                let Some(name) = self.places.name(address) else {
+                    return Ok(Found { thing: Thing::Address(address), tag: None });
+                };
+                let message =
+                    format!("`{name}` lies at `{address}`, and is known by its name alone");
+                return Err(new(Code::UnknownName, message, Some(format!("write `{name}`"))));
+            }
             Err(AddressError::NotAnAddress) => {}
             Err(error) => return Err(address_mistake(name, error)),
+        }
+        if let Some((base, member)) = self.tag_of(name) {
+            let (index, meaning) = self.tags[base];
+            let thing = self.of_tag(base, meaning.ok_or(Mistake::Reported)?, member)?;
+            return Ok(Found { thing, tag: Some(index) });
         }
         let (base, member) = match name.split_once('.') {
             Some((base, member)) => (base, Some(member)),
             None => (name, None),
         };
-        if let Some((index, meaning)) = self.tags.get(base) {
-            let meaning = meaning.ok_or(Mistake::Reported)?;
-            let thing = of_tag(base, meaning, member)?;
-            return Ok(Found { thing, tag: Some(*index) });
-        }
         if let Some(block) = self.blocks.get(base) {
             let thing = of_block(base, block, member, self.searched_max)?;
             return Ok(Found { thing, tag: None });
@@ -267,6 +255,34 @@ impl Scope {
             return Ok(Found { thing: of_device(base, *id, member)?, tag: None });
         }
         Err(self.unknown(base, member))
+    }
+
+    fn of_tag(
+        &self,
+        base: &str,
+        meaning: TagMeaning,
+        member: Option<&str>,
+    ) -> Result<Thing, Mistake> {
+        let Some(member) = member else {
+            return Ok(match meaning {
+                TagMeaning::Address(address) => Thing::Address(address),
+                TagMeaning::Constant(value, written) => Thing::Constant(value, written),
+                TagMeaning::Real(real) => Thing::Real(real),
+            });
+        };
+        let what = match meaning {
+            TagMeaning::Address(Address::Structure(structure)) => {
+                let address = structure.member(member).map(Thing::Address);
+                return address.ok_or_else(|| member_mistake(base, structure, member));
+            }
+            TagMeaning::Address(address) => match self.places.at(address) {
+                Some((place, _)) => format!("its type is `{}`", place.type_name()),
+                None => format!("it is {address}"),
+            },
+            TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
+        };
+        let message = format!("`{base}` has no members: {what}");
+        Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
     }
 
     fn unknown(&self, base: &str, member: Option<&str>) -> Mistake {
@@ -344,96 +360,6 @@ fn habit(name: &str) -> Option<String> {
     Some(help.to_owned())
 }
 
-fn new(code: Code, message: String, help: Option<String>) -> Mistake {
-    Mistake::New { code, message, help, near: None }
-}
-
-/// The mistake in a text that has the form of an address and is not one.
-pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
-    let base = name.split('.').next().unwrap_or(name);
-    match error {
-        AddressError::NotAnAddress => {
-            let help = "addresses read `X0`, `Y0`, `C0`, `D0`, `V0`, `MC1`, `MHR1`, `CT0`, `T0`";
-            new(Code::UnknownName, format!("`{name}` is no address"), Some(help.to_owned()))
-        }
-        AddressError::Case(right) => new(
-            Code::WrongCase,
-            format!("`{name}` is in the wrong case"),
-            Some(format!("write `{right}`")),
-        ),
-        AddressError::LeadingZero(right) => new(
-            Code::UnknownName,
-            format!("`{base}` is no address: a number has no leading zeros"),
-            Some(format!("write `{right}`; all numbers are decimal")),
-        ),
-        AddressError::BeyondMemory { space, first, last } => {
-            let message = format!("`{base}` lies beyond memory: {space}{first}..{space}{last}");
-            let help = (space != "N" && space != "ST" && space != "DST")
-                .then(|| "sizes are set under `[memory]` of the controller file".to_owned());
-            new(Code::BeyondMemory, message, help)
-        }
-        AddressError::UnknownMember(&[]) => {
-            let message = format!("`{base}` is a single value: it has no members");
-            new(Code::UnknownMember, message, Some(format!("write `{base}`")))
-        }
-        AddressError::UnknownMember(members) => unknown_member(name, members),
-        AddressError::UnknownNickname => {
-            let all: Vec<&str> = crate::isa::status::nicknames().collect();
-            let help = did_you_mean(name, all.iter().copied());
-            let help = help.unwrap_or_else(|| format!("there are {}", all.join(", ")));
-            new(Code::UnknownName, format!("no status is called `{name}`"), Some(help))
-        }
-        AddressError::SensaphoneElement => {
-            let counter = name.split(',').nth(1).unwrap_or("n").trim();
-            let message = "a Sensaphone counter has the elements 0 to 6".to_owned();
-            let help = format!(
-                "the current value is `N,{counter},6` or `N{counter}.ACC` (element 7 in the \
-                 manual's example is a misprint); the preset is `N{counter}.PRE`"
-            );
-            new(Code::UnknownMember, message, Some(help))
-        }
-    }
-}
-
-fn unknown_member(name: &str, members: &[&str]) -> Mistake {
-    let (base, member) = name.split_once('.').unwrap_or((name, ""));
-    let list = members.iter().map(|m| format!("`.{m}`")).collect::<Vec<_>>().join(", ");
-    let help = did_you_mean(member, members.iter().copied());
-    let help = help.map_or(String::new(), |near| format!("{near} ")) + &format!("it has {list}");
-    new(Code::UnknownMember, format!("`{base}` has no member `.{member}`"), Some(help))
-}
-
-fn of_tag(base: &str, meaning: TagMeaning, member: Option<&str>) -> Result<Thing, Mistake> {
-    let Some(member) = member else {
-        return Ok(match meaning {
-            TagMeaning::Address(address) => Thing::Address(address),
-            TagMeaning::Constant(value, written) => Thing::Constant(value, written),
-            TagMeaning::Real(real) => Thing::Real(real),
-        });
-    };
-    let what = match meaning {
-        TagMeaning::Address(Address::Structure(structure)) => {
-            let address = structure.member(member).map(Thing::Address);
-            return address.ok_or_else(|| member_mistake(base, structure, member));
-        }
-        TagMeaning::Address(address) => format!("it is {address}"),
-        TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
-    };
-    let message = format!("`{base}` has no members: {what}");
-    Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
-}
-
-fn member_mistake(base: &str, structure: Structure, member: &str) -> Mistake {
-    let members = structure.members();
-    match members.iter().find(|right| right.eq_ignore_ascii_case(member)) {
-        Some(right) => address_mistake(
-            &format!("{base}.{member}"),
-            AddressError::Case(format!("{base}.{right}")),
-        ),
-        None => unknown_member(&format!("{base}.{member}"), members),
-    }
-}
-
 fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<Thing, Mistake> {
     let Some(member) = member else { return Ok(Thing::Device(id)) };
     let names = Health::ALL.map(Health::name);
@@ -472,17 +398,4 @@ fn of_block(
     let known = block.known_members();
     let near = Some(Near::new(member, known).searching_at_most(searched_max));
     Err(Mistake::New { code, message, help: Some(members_of(base, known)), near })
-}
-
-/// Maximum number of names in a help.
-const LISTED_MAX: usize = 12;
-
-/// A help: the names that may follow a block's name and a dot.
-fn members_of(base: &str, known: &Names) -> String {
-    let first = known.iter().take(LISTED_MAX);
-    let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
-    match known.iter().len() - known.iter().len().min(LISTED_MAX) {
-        0 => format!("there is {list}"),
-        more => format!("there is {list}, and {more} more"),
-    }
 }

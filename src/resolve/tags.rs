@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use super::Resolver;
 use super::declare::kept;
+use super::mistake::address_mistake;
 use super::program::{Program, Tag, TagMeaning, Written};
-use super::scope::address_mistake;
 use crate::isa::address_text;
 use crate::isa::{Address, Bit, BitSpace, Real};
 use crate::source::finding::{Code, Finding};
@@ -41,6 +41,17 @@ impl Resolver<'_> {
 
     fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {
         let name = &tag.name.text;
+        if let Some(kind) = &tag.kind {
+            let other = tag.at.as_ref().map(|at| ("at", at.span));
+            let other = other.or(tag.value.as_ref().map(|value| ("value", value.span)));
+            let Some((key, span)) = other else { return self.typed(tag, kind) };
+            let message = format!("tag `{name}` has both `type` and `{key}`");
+            let finding = Finding::new(Code::TagKey, kind.span, message)
+                .related(span, format!("`{key}` is here"))
+                .help("with a `type`, rungd gives the tag its place: keep one");
+            self.find(finding);
+            return None;
+        }
         match (&tag.at, &tag.value) {
             (Some(at), Some(value)) => {
                 let message = format!("tag `{name}` has both `at` and `value`");
@@ -65,9 +76,9 @@ impl Resolver<'_> {
             },
             (None, None) => {
                 if !tag.has_meaning {
-                    let message = format!("tag `{name}` has neither `at` nor `value`");
+                    let message = format!("tag `{name}` has none of `at`, `type` and `value`");
                     let finding = Finding::new(Code::MissingKey, tag.name.span, message);
-                    self.find(finding.help(format!("write `{name} = {{ at = \"C0\" }}`")));
+                    self.find(finding.help(format!("write `{name} = {{ type = \"bit\" }}`")));
                 }
                 None
             }
@@ -142,6 +153,7 @@ impl Resolver<'_> {
             for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
                 if !(least..=most).contains(&n) {
                     let [least, most, n] = [least, most, n].map(|cell| word.text(cell));
+                    let address = self.scope.places().say(address);
                     let message = format!("`{address}` holds {least}..{most}, not {n}");
                     self.find(Finding::new(Code::OutOfRange, span, message));
                 }

@@ -163,6 +163,7 @@ findings! {
     UnknownStage "unknown-stage" Error "The program has no stage of this name.";
     WrongCase "wrong-case" Error "An address, mnemonic or nickname has the wrong case.";
     BeyondMemory "beyond-memory" Error "The address lies beyond the memory block.";
+    MemoryFull "memory-full" Error "Memory has no room for all tags with a `type`.";
     UnknownFunction "unknown-function" Error "MATH has no function of this name.";
     FunctionArguments "function-arguments" Error "A function has too few or too many arguments.";
     OperandType "operand-type" Error "An operand is of the wrong kind, as a bit instead of a word.";

@@ -139,7 +139,7 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
             .map_or(Vec::new(), |names| names.value);
         head.finish();
     }
-    let tags = key("tags", "Nicknames for addresses, and named constants.");
+    let tags = key("tags", "Names of memory and of addresses, and named constants.");
     ladder.tags = tag::read_all(&mut root, tags);
     let programs = root
         .tables(key("program", "Programs, scanned in file order; `Main` always runs."), "a program")

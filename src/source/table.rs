@@ -110,6 +110,21 @@ impl<'a> Table<'a> {
         self.doc.find(finding);
     }
 
+    /// All strings in the table and in what it contains, in no order.
+    pub fn all_strings(&self) -> Vec<String> {
+        let mut strings = Vec::new();
+        let mut waiting: Vec<&DeValue<'_>> = self.table.values().map(Spanned::get_ref).collect();
+        while let Some(value) = waiting.pop() {
+            match value {
+                DeValue::String(text) => strings.push(text.to_string()),
+                DeValue::Array(items) => waiting.extend(items.iter().map(Spanned::get_ref)),
+                DeValue::Table(table) => waiting.extend(table.values().map(Spanned::get_ref)),
+                _ => {}
+            }
+        }
+        strings
+    }
+
     fn get(&mut self, key: Key, form: ValueForm) -> Option<Value<'a>> {
         self.asked.push(key.name);
         if let Some(shape) = &self.shape {

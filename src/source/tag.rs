@@ -13,6 +13,8 @@ pub struct Tag {
     pub name: Text,
     /// `at`.
     pub at: Option<Text>,
+    /// `type`.
+    pub kind: Option<Text>,
     /// `value`.
     pub value: Option<Located<Constant>>,
     /// `doc`.
@@ -29,7 +31,7 @@ pub struct Tag {
     pub log: Option<Text>,
     /// `spare`.
     pub spare: Option<Located<bool>>,
-    /// Whether the tag has `at` or `value`, even an unreadable one.
+    /// Whether the tag has `at`, `type` or `value`, even an unreadable one.
     pub has_meaning: bool,
 }
 
@@ -39,6 +41,7 @@ impl Tag {
         Tag {
             name,
             at: None,
+            kind: None,
             value: None,
             doc: None,
             initial: None,
@@ -50,17 +53,25 @@ impl Tag {
             has_meaning: true,
         }
     }
+
+    /// A tag with a `type` and nothing else.
+    pub(crate) fn of_type(name: Text, kind: &str) -> Tag {
+        let kind = Some(Text { text: kind.to_owned(), ..name.clone() });
+        Tag { kind, ..Tag::unreadable(name) }
+    }
 }
 
 /// The name of a tag; the grammar in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
+const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
 
 /// Reads the tags of a table.
 pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
     let Some(mut tags) = root.table(tags.limited(TAG_NAME), "`[tags]`") else {
         return Vec::new();
     };
-    let any = key("*", "A tag: an address with a name (`at`), or a constant with one (`value`).");
+    let any =
+        key("*", "A tag: a name for an address (`at`), memory (`type`) or a constant (`value`).");
     let help = |name: &str, value: &str| {
         let key = if value.starts_with('"') { "at" } else { "value" };
         format!("write `{name} = {{ {key} = {value} }}`")
@@ -71,10 +82,16 @@ pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
 
 fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
     let Some(mut table) = table else { return Tag::unreadable(name) };
-    table.together(r#"{"oneOf":[{"required":["at"]},{"required":["value"]}]}"#);
+    table.together(
+        r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
+    );
     let tag = Tag {
         name,
         at: table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`.")),
+        kind: table.string(
+            key("type", "What it is; rungd gives it a place in memory, and it has no address.")
+                .limited(TAG_TYPES),
+        ),
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
@@ -90,7 +107,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
         log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
-        has_meaning: table.has("at") || table.has("value"),
+        has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),
     };
     table.finish();
     tag

@@ -1,5 +1,6 @@
 //! The commands that need no controller, and the pages that show them.
 
+mod addresses;
 mod commands;
 mod differential;
 mod docs_commands;

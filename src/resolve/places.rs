@@ -1,0 +1,121 @@
+//! The tags with a `type`: the place that rungd gave to each, and its name by its place.
+//!
+//! Made by the resolver, part of the resolved program. Everything that shows an address to people
+//! asks [`Places::say`]: an element of such a tag has no address for them, only the tag's name.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::isa::{Address, Space};
+
+/// The place of one tag: `count` neighbouring elements of a space.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The tag's whole name.
+    pub name: String,
+    /// The space.
+    pub space: Space,
+    /// The number of element 0.
+    pub first: u32,
+    /// The number of elements.
+    pub count: u32,
+    /// Whether the tag is an array: its elements are `name[0]`, `name[1]` ….
+    pub is_array: bool,
+}
+
+/// The places of all such tags of a program.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Places(Arc<Lists>);
+
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Lists {
+    /// In order of space and number.
+    places: Vec<Place>,
+    by_name: BTreeMap<String, usize>,
+}
+
+impl Place {
+    /// The address of an element; of a structure, the structure.
+    pub fn address(&self, index: u32) -> Address {
+        self.space.address(self.first + index)
+    }
+
+    /// All its addresses, in order.
+    pub fn addresses(&self) -> impl Iterator<Item = Address> {
+        (0..self.count).map(|index| self.address(index))
+    }
+
+    /// The name of an element: `size`, `recipe[3]`.
+    pub fn name_of(&self, index: u32) -> String {
+        match self.is_array {
+            true => format!("{}[{index}]", self.name),
+            false => self.name.clone(),
+        }
+    }
+
+    /// The `type` of its tag.
+    pub fn type_name(&self) -> &'static str {
+        type_of(self.space).unwrap_or("no type")
+    }
+}
+
+/// The values of `type`, each with its space.
+pub const TYPES: [(&str, Space); 7] = [
+    ("bit", Space::Bit(crate::isa::BitSpace::C)),
+    ("int", Space::Word(crate::isa::WordSpace::D)),
+    ("word", Space::Word(crate::isa::WordSpace::V)),
+    ("real", Space::Word(crate::isa::WordSpace::R)),
+    ("timer", Space::Timer),
+    ("counter", Space::Counter),
+    ("sensaphone", Space::Sensaphone),
+];
+
+/// The `type` of the tags of a space.
+pub fn type_of(space: Space) -> Option<&'static str> {
+    TYPES.iter().find(|(_, of)| *of == space).map(|(name, _)| *name)
+}
+
+impl Places {
+    /// The places, in any order.
+    pub fn new(mut places: Vec<Place>) -> Places {
+        places.sort_by_key(|place| (place.space, place.first));
+        let by_name =
+            places.iter().enumerate().map(|(at, place)| (place.name.clone(), at)).collect();
+        Places(Arc::new(Lists { places, by_name }))
+    }
+
+    /// All, in byte order of their names.
+    pub fn by_name(&self) -> impl Iterator<Item = &Place> {
+        self.0.by_name.values().map(|at| &self.0.places[*at])
+    }
+
+    /// The place of a tag.
+    pub fn named(&self, name: &str) -> Option<&Place> {
+        self.0.by_name.get(name).map(|at| &self.0.places[*at])
+    }
+
+    /// The place that an address lies in, and its index there; for a member, of its structure.
+    pub fn at(&self, address: Address) -> Option<(&Place, u32)> {
+        let (space, number) = Space::with_members(address)?;
+        let places = &self.0.places;
+        let end = places.partition_point(|place| (place.space, place.first) <= (space, number));
+        let place = places.get(end.checked_sub(1)?)?;
+        let index = number.checked_sub(place.first)?;
+        (place.space == space && index < place.count).then_some((place, index))
+    }
+
+    /// The name of an address that belongs to such a tag: `p1.failed`, `p1.hours.Acc`, `recipe[3]`.
+    pub fn name(&self, address: Address) -> Option<String> {
+        let (place, index) = self.at(address)?;
+        let name = place.name_of(index);
+        Some(match address.member() {
+            Some(member) => format!("{name}.{member}"),
+            None => name,
+        })
+    }
+
+    /// An address for people: its name, if it belongs to such a tag.
+    pub fn say(&self, address: Address) -> String {
+        self.name(address).unwrap_or_else(|| address.to_string())
+    }
+}
