@@ -22,7 +22,7 @@ use rungd::operator::names::Names;
 use rungd::operator::protocol::{Given, Request};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
-use rungd::retain::Device;
+use rungd::retain::Storage;
 use rungd::retain::format::{Stamp, put_slot, read_slot};
 use rungd::runtime::command::Forces;
 use rungd::runtime::exchange::{Mode, Snapshot};
@@ -266,7 +266,7 @@ pub fn retain(bytes: &[u8]) {
 /// A storage device in memory.
 struct Disk(Vec<u8>);
 
-impl Device for Disk {
+impl Storage for Disk {
     fn size(&mut self) -> io::Result<u64> {
         Ok(self.0.len() as u64)
     }

@@ -270,7 +270,9 @@ fn example(spec: &Spec) -> String {
     for (at, leg) in spec.legs.iter().enumerate() {
         let key = match leg {
             LegName::When => "when".to_owned(),
-            leg => format!("leg.{}", leg.key()),
+            LegName::Up | LegName::Dn | LegName::Rst | LegName::En => {
+                format!("leg.{}", leg.key())
+            }
         };
         lines.push(format!("{key:<7} = [\"X{at}\"]"));
     }

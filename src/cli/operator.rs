@@ -15,7 +15,7 @@ use super::exit::Exit;
 use super::terminal::{one_line, plain_json, print, say, say_line};
 use crate::operator::SOCKET_VARIABLE;
 use crate::operator::client::{self, Failure};
-use crate::operator::protocol::{Change, Given, Name, Names, Refusal, RefusalKind, Request};
+use crate::operator::protocol::{Change, Given, Name, NameList, Refusal, RefusalKind, Request};
 
 /// The socket of the controller, and the form of its printed answer.
 #[derive(Args, Clone, Debug)]
@@ -149,7 +149,7 @@ pub fn complete(current: &OsStr) -> Vec<CompletionCandidate> {
     let variable = || std::env::var_os(SOCKET_VARIABLE).map(PathBuf::from);
     let socket = client::socket(given.or_else(variable));
     let prefix = current.to_string_lossy().into_owned();
-    let names: Names = match client::ask(&socket, &Request::Names { prefix }) {
+    let names: NameList = match client::ask(&socket, &Request::Names { prefix }) {
         Ok(names) => names,
         Err(_) => return Vec::new(),
     };

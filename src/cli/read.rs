@@ -7,7 +7,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::exit::Exit;
 use super::operator::{At, complete};
 use super::terminal::one_line;
-use crate::operator::protocol::{Request, Value, Values};
+use crate::operator::protocol::{Request, ShownValue, Values};
 
 /// Prints the values of a running controller's operands
 #[derive(Args, Debug)]
@@ -33,13 +33,14 @@ pub fn read(args: &ReadArgs) -> Result<Exit> {
 }
 
 /// One line per operand: name, address, value, whether it is forced.
-pub fn table(values: &[Value]) -> String {
-    let name = |value: &Value| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
-    let address = |value: &Value| one_line(&value.address).into_owned();
+pub fn table(values: &[ShownValue]) -> String {
+    let name =
+        |value: &ShownValue| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
+    let address = |value: &ShownValue| one_line(&value.address).into_owned();
     let wide = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
     let first = wide(&mut values.iter().map(|value| name(value).chars().count()));
     let second = wide(&mut values.iter().map(|value| address(value).chars().count()));
-    let row = |value: &Value| {
+    let row = |value: &ShownValue| {
         let forced = if value.forced { "  forced" } else { "" };
         let (name, address) = (name(value), address(value));
         format!("{name:first$}  {address:second$}  {}{forced}\n", value.value)

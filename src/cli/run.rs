@@ -86,7 +86,13 @@ pub fn run(args: &RunArgs) -> Result<Exit> {
     guard.end(match exit {
         Exit::Ok => Ended::Orderly,
         Exit::Software => Ended::Crashed,
-        _ => Ended::Refused,
+        Exit::Refused
+        | Exit::Usage
+        | Exit::Unavailable
+        | Exit::Io
+        | Exit::Fault
+        | Exit::NoPerm
+        | Exit::Config => Ended::Refused,
     });
     host.end();
     log.flush();

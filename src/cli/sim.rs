@@ -222,7 +222,9 @@ fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<Target, Str
             "`{operand}` is a structure: name a member, as `{operand}.{}`",
             structure.members().last().filter(|m| **m == "ACC").unwrap_or(&"Acc")
         )),
-        _ => Err(format!("`{operand}` is read-only: nothing outside can write it")),
+        Address::Bit(_) | Address::Word(_) => {
+            Err(format!("`{operand}` is read-only: nothing outside can write it"))
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use super::operator::{At, complete};
 use super::read::table;
 use super::terminal::{one_line, plain};
 use crate::isa::duration;
-use crate::operator::protocol::{Request, Value, Values};
+use crate::operator::protocol::{Request, ShownValue, Values};
 
 const INTERVAL_LEAST: Duration = Duration::from_millis(50);
 
@@ -79,8 +79,9 @@ fn draw(drawing: &str) -> io::Result<()> {
 
 /// `RUN scan=120 jam=OFF bin_size=12,forced`.
 fn line(values: &Values) -> String {
-    let name = |value: &Value| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
-    let forced = |value: &Value| if value.forced { ",forced" } else { "" };
+    let name =
+        |value: &ShownValue| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
+    let forced = |value: &ShownValue| if value.forced { ",forced" } else { "" };
     let shown = values.values.iter();
     let shown = shown.map(|value| format!(" {}={}{}", name(value), value.value, forced(value)));
     format!("{} scan={}{}\n", values.mode, values.scans, shown.collect::<String>())
@@ -119,7 +120,7 @@ mod tests {
     use crate::operator::protocol::Held;
 
     fn values() -> Values {
-        let value = |operand: &str, tag: Option<&str>, address: &str, value, forced| Value {
+        let value = |operand: &str, tag: Option<&str>, address: &str, value, forced| ShownValue {
             operand: operand.into(),
             tag: tag.map(str::to_owned),
             address: address.into(),

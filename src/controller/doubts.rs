@@ -4,7 +4,6 @@
 
 use super::settings::Controller;
 use super::written::WrittenController;
-use crate::isa::instruction::Termination;
 use crate::isa::{Address, Bit, BitSpace, Space};
 use crate::resolve::program::{Instruction, Program};
 use crate::source::finding::{Code, Finding};
@@ -43,7 +42,8 @@ fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
         for y in held.first..=held.last {
             let output = Bit::Space(BitSpace::Y, y);
             let drives = |one: &&Instruction| {
-                one.action.written_bit().is_some_and(|bit| bit.value == output) && terminates(one)
+                one.action.written_bit().is_some_and(|bit| bit.value == output)
+                    && one.mnemonic.spec().termination.switches_off()
             };
             let mut all = program.instructions().map(|(_, instruction)| instruction);
             let Some(driver) = all.find(|one| drives(one)) else { continue };
@@ -61,18 +61,6 @@ fn held_but_reset(controller: &Controller, program: &Program) -> Vec<Finding> {
         }
     }
     found
-}
-
-/// Whether the termination pass turns the instruction's bit OFF.
-fn terminates(instruction: &Instruction) -> bool {
-    match instruction.mnemonic.spec().termination {
-        Termination::Off | Termination::Reset => true,
-        Termination::Kept
-        | Termination::Untouched
-        | Termination::Held
-        | Termination::EnableOff
-        | Termination::RungOff => false,
-    }
 }
 
 /// The warning for a controller that waits in STOP for a command, and has no socket to take it.

@@ -14,15 +14,15 @@ pub(super) struct Alarms {
     common: Budget,
     withheld: Withheld,
     /// By the number of the watch.
-    states: Vec<State>,
+    states: Vec<WatchState>,
     /// Likewise: what each may still tell.
     budgets: Vec<Budget>,
-    /// How many states are [`State::Untold`].
+    /// How many states are [`WatchState::Untold`].
     untold: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum WatchState {
     Off,
     /// ON, and the log says so.
     Told,
@@ -46,28 +46,28 @@ impl Alarms {
     pub fn change(&mut self, watch: u32, on: bool, scan: u64, now_ns: u64) -> bool {
         let at = watch as usize;
         if at >= self.states.len() {
-            self.states.resize(at + 1, State::Off);
+            self.states.resize(at + 1, WatchState::Off);
             self.budgets.resize(at + 1, Budget::new(Limit::ALARM));
         }
         let (common, own) = (&mut self.common, &mut self.budgets[at]);
         let was = self.states[at];
-        self.untold -= usize::from(matches!(was, State::Untold { .. }));
+        self.untold -= usize::from(matches!(was, WatchState::Untold { .. }));
         let (is, told) = match (was, on) {
-            (_, true) if draw_pair(common, own, now_ns) => (State::Told, true),
-            (_, true) => (State::Untold { scan }, false),
-            (State::Told, false) => (State::Off, true),
-            (State::Untold { .. }, false) => {
+            (_, true) if draw_pair(common, own, now_ns) => (WatchState::Told, true),
+            (_, true) => (WatchState::Untold { scan }, false),
+            (WatchState::Told, false) => (WatchState::Off, true),
+            (WatchState::Untold { .. }, false) => {
                 self.withheld.add(PAIR.into(), now_ns);
-                (State::Off, false)
+                (WatchState::Off, false)
             }
             // Its ON was lost on the way.
-            (State::Off, false) => {
+            (WatchState::Off, false) => {
                 let told = self.common.draw(now_ns, 1);
                 self.withheld.add(u64::from(!told), now_ns);
-                (State::Off, told)
+                (WatchState::Off, told)
             }
         };
-        self.untold += usize::from(matches!(is, State::Untold { .. }));
+        self.untold += usize::from(matches!(is, WatchState::Untold { .. }));
         self.states[at] = is;
         told
     }
@@ -80,11 +80,11 @@ impl Alarms {
             return belated;
         }
         for (watch, state) in self.states.iter_mut().enumerate() {
-            let State::Untold { scan } = *state else { continue };
+            let WatchState::Untold { scan } = *state else { continue };
             if !draw_pair(&mut self.common, &mut self.budgets[watch], now_ns) {
                 continue;
             }
-            *state = State::Told;
+            *state = WatchState::Told;
             self.untold -= 1;
             belated.push((watch as u32, scan));
         }
@@ -106,8 +106,8 @@ impl Alarms {
     pub fn standing(&mut self) -> Vec<(u32, u64)> {
         let mut standing = Vec::new();
         for (watch, state) in self.states.iter_mut().enumerate() {
-            if let State::Untold { scan } = *state {
-                *state = State::Told;
+            if let WatchState::Untold { scan } = *state {
+                *state = WatchState::Told;
                 standing.push((watch as u32, scan));
             }
         }
@@ -159,7 +159,7 @@ mod tests {
         let belated: Vec<_> =
             (1..=20).flat_map(|n| alarms.belated(at_ns + n * SECOND_NS)).collect();
         assert!(belated.is_empty() || belated == [(0, 3000)], "{belated:?}");
-        assert_eq!((alarms.states[0], alarms.untold), (State::Told, 0));
+        assert_eq!((alarms.states[0], alarms.untold), (WatchState::Told, 0));
     }
 
     #[test]

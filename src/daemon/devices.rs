@@ -129,7 +129,11 @@ impl Starter<'_> {
             health: self.healths[device.id.0 as usize].clone(),
             poll: Duration::from_millis(device.poll_ms.into()),
         };
-        self.spawn(device::Device::new(parts).run(super::signals::told(&self.stop)), device, tasks);
+        self.spawn(
+            device::DeviceTask::new(parts).run(super::signals::told(&self.stop)),
+            device,
+            tasks,
+        );
     }
 
     /// A device that the scan itself exchanges.

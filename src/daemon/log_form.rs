@@ -14,7 +14,7 @@ use crate::events::{self, Event};
 
 /// A value of a field.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
+pub(super) enum FieldValue {
     Text(String),
     Whole(i128),
     Real(f64),
@@ -27,7 +27,7 @@ pub(super) struct LogLine {
     pub level: Level,
     pub event: Option<&'static Event>,
     message: String,
-    fields: Vec<(&'static str, Value)>,
+    fields: Vec<(&'static str, FieldValue)>,
 }
 
 impl LogLine {
@@ -38,10 +38,12 @@ impl LogLine {
         line
     }
 
-    fn add(&mut self, field: &Field, value: Value) {
+    fn add(&mut self, field: &Field, value: FieldValue) {
         match (field.name(), value) {
-            ("message", Value::Text(text)) => self.message = text.replace(char::is_control, " "),
-            ("event", Value::Text(name)) => self.event = events::named(&name),
+            ("message", FieldValue::Text(text)) => {
+                self.message = text.replace(char::is_control, " ")
+            }
+            ("event", FieldValue::Text(name)) => self.event = events::named(&name),
             (name, value) => self.fields.push((name, value)),
         }
     }
@@ -80,9 +82,11 @@ impl LogLine {
         let _ = write!(text, ",\"message\":{}", quoted(&self.message));
         for (name, value) in &self.fields {
             let _ = match value {
-                Value::Text(value) => write!(text, ",\"{name}\":{}", quoted(value)),
-                Value::Real(value) if !value.is_finite() => write!(text, ",\"{name}\":null"),
-                value => write!(text, ",\"{name}\":{value}"),
+                FieldValue::Text(value) => write!(text, ",\"{name}\":{}", quoted(value)),
+                FieldValue::Real(value) if !value.is_finite() => write!(text, ",\"{name}\":null"),
+                FieldValue::Whole(_) | FieldValue::Real(_) | FieldValue::Truth(_) => {
+                    write!(text, ",\"{name}\":{value}")
+                }
             };
         }
         text.push_str("}\n");
@@ -107,8 +111,10 @@ impl LogLine {
         }
         for (name, value) in &self.fields {
             let text = match value {
-                Value::Text(text) => text,
-                value => &value.to_string(),
+                FieldValue::Text(text) => text,
+                FieldValue::Whole(_) | FieldValue::Real(_) | FieldValue::Truth(_) => {
+                    &value.to_string()
+                }
             };
             entry.field(&format!("RUNGD_{}", name.to_ascii_uppercase()), text);
         }
@@ -128,38 +134,38 @@ impl LogLine {
 
 impl Visit for LogLine {
     fn record_f64(&mut self, field: &Field, value: f64) {
-        self.add(field, Value::Real(value));
+        self.add(field, FieldValue::Real(value));
     }
 
     fn record_i64(&mut self, field: &Field, value: i64) {
-        self.add(field, Value::Whole(value.into()));
+        self.add(field, FieldValue::Whole(value.into()));
     }
 
     fn record_u64(&mut self, field: &Field, value: u64) {
-        self.add(field, Value::Whole(value.into()));
+        self.add(field, FieldValue::Whole(value.into()));
     }
 
     fn record_bool(&mut self, field: &Field, value: bool) {
-        self.add(field, Value::Truth(value));
+        self.add(field, FieldValue::Truth(value));
     }
 
     fn record_str(&mut self, field: &Field, value: &str) {
-        self.add(field, Value::Text(value.to_owned()));
+        self.add(field, FieldValue::Text(value.to_owned()));
     }
 
     fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        self.add(field, Value::Text(format!("{value:?}")));
+        self.add(field, FieldValue::Text(format!("{value:?}")));
     }
 }
 
 /// As it stands behind `key=`: quoted where it is not one plain word.
-impl fmt::Display for Value {
+impl fmt::Display for FieldValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Value::Whole(value) => value.fmt(f),
-            Value::Real(value) => write!(f, "{value:?}"),
-            Value::Truth(value) => value.fmt(f),
-            Value::Text(text) => {
+            FieldValue::Whole(value) => value.fmt(f),
+            FieldValue::Real(value) => write!(f, "{value:?}"),
+            FieldValue::Truth(value) => value.fmt(f),
+            FieldValue::Text(text) => {
                 let odd = |c: char| c.is_whitespace() || c.is_control() || c == '"' || c == '=';
                 if text.is_empty() || text.contains(odd) {
                     write!(f, "{text:?}")
@@ -200,13 +206,13 @@ mod tests {
 
     #[test]
     fn a_value_that_is_no_plain_word_is_quoted() {
-        let shown = |text: &str| Value::Text(text.to_owned()).to_string();
+        let shown = |text: &str| FieldValue::Text(text.to_owned()).to_string();
         assert_eq!(shown("jam"), "jam");
         assert_eq!(shown("a/b.toml"), "a/b.toml");
         assert_eq!(shown("timer slack"), "\"timer slack\"");
         assert_eq!((shown(""), shown("a\nb=\"c\"")), ("\"\"".into(), r#""a\nb=\"c\"""#.into()));
         assert_eq!(
-            (Value::Real(7.0).to_string(), Value::Whole(-3).to_string()),
+            (FieldValue::Real(7.0).to_string(), FieldValue::Whole(-3).to_string()),
             ("7.0".into(), "-3".into())
         );
     }

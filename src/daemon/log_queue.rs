@@ -127,7 +127,7 @@ impl LogQueue {
         while let Err(error) = self.sender.try_send(item) {
             item = match error {
                 TrySendError::Full(item) if Instant::now() < deadline => item,
-                _ => return,
+                TrySendError::Full(_) | TrySendError::Disconnected(_) => return,
             };
             thread::sleep(Duration::from_millis(5));
         }

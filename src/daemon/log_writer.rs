@@ -258,7 +258,7 @@ impl LogWriter {
         let lasting = match mode {
             Mode::Fault(_) => Some(mode),
             Mode::Stop(reason) if reason.waits_for_operator() => Some(mode),
-            _ => None,
+            Mode::Run | Mode::Stop(_) => None,
         };
         let Some(mode) = lasting else {
             self.standing = None;

@@ -95,7 +95,9 @@ impl Facts {
     pub fn remedy(&self, fault: FaultReason) -> &'static str {
         match fault {
             FaultReason::EnginePanic | FaultReason::ScanThreadGone => "restart rungd",
-            _ => self.again(),
+            FaultReason::ScanTooLong { .. }
+            | FaultReason::ScanNeverEnds
+            | FaultReason::ScanNeverBegins => self.again(),
         }
     }
 }

@@ -23,7 +23,7 @@ use super::reload::{self, Reloads, Running, Views};
 use super::retain::{self, Wanted};
 use super::retain_thread::{LastImage, Retention};
 use super::signals::{Host, Signals, Told, told};
-use super::systemd::{Notices, Systemd};
+use super::systemd::{self, Notices, Systemd};
 use crate::engine::{self, Engine};
 use crate::faults::{self, Point};
 use crate::io::caught::caught;
@@ -34,7 +34,9 @@ use crate::isa::{Bit, BitSpace};
 use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::field::Ends;
 use crate::runtime::pacing::MachineClock;
-use crate::runtime::{self, Generations, Prepared, Reloader, Report, Runtime, Settings, State};
+use crate::runtime::{
+    self, Generations, Prepared, Reloader, Report, Runtime, Settings, ThreadState,
+};
 use crate::say::say;
 
 /// The options of the command line.
@@ -270,9 +272,9 @@ async fn attend(
                 guard.look(now, latest.mode, pulses);
                 reloads.look(&latest);
                 let waiting = match runtime.state() {
-                    State::Running => None,
-                    State::Over => Some(Waiting::Ended),
-                    State::Blind => Some(Waiting::Stuck),
+                    ThreadState::Running => None,
+                    ThreadState::Over => Some(Waiting::Ended),
+                    ThreadState::Blind => Some(Waiting::Stuck),
                 };
                 if let Some(waiting) = waiting {
                     return Over { asked: asked.is_some(), waiting };
@@ -302,7 +304,7 @@ fn tell_stop(name: &str, mode: Mode) {
         Mode::Run | Mode::Stop(StopReason::NotStarted) => {
             say!(SIGNAL, signal = name, "{name}: stopping; the next scan is the last");
         }
-        mode => {
+        Mode::Stop(_) | Mode::Fault(_) => {
             say!(
                 SIGNAL,
                 signal = name,
@@ -416,6 +418,10 @@ fn tell_start(setup: &Setup) {
         watchdog = %span(setup.pace.tempo.watchdog_ns),
         "ladder loaded"
     );
+    let limit = sd_notify::watchdog_enabled();
+    if let Some(sentence) = systemd::fault_too_late(setup.pace.tempo.watchdog_ns, limit) {
+        say!(FAULT_TOO_LATE, "{sentence}");
+    }
     if setup.warnings > 0 {
         let (warnings, controller) = (setup.warnings, &setup.controller);
         say!(

@@ -11,6 +11,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::Duration;
 
+use super::narration::span;
 use crate::runtime::exchange::{Mode, Snapshot, StopReason};
 
 /// A notice to systemd.
@@ -83,6 +84,24 @@ fn address(name: &OsStr) -> Option<SocketAddr> {
         [b'@', rest @ ..] => SocketAddr::from_abstract_name(rest).ok(),
         _ => SocketAddr::from_pathname(name).ok(),
     }
+}
+
+/// A sentence, if systemd would end the process before a scan that is too long becomes a fault.
+///
+/// systemd counts from the last notice, which can be a quarter of its limit old when a scan begins.
+pub(super) fn fault_too_late(watchdog_ns: u64, limit: Option<Duration>) -> Option<String> {
+    let limit = limit?;
+    let most = limit / 4 * 3;
+    (Duration::from_nanos(watchdog_ns) > most).then(|| {
+        format!(
+            "`[scan] watchdog` is {}, and systemd ends rungd after {} without a scan \
+             (`WatchdogSec=`): a scan of that length ends rungd before it is a fault, and no \
+             output is made safe; let `[scan] watchdog` be at most {}, or raise `WatchdogSec=`",
+            span(watchdog_ns),
+            span(limit.as_nanos() as u64),
+            span(most.as_nanos() as u64),
+        )
+    })
 }
 
 /// Decides which notices are due, by the notices sent so far.
@@ -266,6 +285,16 @@ mod tests {
         assert!(fed(200, 20));
         assert!(!fed(300, 20) && !fed(900, 20), "nothing was seen since");
         assert!(fed(1000, 21));
+    }
+
+    #[test]
+    fn a_watchdog_beyond_systemds_own_gets_a_sentence() {
+        let late = |watchdog_ms: u64, limit| fault_too_late(watchdog_ms * 1_000_000, limit);
+        assert_eq!(late(60_000, None), None);
+        assert_eq!(late(7_500, Some(ms(10_000))), None);
+        let said = late(7_510, Some(ms(10_000))).expect("too late");
+        assert!(said.contains("is 7.5s, and systemd ends rungd after 10s"), "{said}");
+        assert!(said.contains("at most 7.5s, or raise"), "{said}");
     }
 
     #[test]

@@ -11,7 +11,6 @@
 //! uses this to put operations of one kind next to each other, and the engine runs each such batch
 //! in one loop.
 #![forbid(unsafe_code)]
-#![deny(clippy::wildcard_enum_match_arm)]
 
 mod blocks;
 mod control;

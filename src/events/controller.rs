@@ -118,6 +118,13 @@ rows! {
         "Grant it as docs/running.md says (limits in the unit, access to the device), or do not \
          ask for it in the controller file.";
 
+    FAULT_TOO_LATE = 103, "fault-too-late", Warn, NONE:
+        "20eacd9e80e545009f211e0da7143f66",
+        "systemd ends rungd before a scan that is too long becomes a fault: `[scan] watchdog` is \
+         more than three quarters of the unit's `WatchdogSec=`. Only the devices' own watchdogs \
+         and the next start make the outputs safe then.",
+        "Lower `[scan] watchdog`, or raise `WatchdogSec=` in the unit.";
+
     MODE_RUN = 201, "mode-run", Info, PLANT:
         "caa587f71c714fa5b065283473733a09",
         "The mode is RUN: scans begin. Outputs are driven from the end of the first complete \

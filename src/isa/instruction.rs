@@ -101,6 +101,20 @@ pub enum Termination {
     RungOff,
 }
 
+impl Termination {
+    /// Whether the bit goes OFF, or the structure is reset.
+    pub(crate) fn switches_off(self) -> bool {
+        match self {
+            Termination::Off | Termination::Reset => true,
+            Termination::Kept
+            | Termination::Untouched
+            | Termination::Held
+            | Termination::EnableOff
+            | Termination::RungOff => false,
+        }
+    }
+}
+
 /// One row of the instruction table.
 #[derive(Debug)]
 pub struct Spec {

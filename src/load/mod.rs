@@ -223,12 +223,12 @@ impl Loaded {
                 Err(error) => {
                     let message = format!("cannot read `{}`: {error}", path.display());
                     let finding = Finding::new(Code::Controller, name.span, message);
-                    let help = match error.kind() {
-                        ErrorKind::InvalidInput => "name a ladder file",
-                        ErrorKind::PermissionDenied => {
-                            "give the user that runs rungd the right to read it and its folders"
-                        }
-                        _ => "paths are relative to the controller file",
+                    let help = if error.kind() == ErrorKind::InvalidInput {
+                        "name a ladder file"
+                    } else if error.kind() == ErrorKind::PermissionDenied {
+                        "give the user that runs rungd the right to read it and its folders"
+                    } else {
+                        "paths are relative to the controller file"
                     };
                     self.findings.push(finding.help(help));
                     whole = false;
@@ -293,7 +293,13 @@ impl Loaded {
             } else {
                 self.findings.extend(check(program, around));
             }
+            if let Some(trial) = &program.trial {
+                let found = check_partial(trial, Around { retained: &[], ..around }, false);
+                let of_trials = found.into_iter().filter(|f| program.layers.is_trial(f.span));
+                self.findings.extend(of_trials);
+            }
             self.findings = silence(program, std::mem::take(&mut self.findings));
+            self.findings = program.layers.told(std::mem::take(&mut self.findings));
         }
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
         if self.has_error() || self.progress.is_over() {

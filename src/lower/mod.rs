@@ -5,7 +5,6 @@
 //! operations of one kind together. `symbols` keeps the names, limits and texts that the engine
 //! does not know. `identity` and `rungs` name states and rungs, so that a reload finds them in a
 //! new version of the program.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 mod assembler;
 mod contacts;

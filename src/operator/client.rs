@@ -83,10 +83,15 @@ pub(crate) fn ask_and_tell<T: DeserializeOwned>(
     request: &Request,
     tell: &dyn Fn(&str),
 ) -> Result<T, Failure> {
-    let stream = connected(socket).map_err(|error| match error.kind() {
-        io::ErrorKind::PermissionDenied => Failure::NotAllowed(socket.into(), error),
-        io::ErrorKind::TimedOut => Failure::Broken(socket.into(), error),
-        _ => Failure::NotRunning(socket.into(), error),
+    let stream = connected(socket).map_err(|error| {
+        let failure = if error.kind() == io::ErrorKind::PermissionDenied {
+            Failure::NotAllowed
+        } else if error.kind() == io::ErrorKind::TimedOut {
+            Failure::Broken
+        } else {
+            Failure::NotRunning
+        };
+        failure(socket.into(), error)
     })?;
     let wait = Wait { request, limit: limit_of(request), began: Instant::now(), tell };
     let line = wait.exchange(stream).map_err(|error| Failure::Broken(socket.into(), error))?;

@@ -12,7 +12,7 @@ use crate::isa::{Address, Bit, Health};
 use crate::lower::Symbols;
 use crate::resolve::program::{BlockKind, Program, TagMeaning};
 use crate::resolve::range::{is_range, other_range, resolve_range};
-use crate::resolve::scope::Scope;
+use crate::resolve::scope::{Scope, sentence};
 use crate::source::finding::Finding;
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -175,7 +175,9 @@ impl Names {
             Address::Bit(Bit::Device(id, health)) => {
                 format!("{}.{}", self.symbols.device(id), health.name())
             }
-            other => other.to_string(),
+            Address::Bit(Bit::Space(..) | Bit::Flag(..))
+            | Address::Word(_)
+            | Address::Structure(_) => what.to_string(),
         }
     }
 
@@ -191,13 +193,7 @@ fn written(text: &str) -> Text {
 }
 
 fn refusal(finding: &Finding) -> Refusal {
-    Refusal::new(RefusalKind::BadOperand, words(&finding.message, finding.help_text().as_deref()))
-}
-
-/// A message with its help. A help that says to declare a tag is left out: an operator cannot.
-fn words(message: &str, help: Option<&str>) -> String {
-    let help = help.filter(|help| !help.starts_with("declare"));
-    help.map_or_else(|| message.to_owned(), |help| format!("{message} ({help})"))
+    Refusal::new(RefusalKind::BadOperand, sentence(finding))
 }
 
 #[cfg(test)]

@@ -79,7 +79,7 @@ fn by_tag_and_by_address_it_is_the_same() {
     for (wrong, words) in [
         ("parts", "name a member"),
         ("prats.Acc", "did you mean"),
-        ("nothing_like_it", "nothing is called"),
+        ("nothing_like_it", "nothing is called `nothing_like_it` (tags are under [tags]"),
         ("five", "constant, 5"),
         ("Main", "Main.Running"),
         ("X99999", "beyond memory"),

@@ -3,7 +3,7 @@
 //! Made by [`super::names::Names`]. It decides whether an operand may be written and forced
 //! (`docs/operator.md`), but not which users may do so.
 
-use super::protocol::{Given, Held, Refusal, RefusalKind, Value};
+use super::protocol::{Given, Held, Refusal, RefusalKind, ShownValue};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
 use crate::runtime::exchange::Snapshot;
@@ -132,8 +132,8 @@ impl Operand {
     }
 
     /// As an image shows it.
-    pub fn seen(&self, image: &Snapshot) -> Value {
-        Value {
+    pub fn seen(&self, image: &Snapshot) -> ShownValue {
+        ShownValue {
             operand: self.operand.clone(),
             tag: self.tag.clone(),
             address: self.address.clone(),
@@ -146,7 +146,7 @@ impl Operand {
     pub fn input(&self) -> Option<u32> {
         match self.what {
             Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
-            _ => None,
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
         }
     }
 }
@@ -177,7 +177,9 @@ fn read_only(operand: &Operand, done: &str) -> Refusal {
         Address::Bit(Bit::Flag(..)) => {
             "its instruction writes it at every execution; it can be forced"
         }
-        _ => "name a member of it",
+        Address::Bit(Bit::Space(..)) | Address::Word(_) | Address::Structure(_) => {
+            "name a member of it"
+        }
     };
     Refusal::new(RefusalKind::BadOperand, format!("`{name}` cannot be {done}: {why}"))
 }

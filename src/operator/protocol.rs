@@ -11,7 +11,7 @@ pub(crate) use super::state::{
 };
 pub use super::state::{Posture, Status};
 pub use super::value::Given;
-pub(crate) use super::value::{Held, Value};
+pub(crate) use super::value::{Held, ShownValue};
 use crate::events::Level;
 
 /// The version of this protocol, as [`Status`] tells it.
@@ -78,7 +78,7 @@ pub enum Request {
     },
     /// Saves retentive memory now; answered once the image is durable: [`Saved`].
     RetainSave {},
-    /// Tags and addresses with a prefix, for completion: [`Names`].
+    /// Tags and addresses with a prefix, for completion: [`NameList`].
     Names {
         /// The beginning.
         prefix: String,
@@ -141,7 +141,7 @@ pub(crate) struct Values {
     /// Complete scans since the process started; all values are of the last one.
     pub scans: u64,
     /// In the order asked for.
-    pub values: Vec<Value>,
+    pub values: Vec<ShownValue>,
 }
 
 /// The answer to a write, force or unforce.
@@ -152,7 +152,7 @@ pub struct Change {
     /// Whether it was forced before.
     pub(crate) was_forced: bool,
     /// The present value; after a write, the value after the scan that saw it.
-    pub(crate) now: Value,
+    pub(crate) now: ShownValue,
     /// A note about the change: for example, that something else writes the operand too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) note: Option<String>,
@@ -222,7 +222,7 @@ pub(crate) struct Saved {
 
 /// The answer to a question for names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Names {
+pub(crate) struct NameList {
     /// In order; not all of them where there are very many.
     pub names: Vec<Name>,
 }

@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::value::Value;
+use super::value::ShownValue;
 use crate::events::Level;
 
 /// The state of the controller.
@@ -37,7 +37,7 @@ pub struct Status {
     #[serde(default)]
     pub(crate) alarms: Vec<Alarm>,
     /// The forced operands.
-    pub(crate) forces: Vec<Value>,
+    pub(crate) forces: Vec<ShownValue>,
     pub(crate) devices: Devices,
     /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

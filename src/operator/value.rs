@@ -24,7 +24,7 @@ pub enum Given {
 
 /// The value of one operand.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Value {
+pub struct ShownValue {
     /// The text of the request; if it named a structure, with the member.
     pub operand: String,
     /// Its tag, if it has one; for a member, with the member: `parts.Acc`.
@@ -58,7 +58,7 @@ impl fmt::Display for Held {
     }
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for ShownValue {
     /// `parts.Acc (CT0.Acc)`, or the address alone.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.tag {

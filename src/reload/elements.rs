@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::memory::Kept;
-use super::plan::{Names, ReloadPlan, Side, Start, State, element_of};
+use super::plan::{OldState, Pairs, ReloadPlan, Side, Start, element_of};
 use super::report::{preset, same};
 use crate::engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
 use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
@@ -12,7 +12,7 @@ use crate::lower::identity::BlockName;
 use crate::resolve::program::BlockKind;
 
 /// The old program's Tasks that lose their recurrent ENTASK. The ENTASK's pass disables them.
-pub(super) fn disabled(names: &Names<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
+pub(super) fn disabled(names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
     let there = There::of(new);
     let gone = |(element, task): (ElementId, BlockId)| {
         let block = names.block(element.block);
@@ -36,7 +36,7 @@ fn enabled(side: Side<'_>) -> impl Iterator<Item = (ElementId, BlockId)> {
 /// Pairs blocks and Stages by name, and transfers their bits.
 pub(super) fn blocks(
     plan: &mut ReloadPlan,
-    names: &Names<'_>,
+    names: &Pairs<'_>,
     (old, new): (Side<'_>, Side<'_>),
     disabled: &HashSet<BlockId>,
 ) {
@@ -46,7 +46,7 @@ pub(super) fn blocks(
         let said = say(names.old.block(id));
         let Some(to) = names.block(id) else {
             plan.transfer.gone_blocks.push(id);
-            let state = State::Gone { cell: running, off: "not running" };
+            let state = OldState::Gone { cell: running, off: "not running" };
             plan.say_of(format!("{said} is gone"), state);
             continue;
         };
@@ -57,9 +57,9 @@ pub(super) fn blocks(
             plan.transfer.bits.push(Stretch { from, to, count: 1 });
         }
         if disabled.contains(&id) {
-            plan.say_of(said, State::Disabled { running });
+            plan.say_of(said, OldState::Disabled { running });
         } else if !built_in(names.old.block(id).kind) && names.old.block(id).name != "Main" {
-            plan.say_of(format!("{said} goes on running"), State::Stays { cell: running });
+            plan.say_of(format!("{said} goes on running"), OldState::Stays { cell: running });
         }
         restage(plan, names, (id, to), (old, new));
     }
@@ -68,7 +68,7 @@ pub(super) fn blocks(
     intervals(plan, names);
 }
 
-fn new_blocks(plan: &mut ReloadPlan, names: &Names<'_>, new: Side<'_>) {
+fn new_blocks(plan: &mut ReloadPlan, names: &Pairs<'_>, new: Side<'_>) {
     let known: HashSet<BlockId> = plan.transfer.blocks.iter().map(|(_, to)| *to).collect();
     for (at, block) in names.new.blocks.iter().enumerate() {
         let id = BlockId(at as u32);
@@ -88,7 +88,7 @@ fn new_blocks(plan: &mut ReloadPlan, names: &Names<'_>, new: Side<'_>) {
     }
 }
 
-fn stages(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+fn stages(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     for (at, stage) in names.old.stages.iter().enumerate() {
         let id = StageId(at as u32);
         let from = old.symbols.layout.bit(Bit::Stage(id)).0;
@@ -98,10 +98,10 @@ fn stages(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>
                 plan.transfer.stages.push((id, to));
                 let to = new.symbols.layout.bit(Bit::Stage(to)).0;
                 plan.transfer.bits.push(Stretch { from, to, count: 1 });
-                plan.say_of(format!("{said} stays ON"), State::Stays { cell: from });
+                plan.say_of(format!("{said} stays ON"), OldState::Stays { cell: from });
             }
             None if names.block(stage.block).is_some() => {
-                plan.say_of(format!("{said} is gone"), State::Gone { cell: from, off: "OFF" });
+                plan.say_of(format!("{said} is gone"), OldState::Gone { cell: from, off: "OFF" });
             }
             None => {}
         }
@@ -116,13 +116,13 @@ fn stages(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>
     }
     for (program, (initial, start)) in plan.starts.clone() {
         let (program, stage) = (say(names.new.block(program)), names.new.stage(initial));
-        plan.say_of(format!("{program} begins at its Stage {stage}"), State::Starts(start));
+        plan.say_of(format!("{program} begins at its Stage {stage}"), OldState::Starts(start));
     }
 }
 
 fn restage(
     plan: &mut ReloadPlan,
-    names: &Names<'_>,
+    names: &Pairs<'_>,
     (id, to): (BlockId, BlockId),
     (old, new): (Side<'_>, Side<'_>),
 ) {
@@ -144,7 +144,7 @@ fn restage(
 }
 
 /// Tasks whose recurrent ENTASK has a changed interval.
-fn intervals(plan: &mut ReloadPlan, names: &Names<'_>) {
+fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
     for before in &names.old.intervals {
         let Some(task) = names.block(before.task) else { continue };
         let Some(now) = names.new.intervals.iter().find(|now| now.task == task) else { continue };
@@ -200,7 +200,7 @@ impl There {
 /// program. Each of these steps runs in the swap.
 pub(super) fn terminations(
     plan: &mut ReloadPlan,
-    names: &Names<'_>,
+    names: &Pairs<'_>,
     (old, new): (Side<'_>, Side<'_>),
     kept: &Kept,
 ) {
@@ -244,14 +244,14 @@ pub(super) fn terminations(
     }
     for ((block, bit), active) in undriven {
         let (said, block) = (say_bit(old, bit), &names.old.block(block).name);
-        let state = State::Undriven { bit, active };
+        let state = OldState::Undriven { bit, active };
         plan.say_of(format!("{said} is not driven in {block} any more"), state);
     }
 }
 
 /// Reports bits that no instruction of the new program writes, if they were only SET, RST or
 /// toggled (a pass may turn others OFF).
-pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let tables = &old.program.tables;
     let driven: HashSet<u32> = tables
         .terminations
@@ -271,7 +271,7 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>)
         let address = Address::Bit(bit);
         let is_tagged = names.new.addresses.get(&address).is_some_and(Option::is_some);
         let said = if is_tagged { names.new.say(address) } else { names.old.say(address) };
-        plan.say_of(said, State::Unwritten { bit: cell });
+        plan.say_of(said, OldState::Unwritten { bit: cell });
     }
 }
 

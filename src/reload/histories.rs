@@ -19,7 +19,7 @@
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
-use super::plan::{Names, ReloadPlan};
+use super::plan::{Pairs, ReloadPlan};
 use crate::engine::Stretch;
 use crate::isa::{BlockId, ElementId};
 use crate::lower::identity::{History, Identity};
@@ -34,7 +34,7 @@ struct Key {
     whole: Option<Arc<str>>,
 }
 
-pub(super) fn histories(plan: &mut ReloadPlan, names: &Names<'_>) {
+pub(super) fn histories(plan: &mut ReloadPlan, names: &Pairs<'_>) {
     let mut old: Vec<Option<&History>> = names.old.histories.iter().map(Some).collect();
     let mut new: Vec<Option<&History>> = names.new.histories.iter().map(Some).collect();
     let keys = [unedited, unedited_elsewhere, exactly, elsewhere, by_whole_rung, by_rung, by_text];
@@ -62,7 +62,7 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &Names<'_>) {
 }
 
 /// Histories without a partner share the value of an old one with the same text and element.
-fn share<'a>(plan: &mut ReloadPlan, names: &Names<'_>, new: impl Iterator<Item = &'a History>) {
+fn share<'a>(plan: &mut ReloadPlan, names: &Pairs<'_>, new: impl Iterator<Item = &'a History>) {
     let mut known: HashMap<(ElementId, &str), &History> = HashMap::new();
     for history in &names.old.histories {
         if let Some(element) = names.element(history.element) {

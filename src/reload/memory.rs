@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::plan::{Elsewhere, Names, ReloadPlan, Side, State};
+use super::plan::{Elsewhere, OldState, Pairs, ReloadPlan, Side};
 use super::report::{preset, same};
 use crate::engine::{Cell, PassStep};
 use crate::isa::{Address, Bit, BitSpace, ElementId, Mnemonic, Space, Structure, Word};
@@ -42,7 +42,7 @@ impl Kept {
 /// different owner begins anew.
 pub(super) fn structures(
     plan: &mut ReloadPlan,
-    names: &Names<'_>,
+    names: &Pairs<'_>,
     old: Side<'_>,
     new: Side<'_>,
 ) -> Kept {
@@ -122,7 +122,7 @@ fn put_preset(plan: &mut ReloadPlan, structure: Structure, new: Side<'_>) {
 
 fn tell_kept(
     plan: &mut ReloadPlan,
-    names: &Names<'_>,
+    names: &Pairs<'_>,
     old: Side<'_>,
     (before, now): (&Owner, &Owner),
 ) {
@@ -148,13 +148,13 @@ fn tell_kept(
     };
     let acc = layout.word(Word::Acc(now.structure)).0;
     let into = into(plan, names, old, (before.element, now.element));
-    plan.say_of(said, State::Keeps { timer, acc, preset: now_preset, preset_word, into });
+    plan.say_of(said, OldState::Keeps { timer, acc, preset: now_preset, preset_word, into });
 }
 
 /// The Stage of an instruction, if the instruction is in a different element now.
 fn into(
     plan: &ReloadPlan,
-    names: &Names<'_>,
+    names: &Pairs<'_>,
     old: Side<'_>,
     (before, now): (ElementId, ElementId),
 ) -> Option<Elsewhere> {
@@ -167,7 +167,7 @@ fn into(
 
 fn tell_new(
     plan: &mut ReloadPlan,
-    names: &Names<'_>,
+    names: &Pairs<'_>,
     structure: Structure,
     (before, now): (Option<&&Owner>, &Owner),
 ) {
@@ -183,7 +183,7 @@ fn tell_new(
 
 /// Applies a tag's `initial` to an address that the old program does not use. Also reports changed
 /// memory sizes.
-pub(super) fn initial(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     for (address, value) in &names.new.initial {
         if names.old.addresses.contains_key(address) {
             continue;
@@ -196,7 +196,7 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, n
             None => continue,
         }
         let Some(cell) = old.symbols.layout.cell(*address) else { continue };
-        plan.say_of(names.new.say(*address), State::Initial { cell, value: *value });
+        plan.say_of(names.new.say(*address), OldState::Initial { cell, value: *value });
     }
     let (before, now) = (old.symbols.layout.sizes(), new.symbols.layout.sizes());
     for space in Space::ALL {

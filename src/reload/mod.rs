@@ -5,7 +5,6 @@
 //! [`ReloadPlan::report`] (words). Reads no file, uses no thread, and changes neither program.
 //!
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
-#![deny(clippy::wildcard_enum_match_arm)]
 
 mod elements;
 mod histories;
@@ -16,7 +15,7 @@ mod rungs;
 mod tags;
 
 use crate::engine::Transfer;
-use plan::Names;
+use plan::Pairs;
 pub use plan::{ReloadPlan, Side};
 pub use report::Seen;
 pub(crate) use report::WARNING;
@@ -24,7 +23,7 @@ pub(crate) use report::WARNING;
 impl ReloadPlan {
     /// Compares `old` and `new`.
     pub fn new(old: Side<'_>, new: Side<'_>) -> ReloadPlan {
-        let names = Names::new(&old.symbols.identity, &new.symbols.identity);
+        let names = Pairs::new(&old.symbols.identity, &new.symbols.identity);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
         let mut plan = ReloadPlan { transfer, ..ReloadPlan::default() };
         rungs::rungs(&mut plan, &names, old, new);

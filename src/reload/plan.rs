@@ -37,13 +37,13 @@ pub struct Difference {
     /// The text that holds in every case.
     pub text: String,
     /// The old memory that the line also depends on.
-    pub state: Option<State>,
+    pub state: Option<OldState>,
 }
 
 /// The state in the old memory on which a line depends, by cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum State {
+pub enum OldState {
     /// A kept timer or counter: the line is left out while there is nothing to keep.
     Keeps {
         timer: bool,
@@ -113,15 +113,15 @@ pub struct Elsewhere {
 }
 
 /// The pairs of blocks and Stages of both programs.
-pub(super) struct Names<'a> {
+pub(super) struct Pairs<'a> {
     pub old: &'a Identity,
     pub new: &'a Identity,
     pub(super) blocks: HashMap<BlockId, BlockId>,
     pub(super) stages: HashMap<StageId, StageId>,
 }
 
-impl<'a> Names<'a> {
-    pub(super) fn new(old: &'a Identity, new: &'a Identity) -> Names<'a> {
+impl<'a> Pairs<'a> {
+    pub(super) fn new(old: &'a Identity, new: &'a Identity) -> Pairs<'a> {
         let ids = |identity: &'a Identity| {
             let named = identity.blocks.iter().enumerate();
             named.map(|(at, block)| ((block.name.as_str(), block.kind), BlockId(at as u32)))
@@ -145,7 +145,7 @@ impl<'a> Names<'a> {
             Some((StageId(at as u32), *new))
         });
         let stages = stages.collect();
-        Names { old, new, blocks, stages }
+        Pairs { old, new, blocks, stages }
     }
 
     /// A block's new number.
@@ -182,12 +182,12 @@ impl ReloadPlan {
         self.differences.push(Difference { text: text.into(), state: None });
     }
 
-    pub(super) fn say_of(&mut self, text: impl Into<String>, state: State) {
+    pub(super) fn say_of(&mut self, text: impl Into<String>, state: OldState) {
         self.differences.push(Difference { text: text.into(), state: Some(state) });
     }
 
     /// Records that a part with a state moved to a different element of its block.
-    pub(super) fn moves(&mut self, names: &Names<'_>, old: ElementId, new: ElementId) {
+    pub(super) fn moves(&mut self, names: &Pairs<'_>, old: ElementId, new: ElementId) {
         if names.element(old) != Some(new) {
             let pair = (element_of(old), element_of(new));
             if !self.transfer.moved.contains(&pair) {

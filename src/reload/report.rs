@@ -6,7 +6,7 @@
 //! does not show that. After the swap, `Seen` also holds the memory after the passes, and the lines
 //! state what happened.
 
-use super::plan::{Difference, Elsewhere, ReloadPlan, Start, State};
+use super::plan::{Difference, Elsewhere, OldState, ReloadPlan, Start};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::duration;
 use crate::resolve::program::Value;
@@ -98,8 +98,8 @@ impl ReloadPlan {
             lines.push(line);
             let state = difference.state.as_ref();
             differs |= !state.is_some_and(|state| {
-                matches!(state, State::Stays { .. })
-                    || matches!(state, State::Keeps { into: None, .. })
+                matches!(state, OldState::Stays { .. })
+                    || matches!(state, OldState::Keeps { into: None, .. })
             });
         }
         if !differs {
@@ -124,10 +124,10 @@ impl ReloadPlan {
     }
 }
 
-impl State {
+impl OldState {
     fn asked(&self, bits: &mut Vec<u32>, words: &mut Vec<u32>) {
         match self {
-            State::Keeps { acc, preset_word, into, .. } => {
+            OldState::Keeps { acc, preset_word, into, .. } => {
                 words.push(*acc);
                 words.extend(preset_word);
                 if let Some(into) = into {
@@ -135,15 +135,17 @@ impl State {
                     into.start.iter().for_each(|start| start.asked(bits));
                 }
             }
-            State::Gone { cell, .. } | State::Stays { cell } => bits.push(*cell),
-            State::Disabled { running } => bits.push(*running),
-            State::Undriven { bit, active } => bits.extend(active.iter().chain([bit])),
-            State::Starts(start) => start.asked(bits),
-            State::Initial { cell, .. } | State::Limits { cell, .. } => push(*cell, bits, words),
-            State::Unwritten { bit } => bits.push(*bit),
+            OldState::Gone { cell, .. } | OldState::Stays { cell } => bits.push(*cell),
+            OldState::Disabled { running } => bits.push(*running),
+            OldState::Undriven { bit, active } => bits.extend(active.iter().chain([bit])),
+            OldState::Starts(start) => start.asked(bits),
+            OldState::Initial { cell, .. } | OldState::Limits { cell, .. } => {
+                push(*cell, bits, words)
+            }
+            OldState::Unwritten { bit } => bits.push(*bit),
             // Depends on the list of forces only.
-            State::Named { .. } => {}
-            State::Moved { from, to, .. } => {
+            OldState::Named { .. } => {}
+            OldState::Moved { from, to, .. } => {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
             }
         }
@@ -168,15 +170,15 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
     let text = &difference.text;
     let Some(state) = &difference.state else { return Some(text.clone()) };
     Some(match state {
-        State::Gone { cell, .. } if seen.is_on(*cell) => format!("{text} and was terminated"),
-        State::Gone { off, .. } => format!("{text}; it was {off}"),
-        State::Stays { cell } => return seen.is_on(*cell).then(|| text.clone()),
-        State::Disabled { running } if !seen.is_on(*running) => return None,
-        State::Disabled { running } if seen.goes_off(*running, || true) => {
+        OldState::Gone { cell, .. } if seen.is_on(*cell) => format!("{text} and was terminated"),
+        OldState::Gone { off, .. } => format!("{text}; it was {off}"),
+        OldState::Stays { cell } => return seen.is_on(*cell).then(|| text.clone()),
+        OldState::Disabled { running } if !seen.is_on(*running) => return None,
+        OldState::Disabled { running } if seen.goes_off(*running, || true) => {
             format!("{text} is disabled and was terminated: the ENTASK that enabled it is gone")
         }
-        State::Disabled { .. } => format!("{text} goes on running"),
-        State::Undriven { bit, active } => {
+        OldState::Disabled { .. } => format!("{text} goes on running"),
+        OldState::Undriven { bit, active } => {
             let active = || active.iter().any(|cell| seen.is_on(*cell));
             let free = !seen.is_forced(Cell::Bit(BitCell(*bit)));
             match seen.goes_off(*bit, || free && active()) {
@@ -184,25 +186,25 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
                 false => text.clone(),
             }
         }
-        State::Starts(start) => return seen.starts(start).then(|| text.clone()),
-        State::Initial { cell, value } => {
+        OldState::Starts(start) => return seen.starts(start).then(|| text.clone()),
+        OldState::Initial { cell, value } => {
             let value = seen.held(*cell, *value);
             match seen.is_forced(*cell) {
                 true => format!("{text} is new: {value}, but stays {}", seen.say(*cell)),
                 false => format!("{text} is new: {value}"),
             }
         }
-        State::Limits { cell, begins, limits } => {
+        OldState::Limits { cell, begins, limits } => {
             return beyond(text, (*cell, *begins), *limits, seen);
         }
-        State::Unwritten { bit } => {
+        OldState::Unwritten { bit } => {
             let forced = if seen.is_forced(Cell::Bit(BitCell(*bit))) { " (forced)" } else { "" };
             let line = format!("{WARNING}{text} stays ON{forced}, and no rung writes it any more");
             return seen.is_on(*bit).then_some(line);
         }
-        State::Keeps { .. } => return keeps(text, state, seen),
-        State::Moved { .. } => moved(text, state, seen),
-        State::Named { cells, force } => {
+        OldState::Keeps { .. } => return keeps(text, state, seen),
+        OldState::Moved { .. } => moved(text, state, seen),
+        OldState::Named { cells, force } => {
             let forced = cells.iter().any(|cell| seen.is_forced(*cell));
             let said = [text.as_str()].into_iter().chain(forced.then_some(force.as_str()));
             let said: Vec<&str> = said.filter(|part| !part.is_empty()).collect();
@@ -211,8 +213,8 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
     })
 }
 
-fn keeps(text: &str, state: &State, seen: &Seen<'_>) -> Option<String> {
-    let State::Keeps { timer, acc, preset, preset_word, into } = state else { return None };
+fn keeps(text: &str, state: &OldState, seen: &Seen<'_>) -> Option<String> {
+    let OldState::Keeps { timer, acc, preset, preset_word, into } = state else { return None };
     let acc = seen.word(*acc);
     if acc == 0 {
         return None;
@@ -233,8 +235,8 @@ fn keeps(text: &str, state: &State, seen: &Seen<'_>) -> Option<String> {
     })
 }
 
-fn moved(text: &str, state: &State, seen: &Seen<'_>) -> String {
-    let State::Moved { from, to, old, new, begins, input, force } = state else {
+fn moved(text: &str, state: &OldState, seen: &Seen<'_>) -> String {
+    let OldState::Moved { from, to, old, new, begins, input, force } = state else {
         return text.to_owned();
     };
     let was = seen.say(*from);

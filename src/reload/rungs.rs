@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::plan::{Names, ReloadPlan, Side};
+use super::plan::{Pairs, ReloadPlan, Side};
 use crate::isa::{BlockId, ElementId};
 use crate::lower::identity::RungText;
 
@@ -21,7 +21,7 @@ enum Key {
     Element(ElementId),
 }
 
-pub(super) fn rungs(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     let new_place = |rung: &RungText| {
         names.element(rung.element).map(|element| RungText { element, ..rung.clone() })
     };
@@ -77,7 +77,7 @@ fn pair(
 }
 
 /// Reports a changed scan order of the blocks that both programs have.
-fn order(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+fn order(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     let before: Vec<_> = old.program.order.iter().filter_map(|id| names.block(*id)).collect();
     let now = new.program.order.iter().copied();
     let now: Vec<_> = now.filter(|id| before.contains(id)).collect();

@@ -1,12 +1,12 @@
 //! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
 
 use super::memory::begins;
-use super::plan::{Names, ReloadPlan, Side, State};
+use super::plan::{OldState, Pairs, ReloadPlan, Side};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 
 /// Tags with a changed address: the value stays at the old address.
-pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
@@ -21,7 +21,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
         let left = left.map_or_else(String::new, |other| format!(", which is {other} now"));
         plan.say_of(
             text,
-            State::Moved {
+            OldState::Moved {
                 from: from_cell,
                 to: to_cell,
                 old: from.to_string(),
@@ -35,7 +35,7 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
 }
 
 /// Renamed tags: the address is the same.
-pub(super) fn renamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     let gone = names.old.tags.iter().filter(|(tag, _)| !names.new.tags.contains_key(*tag));
     let mut new: Vec<_> =
@@ -45,12 +45,12 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
         let (now, _) = new.remove(at);
         let text = format!("tag {tag} ({address}) is called {now} now");
         let cells = cells(layout, *address);
-        plan.say_of(text, State::Named { cells, force: "the force stays on it".to_owned() });
+        plan.say_of(text, OldState::Named { cells, force: "the force stays on it".to_owned() });
     }
 }
 
 /// Removed tags whose address has no tag any more: reported if the address is forced.
-pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
+pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
         if names.new.tags.contains_key(tag) || has_tag() {
@@ -58,7 +58,7 @@ pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>) {
         }
         let cells = cells(&old.symbols.layout, *address);
         let force = format!("tag {tag} is gone; the force stays on {address}");
-        plan.say_of(String::new(), State::Named { cells, force });
+        plan.say_of(String::new(), OldState::Named { cells, force });
     }
 }
 
@@ -73,7 +73,7 @@ fn cells(layout: &Layout, address: Address) -> Vec<Cell> {
 }
 
 /// Words with changed limits, reported if their value is beyond them.
-pub(super) fn limits(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, new: Side<'_>) {
+pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     for address in names.new.addresses.keys() {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);
@@ -83,7 +83,7 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Names<'_>, old: Side<'_>, ne
         let Some(cell) = old.symbols.layout.cell(*address) else { continue };
         let begins = begins(plan, cell);
         let said = names.new.say(*address);
-        plan.say_of(said, State::Limits { cell, begins, limits: (min, max) });
+        plan.say_of(said, OldState::Limits { cell, begins, limits: (min, max) });
     }
 }
 

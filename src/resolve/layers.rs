@@ -9,6 +9,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::source::finding::{Code, Finding};
+use crate::source::nearest::KnownNames;
 use crate::source::span::{FileId, Span};
 
 /// The layers of a program.
@@ -38,6 +39,8 @@ pub(super) struct UsePlace {
     pub at: Span,
     /// Whether it only serves to check a template that nothing uses.
     pub is_trial: bool,
+    /// The names that hide the ladder's in its rungs.
+    pub own: KnownNames,
 }
 
 #[derive(Clone, Debug)]
@@ -93,6 +96,20 @@ impl Layers {
         self.layers.get(file.0.checked_sub(FIRST)? as usize)
     }
 
+    /// Whether the program has no templates.
+    pub(super) fn is_empty(&self) -> bool {
+        self.layers.is_empty()
+    }
+
+    /// The finding about an unknown name, with the nearest name of its template, if one is near.
+    pub(super) fn near(&self, finding: Finding, name: &str) -> Finding {
+        let at = self.stands_at(finding.span);
+        match self.uses(at.file).next() {
+            Some(of) if at == finding.span => finding.near_first(name, &of.own),
+            Some(_) | None => finding,
+        }
+    }
+
     /// Whether a place lies in a layer, and not in a file.
     pub(crate) fn is_layered(span: Span) -> bool {
         span.file.0 >= FIRST
@@ -121,6 +138,27 @@ impl Layers {
             span = given.at;
         }
         span
+    }
+
+    /// Whether two places begin together, as their author wrote them: `part` may be an argument.
+    pub(crate) fn begin_together(&self, part: Span, whole: Span) -> bool {
+        let part = match self.get(whole.file) {
+            Some(Layer::Use(..)) | None => self.stands_at(part),
+            Some(Layer::Contacts(_) | Layer::Atom(_)) => self.text(part),
+        };
+        let whole = self.text(whole);
+        (part.file, part.start) == (whole.file, whole.start)
+    }
+
+    /// The place in the text of the use that gave it.
+    fn text(&self, mut span: Span) -> Span {
+        loop {
+            match self.get(span.file) {
+                Some(Layer::Contacts(given)) => span.file = given.by,
+                Some(Layer::Atom(given)) => span = given.at,
+                Some(Layer::Use(..)) | None => return span,
+            }
+        }
     }
 
     /// What orders places as if every template were written out where it is used.
@@ -229,7 +267,8 @@ impl Layers {
 
     /// The finding with the use that it is about, and the number of other uses.
     fn with_use(&self, mut finding: Finding, place: &Told, uses: usize) -> Finding {
-        for given in &place.given {
+        let is_trial = place.of.is_some_and(|of| self.uses(of).any(|of| of.is_trial));
+        for given in place.given.iter().filter(|_| !is_trial) {
             finding = finding.related(*given, "given here");
         }
         let Some(layer) = place.of else { return finding };
@@ -238,8 +277,13 @@ impl Layers {
             1 => ", and in one more use".to_owned(),
             more => format!(", and in {more} more uses"),
         };
-        if let Some(of) = self.uses(layer).next().filter(|of| uses > 1 || of.is_trial) {
-            finding.reword(|text| without(text, &of.name));
+        match self.uses(layer).next() {
+            Some(of) if of.is_trial => finding.reword(|text| {
+                let text = without(text, &of.name).replace("`?", "`");
+                text.replace(&of.name, of.name.trim_start_matches('?'))
+            }),
+            Some(of) if uses > 1 => finding.reword(|text| without(text, &of.name)),
+            Some(_) | None => {}
         }
         for of in self.uses(layer).take_while(|of| !of.is_trial) {
             let words = format!("in the use `{}`{}", of.name, std::mem::take(&mut others));

@@ -5,7 +5,7 @@
 use crate::isa::Structure;
 use crate::isa::address_text::AddressError;
 use crate::source::finding::{Code, Finding};
-use crate::source::nearest::{Names, Near, did_you_mean};
+use crate::source::nearest::{KnownNames, Near, did_you_mean};
 use crate::source::span::Span;
 
 /// The reason why a name has no meaning.
@@ -36,18 +36,17 @@ impl Mistake {
             None => finding,
         })
     }
+}
 
-    /// A sentence for people, about a name that is not in a file (so without advice to declare it
-    /// there).
-    pub fn sentence(self, name: &str) -> String {
-        let Some(finding) = self.finding(Span::default()) else {
-            return format!("`{name}` stands for nothing");
-        };
-        match finding.help_text().filter(|help| !help.starts_with("declare")) {
-            Some(help) => format!("{} ({help})", finding.message),
-            None => finding.message,
-        }
-    }
+/// The help for an unknown name that is not in a file, where a file has the help to declare it.
+const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
+                               after `rungd completions`; an address reads `D0`";
+
+/// A finding as a sentence, about a name that is not in a file.
+pub(crate) fn sentence(finding: &Finding) -> String {
+    let Some(help) = finding.help_text() else { return finding.message.clone() };
+    let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
+    format!("{} ({help})", finding.message)
 }
 
 pub(super) fn new(code: Code, message: String, help: Option<String>) -> Mistake {
@@ -121,10 +120,10 @@ pub(super) fn member_mistake(base: &str, structure: Structure, member: &str) -> 
 }
 
 /// Maximum number of names in a help.
-const LISTED_MAX: usize = 12;
+pub(super) const LISTED_MAX: usize = 12;
 
 /// A help: the names that may follow a block's name and a dot.
-pub(super) fn members_of(base: &str, known: &Names) -> String {
+pub(super) fn members_of(base: &str, known: &KnownNames) -> String {
     let first = known.iter().take(LISTED_MAX);
     let list = first.map(|name| format!("`{base}.{name}`")).collect::<Vec<_>>().join(", ");
     match known.iter().len() - known.iter().len().min(LISTED_MAX) {

@@ -11,7 +11,7 @@ use crate::isa::{BlockId, LegName, Mnemonic, Spec, dialects};
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
-use crate::source::nearest::{Names, nearest};
+use crate::source::nearest::{KnownNames, nearest};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
@@ -19,8 +19,8 @@ use crate::source::span::Span;
 type Specs = Vec<Option<&'static Spec>>;
 
 /// The names of all instructions, for the help about an unknown one.
-static INSTRUCTIONS: LazyLock<Names> =
-    LazyLock::new(|| Names::new(crate::isa::instruction::TABLE.iter().map(|spec| spec.name)));
+static INSTRUCTIONS: LazyLock<KnownNames> =
+    LazyLock::new(|| KnownNames::new(crate::isa::instruction::TABLE.iter().map(|spec| spec.name)));
 
 impl Resolver<'_> {
     /// Resolves all rungs of a block and its stages.
@@ -59,7 +59,7 @@ impl Resolver<'_> {
             let message = format!("this name of a rung has {} characters", name.text.len());
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
             self.find(finding.help(format!("a name has at most {NAME_MAX}")));
-        } else if !name.text.split('-').all(part) {
+        } else if !name.text.rsplit('/').next().is_some_and(|own| own.split('-').all(part)) {
             let message = format!("`{}` is not in kebab-case", name.text);
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
             self.find(finding.help("a rung's name reads `count-bottles`"));

@@ -7,13 +7,17 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-use super::mistake::{Mistake, address_mistake, member_mistake, members_of, new, unknown_member};
+pub(crate) use super::mistake::sentence;
+use super::mistake::{
+    LISTED_MAX, Mistake, address_mistake, member_mistake, members_of, new, unknown_member,
+};
 use super::places::Places;
 use super::program::{BlockKind, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
 use crate::source::finding::Code;
-use crate::source::nearest::{Names, Near};
+use crate::source::nearest::{KnownNames, Near};
+use crate::source::span::Span;
 
 /// All names of one program.
 #[derive(Debug)]
@@ -28,8 +32,8 @@ pub struct Scope {
     /// Every stage's name, with the first block that has a stage of this name.
     stages: HashMap<String, BlockId>,
     /// All names, for the help about an unknown name; collected once.
-    known: OnceLock<Names>,
-    known_blocks: OnceLock<Names>,
+    known: OnceLock<KnownNames>,
+    known_blocks: OnceLock<KnownNames>,
     /// The most names that are searched for the one nearest to an unknown name.
     searched_max: usize,
 }
@@ -40,8 +44,8 @@ pub(super) struct BlockNames {
     pub(super) id: BlockId,
     pub(super) kind: BlockKind,
     pub(super) stages: HashMap<String, StageId>,
-    known_stages: OnceLock<Names>,
-    known_members: OnceLock<Names>,
+    known_stages: OnceLock<KnownNames>,
+    known_members: OnceLock<KnownNames>,
 }
 
 impl BlockNames {
@@ -55,14 +59,15 @@ impl BlockNames {
     }
 
     /// The names of all stages, for the help about an unknown stage.
-    pub(super) fn known_stages(&self) -> &Names {
-        self.known_stages.get_or_init(|| Names::new(self.stage_names()))
+    pub(super) fn known_stages(&self) -> &KnownNames {
+        self.known_stages.get_or_init(|| KnownNames::new(self.stage_names()))
     }
 
     /// The names that may follow the block's name and a dot.
-    fn known_members(&self) -> &Names {
+    fn known_members(&self) -> &KnownNames {
         let own = if self.kind == BlockKind::Program { &["Running"][..] } else { &BLOCK_BITS };
-        self.known_members.get_or_init(|| Names::new(self.stage_names().chain(own.iter().copied())))
+        self.known_members
+            .get_or_init(|| KnownNames::new(self.stage_names().chain(own.iter().copied())))
     }
 }
 
@@ -188,8 +193,8 @@ impl Scope {
     }
 
     /// The names of all blocks, for the help about an unknown block.
-    pub(super) fn known_blocks(&self) -> &Names {
-        self.known_blocks.get_or_init(|| Names::new(self.blocks.keys().map(String::as_str)))
+    pub(super) fn known_blocks(&self) -> &KnownNames {
+        self.known_blocks.get_or_init(|| KnownNames::new(self.blocks.keys().map(String::as_str)))
     }
 
     pub(super) fn block_of(&self, id: BlockId) -> Option<(&str, &BlockNames)> {
@@ -217,7 +222,10 @@ impl Scope {
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
-            Err(mistake) => Err(mistake.sentence(name)),
+            Err(mistake) => Err(match mistake.finding(Span::default()) {
+                Some(finding) => sentence(&finding),
+                None => format!("`{name}` stands for nothing"),
+            }),
         }
     }
 
@@ -290,6 +298,9 @@ impl Scope {
             let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
             return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
         }
+        if let Some(mistake) = self.of_use(base, member) {
+            return mistake;
+        }
         let message = format!("nothing is called `{base}`");
         let with_stage = self.stages.get(base).filter(|_| member.is_none());
         if let Some(block) = with_stage.and_then(|id| self.block_names.get(id)) {
@@ -299,6 +310,22 @@ impl Scope {
         let help = habit(base).unwrap_or_else(|| self.instead(base));
         let near = Some(Near::new(base, self.known()).searching_at_most(self.searched_max));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
+    }
+
+    /// The mistake in a name of a use of a template, whose tags have names of their own.
+    fn of_use(&self, base: &str, member: Option<&str>) -> Option<Mistake> {
+        let prefix = format!("{base}.");
+        let known = self.known();
+        known.beginning_with(&prefix).next()?;
+        let own = KnownNames::new(known.beginning_with(&prefix).take(LISTED_MAX));
+        let list = own.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let message = match member {
+            Some(member) => format!("the use `{base}` has no tag `{member}`"),
+            None => format!("`{base}` is a use of a template, not a tag"),
+        };
+        let near = member.map(|member| Near::new(&format!("{base}.{member}"), &own));
+        let (code, help) = (Code::UnknownName, Some(format!("there is {list}")));
+        Some(Mistake::New { code, message, help, near })
     }
 
     /// The help for a name that is near no known one.
@@ -333,10 +360,10 @@ impl Scope {
     }
 
     /// What an unknown name may have meant.
-    fn known(&self) -> &Names {
+    fn known(&self) -> &KnownNames {
         self.known.get_or_init(|| {
             let names = self.tags.keys().chain(self.blocks.keys()).chain(self.devices.keys());
-            Names::new(names.map(String::as_str))
+            KnownNames::new(names.map(String::as_str))
         })
     }
 }

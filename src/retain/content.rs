@@ -36,7 +36,13 @@ const TERMINATED: u8 = 1;
 const ELEMENTS_MAX: u64 = 1 << 20;
 
 /// One element: `D5` is number 5 of the space D.
-pub(crate) type Element = (Space, u32);
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct RetainedElement {
+    /// Its space.
+    pub space: Space,
+    /// Its number in the space.
+    pub number: u32,
+}
 
 /// Neighbouring elements of one space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,9 +57,16 @@ pub(crate) struct Run {
     pub terminated: bool,
 }
 
+impl Run {
+    /// The element of this number.
+    pub(super) fn element(&self, number: u32) -> RetainedElement {
+        RetainedElement { space: self.space, number }
+    }
+}
+
 /// The value of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Value {
+pub struct RetainedValue {
     /// A bit: 0 or 1; a word; a structure's `.Acc`.
     pub word: i32,
     /// A Sensaphone counter's PRE; else 0.
@@ -66,13 +79,13 @@ pub struct Value {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Content {
     /// All elements with their values, in the order of the file.
-    pub elements: Vec<(Element, Value)>,
+    pub elements: Vec<(RetainedElement, RetainedValue)>,
     /// Tags: name and element.
-    pub tags: Vec<(String, Element)>,
+    pub tags: Vec<(String, RetainedElement)>,
     /// The owner of each structure: the instruction and its block.
-    pub owners: HashMap<Element, String>,
+    pub owners: HashMap<RetainedElement, String>,
     /// The elements that the program of this image terminates at a stop.
-    pub terminated: HashSet<Element>,
+    pub terminated: HashSet<RetainedElement>,
 }
 
 /// The type of a value. An element takes only a value of its own type.
@@ -141,20 +154,21 @@ fn space_of(number: u8) -> Option<Space> {
 }
 
 /// The element at an address, if it can be retained.
-pub(super) fn element_of(at: Address) -> Option<Element> {
-    Space::of(at).filter(|(space, _)| Space::RETAINABLE.contains(space))
+pub(super) fn element_of(at: Address) -> Option<RetainedElement> {
+    let (space, number) = Space::of(at)?;
+    Space::RETAINABLE.contains(&space).then_some(RetainedElement { space, number })
 }
 
 /// An address as the ladder writes it: `CT8`.
-pub fn address(element: Element) -> String {
-    format!("{}{}", element.0.name(), element.1)
+pub fn address(element: RetainedElement) -> String {
+    format!("{}{}", element.space.name(), element.number)
 }
 
 /// The bytes before the values. They are the same in every image until the program changes.
 pub(super) fn preamble(
     runs: &[Run],
-    tags: &[(String, Element)],
-    owners: &[(String, Element)],
+    tags: &[(String, RetainedElement)],
+    owners: &[(String, RetainedElement)],
 ) -> Vec<u8> {
     let mut bytes = Vec::new();
     put_u32(&mut bytes, runs.len());
@@ -166,7 +180,7 @@ pub(super) fn preamble(
     }
     for list in [tags, owners] {
         put_u32(&mut bytes, list.len());
-        for (text, (space, number)) in list {
+        for (text, RetainedElement { space, number }) in list {
             let length = u16::try_from(text.len()).expect("names are shorter than 64 KiB");
             bytes.extend_from_slice(&[number_of(*space), 0]);
             bytes.extend_from_slice(&length.to_le_bytes());
@@ -203,10 +217,11 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     let (mut elements, mut terminated) = (Vec::new(), HashSet::new());
     for run in runs {
         for number in run.first..run.first + run.count {
+            let element = run.element(number);
             if run.terminated {
-                terminated.insert((run.space, number));
+                terminated.insert(element);
             }
-            elements.push(((run.space, number), reader.value(run.space)?));
+            elements.push((element, reader.value(run.space)?));
         }
     }
     (reader.at == bytes.len()).then_some(Content { elements, tags, owners, terminated })
@@ -232,7 +247,7 @@ impl<'a> ByteReader<'a> {
         self.take(4)?.try_into().ok().map(i32::from_le_bytes)
     }
 
-    fn texts(&mut self) -> Option<Vec<(String, Element)>> {
+    fn texts(&mut self) -> Option<Vec<(String, RetainedElement)>> {
         let mut texts = Vec::new();
         for _ in 0..self.u32()? {
             let head = self.take(4)?;
@@ -241,12 +256,12 @@ impl<'a> ByteReader<'a> {
             let number = self.u32()?;
             let text = self.take(length.next_multiple_of(4))?;
             let text = std::str::from_utf8(&text[..length]).ok()?;
-            texts.push((text.to_owned(), (space, number)));
+            texts.push((text.to_owned(), RetainedElement { space, number }));
         }
         Some(texts)
     }
 
-    fn value(&mut self, space: Space) -> Option<Value> {
+    fn value(&mut self, space: Space) -> Option<RetainedValue> {
         let (low, high) = range(space);
         let clamped = |word: i32| word.clamp(low, high);
         let word = match value_bytes(space) {
@@ -254,7 +269,7 @@ impl<'a> ByteReader<'a> {
             _ if space == REALS => cell_of(f32::from_bits(self.u32()?)),
             _ => self.i32()?,
         };
-        let mut value = Value { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
+        let mut value = RetainedValue { word: clamped(word), preset: 0, record: [0; RECORD_BYTES] };
         if space == Space::Sensaphone {
             value.preset = clamped(self.i32()?);
         }
@@ -275,7 +290,8 @@ mod tests {
     fn a_content_that_makes_no_sense_is_refused() {
         let runs =
             [Run { space: Space::Word(WordSpace::D), first: 3, count: 2, terminated: false }];
-        let tags = [("level".to_owned(), (Space::Word(WordSpace::D), 4))];
+        let level = RetainedElement { space: Space::Word(WordSpace::D), number: 4 };
+        let tags = [("level".to_owned(), level)];
         let mut bytes = preamble(&runs, &tags, &[]);
         bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);
         let content = read(&bytes).unwrap();
@@ -301,10 +317,12 @@ mod tests {
         let mut bytes = preamble(&[run(2), run(1)], &[], &[]);
         [-5, 70_000, 9].iter().for_each(|word: &i32| bytes.extend(word.to_le_bytes()));
         let content = read(&bytes).unwrap();
-        let words: Vec<_> = content.elements.iter().map(|(at, value)| (at.1, value.word)).collect();
+        let words: Vec<_> =
+            content.elements.iter().map(|(at, value)| (at.number, value.word)).collect();
         assert_eq!(words, [(3, 0), (4, 0xFFFF), (3, 9)]);
         let counts: HashMap<_, _> = content.elements.into_iter().collect();
-        assert_eq!(counts[&(Space::Word(WordSpace::V), 3)].word, 9, "as the plan takes them");
+        let element = RetainedElement { space: Space::Word(WordSpace::V), number: 3 };
+        assert_eq!(counts[&element].word, 9, "as the plan takes them");
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use std::io;
 
 /// A block device or a file, as far as slots need it.
-pub trait Device {
+pub trait Storage {
     /// Its length in bytes.
     ///
     /// # Errors
@@ -52,7 +52,7 @@ pub trait Device {
 }
 
 /// Reads until the buffer is full or the end is reached; returns the number of bytes read.
-pub(super) fn read_all<D: Device>(device: &mut D, at: u64, into: &mut [u8]) -> io::Result<usize> {
+pub(super) fn read_all<D: Storage>(device: &mut D, at: u64, into: &mut [u8]) -> io::Result<usize> {
     let mut done = 0;
     while done < into.len() {
         match device.read_at(at + done as u64, &mut into[done..]) {
@@ -66,7 +66,7 @@ pub(super) fn read_all<D: Device>(device: &mut D, at: u64, into: &mut [u8]) -> i
 }
 
 /// Writes all of it.
-pub(super) fn write_all<D: Device>(device: &mut D, at: u64, from: &[u8]) -> io::Result<()> {
+pub(super) fn write_all<D: Storage>(device: &mut D, at: u64, from: &[u8]) -> io::Result<()> {
     let mut done = 0;
     while done < from.len() {
         match device.write_at(at + done as u64, &from[done..]) {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{Advice, FlockOperation, RenameFlags, fadvise, flock, renameat_with};
 
-use super::device::Device;
+use super::device::Storage;
 
 /// The longest chain of symbolic links, as in the kernel.
 const LINKS_MAX: usize = 40;
@@ -99,10 +99,12 @@ impl FileDevice {
         }
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create_new(true).mode(0o640).open(&path);
-        let named = |error: io::Error| match error.kind() {
+        let named = |error: io::Error| {
             // It was not there a moment ago, and may be in its place already.
-            io::ErrorKind::AlreadyExists => busy(),
-            kind => io::Error::new(kind, format!("{}: {error}", path.display())),
+            if error.kind() == io::ErrorKind::AlreadyExists {
+                return busy();
+            }
+            io::Error::new(error.kind(), format!("{}: {error}", path.display()))
         };
         let file = file.map_err(named)?;
         lock(&file)?;
@@ -176,7 +178,7 @@ fn rename_anew(from: &Path, to: &Path) -> io::Result<()> {
     }
 }
 
-impl Device for FileDevice {
+impl Storage for FileDevice {
     fn size(&mut self) -> io::Result<u64> {
         Ok(self.file.metadata()?.len())
     }

@@ -5,14 +5,14 @@
 
 use std::collections::HashMap;
 
-use super::content::{self, Element};
+use super::content::{self, RetainedElement};
 use crate::isa::{Address, Word};
 use crate::lower::Symbols;
 use crate::resolve::program::{Program, TagMeaning};
 
 /// The limits of words, where they are narrower than the word's own range.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Limits(HashMap<Element, Limit>);
+pub(super) struct Limits(HashMap<RetainedElement, Limit>);
 
 #[derive(Clone, Copy, Debug)]
 struct Limit {
@@ -27,9 +27,9 @@ impl Limits {
     pub fn new(
         program: &Program,
         symbols: &Symbols,
-        element_of: impl Fn(Address) -> Option<Element>,
+        element_of: impl Fn(Address) -> Option<RetainedElement>,
     ) -> Limits {
-        let mut limits: HashMap<Element, Limit> = HashMap::new();
+        let mut limits: HashMap<RetainedElement, Limit> = HashMap::new();
         for tag in &program.tags {
             let TagMeaning::Address(at @ Address::Word(word @ Word::Space(..))) = tag.meaning
             else {
@@ -45,14 +45,14 @@ impl Limits {
     }
 
     /// The reason why a word cannot take a value; `None` if it can.
-    pub fn refuse(&self, element: Element, value: i32) -> Option<String> {
+    pub fn refuse(&self, element: RetainedElement, value: i32) -> Option<String> {
         let Limit { min, max, initial } = *self.0.get(&element)?;
         // A cold start gives this value anyway, so nothing is dropped.
         if (min..=max).contains(&value) || value == initial {
             return None;
         }
         let [value, min, max, initial] =
-            [value, min, max, initial].map(|cell| content::text(element.0, cell));
+            [value, min, max, initial].map(|cell| content::text(element.space, cell));
         Some(format!("it was {value}, and takes {min} to {max} now; it begins with {initial}"))
     }
 }

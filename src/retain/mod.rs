@@ -1,7 +1,7 @@
 //! Retentive memory: from a scan's image to the bytes of a file and back after a restart.
 //!
 //! `plan` knows what is retained and what it is called, `content` is that in bytes, `format` the
-//! header and the slots around it, `slots` writes and finds them on a [`Device`], `file` is the
+//! header and the slots around it, `slots` writes and finds them on a [`Storage`], `file` is the
 //! device that a real file is, `keeper` decides when something is written. The daemon gives the
 //! thread and the log; `docs/retain-format.md` is the page for the authors of other readers.
 //!
@@ -23,7 +23,7 @@ pub(crate) mod plan;
 pub mod show;
 pub mod slots;
 
-pub use device::Device;
+pub use device::Storage;
 pub use keeper::Keeper;
 pub(crate) use keeper::Kept;
 pub use plan::RetainPlan;

@@ -5,10 +5,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{Element, element_of};
+use super::content::{RetainedElement, element_of};
 use crate::isa::Address;
-use crate::isa::instruction::Termination;
-use crate::resolve::program::{Action, Instruction, Program, Value};
+use crate::resolve::program::{Action, Program, Value};
 
 /// The text between an owner and the preset that it states.
 const WITH_PRESET: &str = " with PRE ";
@@ -22,17 +21,10 @@ pub(super) enum Preset {
 }
 
 /// The elements that the termination passes of a program switch OFF or reset.
-pub(super) fn terminated(program: &Program) -> HashSet<Element> {
+pub(super) fn terminated(program: &Program) -> HashSet<RetainedElement> {
     let all = program.instructions().map(|(_, instruction)| instruction);
-    let terminates = |one: &&Instruction| match one.mnemonic.spec().termination {
-        Termination::Off | Termination::Reset => true,
-        Termination::Kept
-        | Termination::Untouched
-        | Termination::Held
-        | Termination::EnableOff
-        | Termination::RungOff => false,
-    };
-    let elements = all.filter(terminates).flat_map(|one| {
+    let terminated = all.filter(|one| one.mnemonic.spec().termination.switches_off());
+    let elements = terminated.flat_map(|one| {
         let bit = one.action.written_bit().map(|bit| Address::Bit(bit.value));
         let structure = one.action.structure().map(Address::Structure);
         [bit, structure].into_iter().flatten()
@@ -42,8 +34,8 @@ pub(super) fn terminated(program: &Program) -> HashSet<Element> {
 
 /// The owners of structures, as `UDCG in Main`. The text of a Sensaphone counter names all its
 /// counting instructions and the preset: `CTU in Main with PRE 10`.
-pub(super) fn owners(program: &Program) -> Vec<(String, Element)> {
-    let mut owners: Vec<(String, Element)> = Vec::new();
+pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
+    let mut owners: Vec<(String, RetainedElement)> = Vec::new();
     let mut presets = HashMap::new();
     for (block, instruction) in program.instructions() {
         let Some(at) = instruction.owned() else { continue };

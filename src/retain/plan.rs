@@ -10,8 +10,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{
-    self, Content, Element, RECORD_BYTES, Run, Value, address, element_of, range, type_name,
-    value_bytes,
+    self, Content, RECORD_BYTES, RetainedElement, RetainedValue, Run, address, element_of, range,
+    type_name, value_bytes,
 };
 use super::limits::Limits;
 use super::owners::{Preset, owners, preset, terminated};
@@ -27,8 +27,8 @@ pub struct RetainPlan {
     layout: Layout,
     limits: Limits,
     runs: Vec<Run>,
-    tags: Vec<(String, Element)>,
-    owners: HashMap<Element, String>,
+    tags: Vec<(String, RetainedElement)>,
+    owners: HashMap<RetainedElement, String>,
     preamble: Vec<u8>,
 }
 
@@ -63,7 +63,7 @@ impl RetainPlan {
     /// The plan for ranges of a program.
     pub fn new(ranges: &[Range], program: &Program, symbols: &Symbols) -> RetainPlan {
         let runs = runs(ranges, &terminated(program));
-        let is_kept = |element: &Element| runs.iter().any(|run| holds(run, *element));
+        let is_kept = |element: &RetainedElement| runs.iter().any(|run| holds(run, *element));
         let mut tags = Vec::new();
         for tag in &program.tags {
             let TagMeaning::Address(at) = tag.meaning else { continue };
@@ -81,12 +81,8 @@ impl RetainPlan {
 
     /// The retained ranges in order: `C0..C7 D100`.
     pub(crate) fn ranges(&self) -> String {
-        let said = self.runs.iter().map(|run| match (run.space, run.first + run.count - 1) {
-            (_, last) if last == run.first => address((run.space, last)),
-            (space, last) => {
-                format!("{}..{}", address((space, run.first)), address((space, last)))
-            }
-        });
+        let said =
+            self.runs.iter().map(|run| span(run.space, run.first, run.first + run.count - 1));
         said.collect::<Vec<_>>().join(" ")
     }
 
@@ -147,12 +143,12 @@ impl RetainPlan {
     pub(crate) fn restore(&self, found: &Content, is_final: bool) -> Restoration {
         let mut restoration = Restoration::default();
         let mut drops = Vec::new();
-        let values: HashMap<Element, &Value> =
+        let values: HashMap<RetainedElement, &RetainedValue> =
             found.elements.iter().map(|(e, v)| (*e, v)).collect();
-        let (then, now) = (Names::new(&found.tags), Names::new(&self.tags));
+        let (then, now) = (TagIndex::new(&found.tags), TagIndex::new(&self.tags));
         let mut taken = HashSet::new();
         for run in &self.runs {
-            for element in (run.first..run.first + run.count).map(|n| (run.space, n)) {
+            for element in (run.first..run.first + run.count).map(|n| run.element(n)) {
                 let from = source(element, &then, &now, &values);
                 let Some(from) = from.filter(|from| same_type(*from, element)) else {
                     restoration.fresh += 1;
@@ -183,11 +179,17 @@ impl RetainPlan {
         restoration
     }
 
-    fn put(&self, to: &mut Restoration, element: Element, value: &Value, owner: Option<&str>) {
+    fn put(
+        &self,
+        to: &mut Restoration,
+        element: RetainedElement,
+        value: &RetainedValue,
+        owner: Option<&str>,
+    ) {
         to.restored += 1;
-        let (low, high) = range(element.0);
+        let (low, high) = range(element.space);
         let word = value.word.clamp(low, high);
-        let at = element.0.address(element.1);
+        let at = element.space.address(element.number);
         let Address::Structure(structure) = at else {
             to.puts.extend(self.layout.cell(at).map(|cell| (cell, word)));
             return;
@@ -199,7 +201,7 @@ impl RetainPlan {
             to.puts.push((Cell::Word(self.layout.word(Word::Pre(n))), value.preset));
         }
         // The flags belong to the structure, the bits after them to its owner.
-        let flags = if element.0 == Space::Sensaphone { 5 } else { 4 };
+        let flags = if element.space == Space::Sensaphone { 5 } else { 4 };
         let same_owner = owner.is_some() && owner == self.owners.get(&element).map(String::as_str);
         let kept = if same_owner { RECORD_BYTES } else { flags };
         let cells = self.layout.record_bits(structure);
@@ -213,7 +215,7 @@ impl RetainPlan {
     fn takes_preset(
         &self,
         to: &mut Restoration,
-        element: Element,
+        element: RetainedElement,
         value: i32,
         owner: Option<&str>,
     ) -> bool {
@@ -239,10 +241,10 @@ impl RetainPlan {
     }
 
     /// The reason why an element of the image is not restored.
-    fn why(&self, element: Element, then: &Names<'_>, now: &Names<'_>) -> String {
+    fn why(&self, element: RetainedElement, then: &TagIndex<'_>, now: &TagIndex<'_>) -> String {
         let moved = then.tags_of(element).iter().find_map(|tag| Some((tag, now.element(tag)?)));
         if let Some((tag, at)) = moved {
-            let (was, is) = (type_name(element.0), type_name(at.0));
+            let (was, is) = (type_name(element.space), type_name(at.space));
             if !same_type(element, at) {
                 return format!("its type changed: `{tag}` was {was} and is {is}, {}", address(at));
             }
@@ -258,8 +260,8 @@ impl RetainPlan {
 }
 
 /// A value as a stop would have left it.
-fn terminate(element: Element, found: &Content, value: &mut Value) {
-    if element.0 == Space::Sensaphone {
+fn terminate(element: RetainedElement, found: &Content, value: &mut RetainedValue) {
+    if element.space == Space::Sensaphone {
         // The count stays; the enable bits and histories are of a rung that is false.
         let enabled_and_histories = [0, 1, 5, 6, 7];
         enabled_and_histories.into_iter().for_each(|at| value.record[at] = 0);
@@ -275,11 +277,11 @@ fn terminate(element: Element, found: &Content, value: &mut Value) {
 /// The element of an image that gives an element of the running program its value: the one with
 /// the same tag; without tags on either side, the one at the same address.
 fn source(
-    element: Element,
-    then: &Names<'_>,
-    now: &Names<'_>,
-    values: &HashMap<Element, &Value>,
-) -> Option<Element> {
+    element: RetainedElement,
+    then: &TagIndex<'_>,
+    now: &TagIndex<'_>,
+    values: &HashMap<RetainedElement, &RetainedValue>,
+) -> Option<RetainedElement> {
     let tags = now.tags_of(element);
     let from = match tags {
         [] if then.tags_of(element).is_empty() => Some(element),
@@ -289,19 +291,19 @@ fn source(
     from.filter(|from| values.contains_key(from))
 }
 
-fn same_type(a: Element, b: Element) -> bool {
-    type_name(a.0) == type_name(b.0)
+fn same_type(a: RetainedElement, b: RetainedElement) -> bool {
+    type_name(a.space) == type_name(b.space)
 }
 
 /// Tags by name and by element.
-struct Names<'a> {
-    by_name: HashMap<&'a str, Element>,
-    by_element: HashMap<Element, Vec<&'a str>>,
+struct TagIndex<'a> {
+    by_name: HashMap<&'a str, RetainedElement>,
+    by_element: HashMap<RetainedElement, Vec<&'a str>>,
 }
 
-impl<'a> Names<'a> {
-    fn new(tags: &'a [(String, Element)]) -> Names<'a> {
-        let mut names = Names { by_name: HashMap::new(), by_element: HashMap::new() };
+impl<'a> TagIndex<'a> {
+    fn new(tags: &'a [(String, RetainedElement)]) -> TagIndex<'a> {
+        let mut names = TagIndex { by_name: HashMap::new(), by_element: HashMap::new() };
         for (name, element) in tags {
             names.by_name.insert(name, *element);
             names.by_element.entry(*element).or_default().push(name);
@@ -309,51 +311,56 @@ impl<'a> Names<'a> {
         names
     }
 
-    fn element(&self, name: &str) -> Option<Element> {
+    fn element(&self, name: &str) -> Option<RetainedElement> {
         self.by_name.get(name).copied()
     }
 
-    fn tags_of(&self, element: Element) -> &[&'a str] {
+    fn tags_of(&self, element: RetainedElement) -> &[&'a str] {
         self.by_element.get(&element).map_or(&[], |names| &names[..])
     }
 }
 
 /// A line for each tag; for addresses without, a line for neighbours with the same fate.
-fn told(drops: &[(Element, String)], then: &Names<'_>) -> Vec<Dropped> {
-    let mut lines: Vec<(Element, u32, &str, Option<String>)> = Vec::new();
+fn told(drops: &[(RetainedElement, String)], then: &TagIndex<'_>) -> Vec<Dropped> {
+    let mut lines: Vec<(RetainedElement, u32, &str, Option<String>)> = Vec::new();
     for (element, why) in drops {
         let tag = then.tags_of(*element).first();
         if tag.is_none()
             && let Some((first, last, same, None)) = lines.last_mut()
-            && (first.0, *last + 1, *same) == (element.0, element.1, why.as_str())
+            && (first.space, *last + 1, *same) == (element.space, element.number, why.as_str())
         {
             *last += 1;
             continue;
         }
         let tag = tag.map(|tag| format!("{tag} ({})", address(*element)));
-        lines.push((*element, element.1, why, tag));
+        lines.push((*element, element.number, why, tag));
     }
-    let told = |(first, last, why, tag): (Element, u32, &str, Option<String>)| Dropped {
+    let told = |(first, last, why, tag): (RetainedElement, u32, &str, Option<String>)| Dropped {
         what: match tag {
             Some(tag) => tag,
-            None if first.1 == last => address(first),
-            None => format!("{}..{}", address(first), address((first.0, last))),
+            None => span(first.space, first.number, last),
         },
         why: why.to_owned(),
     };
     lines.into_iter().map(told).collect()
 }
 
-fn holds(run: &Run, element: Element) -> bool {
-    run.space == element.0 && (run.first..run.first + run.count).contains(&element.1)
+/// Neighbouring elements as the ladder writes them: `D5`, `D5..D9`.
+fn span(space: Space, first: u32, last: u32) -> String {
+    let [from, to] = [first, last].map(|number| address(RetainedElement { space, number }));
+    if first == last { from } else { format!("{from}..{to}") }
+}
+
+fn holds(run: &Run, element: RetainedElement) -> bool {
+    run.space == element.space && (run.first..run.first + run.count).contains(&element.number)
 }
 
 /// Ranges in order, without overlaps, divided where termination at a stop begins or ends.
-fn runs(ranges: &[Range], terminated: &HashSet<Element>) -> Vec<Run> {
+fn runs(ranges: &[Range], terminated: &HashSet<RetainedElement>) -> Vec<Run> {
     let mut divided: Vec<Run> = Vec::new();
     for run in merged(ranges) {
         for number in run.first..run.first + run.count {
-            let is = terminated.contains(&(run.space, number));
+            let is = terminated.contains(&run.element(number));
             match divided.last_mut() {
                 Some(last) if number > run.first && last.terminated == is => last.count += 1,
                 _ => divided.push(Run { first: number, count: 1, terminated: is, ..run }),

@@ -1,12 +1,12 @@
 //! A file of retentive memory, printed for a person: its slots and its newest image.
 //!
-//! Called by `rungd retain show`. Reads through a [`Device`] and writes nothing.
+//! Called by `rungd retain show`. Reads through a [`Storage`] and writes nothing.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::content::{self, Content, Element, Value, address};
-use super::device::Device;
+use super::content::{self, Content, RetainedElement, RetainedValue, address};
+use super::device::Storage;
 use super::format::{BadSlot, FLAG_FINAL, Stamp};
 use super::slots::{Unusable, survey};
 use crate::calendar::Utc;
@@ -16,7 +16,7 @@ use crate::isa::Space;
 ///
 /// # Errors
 /// Why it cannot be shown.
-pub fn show<D: Device>(device: &mut D) -> Result<String, String> {
+pub fn show<D: Storage>(device: &mut D) -> Result<String, String> {
     let survey = survey(device).map_err(|why| match why {
         Unusable::Header(bad) => bad.to_string(),
         Unusable::Io(error) => error.to_string(),
@@ -61,19 +61,19 @@ fn slot_text(slot: &Result<Stamp, BadSlot>) -> String {
 }
 
 fn values(text: &mut String, content: &Content) {
-    let mut tags: HashMap<Element, Vec<&str>> = HashMap::new();
+    let mut tags: HashMap<RetainedElement, Vec<&str>> = HashMap::new();
     for (name, element) in &content.tags {
         tags.entry(*element).or_default().push(name);
     }
     let mut zeros = 0;
     for (element, value) in &content.elements {
         let names = tags.get(element).map(|names| names.join(" "));
-        if names.is_none() && *value == (Value { word: 0, preset: 0, record: [0; 8] }) {
+        if names.is_none() && *value == (RetainedValue { word: 0, preset: 0, record: [0; 8] }) {
             zeros += 1;
             continue;
         }
         let owner = content.owners.get(element).map_or("", |owner| owner);
-        let held = held(element.0, value);
+        let held = held(element.space, value);
         let line =
             format!("  {:8} {:24} {held:28} {owner}", address(*element), names.unwrap_or_default());
         let _ = writeln!(text, "{}", line.trim_end());
@@ -83,7 +83,7 @@ fn values(text: &mut String, content: &Content) {
     }
 }
 
-fn held(space: Space, value: &Value) -> String {
+fn held(space: Space, value: &RetainedValue) -> String {
     let flags: &[&str] = match space {
         Space::Bit(_) => {
             return if value.word != 0 { "ON" } else { "OFF" }.to_owned();

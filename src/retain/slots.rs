@@ -10,7 +10,7 @@
 
 use std::io;
 
-use super::device::{Device, read_all, write_all};
+use super::device::{Storage, read_all, write_all};
 use super::format::{
     BLOCK_BYTES, BadHeader, BadSlot, Geometry, HEADER_COPIES, Stamp, header, put_slot, read_header,
     read_slot, slot_bytes,
@@ -66,7 +66,7 @@ pub enum Unusable {
     Io(io::Error),
 }
 
-impl<D: Device> Slots<D> {
+impl<D: Storage> Slots<D> {
     /// Formats a device: writes every byte, so that no later write needs room.
     ///
     /// # Errors
@@ -235,7 +235,7 @@ impl<D: Device> Slots<D> {
 ///
 /// # Errors
 /// [`Unusable`].
-pub fn survey<D: Device>(device: &mut D) -> Result<Survey, Unusable> {
+pub fn survey<D: Storage>(device: &mut D) -> Result<Survey, Unusable> {
     let geometry = read_geometry(device).map_err(Unusable::Io)?.map_err(Unusable::Header)?;
     let size = device.size().map_err(Unusable::Io)?;
     let mut survey =
@@ -258,7 +258,7 @@ pub fn survey<D: Device>(device: &mut D) -> Result<Survey, Unusable> {
     Ok(survey)
 }
 
-fn read_geometry<D: Device>(device: &mut D) -> io::Result<Result<Geometry, BadHeader>> {
+fn read_geometry<D: Storage>(device: &mut D) -> io::Result<Result<Geometry, BadHeader>> {
     let mut blocks = [0; HEADER_COPIES * BLOCK_BYTES];
     let count = match read_all(device, 0, &mut blocks) {
         Ok(count) => count,

@@ -30,14 +30,14 @@ pub struct Ends {
 
 /// The scan's side: all devices.
 pub(super) struct Field {
-    devices: Vec<Device>,
+    devices: Vec<WiredDevice>,
     /// The safe state of each Y, outside RUN.
     safe: Vec<Safe>,
     /// The cell of Y0.
     first_output: usize,
 }
 
-struct Device {
+struct WiredDevice {
     wiring: Wiring,
     pulse: Arc<Pulse>,
     images: InputReader,
@@ -46,12 +46,12 @@ struct Device {
     start_ns: u64,
     /// Whether there was a good exchange.
     has_exchanged: bool,
-    state: State,
+    state: Presence,
 }
 
 /// The state of a device, with its begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum Presence {
     /// No good exchange since the start.
     Awaited {
         since_ns: u64,
@@ -76,19 +76,19 @@ pub(super) fn field(
     (Field { devices, safe, first_output }, ends)
 }
 
-fn device(wiring: &Wiring, now_ns: u64) -> (Device, Ends) {
+fn device(wiring: &Wiring, now_ns: u64) -> (WiredDevice, Ends) {
     let (image_in, images) = latest(wiring.inputs.len());
     let pulse = Arc::new(Pulse::default());
     let local = wiring.local_budget_ns.map(|budget_ns| super::local::local(wiring, budget_ns));
     let (local, local_end) = local.unzip();
-    let device = Device {
+    let device = WiredDevice {
         wiring: wiring.clone(),
         pulse: Arc::clone(&pulse),
         images,
         local,
         start_ns: now_ns,
         has_exchanged: false,
-        state: State::Awaited { since_ns: now_ns, told: false },
+        state: Presence::Awaited { since_ns: now_ns, told: false },
     };
     let inputs = InputEnd::new(pulse, image_in, wiring.inputs.clone());
     (device, Ends { inputs, local: local_end })
@@ -103,7 +103,7 @@ impl Field {
         mut tell: impl FnMut(What),
     ) {
         for (at, device) in self.devices.iter_mut().enumerate() {
-            let Taken { stale, troubled } = device.take(now_ns);
+            let Freshness { stale, troubled } = device.take(now_ns);
             let ok = device.has_exchanged && !stale && !troubled;
             machine.write_bit(device.wiring.ok, ok);
             machine.write_bit(device.wiring.stale, stale);
@@ -169,14 +169,14 @@ impl Field {
 }
 
 /// The state of a device in this scan.
-struct Taken {
+struct Freshness {
     stale: bool,
     troubled: bool,
 }
 
-impl Device {
+impl WiredDevice {
     /// Takes the newest image, if there is one.
-    fn take(&mut self, now_ns: u64) -> Taken {
+    fn take(&mut self, now_ns: u64) -> Freshness {
         // The pulse is read before the image, so the image is at least as new: if the last exchange
         // was good, the image has all of it. Trouble is read again after the image, because a
         // task reports trouble before it hands in a partial image.
@@ -194,7 +194,7 @@ impl Device {
             }
         }
         self.has_exchanged |= good_ns > 0;
-        Taken { stale: self.is_lost(good_ns.max(self.start_ns), now_ns), troubled }
+        Freshness { stale: self.is_lost(good_ns.max(self.start_ns), now_ns), troubled }
     }
 
     /// Whether an image of that time is too old to count.
@@ -234,28 +234,30 @@ struct Seen {
     scan: u64,
 }
 
-impl State {
+impl Presence {
     /// The news of this scan.
     fn step(&mut self, seen: Seen) -> Option<DeviceEdge> {
         let Seen { exchanged, stale, now_ns, scan } = seen;
         let (next, edge) = match *self {
-            State::Awaited { told: false, .. } if exchanged => (State::Well, DeviceEdge::Present),
-            State::Awaited { since_ns, told: true } if exchanged => {
+            Presence::Awaited { told: false, .. } if exchanged => {
+                (Presence::Well, DeviceEdge::Present)
+            }
+            Presence::Awaited { since_ns, told: true } if exchanged => {
                 let lost_ns = now_ns.saturating_sub(since_ns);
-                (State::Well, DeviceEdge::Back { lost_ns, scans: scan })
+                (Presence::Well, DeviceEdge::Back { lost_ns, scans: scan })
             }
-            State::Awaited { since_ns, told: false } if stale => {
-                (State::Awaited { since_ns, told: true }, DeviceEdge::Absent)
+            Presence::Awaited { since_ns, told: false } if stale => {
+                (Presence::Awaited { since_ns, told: true }, DeviceEdge::Absent)
             }
-            State::Well if stale => {
-                (State::Lost { since_ns: now_ns, scans: scan }, DeviceEdge::Lost)
+            Presence::Well if stale => {
+                (Presence::Lost { since_ns: now_ns, scans: scan }, DeviceEdge::Lost)
             }
-            State::Lost { since_ns, scans } if !stale => {
+            Presence::Lost { since_ns, scans } if !stale => {
                 let lost_ns = now_ns.saturating_sub(since_ns);
                 let scans = scan.saturating_sub(scans);
-                (State::Well, DeviceEdge::Back { lost_ns, scans })
+                (Presence::Well, DeviceEdge::Back { lost_ns, scans })
             }
-            _ => return None,
+            Presence::Awaited { .. } | Presence::Well | Presence::Lost { .. } => return None,
         };
         *self = next;
         Some(edge)

@@ -147,7 +147,7 @@ impl Gauge {
 
 /// The state of the two threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum State {
+pub(crate) enum ThreadState {
     /// Both live; or the scan thread is lost, and the monitor has reported a fault.
     Running,
     /// The scan thread has ended in order, and all its messages were handed on.
@@ -330,15 +330,15 @@ impl Runtime {
     }
 
     /// Whether both threads still work.
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> ThreadState {
         match (self.monitor.is_finished(), self.beat.life()) {
-            (false, _) => State::Running,
-            (true, Life::Ended) => State::Over,
-            (true, _) => State::Blind,
+            (false, _) => ThreadState::Running,
+            (true, Life::Ended) => ThreadState::Over,
+            (true, _) => ThreadState::Blind,
         }
     }
 
-    /// The scan thread's report, after [`State::Over`].
+    /// The scan thread's report, after [`ThreadState::Over`].
     pub fn join(self) -> Option<Report> {
         let _ = self.monitor.join();
         self.scan.join().ok()

@@ -9,7 +9,7 @@
 
 use std::borrow::Cow;
 
-use super::nearest::{Names, Near};
+use super::nearest::{KnownNames, Near};
 use super::span::Span;
 use super::wording::{bounded, bounded_line};
 
@@ -71,7 +71,7 @@ impl Finding {
     }
 
     /// Searches the known names for one near to `name`; if there is one, it replaces the help.
-    pub(crate) fn near(mut self, name: &str, known: &Names) -> Finding {
+    pub(crate) fn near(mut self, name: &str, known: &KnownNames) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
         self
     }
@@ -80,6 +80,14 @@ impl Finding {
     pub(crate) fn near_any(mut self, near: Option<Near>) -> Finding {
         self.near = near.map(Box::new);
         self
+    }
+
+    /// As [`Finding::near`], if one of these names is near; else what was near before.
+    pub(crate) fn near_first(self, name: &str, known: &KnownNames) -> Finding {
+        match Near::new(name, known).help() {
+            Some(_) => self.near(name, known),
+            None => self,
+        }
     }
 
     /// What to write instead. Searches the nearest name now, so call it for shown findings only.
@@ -94,6 +102,12 @@ impl Finding {
             self.related.push((span, bounded_line(words.into())));
         }
         self
+    }
+
+    /// Changes its words.
+    pub(crate) fn reword(&mut self, change: impl Fn(&str) -> String) {
+        let texts = [&mut self.message, &mut self.label].into_iter().chain(&mut self.help);
+        texts.for_each(|text| *text = change(text));
     }
 
     /// Its severity.
@@ -175,6 +189,15 @@ findings! {
     LegsShared "legs-shared" Error
         "An instruction with legs stands alone in its rung, without branches.";
     Order "order" Error "`order` names every block once.";
+    // templates
+    UnknownTemplate "unknown-template" Error "There is no template of this name.";
+    TemplateArgument "template-argument" Error
+        "A use does not give what the parameters of its template ask for.";
+    TemplateParameter "template-parameter" Error
+        "A parameter stands where its type does not belong, or its default does not fit.";
+    TemplateRule "template-rule" Error "A template or a use breaks a rule of templates.";
+    TemplateRecursion "template-recursion" Error "A template uses itself.";
+    TemplateSize "template-size" Error "Templates stand for too much, or are nested too deeply.";
     TagKey "tag-key" Error "A key of a tag does not fit what the tag stands for.";
     // rules over the whole program
     OwnedTwice "owned-twice" Error "A structure has exactly one owning instruction.";
@@ -224,6 +247,7 @@ findings! {
     LongPeriod "long-period" Warning "Scans are more than a second apart.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
+    UnusedTemplate "unused-template" Warning "Nothing uses this template.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
 }
 

@@ -144,7 +144,20 @@ fn is_element(word: &str) -> bool {
     }
 }
 
+/// The help for `N3,0`: of a Sensaphone counter, the number stands behind a comma too.
+fn sensaphone_help(word: &str) -> Option<String> {
+    let word = word.split_once('=').map_or(word, |(_, value)| value);
+    let (number, element) = word.strip_prefix(['N', 'n'])?.split_once(',')?;
+    let (n, _) = (number.parse::<u32>().ok()?, element.parse::<u32>().ok()?);
+    Some(format!(
+        "a Sensaphone counter is `N,{n}` or `N{n}`, and its elements are `N,{n},0` to `N,{n},6`"
+    ))
+}
+
 fn comma_help(word: &str, mnemonic: &str) -> String {
+    if let Some(help) = sensaphone_help(word) {
+        return help;
+    }
     let names: Vec<&str> = word.split(',').filter(|name| !name.is_empty()).collect();
     let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
     let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());

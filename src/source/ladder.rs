@@ -13,10 +13,10 @@ use super::rung::{self, USE, read_arguments};
 pub(crate) use super::rung::{Branch, Entry, Leg, Rung, Stage, Use};
 use super::shape::Shape;
 use super::span::{FileId, Located, Span};
-pub(crate) use super::tag::Tag;
 use super::tag;
-pub(crate) use super::template::{Parameter, Template};
+pub(crate) use super::tag::Tag;
 use super::template;
+pub(crate) use super::template::{Parameter, Template};
 
 /// One ladder file. Its rungs are plain, or as written: rungs and uses of templates.
 #[derive(Clone, Debug)]
@@ -85,11 +85,7 @@ const DEVICE_NAMES: &str = r#"{"items":{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}}"#
 
 /// Reads a ladder file, one of those that share the `Room` of a load. The ladder is `None` if the
 /// text is not TOML, or a controller file.
-pub fn read(
-    room: &mut Room,
-    source: &str,
-    file: FileId,
-) -> (Option<Ladder<Entry>>, Vec<Finding>) {
+pub fn read(room: &mut Room, source: &str, file: FileId) -> (Option<Ladder<Entry>>, Vec<Finding>) {
     let (ladder, findings) = reader::document_within(room, source, file, |mut root| {
         if file_kind::is_controller_root(&root) {
             let finding = controller_file(&mut root);

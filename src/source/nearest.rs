@@ -15,19 +15,25 @@ const COMPARED_MAX: usize = 64;
 
 /// The known names of one kind, shared by all findings about an unknown name of that kind.
 #[derive(Clone, Default, PartialEq, Eq)]
-pub struct Names(Arc<[Box<str>]>);
+pub struct KnownNames(Arc<[Box<str>]>);
 
-impl Names {
+impl KnownNames {
     /// Sorts the names: of two equally near names, the first is offered.
-    pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> Names {
+    pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> KnownNames {
         let mut names: Vec<Box<str>> = names.into_iter().map(Box::from).collect();
         names.sort_unstable();
-        Names(names.into())
+        KnownNames(names.into())
     }
 
     /// The names, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &str> {
         self.0.iter().map(|name| &**name)
+    }
+
+    /// The names that begin with a text, in order.
+    pub(crate) fn beginning_with<'n>(&'n self, text: &'n str) -> impl Iterator<Item = &'n str> {
+        let first = self.0.partition_point(|known| **known < *text);
+        self.iter().skip(first).take_while(move |name| name.starts_with(text))
     }
 
     /// At most this number of names: those next to `name` in the order.
@@ -39,7 +45,7 @@ impl Names {
     }
 }
 
-impl fmt::Debug for Names {
+impl fmt::Debug for KnownNames {
     /// Prints their number only: there may be thousands.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} names", self.0.len())
@@ -50,13 +56,13 @@ impl fmt::Debug for Names {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Near {
     name: Box<str>,
-    known: Names,
+    known: KnownNames,
     searched_max: usize,
 }
 
 impl Near {
     /// For the help of a finding about `name`.
-    pub fn new(name: &str, known: &Names) -> Near {
+    pub fn new(name: &str, known: &KnownNames) -> Near {
         let end = name.char_indices().nth(COMPARED_MAX).map_or(name.len(), |(at, _)| at);
         Near { name: name[..end].into(), known: known.clone(), searched_max: usize::MAX }
     }
@@ -203,7 +209,7 @@ mod tests {
     #[test]
     fn a_limited_search_looks_at_the_names_next_to_it_in_the_order() {
         let names: Vec<String> = (0..1000).map(|n| format!("pump_{n:03}")).collect();
-        let known = Names::new(names.iter().map(String::as_str));
+        let known = KnownNames::new(names.iter().map(String::as_str));
         for (wrong, near) in [
             ("pump_50", Some("pump_500")),
             ("pump_777x", Some("pump_777")),
@@ -222,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_page_of_text_in_the_place_of_a_name_is_cut() {
-        let known = Names::new(["bottles"]);
+        let known = KnownNames::new(["bottles"]);
         let near = Near::new(&"ä".repeat(1_000_000), &known);
         assert_eq!((near.name.len(), near.help()), (2 * COMPARED_MAX, None));
     }

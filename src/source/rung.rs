@@ -89,8 +89,7 @@ pub struct Branch {
     pub body: Vec<Instruction>,
 }
 
-const RUNG_NAME: &str =
-    r#"{"pattern":"^([a-z0-9]+(-[a-z0-9]+)*|[A-Za-z][A-Za-z0-9_]*)$"}"#;
+const RUNG_NAME: &str = r#"{"pattern":"^([a-z0-9]+(-[a-z0-9]+)*|[A-Za-z][A-Za-z0-9_]*)$"}"#;
 const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en"]}}"#;
 /// A JSON Schema of a rung: `when`, `leg` or `use`.
 const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]},
@@ -120,8 +119,7 @@ fn read_stage(mut table: Table<'_>) -> Stage<Entry> {
     let name =
         table.required_string(key("name", "Its name, unique in its program.").limited(BLOCK_NAME));
     table.string(key("doc", "What it does."));
-    let rungs =
-        read_entries(&mut table, key("rung", "Its rungs, executed while the stage is ON."));
+    let rungs = read_entries(&mut table, key("rung", "Its rungs, executed while the stage is ON."));
     let span = table.span();
     table.finish();
     Stage { span, name, rungs }

@@ -73,6 +73,9 @@ pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
     let any =
         key("*", "A tag: a name for an address (`at`), memory (`type`) or a constant (`value`).");
     let help = |name: &str, value: &str| {
+        if value.starts_with('[') {
+            return above(name);
+        }
         let key = if value.starts_with('"') { "at" } else { "value" };
         format!("write `{name} = {{ {key} = {value} }}`")
     };
@@ -111,4 +114,9 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
     };
     table.finish();
     tag
+}
+
+/// The help for an array in a table of names: it belongs to the table above.
+pub(super) fn above(name: &str) -> String {
+    format!("write `{name} = [ … ]` above the header of this table: here it would be a name")
 }

@@ -66,9 +66,10 @@ fn read_parameters(table: &mut Table<'_>) -> Vec<Parameter> {
         return Vec::new();
     };
     let any = key("*", "A parameter: a name for what a use gives.");
-    let help = |name: &str, value: &str| match value.starts_with('"') {
-        true => format!("write `{name} = {{ type = {value} }}`"),
-        false => format!("write `{name} = {{ type = \"int\", default = {value} }}`"),
+    let help = |name: &str, value: &str| match value.as_bytes() {
+        [b'[', ..] => tag::above(name),
+        [b'"', ..] => format!("write `{name} = {{ type = {value} }}`"),
+        _ => format!("write `{name} = {{ type = \"int\", default = {value} }}`"),
     };
     let entries = parameters.entries(any, "a parameter", help);
     entries.into_iter().map(read_parameter).collect()

@@ -10,7 +10,7 @@ use std::process::Command;
 
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, ScanTimes};
-use rungd::io::plant::Device;
+use rungd::io::plant::RuleSet;
 use rungd::load;
 use rungd::lower::{Symbols, lower};
 use rungd::resolve::scope::Scope;
@@ -20,7 +20,7 @@ struct Plant {
     scope: Scope,
     symbols: Symbols,
     engine: Engine,
-    device: Device,
+    device: RuleSet,
     period_ms: u64,
     now_ms: u64,
     stopped: bool,
@@ -42,7 +42,7 @@ impl Plant {
             scope: Scope::of(&program),
             symbols,
             engine,
-            device: Device::new(&controller.rules),
+            device: RuleSet::new(&controller.rules),
             period_ms: controller.period_ms.into(),
             now_ms: 0,
             stopped: false,

@@ -138,7 +138,7 @@ fn a_write_that_does_not_hold_says_why() {
 fn what_cannot_be_done_is_refused_with_its_reason_and_code() {
     let live = live();
     for (command, code, words) in [
-        ("read nothing_of_that_name", 2, "nothing is called"),
+        ("read nothing_of_that_name", 2, "the shell completes them after `rungd completions`"),
         ("read siez", 2, "did you mean `size`"),
         ("write parts 3", 2, "name a member"),
         ("write size 501", 2, "`size` takes 1 to 500, not 501"),

@@ -58,6 +58,19 @@ fn systemd_hears_ready_alive_status_and_stopping() {
     assert_eq!(running.end().code(), Some(0));
 }
 
+/// systemd would kill the process before a long scan is a fault.
+#[test]
+fn a_watchdog_that_systemds_own_forestalls_is_said_at_the_start() {
+    for (watchdog, said) in [("300ms", None), ("310ms", Some("it is a fault, and no output"))] {
+        let plant = Plant::new(ALIVE, &format!("scan.watchdog = \"{watchdog}\"\n"));
+        let mut command = plant.command(&["--log-format", "json", "--scans", "3"]);
+        let output = command.env("WATCHDOG_USEC", "400000").output().unwrap();
+        let log = String::from_utf8_lossy(&output.stderr);
+        let line = log.lines().find(|line| line.contains("\"fault-too-late\""));
+        assert_eq!(line.map(|line| line.contains(said.unwrap_or_default())), said.map(|_| true));
+    }
+}
+
 #[test]
 fn a_systemd_that_does_not_listen_keeps_nobody_from_anything() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");

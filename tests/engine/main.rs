@@ -8,6 +8,7 @@ mod properties;
 mod restarts;
 mod runs;
 mod semantics_page;
+mod templates;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]
@@ -18,4 +19,5 @@ mod support {
     pub mod plc;
     pub mod run;
     pub mod table;
+    pub mod written_out;
 }

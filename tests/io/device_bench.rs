@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use crate::rig::{Rig, rig};
-use rungd::io::device::{Device, Done, Driver, Exchange, Health, Occasion, Parts, Trouble};
+use rungd::io::device::{DeviceTask, Done, Driver, Exchange, Health, Occasion, Parts, Trouble};
 use rungd::runtime::wiring::Source;
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, LocalSet};
@@ -140,7 +140,7 @@ impl Bench {
             health: health.clone(),
             poll: POLL,
         };
-        let task = tokio::task::spawn_local(Device::new(parts).run(async move {
+        let task = tokio::task::spawn_local(DeviceTask::new(parts).run(async move {
             let _ = stopped.await;
         }));
         Bench { rig, script, health, stop: Some(stop), task }

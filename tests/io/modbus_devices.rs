@@ -147,7 +147,7 @@ watchdog = { register = 99, every = "50ms" }
 fn controller(port: &str, more: &str) -> String {
     format!(
         "[scan]\nperiod = \"5ms\"\n[outputs]\non = [\"Y1\"]\n[[device]]\nname = \"line1\"\n\
-         driver = \"modbus-tcp\"\naddress = \"127.0.0.1:{port}\"\nloss-after = \"300ms\"\n\
+         driver = \"modbus-tcp\"\naddress = \"127.0.0.1:{port}\"\ntimeout = \"2s\"\nloss-after = \"1s\"\n\
          {more}\n{MAP}"
     )
 }
@@ -185,10 +185,13 @@ impl Drop for Wire {
     }
 }
 
+/// A device on a line. `line9` does not answer, and is not waited for; the others may be late
+/// because the machine is busy.
 fn serial(name: &str, wire: &Wire, more: &str) -> String {
+    let timeout = if name == "line9" { "200ms" } else { "2s" };
     format!(
         "[[device]]\nname = \"{name}\"\ndriver = \"modbus-rtu\"\nport = \"{}\"\n\
-         parity = \"none\"\nloss-after = \"500ms\"\n{more}\n",
+         parity = \"none\"\ntimeout = \"{timeout}\"\nloss-after = \"3s\"\n{more}\n",
         wire.ends[0]
     )
 }

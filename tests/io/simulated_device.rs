@@ -5,7 +5,7 @@ use crate::support::page;
 use rungd::calendar::LocalTime;
 use rungd::controller::{Controller, read, resolve_controller};
 use rungd::engine::Engine;
-use rungd::io::plant::Device;
+use rungd::io::plant::RuleSet;
 use rungd::io::plant::settings::{Motion, Rule};
 use rungd::isa::Address;
 use rungd::lower::{Symbols, lower};
@@ -18,7 +18,7 @@ const PERIOD_MS: u64 = 10;
 struct Plant {
     engine: Engine,
     symbols: Symbols,
-    device: Device,
+    device: RuleSet,
     program: Program,
     now_ms: u64,
 }
@@ -45,7 +45,7 @@ fn plant(change: impl Fn(&mut [Rule])) -> Plant {
     engine.start(0);
     let mut rules = controller.rules;
     change(&mut rules);
-    Plant { engine, symbols, device: Device::new(&rules), program, now_ms: 0 }
+    Plant { engine, symbols, device: RuleSet::new(&rules), program, now_ms: 0 }
 }
 
 impl Plant {

@@ -158,6 +158,9 @@ fn what_waits_for_a_restart_is_named_and_the_rest_is_applied() {
     live.line("RUN: scanning every 20ms");
 }
 
+/// Scans that are far apart, and a watchdog that systemd's own forestalls.
+const LONG: &str = "[scan]\nperiod = \"20m\"\nwatchdog = \"700ms\"\n";
+
 #[test]
 fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
     let folder = live::folder(LADDER, "");
@@ -170,8 +173,10 @@ fn where_scans_are_far_apart_systemd_hears_of_them_and_commands_do_not_wait() {
     let live = Live::of(folder, command);
     live.await_values("Y0", "ON");
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
-    write(&live, "controller.toml", &format!("{controller}[scan]\nperiod = \"20m\"\n"));
-    assert!(live.ok("reload").contains("scan period 10ms → 20m"));
+    write(&live, "controller.toml", &format!("{controller}{LONG}"));
+    let said = live.ok("reload");
+    assert!(said.contains("scan period 10ms → 20m"), "{said}");
+    assert!(said.contains("warning: `[scan] watchdog` is 700ms, and systemd ends"), "{said}");
     // Some are of the short period: more than were on their way then are of the long one.
     notify.set_nonblocking(true).unwrap();
     while notify.recv(&mut [0; 512]).is_ok() {}

@@ -9,6 +9,7 @@ mod random;
 mod reloaded;
 mod report;
 mod rules;
+mod templates;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Error};
 use std::rc::Rc;
 
-use rungd::retain::Device;
+use rungd::retain::Storage;
 
 /// What the n-th call comes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,7 +150,7 @@ impl Disk {
     }
 }
 
-impl Device for Handle {
+impl Storage for Handle {
     fn size(&mut self) -> io::Result<u64> {
         Ok(self.0.borrow().cache.len() as u64)
     }
@@ -209,7 +209,7 @@ impl Device for Handle {
 /// Bytes that are only read.
 pub struct Bytes<'a>(pub &'a [u8]);
 
-impl Device for Bytes<'_> {
+impl Storage for Bytes<'_> {
     fn size(&mut self) -> io::Result<u64> {
         Ok(self.0.len() as u64)
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use rungd::isa::{BitSpace, Space};
+use rungd::retain::content::RetainedElement;
 use rungd::retain::format::{Geometry, Stamp, put_slot};
 use rungd::retain::slots::{Slots, survey};
 
@@ -34,7 +35,8 @@ fn the_reader_of_the_page_reads_what_is_written() {
     let content = content();
     let read = rungd::retain::content::read(&content).expect("it is as the page says");
     assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (4, 1, 1));
-    assert_eq!(read.terminated.into_iter().collect::<Vec<_>>(), [(Space::Bit(BitSpace::C), 5)]);
+    let c5 = RetainedElement { space: Space::Bit(BitSpace::C), number: 5 };
+    assert_eq!(read.terminated.into_iter().collect::<Vec<_>>(), [c5]);
     let geometry = Geometry::for_content(content.len(), 77);
     let disk = disk::Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use rungd::isa::{Space, WordSpace};
-use rungd::retain::content;
+use rungd::retain::content::{self, RetainedElement};
 use rungd::retain::file::{Access, FileDevice};
 use rungd::retain::slots::survey;
 use serde_json::Value;
@@ -49,21 +49,19 @@ pub fn held(path: &Path) -> Option<Held> {
     let mut device = FileDevice::open(path, Access::Read).ok()?;
     let newest = survey(&mut device).expect("a file of ours").newest?;
     let content = content::read(&newest.content).expect("it makes sense");
-    let value = |element| {
+    let value = |space, number| {
+        let element = RetainedElement { space, number };
         let found = content.elements.iter().find(|(at, _)| *at == element);
         found.expect("it is retained").1.word
     };
-    let (count, sum, far) = (
-        value((Space::Word(WordSpace::D), 0)),
-        value((Space::Word(WordSpace::D), 1)),
-        value((Space::Word(WordSpace::D), 3999)),
-    );
+    let d = Space::Word(WordSpace::D);
+    let (count, sum, far) = (value(d, 0), value(d, 1), value(d, 3999));
     let wanted = i64::from(count) * (i64::from(count) + 1) / 2;
     assert_eq!((i64::from(sum), far), (wanted.min(i64::from(i32::MAX)), count), "a mixture");
     Some(Held {
         sequence: newest.stamp.sequence,
         is_final: newest.stamp.flags != 0,
         count,
-        counter: value((Space::Counter, 0)),
+        counter: value(Space::Counter, 0),
     })
 }

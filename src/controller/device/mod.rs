@@ -134,7 +134,7 @@ fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option
     let moved = |address: &Address| match address {
         Address::Bit(Bit::Space(space, _)) => matches!(space, X | C | Mc | Mi),
         Address::Word(Word::Space(space, _)) => matches!(space, V | D | R | Mhr | Mir),
-        _ => false,
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
     };
     if direction == Direction::Out || addresses.iter().all(moved) {
         return None;
@@ -198,7 +198,7 @@ fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> S
     let is_output = matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let (min, max) = match address {
         Address::Word(word) => word.range(),
-        _ => (0, 1),
+        Address::Bit(_) | Address::Structure(_) => (0, 1),
     };
     let Some(safe) = &row.written.safe else {
         return match (is_output, row.written.hold.as_ref().is_some_and(|hold| hold.value)) {

@@ -147,7 +147,7 @@ fn resolve_entry(
     let address = u16::try_from(map.address.as_ref()?.value).ok()?;
     let kind = match operands.first {
         Address::Word(word) => Some(kind.unwrap_or_else(|| NumberType::of(word))),
-        _ => None,
+        Address::Bit(_) | Address::Structure(_) => None,
     };
     let entry = Entry { operands, table, address, kind, order, unit, span: map.span };
     let wrong = fits_type(map, &entry)

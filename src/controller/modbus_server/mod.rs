@@ -147,7 +147,9 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
         Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) => {
             "Stages and blocks are switched by the ladder"
         }
-        _ => "it says how the controller is",
+        Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..))
+        | Address::Word(_)
+        | Address::Structure(_) => "it says how the controller is",
     };
     let message = format!("`{operands}` cannot be written: {why}");
     let finding = Finding::new(Code::Controller, operands.span, message);

@@ -109,7 +109,7 @@ impl Desk {
             }
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
-                as_json(&protocol::Names { names })
+                as_json(&protocol::NameList { names })
             }
         }
     }

@@ -18,13 +18,13 @@ pub(super) const KEPT: usize = 8;
 /// All seats.
 #[derive(Clone)]
 pub(super) struct Seats {
-    taken: Arc<Mutex<Taken>>,
+    taken: Arc<Mutex<Sitters>>,
     count_max: usize,
     kept: usize,
 }
 
 #[derive(Default)]
-struct Taken {
+struct Sitters {
     last: u64,
     sitters: HashMap<u64, Sitter>,
 }
@@ -73,12 +73,12 @@ impl Seats {
         self.lock().dismiss(|_| true);
     }
 
-    fn lock(&self) -> MutexGuard<'_, Taken> {
+    fn lock(&self) -> MutexGuard<'_, Sitters> {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Taken {
+impl Sitters {
     /// Whether fewer than `most` of these are left, if necessary after one idle client of them was
     /// asked to leave.
     fn room(&mut self, most: usize, these: impl Fn(&Sitter) -> bool) -> bool {

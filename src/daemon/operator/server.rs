@@ -167,7 +167,7 @@ fn unless_done_without<T>(
     done: Result<T, Failure>,
 ) -> Result<Option<T>, Failure> {
     match done {
-        Err(Failure::Environment(why)) if !spec.insists && !why.is::<socket::Taken>() => {
+        Err(Failure::Environment(why)) if !spec.insists && !why.is::<socket::SocketTaken>() => {
             say!(OPERATOR_NO_SOCKET,
                 socket = %spec.path.display(),
                 "no operator's commands: {why:#}"

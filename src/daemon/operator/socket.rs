@@ -40,7 +40,7 @@ pub(in super::super) struct SocketSpec {
 
 /// Another controller answers there.
 #[derive(Debug)]
-pub(in super::super) struct Taken(String);
+pub(in super::super) struct SocketTaken(String);
 
 /// The place of a socket, held by its lock: no other controller can take it.
 ///
@@ -109,6 +109,16 @@ impl SocketSpec {
         let asked = if self.insists { "`[operator] socket`" } else { "the operator's socket" };
         Failure::Environment(anyhow::anyhow!("{asked} cannot be {path}: {why}"))
     }
+
+    /// The failure for a file that cannot be made; without its folder, a remedy instead of `why`.
+    fn not_made(&self, why: &str, error: &io::Error) -> Failure {
+        if error.kind() != io::ErrorKind::NotFound {
+            return self.failure(&why);
+        }
+        self.failure(&format!(
+            "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
+        ))
+    }
 }
 
 impl Claim {
@@ -149,12 +159,8 @@ fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), Failure> {
         )));
     }
     let _ = fs::remove_file(&fresh);
-    let listener = UnixListener::bind(&fresh).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => spec.failure(&format!(
-            "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
-        )),
-        _ => spec.failure(&error),
-    })?;
+    let listener =
+        UnixListener::bind(&fresh).map_err(|error| spec.not_made(&error.to_string(), &error))?;
     let put = || -> io::Result<fs::Metadata> {
         listen(&listener, QUEUE_MAX)?;
         if gid.is_some() {
@@ -238,18 +244,14 @@ fn lock(spec: &SocketSpec) -> Result<File, Failure> {
     if fs::metadata(&path).is_ok_and(|meta| !meta.is_file()) {
         return Err(spec.failure(&format!("{} {other}", path.display())));
     }
-    let file = options.open(&path).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => spec.failure(&format!(
-            "{error}: its folder must be there (under systemd `RuntimeDirectory=rungd` makes it)"
-        )),
-        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            spec.failure(&format!(
-                "{}: {error}; name a path in a folder that rungd may write to, as \
-                 `/run/rungd/rungd.sock`, or remove the key: systemd gives a service its place",
-                path.display()
-            ))
+    let file = options.open(&path).map_err(|error| {
+        let refused = [io::ErrorKind::PermissionDenied, io::ErrorKind::ReadOnlyFilesystem];
+        let mut why = format!("{}: {error}", path.display());
+        if refused.contains(&error.kind()) {
+            why += "; name a path in a folder that rungd may write to, as \
+                    `/run/rungd/rungd.sock`, or remove the key: systemd gives a service its place";
         }
-        _ => spec.failure(&format!("{}: {error}", path.display())),
+        spec.not_made(&why, &error)
     })?;
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
         Ok(()) => Ok(file),
@@ -260,19 +262,19 @@ fn lock(spec: &SocketSpec) -> Result<File, Failure> {
 
 fn taken(path: &Path) -> Failure {
     let path = path.display();
-    Failure::Environment(anyhow::Error::new(Taken(format!(
+    Failure::Environment(anyhow::Error::new(SocketTaken(format!(
         "the operator's socket cannot be {path}: another rungd answers there; stop it (`rungd \
          status --socket {path}` shows it), or give this one a socket of its own"
     ))))
 }
 
-impl std::fmt::Display for Taken {
+impl std::fmt::Display for SocketTaken {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl std::error::Error for Taken {}
+impl std::error::Error for SocketTaken {}
 
 fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), Failure> {
     match fs::symlink_metadata(&spec.path) {

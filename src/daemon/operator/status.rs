@@ -17,7 +17,7 @@ use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
     self, Alarm, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain,
-    Scan, Spread, Status, Value,
+    Scan, ShownValue, Spread, Status,
 };
 use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
@@ -122,7 +122,7 @@ impl About {
         mover.map(|(driver, _)| driver.as_str())
     }
 
-    pub(super) fn status(&self, latest: &Snapshot, forces: Vec<Value>) -> Status {
+    pub(super) fn status(&self, latest: &Snapshot, forces: Vec<ShownValue>) -> Status {
         let now_ns = monotonic_ns();
         let ladder = &self.ladder;
         Status {

@@ -9,10 +9,11 @@ use std::sync::Arc;
 
 use crate::daemon::config::{self, Setup};
 use crate::daemon::narration::{Narration, span};
+use crate::daemon::systemd::fault_too_late;
 use crate::engine::{self, Engine};
 use crate::isa::MemorySizes;
 use crate::progress::Progress;
-use crate::reload::{ReloadPlan, Side};
+use crate::reload::{ReloadPlan, Side, WARNING};
 use crate::runtime::exchange::Snapshot;
 use crate::runtime::{Carried, Contents, Package, Safe};
 use crate::source::render::Style;
@@ -102,6 +103,10 @@ pub(super) fn settings(started: &Setup, old: &Setup, new: &Setup) -> Vec<String>
         lines.push(format!("retained ranges {was} → {is}"));
     }
     lines.extend(safe_values(&old.memory.safe, &new.memory.safe));
+    if was.watchdog_ns != is.watchdog_ns {
+        let late = fault_too_late(is.watchdog_ns, sd_notify::watchdog_enabled());
+        lines.extend(late.map(|sentence| format!("{WARNING}{sentence}")));
+    }
     lines
 }
 

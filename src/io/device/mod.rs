@@ -1,7 +1,7 @@
 //! Field devices beside the scan: each has a task that exchanges and reports.
 //!
-//! The daemon makes a [`Device`] from a driver and a line to the scan, and runs it until the end. A
-//! driver ([`Driver`]) knows its points and the way to its peer. This module decides, for all
+//! The daemon makes a [`DeviceTask`] from a driver and a line to the scan, and runs it until the
+//! end. A driver ([`Driver`]) knows its points and the way to its peer. This module decides, for all
 //! drivers, the times of exchanges, the reaction to trouble, the safe values and the log lines.
 //! The scan thread itself exchanges with local lines; [`Keeper`] only opens them, and opens them
 //! again after trouble.
@@ -16,4 +16,4 @@ pub use driver::{Done, Driver, Exchange, Occasion, Trouble};
 pub use health::Health;
 pub use keeper::{Keeper, Opener};
 pub(super) use retry::Retry;
-pub use task::{Device, Parts};
+pub use task::{DeviceTask, Parts};

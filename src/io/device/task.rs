@@ -34,7 +34,7 @@ const UNDER_WAY_MAX: Duration = Duration::from_secs(1);
 const LAST_CONNECT_MAX: Duration = Duration::from_millis(500);
 
 /// A device: a driver, its line to the scan, and the sources of its outputs.
-pub struct Device<D> {
+pub struct DeviceTask<D> {
     driver: D,
     input_end: InputEnd,
     port: Port,
@@ -102,12 +102,12 @@ impl<F: Future<Output = ()>> Stop<'_, F> {
     }
 }
 
-impl<D: Driver> Device<D> {
+impl<D: Driver> DeviceTask<D> {
     /// A device that has not connected yet.
-    pub fn new(parts: Parts<D>) -> Device<D> {
+    pub fn new(parts: Parts<D>) -> DeviceTask<D> {
         let Parts { driver, input_end, port, inputs, outputs, health, poll } = parts;
         let count = outputs.len();
-        Device {
+        DeviceTask {
             driver,
             input_end,
             port,
@@ -264,7 +264,7 @@ impl<D: Driver> Device<D> {
         image: &Arc<Snapshot>,
         stop: &mut Stop<'_, impl Future<Output = ()>>,
     ) -> Result<Done, Trouble> {
-        let Device { driver, port, outputs, values, inputs, .. } = self;
+        let DeviceTask { driver, port, outputs, values, inputs, .. } = self;
         let (ending, values) = (AtomicBool::new(false), &values[..]);
         let is_urgent =
             || ending.load(Ordering::Relaxed) || is_to_write(port, image, (outputs, values));

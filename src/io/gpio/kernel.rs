@@ -17,7 +17,7 @@ pub struct Kernel;
 struct Opened(File);
 
 /// Lines that were taken; `mask` has their bits.
-struct Taken {
+struct KernelLines {
     file: File,
     mask: u64,
 }
@@ -86,7 +86,7 @@ impl Chip for Opened {
             asked.config.add_debounce(period_us, mask);
         }
         let file = v2::get_line(&self.0, asked).map_err(system)?;
-        Ok(Box::new(Taken { file, mask }))
+        Ok(Box::new(KernelLines { file, mask }))
     }
 }
 
@@ -110,7 +110,7 @@ fn flags(request: &Request<'_>) -> LineFlags {
     flags
 }
 
-impl Lines for Taken {
+impl Lines for KernelLines {
     fn get(&self) -> Result<u64, i32> {
         let mut values = LineValues { bits: 0, mask: self.mask };
         v2::get_line_values(&self.file, &mut values).map_err(number)?;

@@ -9,10 +9,10 @@ use crate::io::gpio::settings::{Bias, Chip as ChipName, Drive};
 
 /// A chip in memory; its clones are the same one.
 #[derive(Clone, Default)]
-struct Fake(Arc<Mutex<State>>);
+struct Fake(Arc<Mutex<ChipState>>);
 
 #[derive(Default)]
-struct State {
+struct ChipState {
     /// The names of the lines, one per line, by number.
     names: Vec<&'static str>,
     levels: BTreeMap<u32, bool>,
@@ -24,7 +24,7 @@ struct State {
     broken: Option<u32>,
 }
 
-struct Taken {
+struct FakeLines {
     chip: Fake,
     offsets: Vec<u32>,
     active_low: bool,
@@ -37,7 +37,7 @@ impl Fake {
         fake
     }
 
-    fn state(&self) -> std::sync::MutexGuard<'_, State> {
+    fn state(&self) -> std::sync::MutexGuard<'_, ChipState> {
         self.0.lock().unwrap()
     }
 }
@@ -77,7 +77,7 @@ impl Chip for Fake {
         }
         drop(state);
         let active_low = request.setting.active_low;
-        let taken = Taken { chip: self.clone(), offsets, active_low };
+        let taken = FakeLines { chip: self.clone(), offsets, active_low };
         if let Some(values) = request.values {
             taken.set(values).unwrap();
         }
@@ -85,7 +85,7 @@ impl Chip for Fake {
     }
 }
 
-impl Lines for Taken {
+impl Lines for FakeLines {
     fn get(&self) -> Result<u64, i32> {
         let state = self.chip.state();
         if state.gone || state.broken.is_some_and(|line| self.offsets.contains(&line)) {
@@ -108,7 +108,7 @@ impl Lines for Taken {
     }
 }
 
-impl Drop for Taken {
+impl Drop for FakeLines {
     fn drop(&mut self) {
         let mut state = self.chip.state();
         self.offsets.iter().for_each(|offset| drop(state.holders.remove(offset)));

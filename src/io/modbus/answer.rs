@@ -81,7 +81,9 @@ fn read_of(pdu: &[u8], request: &Request<'_>) -> Option<Read> {
         Request::ReadWrite { read_first, read_count, .. } => {
             (Table::HoldingRegisters, read_first, read_count)
         }
-        _ => return None,
+        Request::WriteCoils { .. } | Request::WriteRegisters { .. } | Request::MaskWrite { .. } => {
+            return None;
+        }
     };
     Some(Read { function: *pdu.first()?, table, first, count })
 }

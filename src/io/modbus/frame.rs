@@ -134,7 +134,7 @@ mod tests {
     fn split_length(length: [u8; 2]) -> Option<Broken> {
         match split(&[0, 1, 0, 0, length[0], length[1]]) {
             Split::Broken(broken) => Some(broken),
-            _ => None,
+            Split::More | Split::Frame { .. } => None,
         }
     }
 

@@ -354,7 +354,12 @@ impl Make<'_> {
             Bit::Space(BitSpace::Mc, n) => input = inputs.and_then(|(mc, x)| across(mc, x, n)),
             Bit::Space(BitSpace::Mi, n) => output = outputs.and_then(|(y, mi)| across(mi, y, n)),
             Bit::Space(BitSpace::Y, n) => output = Some(n),
-            _ => {}
+            Bit::Space(..)
+            | Bit::Flag(..)
+            | Bit::Stage(_)
+            | Bit::Running(_)
+            | Bit::Done(_)
+            | Bit::Device(..) => {}
         }
         // Every client may write a coil that moves an input, as if it stood in `writable`.
         let lists = self.lists(Address::Bit(bit)) | Lists::from(input.is_some());

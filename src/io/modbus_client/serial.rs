@@ -189,7 +189,7 @@ impl SerialLine {
         self.echo = self.echo.after(request, heard);
         Ok(match heard {
             Heard::Answer(pdu) if self.echo != Echo::Seen => Some(pdu.to_vec()),
-            _ => None,
+            Heard::Nothing | Heard::Answer(_) | Heard::Echo => None,
         })
     }
 

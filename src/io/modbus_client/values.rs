@@ -145,7 +145,7 @@ mod tests {
             let number = plain(kind);
             let held = match kind {
                 NumberType::U16 | NumberType::U32 => value.max(0),
-                _ => value,
+                NumberType::I16 | NumberType::I32 | NumberType::F32 => value,
             };
             prop_assert_eq!(decode(&number, encode(&number, value)), Some(held));
         }

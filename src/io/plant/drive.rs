@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use super::rules::Device;
+use super::rules::RuleSet;
 use super::settings::Rule;
 use crate::engine::Layout;
 use crate::isa::{Bit, BitSpace};
@@ -32,7 +32,7 @@ impl Rules {
 
 /// A device that has taken its first step; [`Drive::run`] takes the others.
 pub struct Drive {
-    device: Device,
+    device: RuleSet,
     programs: Generations<Rules>,
     /// The program whose rules it follows.
     generation: u32,
@@ -46,7 +46,7 @@ impl Drive {
     /// inputs.
     pub fn new(programs: Generations<Rules>, port: Port) -> Drive {
         let first = programs.of(0);
-        let (device, layout) = (Device::new(&first.rules), first.layout.clone());
+        let (device, layout) = (RuleSet::new(&first.rules), first.layout.clone());
         let mut drive =
             Drive { device, programs, generation: 0, layout, port, started: Instant::now() };
         drive.step();
@@ -78,9 +78,11 @@ impl Drive {
             (self.generation, self.layout) = (seen.generation, now.layout.clone());
         }
         let layout = &self.layout;
-        let read = |bit| match bit {
-            Bit::Space(BitSpace::Y, n) => seen.outputs[n as usize] != 0,
-            other => seen.bit(layout.bit(other)),
+        let read = |bit| {
+            if let Bit::Space(BitSpace::Y, n) = bit {
+                return seen.outputs[n as usize] != 0;
+            }
+            seen.bit(layout.bit(bit))
         };
         for (x, on) in self.device.step(now_ms, read) {
             self.port.set_input(x, on);

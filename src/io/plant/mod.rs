@@ -3,7 +3,7 @@
 //! [`Model`] is pure: it takes the time and the outputs to the plant, and gives the inputs. Tests
 //! step it by hand; [`Plant`] makes it a driver, with a step up to the present at each exchange.
 //! `docs/simulated-plant.md` describes the parts and faults. The rules of `[[simulated-device]]`
-//! are single parts without a plant ([`Device`], and [`Drive`] beside a running controller).
+//! are single parts without a plant ([`RuleSet`], and [`Drive`] beside a running controller).
 
 mod drive;
 mod fault;
@@ -17,7 +17,7 @@ use std::time::Instant;
 
 pub(crate) use drive::{Drive, Rules};
 pub use model::{Lost, Model};
-pub use rules::Device;
+pub use rules::RuleSet;
 
 use crate::isa::Real;
 

@@ -13,7 +13,7 @@ use crate::isa::Bit;
 
 /// All rules with their state.
 #[derive(Clone, Debug)]
-pub struct Device {
+pub struct RuleSet {
     moved: Vec<Moved>,
 }
 
@@ -26,17 +26,17 @@ struct Moved {
     given: Option<bool>,
 }
 
-impl Device {
+impl RuleSet {
     /// A device at rest.
-    pub fn new(rules: &[Rule]) -> Device {
+    pub fn new(rules: &[Rule]) -> RuleSet {
         let moved =
             |rule: &Rule| Moved { rule: rule.clone(), part: at_rest(rule.motion), given: None };
-        Device { moved: rules.iter().map(moved).collect() }
+        RuleSet { moved: rules.iter().map(moved).collect() }
     }
 
     /// A device with these rules. A rule that has not changed continues from its present state.
-    pub(crate) fn going_on(&self, rules: &[Rule]) -> Device {
-        let mut device = Device::new(rules);
+    pub(crate) fn going_on(&self, rules: &[Rule]) -> RuleSet {
+        let mut device = RuleSet::new(rules);
         for moved in &mut device.moved {
             let known = |before: &&Moved| {
                 let (a, b) = (&before.rule, &moved.rule);
@@ -113,7 +113,7 @@ mod tests {
     /// The input's line after one step per millisecond from 0. A bit is ON where its line has a
     /// `#`.
     fn line(rule: Rule, motor: &str, enable: &str) -> String {
-        let mut device = Device::new(&[rule]);
+        let mut device = RuleSet::new(&[rule]);
         let mut input = None;
         let steps = motor.len().max(enable.len());
         let at = |line: &str, ms: usize| line.as_bytes().get(ms) == Some(&b'#');
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_late_step_does_not_shift_the_pulses() {
-        let mut device = Device::new(&[pulse(100, 1000, 0)]);
+        let mut device = RuleSet::new(&[pulse(100, 1000, 0)]);
         let mut at = |ms| device.step(ms, |_| false);
         assert_eq!(at(50), [(0, true)], "the start is the first step");
         assert_eq!(at(7_200), [(0, false)]);
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn every_rule_has_its_input() {
         let rules = [Rule { input: 3, ..follow(0, 0) }, Rule { input: 9, ..pulse(1, 2, 1) }];
-        let mut device = Device::new(&rules);
+        let mut device = RuleSet::new(&rules);
         assert_eq!(device.step(0, |_| true), [(3, true), (9, false)]);
         assert_eq!(device.step(1, |_| true), [(9, true)]);
         assert_eq!(device.step(1, |_| true), []);
@@ -197,7 +197,7 @@ mod tests {
             nows.sort_unstable();
             let pulse = pulse(width_ms, every_ms, after_ms);
             let pulse = Rule { invert, while_on: Some(ENABLE), ..pulse };
-            let mut device = Device::new(&[pulse, follow(after_ms, release_ms)]);
+            let mut device = RuleSet::new(&[pulse, follow(after_ms, release_ms)]);
             for (now_ms, bit) in nows.into_iter().zip(bits) {
                 device.step(now_ms, |_| bit);
             }

@@ -11,7 +11,7 @@ use super::{given, texts};
 use crate::resolve::declare::{Role, forbidden};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
-use crate::source::nearest::{Names, did_you_mean};
+use crate::source::nearest::{KnownNames, did_you_mean};
 use crate::source::reader::Text;
 use crate::source::span::Span;
 
@@ -22,6 +22,8 @@ pub(super) struct Declared<'t> {
     parameters: HashMap<&'t str, (Kind, &'t Parameter)>,
     /// The names of its own tags and inner uses.
     pub own: HashSet<&'t str>,
+    /// These, and those of the parameters.
+    pub known: KnownNames,
     /// Whether it can be written out.
     pub is_usable: bool,
 }
@@ -30,7 +32,7 @@ pub(super) struct Declared<'t> {
 pub(super) struct Templates<'t> {
     pub all: Vec<Declared<'t>>,
     by_name: HashMap<&'t str, usize>,
-    pub known: Names,
+    pub known: KnownNames,
 }
 
 impl<'t> Declared<'t> {
@@ -40,8 +42,10 @@ impl<'t> Declared<'t> {
         let parameters = parameters.filter_map(|p| Some((&*p.name.text, (kind(p)?, p)))).collect();
         let tags = template.tags.iter().map(|tag| &*tag.name.text);
         let uses = uses(template).filter_map(|of| Some(&*of.name.as_ref()?.text));
-        let own = tags.chain(uses).collect();
-        Declared { template, parameters, own, is_usable: true }
+        let own: HashSet<&str> = tags.chain(uses).collect();
+        let names = template.parameters.iter().map(|parameter| &*parameter.name.text);
+        let known = KnownNames::new(own.iter().copied().chain(names));
+        Declared { template, parameters, own, known, is_usable: true }
     }
 
     pub fn name(&self) -> &'t str {
@@ -123,7 +127,7 @@ impl<'t> Templates<'t> {
             }
             by_name.insert(&name.text, at);
         }
-        let known = Names::new(by_name.keys().copied());
+        let known = KnownNames::new(by_name.keys().copied());
         let mut templates = Templates { all, by_name, known };
         for declared in &templates.all {
             names(declared, &mut findings);
@@ -138,6 +142,20 @@ impl<'t> Templates<'t> {
     /// The template of a use, by its number.
     pub fn of(&self, of: &Use) -> Option<usize> {
         self.by_name.get(&*of.template.as_ref()?.text).copied()
+    }
+
+    /// The warnings about the templates that nothing uses.
+    pub fn unused(&self, used: &[bool]) -> Vec<Finding> {
+        let unused = self.by_name.values().filter(|at| !used[**at] && self.all[**at].is_usable);
+        let finding = |at: &usize| {
+            let name = self.all[*at].template.name.as_ref()?;
+            let message = format!("nothing uses the template `{}`", name.text);
+            let finding = Finding::new(Code::UnusedTemplate, name.span, message).label("unused");
+            let help =
+                format!("delete it, or use it in the place of a rung: `use = \"{}\"`", name.text);
+            Some(finding.help(help))
+        };
+        unused.filter_map(finding).collect()
     }
 
     /// What is wrong with a use by itself; `is_body`: it is a Program's body.
@@ -155,10 +173,11 @@ impl<'t> Templates<'t> {
             let message = format!("`{}` has stages: it is the body of a program", name.text);
             let finding = Finding::new(Code::TemplateRule, name.span, message);
             let own = of.name.as_ref().map_or("Flush", |name| &name.text);
-            findings.push(finding.related(stage.span, "a stage of it").help(format!(
-                "[[program]]\nname = \"{own}\"\nuse = \"{}\"",
-                name.text
-            )));
+            findings.push(
+                finding
+                    .related(stage.span, "a stage of it")
+                    .help(format!("[[program]]\nname = \"{own}\"\nuse = \"{}\"", name.text)),
+            );
         }
         findings
     }
@@ -227,8 +246,9 @@ fn parameters(declared: &Declared, findings: &mut Vec<Finding>) {
             continue;
         };
         let Some(default) = &parameter.default else { continue };
-        if let Err(finding) = given::read(of, default, default.span.file) {
-            findings.push(Finding { code: Code::TemplateParameter, ..*finding });
+        if let Err(mut finding) = given::read(of, default, default.span.file) {
+            finding.code = Code::TemplateParameter;
+            findings.push(*finding);
         }
     }
 }

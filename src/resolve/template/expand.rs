@@ -12,11 +12,14 @@ use super::kind::Kind;
 use super::rewrite::{Instance, Rewrite};
 use super::room::Room;
 use super::texts;
+use super::trial::Trial;
 use crate::resolve::declare::NAME_MAX;
 use crate::resolve::layers::{Layers, UsePlace};
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::contact::Contact;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{
-    Block, Branch, Entry, Ladder, Leg, Parameter, Rung, Stage, Tag, Use,
+    Block, BlockForm, Branch, Entry, Ladder, Leg, Parameter, Rung, Stage, Tag, Use,
 };
 use crate::source::reader::Text;
 use crate::source::span::{FileId, Located, Span};
@@ -30,6 +33,8 @@ pub(super) struct Expansion<'t> {
     pub arguments: Vec<Argument>,
     /// The names of the uses that stand in ladders.
     pub names: Vec<Text>,
+    /// By the numbers of the templates: whether one of their uses is written out.
+    pub written: Vec<bool>,
     room: Room,
     tags: Vec<Tag>,
     trial: bool,
@@ -46,6 +51,7 @@ impl<'t> Expansion<'t> {
             findings: Vec::new(),
             arguments: Vec::new(),
             names: Vec::new(),
+            written: vec![false; templates.all.len()],
             room: Room::new(),
             tags: Vec::new(),
             trial: false,
@@ -130,7 +136,8 @@ impl<'t> Expansion<'t> {
 
     /// A use with its arguments. Adds its own tags.
     fn instance(&mut self, of: &Use, giver: Giver<'_, 't>, is_body: bool) -> Option<Instance<'t>> {
-        let declared = &self.templates.all[self.templates.of(of)?];
+        let number = self.templates.of(of)?;
+        let declared = &self.templates.all[number];
         let name = of.name.as_ref()?;
         if !declared.is_usable || self.room.is_over() {
             return None;
@@ -145,16 +152,22 @@ impl<'t> Expansion<'t> {
             None if is_body => (name.text.clone(), String::new()),
             None => (name.text.clone(), format!("{}/", name.text)),
         };
-        let place = UsePlace { name: whole.clone(), at, is_trial: self.trial };
+        let own = declared.known.clone();
+        let place = UsePlace { name: whole.clone(), at, is_trial: self.trial, own };
         let layer = self.layers.add_use(declared.template.span.file, place);
         let mut allow = giver.map_or(Vec::new(), |giver| giver.allow.clone());
         allow.extend(of.allow.iter().cloned());
         let given = HashMap::new();
         let mut instance = Instance { of: declared, layer, name: whole, path, given, allow };
         let is_whole = self.give(&mut instance, of, giver);
-        self.own_tags(&instance, (of, giver.is_none()));
+        let written = if giver.is_none() { &of.arguments[..] } else { &[] };
+        self.own_tags(&instance, written);
         let is_right = declared.template.stages.is_empty() || is_body;
-        (is_whole && is_right && self.room.take(1).is_some()).then_some(instance)
+        if !is_whole || !is_right || self.room.take(1).is_none() {
+            return None;
+        }
+        self.written[number] = true;
+        Some(instance)
     }
 
     /// Reads the arguments and defaults of a use. Whether all are there.
@@ -234,6 +247,39 @@ impl<'t> Expansion<'t> {
         }
     }
 
+    /// A template that nothing uses, with arguments that fit.
+    pub fn trial(&mut self, declared: &'t Declared<'t>) -> Option<Trial> {
+        let template = declared.template;
+        let name = template.name.as_ref().filter(|_| declared.is_usable)?;
+        self.trial = true;
+        // No name of a ladder has a `?`.
+        let whole = format!("?{}", name.text);
+        let (at, own) = (name.span, declared.known.clone());
+        let place = UsePlace { name: whole.clone(), at, is_trial: true, own };
+        let layer = self.layers.add_use(template.span.file, place);
+        let span = Span { file: layer, ..name.span };
+        let mut given = HashMap::new();
+        for (parameter, kind) in declared.parameters() {
+            let text = format!("{whole}.?{}", parameter.name.text);
+            let value = kind.trial_type()?;
+            self.tags.push(Tag::of_type(Text { text: text.clone(), span, exact: true }, value));
+            let stands = match kind {
+                Kind::Contact => Given::contacts(Contact::Bit(Located { value: text, span })),
+                _ => Given::Atom(Atom { kind: AtomKind::Name(text), span }),
+            };
+            given.insert(&*parameter.name.text, stands);
+        }
+        let (path, allow) = (String::new(), Vec::new());
+        let instance = Instance { of: declared, layer, name: whole.clone(), path, given, allow };
+        self.own_tags(&instance, &[]);
+        let (rungs, stages) = self.body(&instance);
+        self.trial = false;
+        let name = Some(Text { text: whole, span, exact: true });
+        let (form, autostart) = (BlockForm::Program, None);
+        let block = Block { form, span, name, autostart, body: None, rungs, stages };
+        Some(Trial { block, tags: std::mem::take(&mut self.tags) })
+    }
+
     /// The rungs and stages of a Program with a template as its body.
     fn body(&mut self, instance: &Instance<'t>) -> (Vec<Rung>, Vec<Stage>) {
         let template = instance.of.template;
@@ -299,13 +345,14 @@ impl<'t> Expansion<'t> {
     }
 
     /// Adds the own tags of a use, with what stands in its texts.
-    fn own_tags(&mut self, instance: &Instance<'t>, (of, in_ladder): (&Use, bool)) {
+    /// `written`: the arguments as the ladder has them.
+    fn own_tags(&mut self, instance: &Instance<'t>, written: &[(Text, Option<Text>)]) {
         for tag in &instance.of.template.tags {
             let stands = |word: &str| match word {
                 "name" => Some(instance.name.clone()),
                 word => {
-                    let written = of.arguments.iter().find(|(name, _)| name.text == word);
-                    let written = written.filter(|_| in_ladder).and_then(|(_, text)| text.as_ref());
+                    let written = written.iter().find(|(name, _)| name.text == word);
+                    let written = written.and_then(|(_, text)| text.as_ref());
                     let written = written.map(|text| text.text.clone());
                     written.or_else(|| instance.given.get(word).map(Given::to_string))
                 }
@@ -319,7 +366,8 @@ impl<'t> Expansion<'t> {
                 let finding = Finding::new(Code::ForbiddenName, span, message);
                 self.findings.push(finding.help(format!("a name has at most {NAME_MAX}")));
             }
-            let alarm = tag.alarm.as_ref().map(|alarm| Text { text: filled(&alarm.text), ..alarm.clone() });
+            let alarm =
+                tag.alarm.as_ref().map(|alarm| Text { text: filled(&alarm.text), ..alarm.clone() });
             let doc = tag.doc.as_ref().map(|doc| filled(doc));
             let long = alarm.as_ref().map_or(0, |alarm| alarm.text.len());
             let _ = self.room.take(1 + (long + doc.as_ref().map_or(0, String::len)) / 16);
@@ -332,7 +380,7 @@ impl<'t> Expansion<'t> {
 fn moved(mut tag: Tag, name: String, layer: FileId) -> Tag {
     tag.name.text = name;
     tag.name.span.file = layer;
-    for text in [&mut tag.at, &mut tag.alarm, &mut tag.log].into_iter().flatten() {
+    for text in [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.log].into_iter().flatten() {
         text.span.file = layer;
     }
     let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];

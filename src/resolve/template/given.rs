@@ -37,8 +37,7 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
     }
     if kind == Kind::Contact {
         let contact = contact_parser::parse(&text.text, span).map_err(Box::new)?;
-        let depth = depth(&contact);
-        return Ok(Given::Contacts(contact, depth));
+        return Ok(Given::contacts(contact));
     }
     let word = text.text.trim();
     let begin = text.text.len() - text.text.trim_start().len();
@@ -90,6 +89,12 @@ fn depth(contact: &Contact) -> u32 {
 }
 
 impl Given {
+    /// Contacts that were written out.
+    pub fn contacts(contact: Contact) -> Given {
+        let depth = depth(&contact);
+        Given::Contacts(contact, depth)
+    }
+
     /// Its place.
     pub fn span(&self) -> Span {
         match self {

@@ -106,6 +106,19 @@ impl Kind {
         }
     }
 
+    /// The type of a tag that fits; `None` if there is none.
+    pub fn trial_type(self) -> Option<&'static str> {
+        Some(match self {
+            Kind::Contact | Kind::Bit | Kind::Output => "bit",
+            Kind::Int | Kind::Duration | Kind::IntOut => "int",
+            Kind::Real | Kind::RealOut => "real",
+            Kind::Timer => "timer",
+            Kind::Counter => "counter",
+            Kind::Sensaphone => "sensaphone",
+            Kind::Array => return None,
+        })
+    }
+
     /// What an argument for it must be.
     pub fn wanted(self) -> Wanted {
         match self {

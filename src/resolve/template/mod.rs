@@ -17,11 +17,8 @@ mod texts;
 mod trial;
 
 use super::Resolver;
-use super::layers::UsePlace;
-use crate::source::finding::{Code, Finding};
-use crate::source::ladder::{Block, Entry, Ladder, Rung, Stage, Template, Use};
-use crate::source::reader::Text;
-use crate::source::span::{FileId, Span};
+use crate::source::ladder::{Entry, Ladder, Template};
+use crate::source::span::FileId;
 pub(super) use arguments::Argument;
 use declared::{Templates, uses};
 use expand::Expansion;
@@ -48,13 +45,13 @@ impl Resolver<'_> {
         for (file, ladder) in ladders {
             plain.push((file, expansion.ladder(ladder, &mut used)));
         }
-        for (declared, used) in templates.all.iter().zip(used) {
-            let Some(name) = declared.template.name.as_ref().filter(|_| !used) else { continue };
-            let message = format!("nothing uses the template `{}`", name.text);
-            let finding = Finding::new(Code::UnusedTemplate, name.span, message).label("unused");
-            findings.push(finding.help("delete it, or use it: `use = ` in the place of a rung"));
-            if declared.is_usable {
-                self.trials.extend(expansion.trial(declared));
+        findings.extend(templates.unused(&used));
+        // Those that nothing uses come first: their trials write out what they use.
+        for is_used in [false, true] {
+            for (at, declared) in templates.all.iter().enumerate() {
+                if used[at] == is_used && !expansion.written[at] {
+                    self.trials.extend(expansion.trial(declared));
+                }
             }
         }
         findings.append(&mut expansion.findings);

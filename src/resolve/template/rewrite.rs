@@ -225,10 +225,8 @@ impl<'t> Rewrite<'_, 't> {
     /// An instruction; `None` if it has a mistake, which is reported.
     pub fn instruction(&mut self, text: &Instruction) -> Option<Instruction> {
         self.room.take(1 + text.operands.len())?;
-        let mnemonic = Located {
-            value: text.mnemonic.value.clone(),
-            span: self.place(text.mnemonic.span),
-        };
+        let mnemonic =
+            Located { value: text.mnemonic.value.clone(), span: self.place(text.mnemonic.span) };
         let spec = Mnemonic::from_name(&mnemonic.value).map(Mnemonic::spec);
         let mut positional = 0;
         let mut operands = Vec::new();

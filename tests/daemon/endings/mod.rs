@@ -1,11 +1,11 @@
-//! The ways a controller ends, watched by remote I/O in a process with its own clock: what each
-//! output did, and when.
+//! The ways in which a controller ends. Remote I/O in a process of its own, with its own clock,
+//! records the value of each output and the time of each change.
 //!
-//! The ladder drives, at each of two devices, an output that is OFF outside RUN, one that is ON,
-//! one that is held, and a word with a safe value; and a register that changes with every scan,
-//! which tells the last moment of RUN. The second device has a watchdog of its own. Here is what
-//! each output has to do; when it did it is the table of `docs/endings.md`, made by
-//! `cargo test --test daemon endings -- --ignored --nocapture`.
+//! The ladder drives four outputs at each of two devices: one that is OFF outside RUN, one that is
+//! ON, one that is held, and a word with a safe value. A register at the first device changes with
+//! every scan; its last change is the last moment of RUN. The second device has a watchdog. This
+//! file states the values that each output must take. The table of `docs/endings.md` has the times;
+//! `cargo test --test daemon endings -- --ignored --nocapture` makes it.
 
 mod page;
 mod run;
@@ -16,14 +16,14 @@ use crate::support::needs::{Need, not_installed, skip};
 use run::{IN_RUN, SAFE, Story, play, play_away};
 use ways::{Fate, WAYS, Way};
 
-/// How often each way is gone in CI.
+/// The number of runs of each way in CI.
 const ROUNDS: u32 = 2;
-/// So many runs at a time, for the page.
+/// The number of runs at the same time, for the page.
 const LANES: u32 = 4;
-/// And for the page.
+/// The number of runs of each way, for the page.
 const ROUNDS_OF_THE_PAGE: u32 = 100;
 
-/// Whether this way can be gone here.
+/// Whether this way can be tested here; otherwise the reason is printed.
 fn may(way: Way) -> bool {
     if !watcher::is_there() {
         not_installed("python3");
@@ -46,14 +46,14 @@ fn check(way: Way) {
     }
 }
 
-/// What each output did, whenever it was.
+/// Compares the values of each output with those that the way demands. Times do not count.
 fn judge(way: Way, story: &Story) {
     let [plain, guarded] = &story.outputs;
     let context = format!("{way:?}: {:?} {:?}\n{:#?}", plain, guarded, story.log);
     let values = |[off, on, held, word]: [&[u64]; 4]| [off, on, held, word].map(<[u64]>::to_vec);
     let safe = values([&[0], &[1], &[], &[17]]);
     let still = values([&[], &[], &[], &[]]);
-    // Behind the safe values, and in RUN: all that is ON goes OFF.
+    // The device's watchdog switches OFF what is ON: after the safe values, or after RUN.
     let safe_then_dropped = values([&[0], &[1, 0], &[0], &[17, 0]]);
     let dropped = values([&[0], &[], &[0], &[0]]);
     let expected = match way.fate() {
@@ -69,7 +69,7 @@ fn judge(way: Way, story: &Story) {
     };
     assert_eq!(story.code, code, "{context}");
     if way.fate() == Fate::InRun {
-        // The other device shows what the ladder saw of the lost one.
+        // Two coils of the other device show `.Ok` and `.Stale` of the lost one.
         let stale = if way == Way::PanicInDriver { vec![] } else { vec![1, 0] };
         assert!(story.ok == [0, 1] || way == Way::PanicInDriver, "{context}");
         assert_eq!(story.stale, stale, "{context}");
@@ -101,7 +101,7 @@ ways! {
     a_device_that_is_cut_off = Way::Cut;
 }
 
-/// The ways at whose end safe values are written once more.
+/// The ways that write the safe values once more at the end, with their exit codes.
 const LAST_WORDS: [(Way, i32); 3] =
     [(Way::Terminate, 0), (Way::PanicInMonitor, 70), (Way::PanicInShell, 70)];
 
@@ -111,7 +111,8 @@ fn a_device_that_comes_back_during_the_end_is_made_safe() {
         if !may(way) {
             continue;
         }
-        let away = (0..20).find_map(|_| play_away(way, true)).expect("a machine that is in time");
+        let away =
+            (0..20).find_map(|_| play_away(way, true)).expect("the device came back in time");
         assert_eq!((away.outputs, away.code), (SAFE, Some(code)), "{way:?}: {:#?}", away.log);
         assert!(!away.log.iter().any(|line| line.contains(UNSAFE)), "{way:?}: {:#?}", away.log);
     }
@@ -123,7 +124,7 @@ fn a_device_that_does_not_come_back_during_the_end_is_named() {
         if !may(way) {
             continue;
         }
-        let away = play_away(way, false).expect("it goes by no time");
+        let away = play_away(way, false).expect("no time limit applies");
         assert_eq!((away.outputs, away.code), (IN_RUN, Some(code)), "{way:?}: {:#?}", away.log);
         let told: Vec<_> = away.log.iter().filter(|line| line.contains(UNSAFE)).collect();
         assert!(matches!(told[..], [one] if one.contains("plain")), "{way:?}: {:#?}", away.log);
@@ -133,9 +134,9 @@ fn a_device_that_does_not_come_back_during_the_end_is_named() {
 /// A line of the log about a device whose outputs could not be made safe.
 const UNSAFE: &str = "\"device-unsafe\"";
 
-/// So many rounds, some at a time: most of each is waiting.
+/// Runs a way a number of times, [`LANES`] at the same time: a run mostly waits.
 fn many(way: Way, rounds: u32) -> Vec<Story> {
-    let lane = |lane: u32| {
+    let run_lane = |lane: u32| {
         let own = (0..rounds).filter(move |round| round % LANES == lane);
         own.map(|_| {
             let story = play(way);
@@ -145,8 +146,8 @@ fn many(way: Way, rounds: u32) -> Vec<Story> {
         .collect::<Vec<_>>()
     };
     std::thread::scope(|scope| {
-        let lanes: Vec<_> = (0..LANES).map(|at| scope.spawn(move || lane(at))).collect();
-        lanes.into_iter().flat_map(|lane| lane.join().expect("a way as it should be")).collect()
+        let lanes: Vec<_> = (0..LANES).map(|at| scope.spawn(move || run_lane(at))).collect();
+        lanes.into_iter().flat_map(|lane| lane.join().expect("every run passes")).collect()
     })
 }
 

@@ -9,8 +9,8 @@ use super::ways::Way;
 const BEGIN: &str = "<!-- made by tests/daemon/endings: begin -->\n";
 const END: &str = "<!-- made by tests/daemon/endings: end -->\n";
 
-/// One row: what each output of the first device did, what the second one's watchdog did, and how
-/// long the way back took; with the median and the maximum of when.
+/// One row: the values of each output of the first device, the action of the second one's watchdog,
+/// and the time until both are as in RUN again; each time as median and maximum.
 pub fn row(way: Way, stories: &[Story]) -> String {
     let mut row = format!("| {} |", way.name());
     for at in 0..4 {
@@ -49,7 +49,7 @@ fn cell(at: usize, stories: &[Story]) -> String {
     (0..first.len()).map(text).collect::<Vec<_>>().join(", ")
 }
 
-/// Median and maximum, ms; nothing of nothing.
+/// Median and maximum, in ms; an empty text if there are no times.
 fn times(mut ms: Vec<f64>) -> String {
     if ms.is_empty() {
         return String::new();
@@ -64,7 +64,7 @@ pub fn write(rows: &[String], rounds: u32) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/endings.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let (before, rest) = page.split_once(BEGIN).expect("the page has its marks");
-    let (_, after) = rest.split_once(END).expect("both of them");
+    let (_, after) = rest.split_once(END).expect("the page has its end mark");
     let mut table = format!("Each way {rounds} times; median / maximum, ms.\n\n");
     table += "| way | OFF outside RUN | ON outside RUN | held | word, `safe = 17` \
          | the other's own watchdog | as in RUN again: without; with |\n";

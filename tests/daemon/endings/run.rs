@@ -1,4 +1,4 @@
-//! One run: rungd and the watcher are started, the cause comes, and what the outputs did is noted.
+//! One run: starts rungd and the watcher, causes the end, and collects the changes of the outputs.
 
 use std::process::Command;
 use std::thread::sleep;
@@ -10,29 +10,29 @@ use crate::support::process::{PATIENCE, Plant, Running};
 
 /// The watchdog of the second device.
 const DEVICE_WATCHDOG_MS: u32 = 600;
-/// RUN lasts so long at least.
+/// The least time in RUN before the cause.
 const SETTLED: Duration = Duration::from_millis(200);
-/// So long is watched behind the cause: longer than all that is to happen.
+/// The time that is recorded after the cause: longer than anything that must happen.
 const AFTER: Duration = Duration::from_millis(1000);
-/// And behind a scan that goes on for a second.
+/// The same after a scan that takes a second.
 const AFTER_STALL: Duration = Duration::from_millis(1300);
-/// And so long behind the return, once all is as in RUN.
+/// The time that is recorded after the outputs are as in RUN again.
 const AFTER_RETURN: Duration = Duration::from_millis(100);
 /// The scans of [`Way::LastScan`].
 const SCANS: &str = "150";
 
-/// Coils 0 to 2 and holding register 0 in RUN.
+/// The values of coils 0 to 2 and holding register 0 in RUN.
 pub const IN_RUN: [u64; 4] = [1, 0, 1, 1234];
-/// And outside, where the held one was ON.
+/// Their values outside RUN, if the held one was ON.
 pub const SAFE: [u64; 4] = [0, 1, 1, 17];
-/// The points that are judged, of either device.
+/// The outputs of each device that the tests compare.
 const POINTS: [(&str, u64); 4] = [("coil", 0), ("coil", 1), ("coil", 2), ("holding", 0)];
-/// Where the scans are counted, at the first device.
+/// The register of the first device that has the number of scans.
 const BEAT: (&str, u64) = ("holding", 1);
-/// Where the second device shows how the ladder sees the first: `.Ok`, `.Stale`.
+/// The coils of the second device that show `.Ok` and `.Stale` of the first.
 const SHOWN: [(&str, u64); 2] = [("coil", 8), ("coil", 9)];
 
-/// A line of the log about it.
+/// The event of a FAULT in the log.
 const FAULT: &str = "\"mode-fault\"";
 
 const LADDER: &str = r#"
@@ -50,24 +50,25 @@ rung = [
 #[derive(Debug)]
 pub struct Outputs(pub [Vec<Change>; 4]);
 
-/// What came of one run.
+/// The records of one run.
 pub struct Story {
-    /// Of the device without a watchdog, and of the one with.
+    /// The outputs of the device without a watchdog, and of the one with a watchdog.
     pub outputs: [Outputs; 2],
-    /// The last scan seen, in ms since the cause; negative: before it.
+    /// The time of the last recorded scan, in ms since the cause; negative: before it.
     pub live_ms: f64,
-    /// What the ladder saw of the first device, as the second was told.
+    /// The values of the first device's `.Ok`, as the second device received them.
     pub ok: Vec<u64>,
+    /// The same of `.Stale`.
     pub stale: Vec<u64>,
-    /// The exit code, where rungd ended by itself.
+    /// The exit code, if rungd ended by itself.
     pub code: Option<i32>,
-    /// Behind the return, or behind a new start: when each device was as in RUN again, ms, and the
-    /// values that the first device's outputs had on the way.
+    /// After the end of the cause or a new start: the time until each device was as in RUN again,
+    /// in ms, and the changes of the first device's outputs until then.
     pub back: Option<([f64; 2], Vec<Change>)>,
-    /// The outputs of the first device then.
+    /// The outputs of the first device after that.
     pub last: [Option<u64>; 4],
     pub log: Vec<String>,
-    /// It stood still within a scan, and was in FAULT when it went on.
+    /// Whether SIGSTOP came within a scan, so that rungd was in FAULT after SIGCONT.
     pub faulted: bool,
 }
 
@@ -87,17 +88,17 @@ fn of(changes: &[Change], (bank, address): (&str, u64)) -> Vec<Change> {
 }
 
 impl Way {
-    /// Whether a new rungd is started behind it.
+    /// Whether the test starts rungd anew after it.
     fn starts_again(self) -> bool {
         matches!(self, Way::Kill | Way::Segment | Way::PanicInMonitor | Way::PanicInShell)
     }
 
-    /// Whether RUN is to be seen again.
+    /// Whether the outputs must be as in RUN again.
     pub fn comes_back(self) -> bool {
         self.starts_again() || self.loses_one() || self == Way::Stand
     }
 
-    /// Whether the first device alone is lost.
+    /// Whether only the connection to the first device is lost.
     pub fn loses_one(self) -> bool {
         matches!(self, Way::Silent | Way::Cut)
     }
@@ -139,7 +140,8 @@ fn controller(ports: &[u64]) -> String {
          { from = \"Y0..Y2\", to = \"coil 0..2\" },\n  \
          { from = \"D0\", to = \"holding 0\", safe = 17 },\n  \
          { from = \"$ScanCounter\", to = \"holding 1\", hold = true },\n]";
-    // What its watchdog drops is written again though no scan changes it, nor `write-every`.
+    // rungd writes again what the device's watchdog switched OFF, although no scan changes it and
+    // `write-every` is off.
     let guarded = "write-every = \"0ms\"\n\
          watchdog = { register = 100, every = \"100ms\" }\nmap = [\n  \
          { from = \"Y10..Y12\", to = \"coil 0..2\" },\n  \
@@ -148,11 +150,11 @@ fn controller(ports: &[u64]) -> String {
          { from = \"plain.Stale\", to = \"coil 9\", hold = true },\n]";
     let outputs = "outputs = { on = [\"Y1\", \"Y11\"], hold = [\"Y2\", \"Y12\"] }\n";
     let (plain, guarded) = (device("plain", ports[0], plain), device("guarded", ports[1], guarded));
-    // A busy machine is no fault here.
+    // A long watchdog: a busy machine must not cause a FAULT.
     format!("scan.watchdog = \"500ms\"\n{outputs}{plain}{guarded}")
 }
 
-/// Goes a way once.
+/// Runs a way once.
 pub fn play(way: Way) -> Story {
     let mut watcher = Watcher::start(DEVICE_WATCHDOG_MS);
     let stage = Stage::new(&watcher.ports.clone());
@@ -192,21 +194,21 @@ pub fn play(way: Way) -> Story {
     story
 }
 
-/// How long the first device is away when the cause comes; well within the two seconds for which it
-/// is tried.
+/// The time between the cause and the first device's return: well within the two seconds for which
+/// rungd tries to reach it.
 const AWAY: Duration = Duration::from_millis(700);
-/// A device that was back later than that proves nothing: the machine was busy.
+/// If the device returned later than this, the run proves nothing: the machine was busy.
 const AWAY_US_MAX: u64 = 1_200_000;
 
-/// What is left of an end during which the first device was away.
+/// The records of an end during which the first device could not be reached.
 pub struct Away {
     pub outputs: [u64; 4],
     pub code: Option<i32>,
     pub log: Vec<String>,
 }
 
-/// Goes a way while the first device cannot be reached, as behind a switch that starts anew. It is
-/// back soon, or not at all. `None` where this machine was too slow for it.
+/// Runs a way while the first device cannot be reached, as behind a switch that restarts. It returns
+/// soon, or not at all. `None` if this machine was too slow.
 pub fn play_away(way: Way, is_back: bool) -> Option<Away> {
     let mut watcher = Watcher::start(DEVICE_WATCHDOG_MS);
     let stage = Stage::new(&watcher.ports.clone());
@@ -228,7 +230,7 @@ pub fn play_away(way: Way, is_back: bool) -> Option<Away> {
     in_time.then(|| Away { outputs: in_run(&mut watcher, 0), code, log })
 }
 
-/// The last scan that is seen before the outputs did anything.
+/// The time of the last scan that was recorded before the outputs changed.
 fn last_live(plain: &[Change]) -> f64 {
     let judged = |change: &&Change| POINTS.iter().any(|(b, a)| change.point == (b.to_string(), *a));
     let over_ms = plain.iter().find(judged).map_or(f64::INFINITY, |change| change.ms - 0.5);
@@ -237,7 +239,7 @@ fn last_live(plain: &[Change]) -> f64 {
 }
 
 impl Story {
-    /// Nobody from outside caused it: the moment is that of the last scan in RUN.
+    /// Makes the times relative to the last scan in RUN: this end has no cause from outside.
     fn count_from_the_last_scan(&mut self) {
         let live_ms = std::mem::take(&mut self.live_ms);
         let changes = self.outputs.iter_mut().flat_map(|outputs| &mut outputs.0).flatten();
@@ -245,7 +247,7 @@ impl Story {
     }
 }
 
-/// The cause; the moment of it, in us.
+/// Causes the end; the time of the cause by the watcher's clock, in us.
 fn cause(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running) -> u64 {
     let mut at = way.cause(watcher, rungd.child.id(), &stage.faults);
     match way {
@@ -254,7 +256,7 @@ fn cause(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running) ->
             command.args(["mode", "stop"]).env("RUNGD_SOCKET", stage.plant.0.join("socket"));
             assert!(command.output().unwrap().status.success());
         }
-        // Two that come at once are one.
+        // Two signals at the same time count as one.
         Way::Segment => {
             while rungd.child.try_wait().unwrap().is_none() {
                 at = way.cause(watcher, rungd.child.id(), &stage.faults);
@@ -269,7 +271,8 @@ fn cause(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running) ->
 
 type Back = (Option<([f64; 2], Vec<Change>)>, [Option<u64>; 4], Vec<Change>);
 
-/// The end of the cause, or a new process; and what was seen at the second device meanwhile.
+/// Ends the cause or starts a new process, and waits for RUN; also the changes at the second
+/// device meanwhile.
 fn come_back(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running) -> Back {
     if !way.comes_back() {
         return (None, [None; 4], Vec::new());
@@ -285,7 +288,7 @@ fn come_back(way: Way, watcher: &mut Watcher, stage: &Stage, rungd: &mut Running
     };
     let is_in_run = wait_for_run(watcher);
     if way == Way::Stand && !is_in_run {
-        // It stood still within a scan, which was longer than the watchdog.
+        // SIGSTOP came within a scan, which therefore was longer than the watchdog.
         return (None, [None; 4], watcher.seen(1, since_us));
     }
     sleep(AFTER_RETURN);
@@ -306,8 +309,8 @@ fn in_run(watcher: &mut Watcher, device: usize) -> [u64; 4] {
     [coils[0], coils[1], coils[2], word[0]]
 }
 
-/// Waits until both devices are as in RUN, and the first one's scans are counted on. False where
-/// they are safe instead.
+/// Waits until both devices are as in RUN and the number of scans grows. False if both have their
+/// safe values instead.
 fn wait_for_run(watcher: &mut Watcher) -> bool {
     let deadline = Instant::now() + PATIENCE;
     let beat = |watcher: &mut Watcher| watcher.values(0, BEAT.0, BEAT.1 as u16, 1)[0];
@@ -317,7 +320,7 @@ fn wait_for_run(watcher: &mut Watcher) -> bool {
         if both == [IN_RUN; 2] && beat(watcher) != before {
             return true;
         }
-        // The held one of a device that dropped it is ON again too.
+        // The held output that a watchdog switched OFF is ON again too.
         if both == [SAFE; 2] {
             return false;
         }

@@ -5,27 +5,29 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use serde_json::Value;
 
-/// Two remote devices: one that leaves its outputs as they are, and one with a watchdog.
+/// Two remote devices: the first keeps its outputs when nothing is written, the second has a
+/// watchdog.
 pub struct Watcher {
     child: Child,
     answers: BufReader<ChildStdout>,
     pub ports: Vec<u64>,
 }
 
-/// One value that an output took.
+/// A change of one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
-    /// When, ms since the cause.
+    /// The time since the cause, in ms.
     pub ms: f64,
     /// `coil` or `holding`, and its address.
     pub point: (String, u64),
     pub value: u64,
-    /// Not written: the device's own watchdog did it.
+    /// Whether the device's own watchdog changed it, not a write.
     pub by_watchdog: bool,
 }
 
 impl Watcher {
-    /// The second device's watchdog is register 100, which has to be written every `limit_ms`.
+    /// Starts both devices. The second one's watchdog is register 100: it must be written every
+    /// `limit_ms`.
     pub fn start(limit_ms: u32) -> Watcher {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peer/watched_io.py");
         let second = format!("127.0.0.1:0,watchdog=100:{limit_ms}");
@@ -49,7 +51,7 @@ impl Watcher {
         serde_json::from_str(&line).unwrap_or_else(|why| panic!("{why}: {line:?}"))
     }
 
-    /// Has a command obeyed; the moment at which it was, in us.
+    /// Has a command executed; the time of that by the watcher's clock, in us.
     pub fn tell(&mut self, command: &str) -> u64 {
         self.ask(command)["at"].as_u64().unwrap()
     }
@@ -59,7 +61,7 @@ impl Watcher {
         self.answer()
     }
 
-    /// What a device saw since it was asked last, by a moment.
+    /// The changes at a device since the last call, with times since `since_us`.
     pub fn seen(&mut self, device: usize, since_us: u64) -> Vec<Change> {
         let story = self.ask(&format!("history {device}"));
         let list = |name: &str| story[name].as_array().unwrap().clone();
@@ -72,7 +74,7 @@ impl Watcher {
         list("changes").into_iter().map(change).collect()
     }
 
-    /// What a device's points hold.
+    /// The values of a device's points.
     pub fn values(&mut self, device: usize, bank: &str, first: u16, count: u16) -> Vec<u64> {
         let values = self.ask(&format!("values {device} {bank} {first} {count}"));
         values["values"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap()).collect()
@@ -86,7 +88,7 @@ impl Drop for Watcher {
     }
 }
 
-/// Whether there is a Python.
+/// Whether Python is installed.
 pub fn is_there() -> bool {
     let found = Command::new("python3").arg("--version").stdout(Stdio::null()).status();
     found.is_ok_and(|status| status.success())

@@ -1,4 +1,4 @@
-//! The ways to end: what causes each, and what the outputs have to do.
+//! The ways in which a controller ends: the cause of each, and the values that the outputs take.
 
 use super::watcher::Watcher;
 
@@ -23,20 +23,20 @@ pub enum Way {
     Cut,
 }
 
-/// What becomes of the outputs.
+/// The values that the outputs take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// rungd writes the safe values, and goes on talking to its devices.
+    /// rungd writes the safe values, and its exchanges with the devices go on.
     Safe,
-    /// rungd writes the safe values and ends.
+    /// rungd writes the safe values, and ends with this exit code.
     SafeThenGone(i32),
-    /// rungd is gone, or stands still, and wrote nothing.
+    /// rungd is killed or stopped by a signal, and writes nothing.
     AsTheyWere,
     /// rungd goes on in RUN.
     InRun,
 }
 
-/// All of them, in the order of the table.
+/// All ways, in the order of the table.
 pub const WAYS: [Way; 16] = [
     Way::LastScan,
     Way::Operator,
@@ -64,7 +64,7 @@ const SIGCONT: i32 = 18;
 const SIGSTOP: i32 = 19;
 
 impl Way {
-    /// As the page names it.
+    /// The name of the way in the table.
     pub fn name(self) -> &'static str {
         match self {
             Way::LastScan => "orderly stop (`--scans`)",
@@ -97,7 +97,7 @@ impl Way {
         }
     }
 
-    /// Whether it wants a build with named points to panic at.
+    /// Whether it needs a build in which a test can cause faults at named points.
     pub fn wants_faults(self) -> bool {
         self.fault().is_some()
     }
@@ -114,7 +114,8 @@ impl Way {
         })
     }
 
-    /// The cause, as the watcher is told it; `None`: the watcher has no part in it.
+    /// Has the watcher cause the end; the time of the cause by the watcher's clock, in us. A way that
+    /// the watcher cannot cause only gets the time.
     pub fn cause(self, watcher: &mut Watcher, pid: u32, faults: &str) -> u64 {
         let mut kill = |signal| watcher.tell(&format!("kill {pid} {signal}"));
         match self {
@@ -123,8 +124,8 @@ impl Way {
             Way::Kill => kill(SIGKILL),
             Way::Stand => kill(SIGSTOP),
             Way::Segment => {
-                // The first finds Rust's handler, which takes it for a stack that overflowed,
-                // and lets the next one be deadly: as a bad access would be, at once.
+                // Rust's handler treats the first signal as a stack overflow and removes itself;
+                // the second one kills the process.
                 let at = kill(SIGSEGV);
                 kill(SIGSEGV);
                 at
@@ -134,13 +135,13 @@ impl Way {
             Way::Cut => watcher.tell("cut 0"),
             Way::LastScan | Way::Operator => watcher.tell("mark"),
             _ => {
-                let point = self.fault().expect("all others are faults");
+                let point = self.fault().expect("all other ways are faults");
                 watcher.tell(&format!("write {faults} {point}"))
             }
         }
     }
 
-    /// The end of the cause, where it has one.
+    /// Ends the cause; the time by the watcher's clock, in us. `None` if the cause cannot be ended.
     pub fn return_of(self, watcher: &mut Watcher, pid: u32) -> Option<u64> {
         match self {
             Way::Stand => Some(watcher.tell(&format!("kill {pid} {SIGCONT}"))),

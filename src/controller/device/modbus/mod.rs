@@ -21,7 +21,7 @@ use crate::source::span::{Located, Span};
 
 use keys::{Keys, Medium, RowKeys, Watchdog as WrittenWatchdog};
 pub(super) use peers::at_odds;
-use points::{Mistake, Stretch};
+use points::Stretch;
 
 /// The port of Modbus.
 const PORT: u16 = 502;
@@ -144,20 +144,13 @@ struct ModbusReader<'a> {
 }
 
 impl ModbusReader<'_> {
-    fn find(&mut self, span: Span, (message, help): Mistake) {
-        let finding = Finding::new(Code::Controller, span, message);
-        self.findings.push(match help {
-            Some(help) => finding.help(help),
-            None => finding,
-        });
-    }
-
     fn unit(&mut self, unit: Option<&Located<i64>>, default: u8) -> u8 {
         let Some(unit) = unit else { return default };
         let is_serial = self.keys.medium == Some(Medium::Serial);
         if is_serial && !(1..=247).contains(&unit.value) {
             let message = format!("no unit of a serial line is {}", unit.value);
-            self.find(unit.span, (message, Some("units are 1 to 247".to_owned())));
+            let finding = Finding::new(Code::Controller, unit.span, message);
+            self.findings.push(finding.help("units are 1 to 247"));
         }
         unit.value as u8
     }
@@ -171,7 +164,7 @@ impl ModbusReader<'_> {
             let message =
                 format!("the watchdog is written at exchanges, and `poll` is {poll_ms}ms");
             let help = format!("write `every = \"{poll_ms}ms\"`, or more");
-            self.find(span, (message, Some(help)));
+            self.findings.push(Finding::new(Code::Controller, span, message).help(help));
         }
         let register = watchdog.register.as_ref()?.value as u16;
         Some(Watchdog { unit, register, every_ms })
@@ -179,23 +172,18 @@ impl ModbusReader<'_> {
 
     /// The points of a row, one for each address.
     fn row(&mut self, row: &Row<'_>, unit: u8) -> Option<Vec<Point>> {
-        let stretch = match points::parse(&row.points.text) {
-            Ok(stretch) => stretch,
-            Err(mistake) => {
-                self.find(row.points.span, mistake);
-                return None;
-            }
-        };
+        let stretch = points::parse(row.points).map_err(|finding| self.findings.push(finding));
+        let stretch = stretch.ok()?;
         let is_bits = stretch.table.is_bits() || stretch.is_bits_of_registers;
-        if let Some(mistake) = mismatch(row, &stretch, is_bits) {
-            self.find(row.points.span, mistake);
+        if let Some(finding) = mismatch(row, &stretch, is_bits) {
+            self.findings.push(finding);
             return None;
         }
         let number = self.number(&self.keys.rows[row.at], row.is_real(), is_bits)?;
         let width = if is_bits { 1 } else { u32::from(number.kind.registers()) };
         let (wanted, count) = (row.addresses.len() as u32 * width, stretch.count);
         if wanted != count {
-            self.find(row.points.span, wrong_count(row, &stretch, width));
+            self.findings.push(wrong_count(row, &stretch, width));
             return None;
         }
         let point = |at: u32| {
@@ -219,7 +207,8 @@ impl ModbusReader<'_> {
         let names = ["type", "word-order", "multiply", "divide", "offset"];
         for (name, place) in names.iter().zip(places.into_iter().chain(numbers)) {
             if let (true, Some(span)) = (is_bits, place) {
-                self.find(span, (format!("a bit has no `{name}`"), None));
+                let message = format!("a bit has no `{name}`");
+                self.findings.push(Finding::new(Code::Controller, span, message));
             }
         }
         let kind = match &keys.kind {
@@ -230,11 +219,13 @@ impl ModbusReader<'_> {
             one_word("word-order", keys.word_order.as_ref(), &WordOrder::NAMES, self.findings);
         let is_one = kind.is_some_and(|kind| kind.registers() == 1);
         if let (Some(text), true, false) = (&keys.word_order, is_one, is_bits) {
-            let help = "only `u32`, `i32` and `f32` have a `word-order`".to_owned();
-            self.find(text.span, ("a single register has no word order".to_owned(), Some(help)));
+            let message = "a single register has no word order";
+            let finding = Finding::new(Code::Controller, text.span, message);
+            self.findings.push(finding.help("only `u32`, `i32` and `f32` have a `word-order`"));
         }
         if let Some(zero) = keys.multiply.as_ref().filter(|multiply| multiply.value == 0) {
-            self.find(zero.span, ("`multiply` by 0 leaves nothing".to_owned(), None));
+            let message = "`multiply` by 0 leaves nothing";
+            self.findings.push(Finding::new(Code::Controller, zero.span, message));
         }
         let or = |value: &Option<Located<i64>>, default| {
             value.as_ref().map_or(default, |value| value.value as i32)
@@ -251,28 +242,33 @@ impl ModbusReader<'_> {
     }
 }
 
-fn mismatch(row: &Row<'_>, stretch: &Stretch, is_bits: bool) -> Option<Mistake> {
+/// A finding about the points of a row.
+fn of_points(row: &Row<'_>, message: String) -> Finding {
+    Finding::new(Code::Controller, row.points.span, message)
+}
+
+fn mismatch(row: &Row<'_>, stretch: &Stretch, is_bits: bool) -> Option<Finding> {
     let name = stretch.table.name();
     if row.direction == Direction::Out && !stretch.table.is_writable() {
         let message = format!("`{}` can only be read", row.points.text);
-        return Some((message, Some("outputs go to `coil` and `holding`".to_owned())));
+        return Some(of_points(row, message).help("outputs go to `coil` and `holding`"));
     }
     let memory = &row.text.text;
     match (is_bits, row.is_words()) {
         (true, true) => {
             let message = format!("`{}` is bits, and `{memory}` words", row.points.text);
-            Some((message, Some("words go with `holding` and `input`".to_owned())))
+            Some(of_points(row, message).help("words go with `holding` and `input`"))
         }
         (false, false) => {
             let message = format!("`{}` is words, and `{memory}` bits", row.points.text);
             let help = format!("a register's lowest bit is written `{name} {}.0`", stretch.first);
-            Some((message, Some(help)))
+            Some(of_points(row, message).help(help))
         }
         _ => None,
     }
 }
 
-fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
+fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Finding {
     let (count, addresses) = (stretch.count, row.addresses.len() as u32);
     let (memory, name) = (&row.text.text, stretch.table.name());
     let message = match width {
@@ -287,7 +283,7 @@ fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
     let (first, last) = (stretch.first, stretch.first + addresses * width - 1);
     let end = if stretch.is_bits_of_registers { ELEMENTS * 16 } else { ELEMENTS };
     if last >= end {
-        return (message, Some(no_room(name, width, addresses, end)));
+        return of_points(row, message).help(no_room(name, width, addresses, end));
     }
     let show = |at: u32| match stretch.is_bits_of_registers {
         true => format!("{}.{}", at / 16, at % 16),
@@ -297,7 +293,7 @@ fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Mistake {
         true => format!("write `{name} {}`", show(first)),
         false => format!("write `{name} {}..{}`", show(first), show(last)),
     };
-    (message, Some(help))
+    of_points(row, message).help(help)
 }
 
 /// The elements of a table.

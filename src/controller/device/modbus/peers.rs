@@ -70,9 +70,9 @@ pub(in crate::controller::device) fn at_odds(
 }
 
 fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &Client)> {
-    devices.iter().filter_map(|device| match &device.driver {
-        DriverSettings::Modbus(client) => Some((device, client)),
-        _ => None,
+    devices.iter().filter_map(|device| {
+        let DriverSettings::Modbus(client) = &device.driver else { return None };
+        Some((device, client))
     })
 }
 

@@ -5,7 +5,9 @@
 //! or registers.
 
 use crate::io::modbus::settings::Table;
+use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
+use crate::source::reader::Text;
 
 /// The bits or registers that a text names: consecutive addresses of one table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,9 +19,6 @@ pub(super) struct Stretch {
     /// Bits of registers: `holding 5.0..5.7`.
     pub is_bits_of_registers: bool,
 }
-
-/// The message for a text that names no points, and the text to write instead.
-pub(super) type Mistake = (String, Option<String>);
 
 /// Whether a text is meant in this notation, with or without mistakes: no address of memory has a
 /// space before a digit, and none is a bare number.
@@ -37,19 +36,24 @@ fn is_vendor_number(text: &str) -> bool {
     text.len() >= 5 && text.len() <= 6 && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-pub(super) fn parse(text: &str) -> Result<Stretch, Mistake> {
+/// The points of a text, or the finding with the text to write instead.
+pub(super) fn parse(points: &Text) -> Result<Stretch, Finding> {
+    let text = &points.text;
+    let find = |message: String| Finding::new(Code::Controller, points.span, message);
     if is_vendor_number(text) {
-        return Err(vendor(text));
+        return Err(find(format!("`{text}` is a vendor's number")).help(vendor_help(text)));
     }
     let (table, rest) = text.trim().split_once(char::is_whitespace).unwrap_or((text, ""));
-    let table = look_up(table)?;
+    let table = Table::named(table).ok_or_else(|| {
+        find(format!("no table of a Modbus device is called `{table}`")).help(table_help(table))
+    })?;
     let rest = rest.trim();
     let (low, high) = rest.split_once("..").unwrap_or((rest, rest));
     let wrong = || {
         let name = table.name();
         let example = if table.is_bits() { "0..7" } else { "0..3` or `holding 5.3" };
-        let message = format!("`{text}` names no points");
-        (message, Some(format!("write `{name} {example}`; addresses are 0 to 65535")))
+        find(format!("`{text}` names no points"))
+            .help(format!("write `{name} {example}`; addresses are 0 to 65535"))
     };
     let (first, is_bit) = element(low.trim()).ok_or_else(wrong)?;
     let (last, is_bit_too) = element(high.trim()).ok_or_else(wrong)?;
@@ -58,23 +62,20 @@ pub(super) fn parse(text: &str) -> Result<Stretch, Mistake> {
     }
     if last < first {
         let help = format!("write `{} {}..{}`", table.name(), high.trim(), low.trim());
-        return Err(("a range goes from low to high".into(), Some(help)));
+        return Err(find("a range goes from low to high".into()).help(help));
     }
     Ok(Stretch { table, first, count: last - first + 1, is_bits_of_registers: is_bit })
 }
 
-fn look_up(name: &str) -> Result<Table, Mistake> {
+/// The help for a word that is no table.
+fn table_help(name: &str) -> String {
     let names = || Table::ALL.iter().map(|table| table.name());
-    if let Some(table) = Table::named(name) {
-        return Ok(table);
-    }
     let longer = names().find(|known| name.to_ascii_lowercase().starts_with(known));
-    let help = match longer {
+    match longer {
         Some(known) => format!("did you mean `{known}`?"),
         None => did_you_mean(name, names())
             .unwrap_or_else(|| "there are `coil`, `discrete`, `holding` and `input`".to_owned()),
-    };
-    Err((format!("no table of a Modbus device is called `{name}`"), Some(help)))
+    }
 }
 
 /// Reads `5` as 5, and `5.3` as 16 * 5 + 3; the flag says whether the text names a bit.
@@ -92,9 +93,8 @@ fn number(text: &str) -> Option<u32> {
     text.parse().ok().filter(|n| is_plain && *n <= u32::from(u16::MAX))
 }
 
-/// The mistake of a vendor's number: `400001` is the first holding register, 0 in the protocol.
-fn vendor(text: &str) -> Mistake {
-    let message = format!("`{text}` is a vendor's number");
+/// The help for a vendor's number: `400001` is the first holding register, 0 in the protocol.
+fn vendor_help(text: &str) -> String {
     let (table, element) = text.split_at(1);
     let table = match table {
         "0" => "coil",
@@ -104,27 +104,31 @@ fn vendor(text: &str) -> Mistake {
         _ => "",
     };
     let address = element.parse::<u32>().ok().and_then(|n| n.checked_sub(1));
-    let help = match address {
+    match address {
         Some(address) if !table.is_empty() && address <= u32::from(u16::MAX) => {
             format!("addresses are those of the protocol, from 0: write `{table} {address}`")
         }
         _ => "addresses are those of the protocol, from 0: `holding 0`".to_owned(),
-    };
-    (message, Some(help))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::span::Span;
+
+    fn points(text: &str) -> Text {
+        Text { text: text.to_owned(), span: Span::default(), exact: false }
+    }
 
     fn stretch(text: &str) -> (Table, u32, u32, bool) {
-        let found = parse(text).unwrap_or_else(|mistake| panic!("{text}: {mistake:?}"));
+        let found = parse(&points(text)).unwrap_or_else(|finding| panic!("{text}: {finding:?}"));
         (found.table, found.first, found.count, found.is_bits_of_registers)
     }
 
     fn help(text: &str) -> String {
         assert!(is_point(text), "{text}");
-        parse(text).unwrap_err().1.unwrap_or_default()
+        parse(&points(text)).unwrap_err().help_text().unwrap_or_default().into_owned()
     }
 
     #[test]

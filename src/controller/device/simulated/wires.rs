@@ -187,7 +187,11 @@ pub fn fault(
     let (when, _) = points.find(&when).ok()?;
     let effect = match kind {
         FaultKind::Lost => Ok(Effect::Lost),
-        _ => effect(fault, kind, points),
+        FaultKind::StuckOn
+        | FaultKind::StuckOff
+        | FaultKind::Stuck
+        | FaultKind::Noisy
+        | FaultKind::Late => effect(fault, kind, points),
     };
     match effect {
         Ok(effect) => Some(FaultSettings { when, effect }),

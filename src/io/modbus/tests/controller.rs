@@ -163,9 +163,8 @@ fn serve(
     stop: &Arc<AtomicBool>,
 ) -> (SocketAddr, JoinHandle<()>) {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    let limits = |word| match word {
-        Word::Space(WordSpace::Mhr, 110) => (1, 100),
-        other => other.range(),
+    let limits = |word: Word| {
+        if word == Word::Space(WordSpace::Mhr, 110) { (1, 100) } else { word.range() }
     };
     let map = Map::new(&settings, layout, limits);
     let bound =

@@ -24,9 +24,8 @@ fn small() -> (Map, Layout) {
         outputs: Some((range(y, 0, 1), range(mi, 2, 3))),
         ..loopback()
     };
-    let limits = |word| match word {
-        Word::Space(WordSpace::Mhr, 2) => (5, 9),
-        other => other.range(),
+    let limits = |word: Word| {
+        if word == Word::Space(WordSpace::Mhr, 2) { (5, 9) } else { word.range() }
     };
     (Map::new(&settings, &layout, limits), layout)
 }

@@ -17,7 +17,7 @@ fn entry(text: &str, table: Table, address: u16) -> Entry {
     let operands = operands(text);
     let kind = match operands.first {
         Address::Word(word) => Some(NumberType::of(word)),
-        _ => None,
+        Address::Bit(_) | Address::Structure(_) => None,
     };
     let (order, span) = (WordOrder::default(), Span::default());
     Entry { operands, table, address, kind, order, unit: None, span }
