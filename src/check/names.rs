@@ -10,6 +10,9 @@ use super::context::Context;
 impl Context<'_> {
     /// The name to write in this ladder: the tag if there is one, else the address.
     pub fn name(&self, address: Address) -> String {
+        if let Some(name) = self.program.places.name(address) {
+            return name;
+        }
         if let Some(tag) = self.tag_at(address) {
             return tag.name.clone();
         }
@@ -23,8 +26,10 @@ impl Context<'_> {
     /// For a sentence: `` `bin_full` (Y0) ``, or `` `Y0` `` without a tag.
     pub fn say(&self, address: Address) -> String {
         match self.tag_at(address) {
-            Some(tag) => format!("`{}` ({address})", tag.name),
-            None => format!("`{}`", self.name(address)),
+            Some(tag) if self.program.places.at(address).is_none() => {
+                format!("`{}` ({address})", tag.name)
+            }
+            Some(_) | None => format!("`{}`", self.name(address)),
         }
     }
 
@@ -40,8 +45,11 @@ impl Context<'_> {
 
     /// The first structure of the same kind without an owner and without a tag.
     pub fn free_like(&self, structure: Structure) -> Option<Structure> {
-        let free =
-            |s: &Structure| !self.is_owned(*s) && self.tag_at(Address::Structure(*s)).is_none();
+        let is_placed = |at: Address| self.program.places.at(at).is_some();
+        let free = |s: &Structure| {
+            let at = Address::Structure(*s);
+            !self.is_owned(*s) && self.tag_at(at).is_none() && !is_placed(at)
+        };
         let count = structure.space().count(&self.program.sizes);
         (0..count).map(|n| structure.numbered(n)).find(free)
     }

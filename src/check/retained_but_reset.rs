@@ -81,9 +81,10 @@ fn word(context: &Context) -> (Word, &'static str) {
     let named: BTreeSet<Address> = context.program.operands.iter().map(|o| o.address).collect();
     let data = context.retained.iter().filter(|range| range.space == Space::Word(WordSpace::D));
     let words = data.flat_map(|range| range.first..=range.last);
+    let is_placed = |word: &Word| context.program.places.at(Address::Word(*word)).is_some();
     match words
         .map(|n| Word::Space(WordSpace::D, n))
-        .find(|word| !named.contains(&Address::Word(*word)))
+        .find(|word| !named.contains(&Address::Word(*word)) && !is_placed(word))
     {
         Some(word) => (word, ""),
         None => (Word::Space(WordSpace::D, 0), ", in a word that you retain"),

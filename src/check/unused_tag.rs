@@ -29,7 +29,19 @@ use super::context::Context;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let idle = |tag: &&Tag| !tag.used && !tag.spare && tag.alarm.is_none() && !tag.log_changes;
     let named = named(context);
-    findings.extend(context.program.tags.iter().filter(idle).map(|tag| finding(&named, tag)));
+    let idle = context.program.tags.iter().filter(idle);
+    findings.extend(idle.map(|tag| typed(context, tag).unwrap_or_else(|| finding(&named, tag))));
+}
+
+/// The finding for a tag with a `type`.
+fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
+    let name = &tag.name;
+    let kind = context.program.places.named(name)?.type_name();
+    let message = format!("nothing names tag `{name}`");
+    let finding = Finding::new(Code::UnusedTag, tag.span, message).label("unused");
+    Some(finding.help(format!(
+        "delete it, or say that it is meant: `{name} = {{ type = \"{kind}\", spare = true }}`"
+    )))
 }
 
 fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {

@@ -402,7 +402,18 @@ mod tests {
 
     #[test]
     fn an_instruction_of_other_controllers_is_answered_with_what_there_is() {
-        for (name, words) in [("TON", "`TMR t preset=d`"), ("ote", "`OUT b`"), ("XIO", "`!`")] {
+        for (name, words) in [
+            ("TON", "`TMR t preset=d`"),
+            ("ote", "`OUT b`"),
+            ("XIO", "`!`"),
+            ("MUL", "`MATH D0 = D1 * D2 / 100`"),
+            ("DIV", "`MATH D0 = D1 * D2 / 100`"),
+            ("MULD", "`MATH D0 = D1 * D2 / 100`"),
+            ("SUBROUTINE", "`ENTASK t`"),
+            ("JSR", "`RUN p`"),
+            ("SHFT", "`MATH D0 = D0 << 1 | X0`"),
+            ("DRUM", "a Stage for each step"),
+        ] {
             let text = explanation(name).unwrap_or_default();
             assert!(text.contains(words) && text.contains("other controllers"), "{name}: {text}");
         }

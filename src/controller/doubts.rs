@@ -72,7 +72,10 @@ fn cold_for_ever(written: &WrittenController, controller: &Controller) -> Option
     if controller.operator.enabled || controller.retention.runs_cold || !retains {
         return None;
     }
-    let (place, range) = (written.operator.as_ref()?.span, written.retain.ranges.first()?.span);
+    let (place, range) = (
+        written.operator.as_ref()?.span,
+        written.retain.ranges.iter().chain(&written.retain.tags).next()?.span,
+    );
     let message = "a start that finds nothing to restore waits in STOP for `rungd mode run`, and \
                    there is no socket for it";
     let finding = Finding::new(Code::ColdForEver, place, message)

@@ -14,6 +14,7 @@ pub mod operator;
 pub(crate) mod realtime;
 mod resolver;
 pub mod retain;
+mod retain_tags;
 mod settings;
 mod simulated_device;
 pub(crate) mod written;
@@ -43,10 +44,11 @@ pub fn resolve_controller(
     let outputs_hold = resolver.ranges(&written.outputs.hold, &wanted);
     let wanted = Wanted {
         spaces: &Space::RETAINABLE,
-        words: "data and structures (C, MC, MI, V, D, MHR, MIR, CT, T, N)",
+        words: "data and structures (C, MC, MI, V, D, R, MHR, MIR, CT, T, N)",
         code: Code::RetainRange,
     };
-    let retain = resolver.ranges(&written.retain.ranges, &wanted);
+    let mut retain = resolver.ranges(&written.retain.ranges, &wanted);
+    retain.extend(retain_tags::resolve(&written.retain.tags, program, &mut resolver.findings));
     let interval = &written.retain.interval_ms;
     let retention = Retention {
         interval_ms: resolver.at_least_one("interval", interval),

@@ -11,6 +11,8 @@ use crate::source::span::{FileId, Located, Span};
 pub(crate) struct WrittenRetain {
     /// `ranges`.
     pub ranges: Vec<Text>,
+    /// `tags`: names, with `*` for any part of one.
+    pub tags: Vec<Text>,
     /// `file`: its path, relative to the controller file.
     pub file: Option<Text>,
     /// `interval`, ms: the shortest time between two writes.
@@ -27,6 +29,7 @@ impl WrittenRetain {
         let nowhere = Span { file, start: 0, end: 0 };
         WrittenRetain {
             ranges: Vec::new(),
+            tags: Vec::new(),
             file: None,
             interval_ms: Located { value: 1000, span: nowhere },
             cold_start: None,
@@ -57,17 +60,11 @@ pub(super) fn read_in(root: &mut Table<'_>, file: FileId) -> WrittenRetain {
 fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
     let absent = WrittenRetain::absent(file);
     let ranges = table.strings(key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`."));
-    if !table.has("ranges") {
-        nothing(&table, table.span(), "without `ranges` this keeps nothing");
-    }
-    // A list with items that are not texts has its findings already.
-    if let Some(list) = ranges.as_ref().filter(|list| list.value.is_empty())
-        && !table.doc().has_finding_in(list.span)
-    {
-        nothing(&table, list.span, "an empty list of ranges keeps nothing");
-    }
+    let tags = table.strings(key("tags", "Tags: `shift`, `total_*`; `*` is any part of a name."));
+    keeps_nothing(&table, [ranges.as_ref(), tags.as_ref()]);
     let retain = WrittenRetain {
         ranges: ranges.map_or(Vec::new(), |texts| texts.value),
+        tags: tags.map_or(Vec::new(), |texts| texts.value),
         file: table.string(key(
             "file",
             "The file; if not given, in systemd's state folder, or beside this file.",
@@ -100,10 +97,27 @@ fn read(mut table: Table<'_>, file: FileId) -> WrittenRetain {
     retain
 }
 
+/// Warns of a table that names nothing to keep. A list with items that are not texts has its
+/// findings already.
+fn keeps_nothing(table: &Table<'_>, lists: [Option<&Located<Vec<Text>>>; 2]) {
+    let mut given = lists.into_iter().flatten();
+    let Some(list) = given.next() else {
+        if !table.has("ranges") && !table.has("tags") {
+            nothing(table, table.span(), "without `ranges` and `tags` this keeps nothing");
+        }
+        return;
+    };
+    let is_empty = list.value.is_empty() && given.all(|other| other.value.is_empty());
+    if is_empty && !table.doc().has_finding_in(list.span) {
+        nothing(table, list.span, "an empty list keeps nothing");
+    }
+}
+
 fn nothing(table: &Table<'_>, place: Span, message: &str) {
     let finding = Finding::new(Code::RetainsNothing, place, message);
     table.find(finding.label("every start is a cold start").help(
-        "say what a restart keeps, `ranges = [\"D0..D99\", \"CT0..CT7\"]`; or take `[retain]` away",
+        "say what a restart keeps, `ranges = [\"D0..D99\", \"CT0..CT7\"]`, `tags = [\"total_*\"]`; \
+         or take `[retain]` away",
     ));
 }
 

@@ -9,8 +9,8 @@ use super::record::RECORD;
 use crate::isa::space::SENSAPHONE_COUNT;
 use crate::isa::status::{DST_COUNT, ST_COUNT};
 use crate::isa::{
-    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, Real, StageId, Structure,
-    Word, WordSpace,
+    Address, Bit, BitSpace, BlockId, DeviceId, Flag, Health, MemorySizes, Real, Space, StageId,
+    Structure, Word, WordSpace,
 };
 
 /// The first cell of every space.
@@ -166,6 +166,59 @@ impl Layout {
         }
     }
 
+    /// The address of a cell; `None` for the bits of Stages and blocks.
+    pub fn address(&self, cell: Cell) -> Option<Address> {
+        self.space_address(cell).or_else(|| match cell {
+            Cell::Bit(BitCell(at)) => {
+                let structure = self.structure(at / RECORD as u32);
+                let device = at.wrapping_sub(self.devices);
+                let (id, health) = (device / 2, Health::ALL[device as usize % 2]);
+                match structure {
+                    Some(structure) => {
+                        structure.member_addresses().find(|member| self.cell(*member) == Some(cell))
+                    }
+                    None if id < self.sizes.devices => {
+                        Some(Address::Bit(Bit::Device(DeviceId(id), health)))
+                    }
+                    None => None,
+                }
+            }
+            Cell::Word(WordCell(at)) => {
+                let preset = at.wrapping_sub(self.sensaphone_pre);
+                match self.structure(at) {
+                    Some(structure) => Some(Address::Word(Word::Acc(structure))),
+                    None if preset < SENSAPHONE_COUNT => Some(Address::Word(Word::Pre(preset))),
+                    None => None,
+                }
+            }
+        })
+    }
+
+    fn space_address(&self, cell: Cell) -> Option<Address> {
+        Space::ALL.into_iter().find_map(|space| {
+            let begin = match (space.address(space.first()), cell) {
+                (first @ Address::Bit(_), Cell::Bit(_))
+                | (first @ Address::Word(_), Cell::Word(_)) => self.cell(first)?,
+                (Address::Bit(_) | Address::Word(_) | Address::Structure(_), _) => return None,
+            };
+            let at = number(cell).checked_sub(number(begin))?;
+            (at < space.count(&self.sizes)).then(|| space.address(space.first() + at))
+        })
+    }
+
+    /// The structure of a record.
+    fn structure(&self, record: u32) -> Option<Structure> {
+        let counts = [
+            (Structure::Counter(0), self.sizes.ct),
+            (Structure::Timer(0), self.sizes.t),
+            (Structure::Sensaphone(0), SENSAPHONE_COUNT),
+        ];
+        counts.into_iter().find_map(|(first, count)| {
+            let number = record.checked_sub(self.record(first))?;
+            (number < count).then(|| first.numbered(number))
+        })
+    }
+
     /// Whether a word holds a real.
     pub fn is_real(&self, cell: WordCell) -> bool {
         (self.r..self.r + self.sizes.r).contains(&cell.0)
@@ -213,11 +266,17 @@ impl Layout {
 }
 
 /// The cell of a bit or a word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs)]
 pub enum Cell {
     Bit(BitCell),
     Word(WordCell),
+}
+
+fn number(cell: Cell) -> u32 {
+    match cell {
+        Cell::Bit(BitCell(at)) | Cell::Word(WordCell(at)) => at,
+    }
 }
 
 /// A flag's place in its structure's record. Counters and timers: Done, Reset, Zero, and DnDone or

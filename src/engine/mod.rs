@@ -45,5 +45,5 @@ pub use mishap::Mishap;
 pub use program::Program;
 pub(crate) use program::{Batch, BlockCode, BlockRole, ElementCode, PassStep, Tables};
 pub use scan::{Engine, ScanEnd, ScanTimes};
-pub use transfer::Transfer;
+pub use transfer::{Renumbered, Transfer};
 pub(crate) use transfer::{Restage, Stretch};

@@ -72,6 +72,32 @@ pub struct Transfer {
     pub moved: Vec<(Element, Element)>,
     /// Programs that may need their initial Stage.
     pub(crate) restages: Vec<Restage>,
+    /// The public cells that do not keep their number.
+    pub renumbered: Renumbered,
+}
+
+/// Cells of the old program with their cells in the new one; `None`: there is none.
+#[derive(Clone, Debug, Default)]
+pub struct Renumbered(Vec<(Cell, Option<Cell>)>);
+
+impl Renumbered {
+    /// Of cells in any order, each once.
+    pub fn new(mut cells: Vec<(Cell, Option<Cell>)>) -> Renumbered {
+        cells.retain(|(from, to)| Some(*from) != *to);
+        cells.sort_unstable();
+        Renumbered(cells)
+    }
+
+    /// The new cell of a listed cell.
+    fn find(&self, cell: Cell) -> Option<Option<Cell>> {
+        let at = self.0.binary_search_by_key(&cell, |(from, _)| *from).ok()?;
+        Some(self.0[at].1)
+    }
+
+    /// The new cell of a cell whose space has the same size in both programs.
+    pub(crate) fn cell(&self, cell: Cell) -> Option<Cell> {
+        self.find(cell).unwrap_or(Some(cell))
+    }
 }
 
 impl Transfer {
@@ -90,6 +116,9 @@ impl Transfer {
 
     /// The new cell of a public cell of the old program.
     pub fn cell(&self, cell: Cell) -> Option<Cell> {
+        if let Some(renumbered) = self.renumbered.find(cell) {
+            return renumbered;
+        }
         let find = |stretches: &[Stretch], at: u32| {
             let holds = |s: &&Stretch| (s.from..s.from + s.count).contains(&at);
             stretches.iter().find(holds).map(|s| s.to + (at - s.from))

@@ -11,3 +11,4 @@ pub mod gpio;
 pub mod modbus;
 pub mod modbus_client;
 pub mod plant;
+pub mod scaling;

@@ -12,6 +12,7 @@ pub(crate) mod function;
 pub mod instruction;
 pub(crate) mod pages;
 pub(crate) mod real;
+pub(crate) mod since;
 pub(crate) mod space;
 pub mod status;
 

@@ -9,7 +9,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
-use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure};
+use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
+use crate::resolve::places::Places;
 use crate::resolve::program::{BlockKind, Instruction, Program, Rung, TagMeaning, Value};
 
 /// Everything in a program that keeps a state from scan to scan.
@@ -37,6 +38,8 @@ pub struct Identity {
     pub tags: BTreeMap<String, Address>,
     /// The values after a cold start, from the tags' `initial`.
     pub initial: BTreeMap<Address, i32>,
+    /// The places of the tags with a `type`: texts contain their names instead of addresses.
+    pub places: Places,
 }
 
 /// The kind and name of a Program or Task.
@@ -117,6 +120,7 @@ impl Identity {
         let mut identity = Identity {
             blocks: program.blocks.iter().map(block).collect(),
             stages: program.stages.iter().map(name).collect(),
+            places: program.places.clone(),
             ..Identity::default()
         };
         for tag in &program.tags {
@@ -189,8 +193,26 @@ impl Identity {
             Bit::Stage(id) => self.stage(id),
             Bit::Running(id) => format!("{}.Running", self.block(id).name),
             Bit::Done(id) => format!("{}.Done", self.block(id).name),
-            Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => bit.to_string(),
+            Bit::Space(..) | Bit::Flag(..) | Bit::Device(..) => self.places.say(Address::Bit(bit)),
         }
+    }
+
+    /// A word's name in every version of the program.
+    pub(super) fn word(&self, word: Word) -> String {
+        self.places.say(Address::Word(word))
+    }
+
+    /// The same, with other texts of rungs and histories.
+    pub(crate) fn with_texts(&self, text: &dyn Fn(&str) -> String) -> Identity {
+        let mut other = self.clone();
+        for history in &mut other.histories {
+            history.text = text(&history.text);
+            history.whole = text(&history.whole).into();
+        }
+        for rung in &mut other.rungs {
+            rung.whole = text(&rung.whole).into();
+        }
+        other
     }
 
     /// The text of an instruction with a history: its mnemonic and operands.
@@ -204,6 +226,9 @@ impl Identity {
 
     /// An address with its tag, for people: `parts (CT0)`.
     pub fn say(&self, address: Address) -> String {
+        if let Some(name) = self.places.name(address) {
+            return name;
+        }
         match self.addresses.get(&address) {
             Some(Some(tag)) => format!("{tag} ({address})"),
             _ => match address {

@@ -1,9 +1,10 @@
-//! A rung as one text, in addresses: two rungs with the same text do the same.
+//! A rung as one text, in addresses (of tags with a `type`, in their names): two rungs with the same text do the same.
 //!
 //! Called while a program is lowered. A reload compares the texts to find the unedited rungs. The
 //! text does not contain tags, comments or the written form of constants.
 
 use super::identity::Identity;
+use crate::isa::Address;
 use crate::resolve::formula::{Formula, Part};
 use crate::resolve::instruction::OperandValue;
 use crate::resolve::program::{Action, Contact, Edge, Instruction, Rung, Value};
@@ -35,7 +36,9 @@ fn contact(identity: &Identity, of: &Contact) -> String {
         Contact::All(all, _) => contacts(identity, all, " & "),
         Contact::Any(any, _) => contacts(identity, any, " | "),
         Contact::Edge(edge, of, _) => edge_contact(identity, *edge, of),
-        Contact::Compare(a, how, b, _) => format!("{} {} {}", value(*a), how.sign(), value(*b)),
+        Contact::Compare(a, how, b, _) => {
+            format!("{} {} {}", value(identity, *a), how.sign(), value(identity, *b))
+        }
     }
 }
 
@@ -62,9 +65,11 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
         let operands = operands.each().map(|(name, operand)| {
             let said = match operand {
                 OperandValue::Bit(bit) => identity.bit(bit),
-                OperandValue::Word(word) => word.to_string(),
-                OperandValue::Value(of) => value(of),
-                OperandValue::Structure(structure) => structure.to_string(),
+                OperandValue::Word(word) => identity.word(word),
+                OperandValue::Value(of) => value(identity, of),
+                OperandValue::Structure(structure) => {
+                    identity.places.say(Address::Structure(structure))
+                }
                 OperandValue::Block(block) => identity.block(block).name.clone(),
                 OperandValue::Stage(stage) => identity.stage(stage),
             };
@@ -86,7 +91,7 @@ fn formula(identity: &Identity, of: &Formula) -> String {
     let part = |part: &Part| match part {
         Part::Integer(n) => format!(" {n}"),
         Part::Real(real) => format!(" {real:?}"),
-        Part::Word(word) => format!(" {word}"),
+        Part::Word(word) => format!(" {}", identity.word(*word)),
         Part::Bit(bit) => format!(" {}", identity.bit(*bit)),
         Part::Unary(operator, _) => format!(" {operator:?}"),
         Part::Binary(operator, _) => format!(" {operator:?}"),
@@ -95,10 +100,10 @@ fn formula(identity: &Identity, of: &Formula) -> String {
     of.parts.iter().map(part).collect()
 }
 
-fn value(of: Value) -> String {
+fn value(identity: &Identity, of: Value) -> String {
     match of {
         Value::Const(value, _) => value.to_string(),
         Value::Real(real) => real.to_string(),
-        Value::Word(word) => word.to_string(),
+        Value::Word(word) => identity.word(word),
     }
 }

@@ -8,11 +8,14 @@ use std::collections::HashMap;
 use super::offer::Offer;
 use super::operand::Operand;
 use super::protocol::{Given, Name, OPERANDS_MAX, Refusal, RefusalKind};
+use crate::engine::Cell;
 use crate::isa::{Address, Bit, Health};
 use crate::lower::Symbols;
+use crate::resolve::mistake::sentence;
+use crate::resolve::places::Place;
 use crate::resolve::program::{BlockKind, Program, TagMeaning};
 use crate::resolve::range::{is_range, other_range, resolve_range};
-use crate::resolve::scope::{Scope, sentence};
+use crate::resolve::scope::Scope;
 use crate::source::finding::Finding;
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -42,7 +45,13 @@ impl Names {
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
-                names.tag(&tag.name, address, tag.doc.as_deref());
+                let kind = program.places.named(&tag.name).map(Place::type_name);
+                let kind = kind.map_or_else(|| address.to_string(), str::to_owned);
+                let about = match &tag.doc {
+                    Some(doc) => format!("{kind}: {doc}"),
+                    None => kind,
+                };
+                names.tag(&tag.name, address, &about);
             }
         }
         for block in &program.blocks {
@@ -65,14 +74,13 @@ impl Names {
         names
     }
 
-    fn tag(&mut self, name: &str, address: Address, doc: Option<&str>) {
-        let about = doc.map_or_else(|| address.to_string(), |doc| format!("{address}: {doc}"));
-        self.offered.add(name.to_owned(), &about);
+    fn tag(&mut self, name: &str, address: Address, about: &str) {
+        self.offered.add(name.to_owned(), about);
         self.tags.entry(address).or_insert_with(|| name.to_owned());
         let Address::Structure(structure) = address else { return };
         for (member, at) in structure.members().iter().zip(structure.member_addresses()) {
             let name = format!("{name}.{member}");
-            self.offered.add(name.clone(), &at.to_string());
+            self.offered.add(name.clone(), &self.scope.places().say(at));
             self.tags.entry(at).or_insert(name);
         }
     }
@@ -177,8 +185,13 @@ impl Names {
             }
             Address::Bit(Bit::Space(..) | Bit::Flag(..))
             | Address::Word(_)
-            | Address::Structure(_) => what.to_string(),
+            | Address::Structure(_) => self.scope.places().say(what),
         }
+    }
+
+    /// The operand of a forced cell, with its name in this program.
+    pub(crate) fn at(&self, cell: Cell) -> Option<Operand> {
+        self.called(self.symbols.layout.address(cell)?)
     }
 
     /// The names that completion offers behind a prefix.

@@ -162,3 +162,32 @@ fn completion_goes_up_to_the_dot_and_then_behind_it() {
     assert_eq!(offered("nothing"), "");
     assert_eq!(names.beginning("eye")[0].about, "X0: Photo eye");
 }
+
+#[test]
+fn a_tag_with_a_type_is_known_by_its_name_alone() {
+    let text = "[tags]\nhours = { type = \"timer\" }\nsize = { type = \"int\", doc = \"Of a bin\" }\n\
+                [[program]]\nname = \"Main\"\n\
+                rung = [ { when = [\"size > 3\"], do = [\"TMR hours preset=1s\"] } ]\n";
+    let file = SourceFile { name: "ladder.toml".into(), text: text.into() };
+    let (program, findings) = load_ladders(&[file], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
+    let names = Names::new(&program, &lower(&program).1);
+    let found = names.find("hours").unwrap();
+    let said: Vec<_> = found.iter().map(|operand| operand.address.as_str()).collect();
+    assert_eq!(said, ["hours.Acc", "hours.Done", "hours.Reset", "hours.Zero", "hours.Timing"]);
+    for operand in &found {
+        assert_eq!(names.at(operand.cell).unwrap().operand, operand.address);
+    }
+    for (address, name) in [("T255.Acc", "hours.Acc"), ("D4095", "size"), ("T255", "hours")] {
+        let message = names.find_one(address).unwrap_err().message;
+        assert!(message.contains(&format!("write `{name}`")), "{message}");
+    }
+    for range in ["D4090..D4095", "T255..T255", "size..size"] {
+        let message = names.find(range).unwrap_err().message;
+        assert!(message.contains("known by its name alone"), "{range}: {message}");
+    }
+    assert_eq!(names.find("D4090..D4094").unwrap().len(), 5);
+    let offered = names.beginning("size");
+    assert_eq!(offered.iter().map(|name| &*name.about).collect::<Vec<_>>(), ["int: Of a bin"]);
+    assert!(names.beginning("hours.").iter().all(|name| !name.about.contains("T255")));
+}

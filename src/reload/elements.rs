@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::memory::Kept;
 use super::plan::{OldState, Pairs, ReloadPlan, Side, Start, element_of};
-use super::report::{preset, same};
+use super::report::preset;
 use crate::engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, Stretch};
 use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
 use crate::lower::identity::BlockName;
@@ -148,9 +148,10 @@ fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
     for before in &names.old.intervals {
         let Some(task) = names.block(before.task) else { continue };
         let Some(now) = names.new.intervals.iter().find(|now| now.task == task) else { continue };
-        if !same(before.every, now.every) {
+        if !names.same(before.every, now.every) {
             let name = &names.new.block(task).name;
-            let (was, is) = (preset(before.every, true), preset(now.every, true));
+            let was = preset(names.old, before.every, true);
+            let is = preset(names.new, now.every, true);
             plan.say(format!("interval of {name} {was} → {is}"));
             plan.transfer.intervals.push((task, now.word.0));
         }
@@ -261,16 +262,22 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>)
             Some(*bit)
         })
         .collect();
-    for bit in names.old.written.difference(&names.new.written).copied() {
-        // Other bits are removed with their block or Stage.
-        let Bit::Space(..) = bit else { continue };
+    for bit in names.old.written.iter().copied() {
+        // Other bits are removed with their block or Stage, or with their tag.
+        let (Bit::Space(..), Some(Address::Bit(now))) = (bit, names.moves.after(Address::Bit(bit)))
+        else {
+            continue;
+        };
+        if names.new.written.contains(&now) {
+            continue;
+        }
         let cell = old.symbols.layout.bit(bit).0;
         if driven.contains(&cell) {
             continue;
         }
-        let address = Address::Bit(bit);
-        let is_tagged = names.new.addresses.get(&address).is_some_and(Option::is_some);
-        let said = if is_tagged { names.new.say(address) } else { names.old.say(address) };
+        let (was, now) = (Address::Bit(bit), Address::Bit(now));
+        let is_tagged = names.new.addresses.get(&now).is_some_and(Option::is_some);
+        let said = if is_tagged { names.new.say(now) } else { names.old.say(was) };
         plan.say_of(said, OldState::Unwritten { bit: cell });
     }
 }

@@ -4,10 +4,10 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::plan::{Elsewhere, OldState, Pairs, ReloadPlan, Side};
-use super::report::{preset, same};
+use super::report::preset;
 use crate::engine::{Cell, PassStep};
 use crate::isa::{Address, Bit, BitSpace, ElementId, Mnemonic, Space, Structure, Word};
-use crate::lower::identity::Owner;
+use crate::lower::identity::{Identity, Owner};
 use crate::resolve::program::Value;
 
 /// The kept owners of the old program: record, CTU or CTD, and element.
@@ -50,8 +50,10 @@ pub(super) fn structures(
     let (before, now) = (by_structure(&names.old.owners), by_structure(&names.new.owners));
     for (structure, owners) in &now {
         let mut goes_on = false;
+        let was = names.structure_before(*structure);
+        let before = was.and_then(|was| before.get(&was));
         for owner in owners {
-            let same = before.get(structure).and_then(|before| {
+            let same = before.and_then(|before| {
                 before.iter().find(|before| {
                     let block = names.block(before.element.block);
                     before.mnemonic == owner.mnemonic && block == Some(owner.element.block)
@@ -59,27 +61,22 @@ pub(super) fn structures(
             });
             let Some(same) = same else { continue };
             goes_on = true;
-            kept.note(old.symbols.layout.record(*structure), same);
+            kept.note(old.symbols.layout.record(same.structure), same);
             plan.moves(names, same.element, owner.element);
             tell_kept(plan, names, old, (same, owner));
         }
-        if goes_on {
-            sensaphone_preset(plan, *structure, (old, new));
+        if let Some(was) = was.filter(|_| goes_on) {
+            sensaphone_preset(plan, (was, *structure), (old, new));
             continue;
         }
         plan.transfer.fresh.push(new.symbols.layout.record(*structure));
         if let Structure::Sensaphone(_) = structure {
             put_preset(plan, *structure, new);
         }
-        tell_new(
-            plan,
-            names,
-            *structure,
-            (before.get(structure).and_then(|b| b.first()), owners[0]),
-        );
+        tell_new(plan, names, *structure, (before.and_then(|before| before.first()), owners[0]));
     }
     for (structure, owners) in &before {
-        if !now.contains_key(structure) {
+        if names.structure(*structure).is_none_or(|now_is| !now.contains_key(&now_is)) {
             let said = names.old.say(Address::Structure(*structure));
             let Owner { mnemonic, element, .. } = owners[0];
             let (name, block) = (mnemonic.spec().name, &names.old.block(element.block).name);
@@ -101,15 +98,15 @@ fn by_structure(owners: &[Owner]) -> BTreeMap<Structure, Vec<&Owner>> {
 /// is.
 fn sensaphone_preset(
     plan: &mut ReloadPlan,
-    structure: Structure,
+    (was, structure): (Structure, Structure),
     (old, new): (Side<'_>, Side<'_>),
 ) {
-    let Structure::Sensaphone(n) = structure else { return };
-    let constant = |side: Side<'_>| {
-        let cell = side.symbols.layout.word(Word::Pre(n));
+    let Structure::Sensaphone(_) = structure else { return };
+    let constant = |side: Side<'_>, structure: Structure| {
+        let cell = side.symbols.layout.word(Word::Pre(structure.number()));
         side.program.initial_words.iter().find(|(at, _)| *at == cell).map(|(_, value)| *value)
     };
-    if constant(old) != constant(new) {
+    if constant(old, was) != constant(new, structure) {
         put_preset(plan, structure, new);
     }
 }
@@ -131,22 +128,28 @@ fn tell_kept(
     let of = |owner: &Owner, name| owner.presets.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
     for name in ["preset", "up-preset", "dn-preset"] {
         let (was, is) = (of(before, name), of(now, name));
-        let say = |value: Option<Value>| value.map_or("none".into(), |value| preset(value, timer));
+        let say = |identity: &Identity, value: Option<Value>| {
+            value.map_or("none".into(), |value| preset(identity, value, timer))
+        };
         let differ = match (was, is) {
-            (Some(was), Some(is)) => !same(was, is),
+            (Some(was), Some(is)) => !names.same(was, is),
             (was, is) => was.is_some() != is.is_some(),
         };
         if differ {
-            plan.say(format!("{name} of {said} {} → {}", say(was), say(is)));
+            let (was, is) = (say(names.old, was), say(names.new, is));
+            plan.say(format!("{name} of {said} {was} → {is}"));
         }
     }
     let layout = &old.symbols.layout;
     let now_preset = of(now, "preset").or(of(now, "up-preset"));
     let preset_word = match now_preset {
-        Some(Value::Word(word)) => Some(layout.word(word).0),
+        Some(Value::Word(word)) => match names.moves.before(Address::Word(word)) {
+            Some(Address::Word(word)) => Some(layout.word(word).0),
+            _ => None,
+        },
         _ => None,
     };
-    let acc = layout.word(Word::Acc(now.structure)).0;
+    let acc = layout.word(Word::Acc(before.structure)).0;
     let into = into(plan, names, old, (before.element, now.element));
     plan.say_of(said, OldState::Keeps { timer, acc, preset: now_preset, preset_word, into });
 }
@@ -185,7 +188,8 @@ fn tell_new(
 /// memory sizes.
 pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
     for (address, value) in &names.new.initial {
-        if names.old.addresses.contains_key(address) {
+        let before = names.moves.before(*address);
+        if before.is_some_and(|before| names.old.addresses.contains_key(&before)) {
             continue;
         }
         match new.symbols.layout.cell(*address) {

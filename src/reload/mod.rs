@@ -9,12 +9,15 @@
 mod elements;
 mod histories;
 mod memory;
+mod moves;
+mod places;
 mod plan;
 mod report;
 mod rungs;
 mod tags;
 
 use crate::engine::Transfer;
+use moves::Moves;
 use plan::Pairs;
 pub use plan::{ReloadPlan, Side};
 pub use report::Seen;
@@ -23,9 +26,14 @@ pub(crate) use report::WARNING;
 impl ReloadPlan {
     /// Compares `old` and `new`.
     pub fn new(old: Side<'_>, new: Side<'_>) -> ReloadPlan {
-        let names = Pairs::new(&old.symbols.identity, &new.symbols.identity);
+        let (before, now) = (&old.symbols.identity, &new.symbols.identity);
+        let moves = Moves::of(before, now);
+        let renamed = moves.renamed(before);
+        let names = Pairs::new(renamed.as_ref().unwrap_or(before), now, moves);
         let transfer = Transfer::memory(&old.symbols.layout, &new.symbols.layout);
         let mut plan = ReloadPlan { transfer, ..ReloadPlan::default() };
+        let layouts = (&old.symbols.layout, &new.symbols.layout);
+        names.moves.enter(&mut plan.transfer, layouts, now);
         rungs::rungs(&mut plan, &names, old, new);
         let disabled = elements::disabled(&names, old, new);
         elements::blocks(&mut plan, &names, (old, new), &disabled);
@@ -34,6 +42,7 @@ impl ReloadPlan {
         tags::moved(&mut plan, &names, old);
         tags::renamed(&mut plan, &names, old);
         tags::unnamed(&mut plan, &names, old);
+        places::tell(&mut plan, &names, old);
         tags::limits(&mut plan, &names, old, new);
         elements::unwritten(&mut plan, &names, old);
         histories::histories(&mut plan, &names);

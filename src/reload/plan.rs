@@ -4,8 +4,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::moves::Moves;
 use crate::engine::{self, Cell, Element, Transfer};
-use crate::isa::{BlockId, ElementId, StageId};
+use crate::isa::{Address, BlockId, ElementId, StageId, Structure};
 use crate::lower::Symbols;
 use crate::lower::identity::Identity;
 use crate::resolve::program::Value;
@@ -112,16 +113,17 @@ pub struct Elsewhere {
     pub start: Option<Start>,
 }
 
-/// The pairs of blocks and Stages of both programs.
+/// The pairs of blocks, Stages and elements of both programs.
 pub(super) struct Pairs<'a> {
     pub old: &'a Identity,
     pub new: &'a Identity,
     pub(super) blocks: HashMap<BlockId, BlockId>,
     pub(super) stages: HashMap<StageId, StageId>,
+    pub(super) moves: Moves,
 }
 
 impl<'a> Pairs<'a> {
-    pub(super) fn new(old: &'a Identity, new: &'a Identity) -> Pairs<'a> {
+    pub(super) fn new(old: &'a Identity, new: &'a Identity, moves: Moves) -> Pairs<'a> {
         let ids = |identity: &'a Identity| {
             let named = identity.blocks.iter().enumerate();
             named.map(|(at, block)| ((block.name.as_str(), block.kind), BlockId(at as u32)))
@@ -145,7 +147,27 @@ impl<'a> Pairs<'a> {
             Some((StageId(at as u32), *new))
         });
         let stages = stages.collect();
-        Pairs { old, new, blocks, stages }
+        Pairs { old, new, blocks, stages, moves }
+    }
+
+    /// A structure's new number.
+    pub(super) fn structure(&self, old: Structure) -> Option<Structure> {
+        structure(self.moves.after(Address::Structure(old)))
+    }
+
+    /// A structure's old number.
+    pub(super) fn structure_before(&self, new: Structure) -> Option<Structure> {
+        structure(self.moves.before(Address::Structure(new)))
+    }
+
+    /// Whether a preset is as it was.
+    pub(super) fn same(&self, old: Value, new: Value) -> bool {
+        match (old, new) {
+            (Value::Word(old), Value::Word(new)) => {
+                self.moves.after(Address::Word(old)) == Some(Address::Word(new))
+            }
+            (old, new) => same(old, new),
+        }
     }
 
     /// A block's new number.
@@ -170,6 +192,21 @@ impl<'a> Pairs<'a> {
             None => Some(ElementId { block, stage: None }),
             Some(stage) => self.stage(stage).map(|id| ElementId { block, stage: Some(id) }),
         }
+    }
+}
+
+/// Whether two constant presets are equal, in any written form.
+fn same(a: Value, b: Value) -> bool {
+    match (a, b) {
+        (Value::Const(a, _), Value::Const(b, _)) => a == b,
+        (a, b) => a == b,
+    }
+}
+
+fn structure(address: Option<Address>) -> Option<Structure> {
+    match address {
+        Some(Address::Structure(structure)) => Some(structure),
+        Some(Address::Bit(_) | Address::Word(_)) | None => None,
     }
 }
 

@@ -8,7 +8,8 @@
 
 use super::plan::{Difference, Elsewhere, OldState, ReloadPlan, Start};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
-use crate::isa::duration;
+use crate::isa::{Address, duration};
+use crate::lower::identity::Identity;
 use crate::resolve::program::Value;
 
 /// Maximum number of lines of a report; further lines are only counted.
@@ -275,20 +276,12 @@ fn beyond(
     (!within).then_some(line)
 }
 
-/// Whether two presets are equal, in any written form.
-pub(super) fn same(a: Value, b: Value) -> bool {
-    match (a, b) {
-        (Value::Const(a, _), Value::Const(b, _)) => a == b,
-        (a, b) => a == b,
-    }
-}
-
 /// A preset as text for people.
-pub(super) fn preset(value: Value, is_time: bool) -> String {
+pub(super) fn preset(identity: &Identity, value: Value, is_time: bool) -> String {
     match value {
         Value::Const(value, _) => say(value, is_time),
         Value::Real(real) => real.to_string(),
-        Value::Word(word) => word.to_string(),
+        Value::Word(word) => identity.places.say(Address::Word(word)),
     }
 }
 

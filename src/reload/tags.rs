@@ -4,12 +4,21 @@ use super::memory::begins;
 use super::plan::{OldState, Pairs, ReloadPlan, Side};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
+use crate::lower::identity::Identity;
+
+/// Whether either program gives the tag its place; `places` reports these.
+fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
+    names.old.places.named(tag).or(names.new.places.named(tag)).is_some()
+}
 
 /// Tags with a changed address: the value stays at the old address.
 pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
+        if is_placed(names, tag) {
+            continue;
+        }
         let text = format!("tag {tag} moved from {from} to {to}");
         let is_input = |at: &Address| matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)));
         let cells = (layout.cell(held(*from)), layout.cell(held(*to)));
@@ -37,9 +46,10 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
 /// Renamed tags: the address is the same.
 pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
-    let gone = names.old.tags.iter().filter(|(tag, _)| !names.new.tags.contains_key(*tag));
-    let mut new: Vec<_> =
-        names.new.tags.iter().filter(|(tag, _)| !names.old.tags.contains_key(*tag)).collect();
+    let lacks =
+        |other: &Identity, tag: &String| !other.tags.contains_key(tag) && !is_placed(names, tag);
+    let gone = names.old.tags.iter().filter(|(tag, _)| lacks(names.new, tag));
+    let mut new: Vec<_> = names.new.tags.iter().filter(|(tag, _)| lacks(names.old, tag)).collect();
     for (tag, address) in gone {
         let Some(at) = new.iter().position(|(_, other)| *other == address) else { continue };
         let (now, _) = new.remove(at);
@@ -53,7 +63,8 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
 pub(super) fn unnamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.addresses.get(address).is_some_and(Option::is_some);
-        if names.new.tags.contains_key(tag) || has_tag() {
+        let goes_on = names.moves.after(*address) == Some(*address);
+        if names.new.tags.contains_key(tag) || has_tag() || !goes_on {
             continue;
         }
         let cells = cells(&old.symbols.layout, *address);
@@ -77,11 +88,12 @@ pub(super) fn limits(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, ne
     for address in names.new.addresses.keys() {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);
-        if old.symbols.limits(word) == (min, max) {
+        let Some(Address::Word(was)) = names.moves.before(*address) else { continue };
+        if old.symbols.limits(was) == (min, max) {
             continue;
         }
-        let Some(cell) = old.symbols.layout.cell(*address) else { continue };
-        let begins = begins(plan, cell);
+        let cell = Cell::Word(old.symbols.layout.word(was));
+        let begins = new.symbols.layout.cell(*address).and_then(|cell| begins(plan, cell));
         let said = names.new.say(*address);
         plan.say_of(said, OldState::Limits { cell, begins, limits: (min, max) });
     }

@@ -10,7 +10,7 @@ use super::layers::Layers;
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::isa::address_text::reads_as_address;
-use crate::isa::{BlockId, DeviceId, StageId, instruction};
+use crate::isa::{BlockId, DeviceId, StageId, instruction, since};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
 use crate::source::nearest::{KnownNames, nearest};
@@ -275,12 +275,15 @@ pub(super) fn forbidden(name: &Text, role: Role) -> Option<Finding> {
     if role == Role::Template {
         return None;
     }
+    let newly = |version: Option<&str>| version.map_or(String::new(), |v| format!(", since {v}"));
     if reads_as_address(text) {
-        let finding = find(format!("`{text}` reads as an address"))?;
+        let since = newly(since::address(text));
+        let finding = find(format!("`{text}` reads as an address{since}"))?;
         return Some(finding.help("take a name that says what it is for"));
     }
-    if instruction::Mnemonic::from_name(text).is_some() {
-        let finding = find(format!("`{text}` is an instruction"))?;
+    if instruction::Mnemonic::from_name(text).is_some() || since::mnemonic(text).is_some() {
+        let since = newly(since::mnemonic(text));
+        let finding = find(format!("`{text}` is the name of an instruction{since}"))?;
         return Some(finding.help("take a name that says what it is for"));
     }
     if matches!(text, "rise" | "fall") {

@@ -11,7 +11,7 @@ pub(crate) mod formula;
 mod formula_resolver;
 pub mod instruction;
 pub mod layers;
-mod mistake;
+pub(crate) mod mistake;
 mod operand;
 mod operand_list;
 pub(crate) mod operands;

@@ -4,9 +4,9 @@
 //! [`range`](super::range), in contrast, holds whole structures and no members. Used by
 //! `modbus_server` and `device`.
 
-use super::range::{look_up, other_range};
+use super::range::{Range, look_up, other_range, placed_in};
 use super::scope::{Scope, Thing};
-use crate::isa::{Address, Bit, Word};
+use crate::isa::{Address, Bit, Space, Word};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -20,6 +20,8 @@ pub struct Operands {
     pub count: u32,
     /// The text as written: a Stage or a block has no other name.
     pub text: String,
+    /// Whether it belongs to a tag with a `type`.
+    pub is_placed: bool,
     /// Its place.
     pub span: Span,
 }
@@ -44,6 +46,7 @@ impl Operands {
 impl std::fmt::Display for Operands {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (number(self.first), self.count) {
+            _ if self.is_placed => f.write_str(&self.text),
             (None, _) => f.write_str(&self.text),
             (Some(_), 1) => self.first.fmt(f),
             (Some(n), count) => {
@@ -66,7 +69,9 @@ pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, F
     let finding = |message: String| Finding::new(Code::Controller, text.span, message);
     let Some((low, high)) = written.split_once("..") else {
         let first = element(scope, written, text.span)?;
-        return Ok(Operands { first, count: 1, text: written.to_owned(), span: text.span });
+        let (text, span) = (written.to_owned(), text.span);
+        let is_placed = scope.places().at(first).is_some();
+        return Ok(Operands { first, count: 1, text, is_placed, span });
     };
     let (low, high) = (low.trim(), high.trim());
     let (first, last) = (element(scope, low, text.span)?, element(scope, high, text.span)?);
@@ -82,8 +87,14 @@ pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, F
         let finding = finding("a range goes from low to high".to_owned());
         return Err(finding.help(format!("write `{high}..{low}`")));
     }
-    let text_of = written.to_owned();
-    Ok(Operands { first, count: to - from + 1, text: text_of, span: text.span })
+    if let Some((space, number)) = Space::with_members(first) {
+        let range = Range { space, first: number, last: number + to - from, span: text.span };
+        if let Some(finding) = placed_in(scope, &range) {
+            return Err(finding);
+        }
+    }
+    let (count, span, text) = (to - from + 1, text.span, written.to_owned());
+    Ok(Operands { first, count, text, is_placed: false, span })
 }
 
 fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {

@@ -104,6 +104,13 @@ impl Places {
         (place.space == space && index < place.count).then_some((place, index))
     }
 
+    /// The first place that has an element in a range of numbers.
+    pub fn in_range(&self, space: Space, first: u32, last: u32) -> Option<&Place> {
+        let begins = |place: &Place| (place.space, place.first + place.count) <= (space, first);
+        let place = self.0.places.get(self.0.places.partition_point(begins))?;
+        (place.space == space && place.first <= last).then_some(place)
+    }
+
     /// The name of an address that belongs to such a tag: `p1.failed`, `p1.hours.Acc`, `recipe[3]`.
     pub fn name(&self, address: Address) -> Option<String> {
         let (place, index) = self.at(address)?;

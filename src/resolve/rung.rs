@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use super::Resolver;
 use super::declare::{NAME_MAX, kept};
 use super::program::{Block, Branch, Leg, Rung};
-use crate::isa::{BlockId, LegName, Mnemonic, Spec, dialects};
+use crate::isa::{BlockId, Function, LegName, Mnemonic, Spec, dialects};
 use crate::source::finding::{Code, Finding};
 use crate::source::instruction::Instruction;
 use crate::source::ladder;
@@ -126,9 +126,14 @@ impl Resolver<'_> {
         }
         let message = format!("there is no instruction `{name}`");
         let finding = Finding::new(Code::UnknownInstruction, span, message);
-        self.find(match dialects::instead_of(name) {
-            Some(help) => finding.help(help),
-            None => {
+        let function = Function::from_name(&name.to_ascii_lowercase());
+        self.find(match (dialects::instead_of(name), function) {
+            (Some(help), _) => finding.help(help),
+            (None, Some(function)) => {
+                let form = function.spec().form();
+                finding.help(format!("a function stands in MATH: `MATH R0 = {form}`"))
+            }
+            (None, None) => {
                 finding.help("`rungd explain` lists all instructions").near(name, &INSTRUCTIONS)
             }
         });

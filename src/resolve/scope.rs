@@ -7,9 +7,8 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-pub(crate) use super::mistake::sentence;
 use super::mistake::{
-    LISTED_MAX, Mistake, address_mistake, member_mistake, members_of, new, unknown_member,
+    LISTED_MAX, Mistake, address_mistake, member_mistake, members_of, new, sentence, unknown_member,
 };
 use super::places::Places;
 use super::program::{BlockKind, Program, TagMeaning, Written};

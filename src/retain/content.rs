@@ -32,6 +32,9 @@ const REALS: Space = Space::Word(WordSpace::R);
 /// Flag of a run: the program terminates these elements.
 const TERMINATED: u8 = 1;
 
+/// Flag of a tag: its name is its only address; rungd has chosen the element.
+const PLACED: u8 = 1;
+
 /// The most elements that the reader accepts: more than all of memory.
 const ELEMENTS_MAX: u64 = 1 << 20;
 
@@ -82,6 +85,8 @@ pub struct Content {
     pub elements: Vec<(RetainedElement, RetainedValue)>,
     /// Tags: name and element.
     pub tags: Vec<(String, RetainedElement)>,
+    /// The elements whose only address is the name of their tag.
+    pub placed: HashSet<RetainedElement>,
     /// The owner of each structure: the instruction and its block.
     pub owners: HashMap<RetainedElement, String>,
     /// The elements that the program of this image terminates at a stop.
@@ -167,7 +172,7 @@ pub fn address(element: RetainedElement) -> String {
 /// The bytes before the values. They are the same in every image until the program changes.
 pub(super) fn preamble(
     runs: &[Run],
-    tags: &[(String, RetainedElement)],
+    (tags, placed): (&[(String, RetainedElement)], &HashSet<RetainedElement>),
     owners: &[(String, RetainedElement)],
 ) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -178,11 +183,12 @@ pub(super) fn preamble(
         bytes.extend_from_slice(&run.first.to_le_bytes());
         bytes.extend_from_slice(&run.count.to_le_bytes());
     }
-    for list in [tags, owners] {
+    for (list, placed) in [(tags, placed), (owners, &HashSet::new())] {
         put_u32(&mut bytes, list.len());
-        for (text, RetainedElement { space, number }) in list {
+        for (text, element @ RetainedElement { space, number }) in list {
             let length = u16::try_from(text.len()).expect("names are shorter than 64 KiB");
-            bytes.extend_from_slice(&[number_of(*space), 0]);
+            let flags = if placed.contains(element) { PLACED } else { 0 };
+            bytes.extend_from_slice(&[number_of(*space), flags]);
             bytes.extend_from_slice(&length.to_le_bytes());
             bytes.extend_from_slice(&number.to_le_bytes());
             bytes.extend_from_slice(text.as_bytes());
@@ -212,8 +218,9 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
         }
         runs.push(run);
     }
-    let tags = reader.texts()?;
-    let owners = reader.texts()?.into_iter().map(|(text, element)| (element, text)).collect();
+    let (tags, placed) = reader.texts()?;
+    let (owners, _) = reader.texts()?;
+    let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
     let (mut elements, mut terminated) = (Vec::new(), HashSet::new());
     for run in runs {
         for number in run.first..run.first + run.count {
@@ -224,7 +231,8 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
             elements.push((element, reader.value(run.space)?));
         }
     }
-    (reader.at == bytes.len()).then_some(Content { elements, tags, owners, terminated })
+    let content = Content { elements, tags, placed, owners, terminated };
+    (reader.at == bytes.len()).then_some(content)
 }
 
 struct ByteReader<'a> {
@@ -247,8 +255,9 @@ impl<'a> ByteReader<'a> {
         self.take(4)?.try_into().ok().map(i32::from_le_bytes)
     }
 
-    fn texts(&mut self) -> Option<Vec<(String, RetainedElement)>> {
-        let mut texts = Vec::new();
+    /// Texts with their elements, and the elements that have the flag.
+    fn texts(&mut self) -> Option<(Vec<(String, RetainedElement)>, HashSet<RetainedElement>)> {
+        let (mut texts, mut placed) = (Vec::new(), HashSet::new());
         for _ in 0..self.u32()? {
             let head = self.take(4)?;
             let space = space_of(head[0])?;
@@ -256,9 +265,13 @@ impl<'a> ByteReader<'a> {
             let number = self.u32()?;
             let text = self.take(length.next_multiple_of(4))?;
             let text = std::str::from_utf8(&text[..length]).ok()?;
-            texts.push((text.to_owned(), RetainedElement { space, number }));
+            let element = RetainedElement { space, number };
+            texts.push((text.to_owned(), element));
+            if head[1] & PLACED != 0 {
+                placed.insert(element);
+            }
         }
-        Some(texts)
+        Some((texts, placed))
     }
 
     fn value(&mut self, space: Space) -> Option<RetainedValue> {
@@ -292,11 +305,12 @@ mod tests {
             [Run { space: Space::Word(WordSpace::D), first: 3, count: 2, terminated: false }];
         let level = RetainedElement { space: Space::Word(WordSpace::D), number: 4 };
         let tags = [("level".to_owned(), level)];
-        let mut bytes = preamble(&runs, &tags, &[]);
+        let placed = HashSet::from([level]);
+        let mut bytes = preamble(&runs, (&tags, &placed), &[]);
         bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);
         let content = read(&bytes).unwrap();
         assert_eq!(content.elements[1].1.word, -2);
-        assert_eq!(content.tags, tags);
+        assert_eq!((&content.tags[..], &content.placed), (&tags[..], &placed));
         for cut in 0..bytes.len() {
             assert_eq!(read(&bytes[..cut]), None, "cut at {cut}");
         }
@@ -314,7 +328,7 @@ mod tests {
     fn values_out_of_range_are_the_nearest_in_it_and_of_an_element_in_two_runs_the_later_counts() {
         let run =
             |count| Run { space: Space::Word(WordSpace::V), first: 3, count, terminated: false };
-        let mut bytes = preamble(&[run(2), run(1)], &[], &[]);
+        let mut bytes = preamble(&[run(2), run(1)], (&[], &HashSet::new()), &[]);
         [-5, 70_000, 9].iter().for_each(|word: &i32| bytes.extend(word.to_le_bytes()));
         let content = read(&bytes).unwrap();
         let words: Vec<_> =

@@ -28,6 +28,8 @@ pub struct RetainPlan {
     limits: Limits,
     runs: Vec<Run>,
     tags: Vec<(String, RetainedElement)>,
+    /// The elements whose only address is the name of their tag.
+    placed: HashSet<RetainedElement>,
     owners: HashMap<RetainedElement, String>,
     preamble: Vec<u8>,
 }
@@ -73,17 +75,36 @@ impl RetainPlan {
         }
         let mut owners = owners(program);
         owners.retain(|(_, element)| is_kept(element));
-        let preamble = content::preamble(&runs, &tags, &owners);
+        let is_placed =
+            |at: &RetainedElement| program.places.at(at.space.address(at.number)).is_some();
+        let placed = tags.iter().map(|(_, element)| *element).filter(is_placed).collect();
+        let preamble = content::preamble(&runs, (&tags, &placed), &owners);
         let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
         let limits = Limits::new(program, symbols, element_of);
-        RetainPlan { layout: symbols.layout.clone(), limits, runs, tags, owners, preamble }
+        RetainPlan { layout: symbols.layout.clone(), limits, runs, tags, placed, owners, preamble }
     }
 
-    /// The retained ranges in order: `C0..C7 D100`.
+    /// The retained ranges in order, then the tags without an address: `C0..C7 D100 shift`.
     pub(crate) fn ranges(&self) -> String {
-        let said =
-            self.runs.iter().map(|run| span(run.space, run.first, run.first + run.count - 1));
-        said.collect::<Vec<_>>().join(" ")
+        let mut ranges: Vec<(Space, u32, u32)> = Vec::new();
+        let elements = self.runs.iter().flat_map(|run| {
+            let space = run.space;
+            (run.first..run.first + run.count).map(move |number| (space, number))
+        });
+        let is_placed = |(space, number): &(Space, u32)| {
+            self.placed.contains(&RetainedElement { space: *space, number: *number })
+        };
+        for (space, number) in elements.filter(|element| !is_placed(element)) {
+            match ranges.last_mut() {
+                Some((same, _, last)) if (*same, *last + 1) == (space, number) => *last = number,
+                _ => ranges.push((space, number, number)),
+            }
+        }
+        let said = ranges.into_iter().map(|(space, first, last)| span(space, first, last));
+        let tags = self.tags.iter().filter(|(_, element)| self.placed.contains(element));
+        let mut tags: Vec<String> = tags.map(|(name, _)| name.clone()).collect();
+        tags.sort_unstable();
+        said.chain(tags).collect::<Vec<_>>().join(" ")
     }
 
     /// The number of retained elements.
@@ -145,7 +166,8 @@ impl RetainPlan {
         let mut drops = Vec::new();
         let values: HashMap<RetainedElement, &RetainedValue> =
             found.elements.iter().map(|(e, v)| (*e, v)).collect();
-        let (then, now) = (TagIndex::new(&found.tags), TagIndex::new(&self.tags));
+        let then = TagIndex::new(&found.tags, &found.placed);
+        let now = TagIndex::new(&self.tags, &self.placed);
         let mut taken = HashSet::new();
         for run in &self.runs {
             for element in (run.first..run.first + run.count).map(|n| run.element(n)) {
@@ -221,7 +243,7 @@ impl RetainPlan {
     ) -> bool {
         let now = self.owners.get(&element).and_then(|now| preset(now));
         let Some(Preset::Constant(now)) = now else { return true };
-        let what = format!("{}.PRE", address(element));
+        let what = format!("{}.PRE", TagIndex::new(&self.tags, &self.placed).say(element));
         let from = match owner.and_then(preset) {
             Some(Preset::Constant(then)) if then == now => return true,
             Some(Preset::Constant(then)) => format!("{then} in the ladder then"),
@@ -246,9 +268,13 @@ impl RetainPlan {
         if let Some((tag, at)) = moved {
             let (was, is) = (type_name(element.space), type_name(at.space));
             if !same_type(element, at) {
-                return format!("its type changed: `{tag}` was {was} and is {is}, {}", address(at));
+                let at = match now.placed.contains(&at) {
+                    true => String::new(),
+                    false => format!(", {}", address(at)),
+                };
+                return format!("its type changed: `{tag}` was {was} and is {is}{at}");
             }
-            return format!("`{tag}` is {} now, which has its value from another tag", address(at));
+            return format!("`{tag}` is {} now, which has its value from another tag", now.say(at));
         }
         let here = self.runs.iter().any(|run| holds(run, element));
         match (then.tags_of(element).first(), now.tags_of(element).first()) {
@@ -299,11 +325,15 @@ fn same_type(a: RetainedElement, b: RetainedElement) -> bool {
 struct TagIndex<'a> {
     by_name: HashMap<&'a str, RetainedElement>,
     by_element: HashMap<RetainedElement, Vec<&'a str>>,
+    placed: &'a HashSet<RetainedElement>,
 }
 
 impl<'a> TagIndex<'a> {
-    fn new(tags: &'a [(String, RetainedElement)]) -> TagIndex<'a> {
-        let mut names = TagIndex { by_name: HashMap::new(), by_element: HashMap::new() };
+    fn new(
+        tags: &'a [(String, RetainedElement)],
+        placed: &'a HashSet<RetainedElement>,
+    ) -> TagIndex<'a> {
+        let mut names = TagIndex { by_name: HashMap::new(), by_element: HashMap::new(), placed };
         for (name, element) in tags {
             names.by_name.insert(name, *element);
             names.by_element.entry(*element).or_default().push(name);
@@ -313,6 +343,12 @@ impl<'a> TagIndex<'a> {
 
     fn element(&self, name: &str) -> Option<RetainedElement> {
         self.by_name.get(name).copied()
+    }
+
+    /// An element for people: its address; if it has none for them, its tag.
+    fn say(&self, element: RetainedElement) -> String {
+        let tag = self.tags_of(element).first().filter(|_| self.placed.contains(&element));
+        tag.map_or_else(|| address(element), |tag| (*tag).to_owned())
     }
 
     fn tags_of(&self, element: RetainedElement) -> &[&'a str] {
@@ -332,7 +368,10 @@ fn told(drops: &[(RetainedElement, String)], then: &TagIndex<'_>) -> Vec<Dropped
             *last += 1;
             continue;
         }
-        let tag = tag.map(|tag| format!("{tag} ({})", address(*element)));
+        let tag = tag.map(|tag| match then.placed.contains(element) {
+            true => (*tag).to_owned(),
+            false => format!("{tag} ({})", address(*element)),
+        });
         lines.push((*element, element.number, why, tag));
     }
     let told = |(first, last, why, tag): (RetainedElement, u32, &str, Option<String>)| Dropped {

@@ -11,6 +11,7 @@ use super::format::{BadSlot, FLAG_FINAL, Stamp};
 use super::slots::{Unusable, survey};
 use crate::calendar::Utc;
 use crate::isa::Space;
+use crate::resolve::places::type_of;
 
 /// The lines that describe the file.
 ///
@@ -74,8 +75,11 @@ fn values(text: &mut String, content: &Content) {
         }
         let owner = content.owners.get(element).map_or("", |owner| owner);
         let held = held(element.space, value);
-        let line =
-            format!("  {:8} {:24} {held:28} {owner}", address(*element), names.unwrap_or_default());
+        let at = match content.placed.contains(element) {
+            true => type_of(element.space).unwrap_or_default().to_owned(),
+            false => address(*element),
+        };
+        let line = format!("  {at:8} {:24} {held:28} {owner}", names.unwrap_or_default());
         let _ = writeln!(text, "{}", line.trim_end());
     }
     if zeros > 0 {

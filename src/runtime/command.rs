@@ -66,6 +66,8 @@ pub enum Denial {
     TooManyForces,
     /// There is no such package.
     NoProgram,
+    /// A reload came first, and what the command names is not in the new program.
+    Gone,
 }
 
 /// The outcome of a command.
@@ -95,6 +97,8 @@ pub struct CommandId(pub u64);
 #[derive(Clone, Copy, Debug)]
 struct Order {
     id: u64,
+    /// The program whose cell the command names.
+    generation: u32,
     command: Command,
 }
 
@@ -131,8 +135,12 @@ pub(super) fn desk() -> (Desk, Orders, Answers) {
 }
 
 impl Desk {
-    pub(crate) fn hand_in(&mut self, command: Command) -> Result<CommandId, Denial> {
-        let order = Order { id: self.last + 1, command };
+    pub(crate) fn hand_in(
+        &mut self,
+        generation: u32,
+        command: Command,
+    ) -> Result<CommandId, Denial> {
+        let order = Order { id: self.last + 1, generation, command };
         self.orders.push(order).map_err(|_| Denial::QueueFull)?;
         self.last = order.id;
         Ok(CommandId(order.id))
@@ -153,12 +161,12 @@ impl Desk {
 }
 
 impl Orders {
-    /// The next command, if there is room to answer it.
-    pub(crate) fn next(&mut self) -> Option<(CommandId, Command)> {
+    /// The next command and its generation, if there is room to answer it.
+    pub(crate) fn next(&mut self) -> Option<(CommandId, u32, Command)> {
         if self.taken.len() >= self.answers.slots().min(COMMANDS_MAX) {
             return None;
         }
-        self.orders.pop().ok().map(|order| (CommandId(order.id), order.command))
+        self.orders.pop().ok().map(|order| (CommandId(order.id), order.generation, order.command))
     }
 
     /// Whether a command waits.
@@ -213,6 +221,9 @@ impl fmt::Display for Denial {
                  mode run` leaves FAULT, and then `rungd mode stop` stops it",
             ),
             Denial::NoProgram => f.write_str("the program did not come with its command"),
+            Denial::Gone => f.write_str(
+                "the program was reloaded meanwhile, and what was named is not in the new one",
+            ),
             Denial::TooManyForces => write!(f, "{FORCES_MAX} bits and words are forced already"),
         }
     }
@@ -225,9 +236,9 @@ mod tests {
     #[test]
     fn limits_are_limits_and_every_command_has_its_answer() {
         let (mut desk, mut orders, mut answers) = desk();
-        let ids: Vec<_> = (0..1000).map_while(|_| desk.hand_in(Command::Run).ok()).collect();
+        let ids: Vec<_> = (0..1000).map_while(|_| desk.hand_in(0, Command::Run).ok()).collect();
         assert_eq!(ids.len(), COMMANDS_MAX);
-        while let Some((id, _)) = orders.next() {
+        while let Some((id, ..)) = orders.next() {
             orders.note(id, Answer::Denied(Denial::Ending));
         }
         assert_eq!(desk.answer(ids[0]), None);

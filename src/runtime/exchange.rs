@@ -97,6 +97,8 @@ pub(crate) enum Outcome {
 pub(crate) struct Batch {
     /// Its ticket.
     pub ticket: Ticket,
+    /// The program whose cells they name.
+    pub generation: u32,
     /// The writes; the scan applies all of them, in this order.
     pub writes: Vec<Write>,
 }
@@ -265,12 +267,21 @@ impl Port {
         waiting.into_iter().for_each(Waker::wake);
     }
 
-    /// Hands in a batch. The scan applies all its writes between two scans, in the order of
-    /// tickets.
+    /// Hands in a batch for the cells of the latest image's program. The scan applies all its
+    /// writes between two scans, in the order of tickets.
     ///
     /// # Errors
     /// The batch is refused, and none of its writes is applied: see [`Refused`].
     pub fn submit(&self, writes: Vec<Write>) -> Result<Ticket, Refused> {
+        self.submit_to(self.latest().generation, writes)
+    }
+
+    /// As [`Port::submit`], for the cells of the program of this generation. If it is reloaded
+    /// before the scan, each write goes to where its element lies in the new program.
+    ///
+    /// # Errors
+    /// As [`Port::submit`].
+    pub fn submit_to(&self, generation: u32, writes: Vec<Write>) -> Result<Ticket, Refused> {
         if writes.len() > BATCH_WRITES_MAX {
             return Err(Refused::TooLarge);
         }
@@ -285,7 +296,7 @@ impl Port {
         }
         waiting.fetch_add(count, Ordering::AcqRel);
         let ticket = Ticket(door.last + 1);
-        door.queue.push(Batch { ticket, writes }).map_err(|_| Refused::QueueFull)?;
+        door.queue.push(Batch { ticket, generation, writes }).map_err(|_| Refused::QueueFull)?;
         door.last = ticket.0;
         Ok(ticket)
     }
@@ -325,10 +336,18 @@ impl Port {
     /// # Errors
     /// Too many commands wait, or the scan thread is stuck.
     pub fn command(&self, command: Command) -> Result<CommandId, Denial> {
+        self.command_to(self.latest().generation, command)
+    }
+
+    /// As [`Port::command`], for the cells of the program of this generation.
+    ///
+    /// # Errors
+    /// As [`Port::command`].
+    pub fn command_to(&self, generation: u32, command: Command) -> Result<CommandId, Denial> {
         if self.is_stuck() {
             return Err(Denial::ScanThreadStuck);
         }
-        locked(&self.shared.desk).hand_in(command)
+        locked(&self.shared.desk).hand_in(generation, command)
     }
 
     /// Whether the scan thread is stuck or gone, so that it takes no command.

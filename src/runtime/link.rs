@@ -18,7 +18,7 @@ use super::exchange::{Batch, Port, QUEUED_BATCHES_MAX, Tempo, Ticket, Write};
 use super::forces::Forces;
 use super::image::{Safe, Snapshot};
 use super::mode::{FaultReason, Mode, StopReason};
-use crate::engine::{BitCell, Cell, WordCell};
+use crate::engine::{BitCell, Cell, Renumbered, WordCell};
 
 /// The number of spare snapshots at the start; the world refills the ring below half of it.
 pub(super) const SPARES: usize = 8;
@@ -92,6 +92,8 @@ pub struct ScanSide {
     pub(super) orders: Orders,
     /// The generation of the program.
     pub(super) generation: u32,
+    /// The generation of the program before it, and the cells of that which it has elsewhere.
+    before: (u32, Renumbered),
     /// Spare snapshots that came with the program.
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
@@ -146,6 +148,7 @@ pub fn link(shape: Shape) -> (Port, ScanSide, WorldSide) {
         applied: 0,
         orders,
         generation: 0,
+        before: (0, Renumbered::default()),
         fresh: Vec::new(),
     };
     let world = WorldSide {
@@ -166,6 +169,20 @@ impl ScanSide {
     /// scans, or by [`ScanSide::refuse_waiting`].
     pub fn set_running(&mut self, running: bool) {
         self.port.shared.running.store(running, Ordering::Release);
+    }
+
+    /// Goes on with the program of this generation. Takes the new numbers of cells, and gives those
+    /// of the last swap back, to be freed elsewhere.
+    pub fn adopt(&mut self, generation: u32, renumbered: &mut Renumbered) {
+        self.before.0 = self.generation;
+        std::mem::swap(&mut self.before.1, renumbered);
+        self.generation = generation;
+    }
+
+    /// The cell of the program that is scanned, for one of the program of a generation. `None`: it
+    /// has no such element; or that program is older than the one before.
+    pub fn cell(&self, generation: u32, cell: Cell) -> Option<Cell> {
+        renumbered((self.generation, &self.before), generation, cell)
     }
 
     /// Sets the tempo of the next scans.
@@ -194,8 +211,12 @@ impl ScanSide {
         if self.batches.peek().ok()?.writes.len() > writes_left {
             return None;
         }
-        let batch = self.batches.pop().ok()?;
+        let mut batch = self.batches.pop().ok()?;
         self.port.shared.waiting_writes.fetch_sub(batch.writes.len(), Ordering::AcqRel);
+        if batch.generation != self.generation {
+            let now = (self.generation, &self.before);
+            batch.writes.retain_mut(|write| is_renumbered(now, batch.generation, write));
+        }
         for write in &batch.writes {
             if let Write::Input(x, on) = *write {
                 self.port.set_input(x, on);
@@ -399,6 +420,33 @@ impl WorldSide {
             let _ = self.spares.push(Arc::new(fresh));
         }
     }
+}
+
+/// As [`ScanSide::cell`]: `now` is the generation, and the program before it.
+fn renumbered(now: (u32, &(u32, Renumbered)), of: u32, cell: Cell) -> Option<Cell> {
+    let (generation, (before, cells)) = now;
+    match of {
+        _ if of == generation => Some(cell),
+        _ if of == *before => cells.cell(cell),
+        _ => None,
+    }
+}
+
+/// Gives a write of an earlier program the cell that its element has now; false: it has none.
+fn is_renumbered(now: (u32, &(u32, Renumbered)), of: u32, write: &mut Write) -> bool {
+    let cell = match write {
+        Write::Bit(cell, _) => Cell::Bit(*cell),
+        Write::Word(cell, _) | Write::Masked { cell, .. } => Cell::Word(*cell),
+        Write::Input(..) => return true,
+    };
+    match (write, renumbered(now, of, cell)) {
+        (Write::Bit(cell, _), Some(Cell::Bit(to))) => *cell = to,
+        (Write::Word(cell, _) | Write::Masked { cell, .. }, Some(Cell::Word(to))) => *cell = to,
+        (Write::Bit(..) | Write::Word(..) | Write::Masked { .. } | Write::Input(..), _) => {
+            return false;
+        }
+    }
+    true
 }
 
 fn make_safe(outputs: &mut [u8], safe: &[Safe]) {

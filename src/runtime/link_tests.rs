@@ -218,7 +218,7 @@ fn a_wait_for_a_command_ends_with_its_answer() {
         let id = port.command(Command::Run).unwrap();
         let (bell, mut answered) = (Arc::new(Bell::default()), pin!(port.answered(id)));
         assert_eq!(poll(answered.as_mut(), &bell), Poll::Pending);
-        let (taken, _) = side.orders.next().unwrap();
+        let (taken, ..) = side.orders.next().unwrap();
         side.orders.note(taken, answer);
         side.orders.give();
         world.pump();

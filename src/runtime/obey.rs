@@ -47,16 +47,28 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// Executes the waiting commands in order. Commands after a stop wait for its mode.
     pub(super) fn obey(&mut self, now_ns: u64) {
-        while let Some((id, command)) = self.side.orders.next() {
-            let answer = match self.denies(command) {
-                Some(denial) => Answer::Denied(denial),
-                None => self.carry_out(command, now_ns),
+        while let Some((id, generation, command)) = self.side.orders.next() {
+            let answer = match (self.denies(command), self.now(generation, command)) {
+                (Some(denial), _) => Answer::Denied(denial),
+                (None, Some(command)) => self.carry_out(command, now_ns),
+                (None, None) => Answer::Denied(Denial::Gone),
             };
             self.side.orders.note(id, answer);
             if command == Command::Stop {
                 return;
             }
         }
+    }
+
+    /// A command of the program of a generation, with the cell of the program that is scanned.
+    fn now(&self, generation: u32, command: Command) -> Option<Command> {
+        Some(match command {
+            Command::Force { cell, value } => {
+                Command::Force { cell: self.side.cell(generation, cell)?, value }
+            }
+            Command::Release(cell) => Command::Release(self.side.cell(generation, cell)?),
+            Command::Run | Command::Stop | Command::ReleaseAll | Command::Swap { .. } => command,
+        })
     }
 
     fn denies(&self, command: Command) -> Option<Denial> {

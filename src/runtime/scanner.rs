@@ -163,15 +163,16 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let running = self.mode == Mode::Run || faulted;
         package.note(&self.machine);
         std::mem::swap(&mut self.machine, &mut package.machine);
-        let Package { machine: old, transfer, watches, carried, fresh, safe, .. } = &mut *package;
+        let Package { machine: old, transfer, watches, carried, fresh, safe, generation, .. } =
+            &mut *package;
         self.machine.adopt(old, transfer, running, self.forces.list());
         self.forces.renumber(|cell| transfer.cell(cell));
         watches.carry(&self.watches, carried, self.machine.image().1, now_ns);
         std::mem::swap(&mut self.watches, watches);
         std::mem::swap(&mut self.side.fresh, fresh);
         self.field.exchange_safe(safe, !running);
-        let generation = package.generation;
-        self.side.generation = generation;
+        let generation = *generation;
+        self.side.adopt(generation, &mut transfer.renumbered);
         self.set_tempo(package.tempo);
         let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
         package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });

@@ -5,7 +5,10 @@
 //! write in that scan. `rungd sim` passes a [`Lookup`], which tells the parser the kind and range
 //! of an operand.
 
+use std::fmt::Display;
+
 use crate::engine::{BitCell, WordCell};
+use crate::isa::real::RealError;
 use crate::isa::{Address, MemorySizes, Real, Word, address_text};
 
 /// One change of an input, or one queued write.
@@ -210,11 +213,18 @@ fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> 
         }
         Target::Real(cell, (min, max)) => {
             let integer = |text: &str| text.parse().map(Real::nearest).ok();
-            let Some(value) = text.parse().ok().or_else(|| integer(text)) else {
+            let beyond =
+                |given: &dyn Display| format!("`{name}` takes {min} to {max}, not {given}");
+            let value = match text.parse() {
+                Ok(real) => Some(real),
+                Err(RealError::Beyond) => return Err(beyond(&text)),
+                Err(RealError::Form) => integer(text),
+            };
+            let Some(value) = value else {
                 return Err(format!("`{name}` is a real: it takes a number as 12.5, not `{text}`"));
             };
             if !(min..=max).contains(&value) {
-                return Err(format!("`{name}` takes {min} to {max}, not {value}"));
+                return Err(beyond(&value));
             }
             Ok(Change::Word(cell, value.cell()))
         }

@@ -43,7 +43,7 @@ pub enum ValueForm {
     Integers(i64, i64),
     /// A duration: `"10ms"`.
     Duration,
-    /// An integer, a duration, `true` or `false`.
+    /// A number, a duration, `true` or `false`.
     Constant,
     /// A string or a number.
     Scalar,

@@ -106,3 +106,56 @@ map = [{ from = "C2046", to = "drive.run" }, { from = "drive.running", to = "C20
          lamp   bit         C2044\nlevel  real        R1023\nparts  counter     CT249\n",
     );
 }
+
+/// A simulation of a ladder with tags that have a `type`: its exit code, trace and errors.
+fn sim(name: &str, more: &[&str]) -> (Option<i32>, String, String) {
+    let ladder = folder("sim").join(format!("{name}.toml"));
+    let text = r#"
+[tags]
+parts = { type = "counter" }
+size = { type = "int", initial = 3, max = 9 }
+lamp = { type = "bit" }
+[[program]]
+name = "Main"
+rung = [
+  { leg.up = ["X0"], leg.rst = ["$Off"], do = ["CNT parts preset=size"] },
+  { when = ["parts.Done"], do = ["OUT lamp"] },
+]
+"#;
+    std::fs::write(&ladder, text).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let output = command.arg("sim").arg(&ladder).args(more).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn a_trace_names_tags_and_refuses_their_addresses() {
+    let (code, trace, errors) = sim("all", &["--scans", "1"]);
+    assert_eq!(code, Some(0), "{errors}");
+    let header = trace.lines().next().unwrap();
+    assert!(header.starts_with("scan,time_ms,X0,$Off,parts.Acc,parts.Done,"), "{header}");
+    assert!(!header.contains("CT255") && header.ends_with(",size,lamp"), "{header}");
+    for (address, name) in [("D4095", "size"), ("CT255.Acc", "parts.Acc"), ("C2047", "lamp")] {
+        let (code, _, errors) = sim("watch", &["--watch", address]);
+        assert_eq!(code, Some(2), "{errors}");
+        assert!(errors.contains(&format!("write `{name}`")), "{errors}");
+    }
+}
+
+#[test]
+fn a_stimulus_names_tags_and_their_addresses_are_refused() {
+    let stimulus = folder("sim").join("stimulus.csv");
+    let path = stimulus.display().to_string();
+    let of = |text: &str| {
+        std::fs::write(&stimulus, text).unwrap();
+        sim("stimulus", &["--scans", "2", "--stimulus", &path, "--watch", "size,parts.Acc"])
+    };
+    let (_, trace, errors) = of("scan,size,parts.Acc\n1,8,5\n");
+    assert!(trace.ends_with("0,0,3,0\n1,10,8,5\n"), "{trace}{errors}");
+    let (code, _, errors) = of("scan,D4095\n1,8\n");
+    assert_ne!(code, Some(0));
+    assert!(errors.contains("`size` lies at `D4095`"), "{errors}");
+    let (_, _, errors) = of("scan,size\n1,10\n");
+    assert!(errors.contains("`size` takes -2147483648 to 9, not 10"), "{errors}");
+}

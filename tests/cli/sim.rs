@@ -23,6 +23,15 @@ const STIMULUS: &str = "scan,X0,size\n1,1,\n2,0,\n3,1,\n4,,3\n";
 /// The same without the row of scan 4, for runs of four scans.
 const WITHIN_FOUR_SCANS: &str = "scan,X0,size\n1,1,\n2,0,\n3,1,\n";
 
+/// A word of reals, which the outside may write.
+const REALS: &str = r#"[tags]
+level = { at = "R0", initial = 1.5, min = -10, max = 99.5 }
+
+[[program]]
+name = "Main"
+rung = [ { when = ["level >= 0.25"], do = ["MATH R1 = level * 1000000000.0", "MATH R2 = level / 1e9"] } ]
+"#;
+
 /// A folder of this test's own, with the ladder and the stimulus.
 struct Place(PathBuf);
 
@@ -128,6 +137,68 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
     place.refused("count.toml --period 0ms", 2, "a period is at least 1ms");
     place.refused("count.toml --for soon", 2, "`soon` is not a duration");
     place.refused("", 2, "LADDER.toml");
+}
+
+#[test]
+fn a_real_is_traced_and_stimulated_as_it_is_written() {
+    let place = Place::new("reals");
+    place.write("reals.toml", REALS);
+    place.write("reals.csv", "scan,level\n1,0.1\n2,99.5\n3,7\n4,-0.0\n5,2.5e1\n");
+    let args = "reals.toml --stimulus reals.csv --scans 6 --watch level,R1,R2";
+    expect_test::expect![[r#"
+        scan,time_ms,level,R1,R2
+        0,0,1.5,1500000000.0,1.5e-9
+        1,10,0.1,1500000000.0,1.5e-9
+        2,20,99.5,99500000000.0,9.95e-8
+        3,30,7.0,7000000000.0,7e-9
+        4,40,0.0,7000000000.0,7e-9
+        5,50,25.0,25000000000.0,2.5e-8
+    "#]]
+    .assert_eq(&place.trace(args));
+    place.trace(&format!("{args} --trace reals.svg"));
+    let svg = place.read("reals.svg");
+    for number in ["1.5", "0.1", "99.5", "25.0", "99500000000.0", "9.95e-8"] {
+        assert!(svg.contains(&format!(">{number}</text>")), "{number}: {svg}");
+    }
+    for (value, said) in [
+        ("much", "s.csv:2: `level` is a real: it takes a number as 12.5, not `much`"),
+        ("nan", "s.csv:2: `level` is a real: it takes a number as 12.5, not `nan`"),
+        ("inf", "s.csv:2: `level` is a real: it takes a number as 12.5, not `inf`"),
+        ("1e39", "s.csv:2: `level` takes -10.0 to 99.5, not 1e39"),
+        ("99.6", "s.csv:2: `level` takes -10.0 to 99.5, not 99.6"),
+        ("-11", "s.csv:2: `level` takes -10.0 to 99.5, not -11.0"),
+    ] {
+        place.write("s.csv", &format!("scan,level\n1,{value}\n"));
+        place.refused("reals.toml --stimulus s.csv --scans 9", 78, said);
+    }
+    place.write("s.csv", "scan,D0\n1,1.5\n");
+    place.refused("reals.toml --stimulus s.csv", 78, "`D0` is a word: it takes a decimal number");
+}
+
+#[test]
+fn a_real_has_an_exponent_where_it_is_shorter() {
+    let place = Place::new("exponents");
+    place.write(
+        "copy.toml",
+        "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$On\"], do = [\"MOVE R0 to=R1\"] } ]\n",
+    );
+    let shown = [
+        "0.0001",
+        "9.9999e-5",
+        "1e16",
+        "9999999000000000.0",
+        "3.4028235e38",
+        "1e-45",
+        "0.1",
+        "16777216.0",
+        "-1.5e-7",
+        "3.0",
+    ];
+    let rows = shown.iter().enumerate().map(|(scan, real)| format!("{scan},{real}\n"));
+    place.write("reals.csv", &format!("scan,R0\n{}", rows.collect::<String>()));
+    let trace = place.trace("copy.toml --stimulus reals.csv --scans 10 --watch R1");
+    let traced: Vec<&str> = trace.lines().skip(1).filter_map(|row| row.split(',').nth(2)).collect();
+    assert_eq!(traced, shown);
 }
 
 #[test]

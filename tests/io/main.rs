@@ -20,6 +20,7 @@ mod modbus_outputs;
 mod modbus_sweep;
 mod modbus_torn;
 mod oracle;
+mod reals;
 mod rig;
 mod simulated_device;
 mod simulated_plant;

@@ -161,6 +161,26 @@ fn what_a_reader_refuses_by_form_is_refused() {
 }
 
 #[test]
+fn a_real_stands_where_a_constant_does() {
+    let ladder = |text: &str| findings(FileKind::Ladder, &json_of(text)).is_empty();
+    for tag in ["value = 2.5", "at = \"R0\", initial = -0.5, min = -1e3, max = 20"] {
+        assert!(ladder(&format!("[tags]\na = {{ {tag} }}")), "{tag}");
+    }
+    assert!(!ladder("[tags]\na = { at = \"R0\", initial = [2.5] }"), "an array");
+    let device = |driver: &str, row: &str| {
+        let text = format!(
+            "ladder = [\"a.toml\"]\n[memory]\nR = 64\n[[device]]\nname = \"d\"\n\
+             driver = \"{driver}\"\nmap = [{{ {row} }}]"
+        );
+        findings(FileKind::Controller, &json_of(&text)).is_empty()
+    };
+    let row = "from = \"R0\", to = \"holding 0..1\", type = \"f32\", divide = 10, safe = 2.5";
+    assert!(device("modbus-tcp", row));
+    assert!(device("simulated", "from = \"tank.level\", to = \"R0\", multiply = 3, offset = -5"));
+    assert!(!device("modbus-tcp", &row.replace("= 10", "= 2.5")), "a factor is a whole number");
+}
+
+#[test]
 fn a_validator_of_others_agrees() {
     let script = root().join("tests/schema/check.py");
     let there = Command::new("python3").args(["-c", "import jsonschema, tomllib"]).output();

@@ -22,6 +22,7 @@ fn of(value: &DeValue<'_>) -> Value {
         DeValue::Integer(number) => {
             json!(i64::from_str_radix(number.as_str(), number.radix()).expect("an integer"))
         }
+        DeValue::Float(number) => json!(number.as_str().parse::<f64>().expect("a number")),
         DeValue::Boolean(on) => json!(on),
         DeValue::Array(items) => items.iter().map(|item| of(item.get_ref())).collect(),
         DeValue::Table(table) => of_table(table),
@@ -107,6 +108,7 @@ fn has_type(name: &Value, value: &Value) -> bool {
         "array" => value.is_array(),
         "string" => value.is_string(),
         "integer" => value.is_i64(),
+        "number" => value.is_number(),
         "boolean" => value.is_boolean(),
         other => panic!("type {other}"),
     }

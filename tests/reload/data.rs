@@ -156,3 +156,33 @@ fn a_stop_that_was_asked_for_comes() {
     let mut reloaded = main_with(&stop("")).scan(&[("X0", 1)]).main(&stop(ON));
     assert!(reloaded.plc.scan(&[]).last);
 }
+
+/// The content of an R word's cell.
+fn real(text: &str) -> i32 {
+    text.parse::<rungd::isa::Real>().expect("a real").cell()
+}
+
+#[test]
+fn a_real_keeps_its_value_and_the_report_shows_reals() {
+    let tagged = |tag: &str| {
+        let tags = format!("[tags]\nlevel = {{ {tag} }}\n");
+        tags + &main_text(&rungs(&[("level > 5.5", "OUT Y0"), ("X0", "MOVE 2.5 to=R7")]))
+    };
+    let value = real("12.25");
+    let plc = || plc(&tagged("at = \"R1\"")).scan(&[("R1", value)]);
+    let edited = tagged("at = \"R1\"").replace("2.5", "2.75");
+    plc().reload(&edited).holds([("R1", value.into())]);
+    plc()
+        .reload(&tagged("at = \"R2\", initial = 0.5"))
+        .says("warning: tag level moved from R1 to R2: R2 begins at 0.5; R1's was 12.25");
+    plc().reload(&tagged("at = \"R1\", min = 0.5, max = 9")).says(
+        "warning: level (R1) keeps 12.25, which is not within 0.5 to 9.0, its limits now; a \
+         restart would drop it",
+    );
+    plc()
+        .force("R1", real("-1.5"))
+        .scan(&[])
+        .reload(&edited)
+        .scan(&[("R1", value)])
+        .holds([("R1", real("-1.5").into())]);
+}

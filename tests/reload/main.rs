@@ -1,5 +1,6 @@
 //! What a reload keeps: by the rules, on random programs, and in the real binary.
 
+mod anywhere;
 mod back;
 mod blocks;
 mod data;
@@ -10,6 +11,7 @@ mod reloaded;
 mod report;
 mod rules;
 mod templates;
+mod types;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]

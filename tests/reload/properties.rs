@@ -19,7 +19,7 @@ fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-fn seeds() -> std::ops::Range<u64> {
+pub fn seeds() -> std::ops::Range<u64> {
     let first = setting("RUNGD_PROPERTY_SEED", 1);
     first..first + setting("RUNGD_PROPERTY_PROGRAMS", 150)
 }

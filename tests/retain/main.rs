@@ -6,7 +6,9 @@ mod disk;
 mod disk_states;
 mod format;
 mod memory;
+mod named;
 mod places;
+mod reals;
 mod run;
 
 /// A binary uses a part of what they share.

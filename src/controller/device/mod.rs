@@ -11,6 +11,7 @@ pub mod drivers;
 pub mod gpio;
 pub(crate) mod keys;
 pub mod modbus;
+mod scaling;
 pub mod settings;
 pub(crate) mod simulated;
 mod wiring;
@@ -114,6 +115,13 @@ fn row<'a>(
         }
     };
     let addresses: Vec<Address> = match resolve_operands(scope, text) {
+        Ok(operands) if operands.is_placed => {
+            let name = &text.text;
+            let message = format!("`{name}` has a `type`, and a device's map names addresses");
+            let help = "the map stays over a reload, which may move the tag: give it an `at`";
+            findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+            return None;
+        }
         Ok(operands) => operands.addresses().collect(),
         Err(finding) => {
             findings.push(finding);

@@ -47,7 +47,7 @@ impl OnLoss {
 /// A bit or word that a device moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// Its address; X, C, MC, MI, V, D, MHR or MIR.
+    /// Its address; X, C, MC, MI, V, D, R, MHR or MIR.
     pub address: Address,
     /// The place of its row.
     pub(crate) span: Span,

@@ -153,7 +153,7 @@ fn may_be_listed(operands: &Operands) -> Option<Finding> {
     };
     let message = format!("`{operands}` cannot be written: {why}");
     let finding = Finding::new(Code::Controller, operands.span, message);
-    Some(finding.help("list C, MC, MI, V, D, MHR, MIR, or an `.Acc`"))
+    Some(finding.help("list C, MC, MI, V, D, R, MHR, MIR, or an `.Acc`"))
 }
 
 /// The finding for listed operands that have no coil or holding register.

@@ -45,17 +45,8 @@ pub(in super::super) struct Desk {
     views: Generations<View>,
     port: Port,
     reloads: Arc<Reloads>,
-    /// The cells forced since the start. A cell that can be forced has the same place in every
-    /// program.
-    forced: Mutex<HashMap<Cell, Forced>>,
-}
-
-/// What a cell was when it was forced.
-#[derive(Clone)]
-struct Forced {
-    what: Address,
-    /// The name by which it was forced.
-    name: String,
+    /// The addresses forced since the start, each with the name by which it was forced.
+    forced: Mutex<HashMap<Address, String>>,
 }
 
 type Done<T> = Result<T, Refusal>;
@@ -124,12 +115,12 @@ impl Desk {
     /// The forced operands with their present names; each with the name by which it was forced.
     fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Operand, String)> {
         let known = self.forced();
-        let forced = latest.forces.list().iter().filter_map(|cell| known.get(cell));
-        let called = forced.filter_map(|of| Some((names.called(of.what)?, of.name.clone())));
-        called.collect()
+        let forced = latest.forces.list().iter().filter_map(|cell| names.at(*cell));
+        let name = |operand: &Operand| known.get(&operand.what).unwrap_or(&operand.operand).clone();
+        forced.map(|operand| (operand.clone(), name(&operand))).collect()
     }
 
-    fn forced(&self) -> MutexGuard<'_, HashMap<Cell, Forced>> {
+    fn forced(&self) -> MutexGuard<'_, HashMap<Address, String>> {
         self.forced.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -148,7 +139,6 @@ impl Desk {
 
     async fn write(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
         let (before, view) = self.seen();
-        // An operand that may be written has the same place in every program.
         let operand = view.names.find_one(text)?;
         operand.may_write()?;
         let value = view.names.number(&operand, given)?;
@@ -164,7 +154,10 @@ impl Desk {
             (None, Cell::Bit(cell)) => Write::Bit(cell, value != 0),
             (None, Cell::Word(cell)) => Write::Word(cell, value),
         };
-        let ticket = self.port.submit(vec![write]).map_err(|why| self.not_taken(why))?;
+        let ticket = self
+            .port
+            .submit_to(before.generation, vec![write])
+            .map_err(|why| self.not_taken(why))?;
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         let is_long = period > PERIOD_AWAITED_MAX;
         let patience = if is_long { PERIOD_AWAITED_MAX } else { self.wait() };
@@ -174,7 +167,10 @@ impl Desk {
             Err(_) => return Err(no_answer()),
         };
         let latest = self.port.latest();
-        let mut change = change(&operand, &before, &latest);
+        let mut change = Change {
+            now: self.now(operand.clone()).seen(&latest),
+            ..change(&operand, &before, &latest)
+        };
         let written = operand.held(value);
         if seen {
             change.note = self.note(&operand, value, &change);
@@ -219,14 +215,14 @@ impl Desk {
     }
 
     async fn force(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
-        let names = self.names();
-        let operand = names.find_one(text)?;
+        let (latest, view) = self.seen();
+        let operand = view.names.find_one(text)?;
         operand.may_force()?;
-        let value = names.number(&operand, given)?;
-        let id = self.hand_in(Command::Force { cell: operand.cell, value })?;
+        let value = view.names.number(&operand, given)?;
+        let force = Command::Force { cell: operand.cell, value };
+        let id = self.hand_in(latest.generation, force)?;
         // Noted first: the status may show it before the answer is here.
-        let forced = Forced { what: operand.what, name: operand.operand.clone() };
-        self.forced().insert(operand.cell, forced);
+        self.forced().insert(operand.what, operand.operand.clone());
         let before = self.carried_out(id).await?;
         let mut change = self.forced_change(&operand, before);
         let is_output = matches!(operand.what, Address::Bit(Bit::Space(BitSpace::Y, _)));
@@ -239,11 +235,14 @@ impl Desk {
     }
 
     async fn unforce(&self, peer: &Peer, text: &str) -> Done<Change> {
-        let operand = self.names().find_one(text).map_err(|unknown| {
+        let (latest, view) = self.seen();
+        let operand = view.names.find_one(text).map_err(|unknown| {
             let message = format!("{}; {}", unknown.message, self.forced_now(text.trim()));
             Refusal { message, ..unknown }
         })?;
-        let before = self.carried_out(self.hand_in(Command::Release(operand.cell))?).await?;
+        let before = self
+            .carried_out(self.hand_in(latest.generation, Command::Release(operand.cell))?)
+            .await?;
         let mut change = self.forced_change(&operand, before);
         if before.forced {
             let did = format!("ended the force of {}", change.now);
@@ -282,16 +281,16 @@ impl Desk {
         Change {
             before: operand.held(before.value),
             was_forced: before.forced,
-            now: operand.seen(&self.port.latest()),
+            now: self.now(operand.clone()).seen(&self.port.latest()),
             note: None,
         }
     }
 
     async fn unforce_all(&self, peer: &Peer) -> Done<Values> {
         let before = self.port.latest();
-        let forces = self.forces(&before, &self.names());
+        let forces = self.forces(&before, &self.views.of(before.generation).names);
         let operands: Vec<Operand> = forces.into_iter().map(|(operand, _)| operand).collect();
-        self.carried_out(self.hand_in(Command::ReleaseAll)?).await?;
+        self.carried_out(self.hand_in(before.generation, Command::ReleaseAll)?).await?;
         let latest = self.port.latest();
         for operand in &operands {
             let change = Change { was_forced: true, ..change(operand, &before, &latest) };
@@ -302,9 +301,10 @@ impl Desk {
     }
 
     async fn mode(&self, peer: &Peer, to: ModeWanted) -> Done<ModeChange> {
-        let since_ns = self.port.latest().since_ns;
+        let latest = self.port.latest();
+        let since_ns = latest.since_ns;
         let command = if to == ModeWanted::Run { Command::Run } else { Command::Stop };
-        let before = self.carried_out(self.hand_in(command)?).await?.mode;
+        let before = self.carried_out(self.hand_in(latest.generation, command)?).await?.mode;
         let there = match to {
             ModeWanted::Run => before == Mode::Run,
             ModeWanted::Stop => matches!(before, Mode::Stop(_)),
@@ -362,8 +362,14 @@ impl Desk {
         let _ = timeout(WAIT_LEAST, ended).await;
     }
 
-    fn hand_in(&self, command: Command) -> Done<CommandId> {
-        self.port.command(command).map_err(denied)
+    /// Hands in a command for the cells of the program of a generation.
+    fn hand_in(&self, generation: u32, command: Command) -> Done<CommandId> {
+        self.port.command_to(generation, command).map_err(denied)
+    }
+
+    /// The operand in the program that scans now: a reload may have come.
+    fn now(&self, operand: Operand) -> Operand {
+        self.names().find_one(&operand.operand).unwrap_or(operand)
     }
 
     async fn carried_out(&self, id: CommandId) -> Done<Before> {

@@ -21,7 +21,7 @@ const DISK_LATE: &str = "the disk has not answered in time; it may yet be kept";
 pub(super) async fn save(retention: Option<&Retention>, peer: &Peer) -> Result<Saved, Refusal> {
     let refused = |message: String| Refusal::new(RefusalKind::Refused, message);
     let retention = retention.ok_or_else(|| {
-        refused("the controller file retains nothing: `[retain] ranges` says what".to_owned())
+        refused("the controller file retains nothing: `[retain]` says what".to_owned())
     })?;
     let late = |_| Refusal::new(RefusalKind::NoAnswer, DISK_LATE);
     let saved = timeout(DISK_MAX, durable(retention)).await.map_err(late)?;

@@ -1,8 +1,8 @@
 //! Field devices beside the scan: each has a task that exchanges and reports.
 //!
 //! The daemon makes a [`DeviceTask`] from a driver and a line to the scan, and runs it until the
-//! end. A driver ([`Driver`]) knows its points and the way to its peer. This module decides, for all
-//! drivers, the times of exchanges, the reaction to trouble, the safe values and the log lines.
+//! end. A driver ([`Driver`]) knows its points and the way to its peer. This module decides, for
+//! all drivers, the times of exchanges, the reaction to trouble, the safe values and the log lines.
 //! The scan thread itself exchanges with local lines; [`Keeper`] only opens them, and opens them
 //! again after trouble.
 

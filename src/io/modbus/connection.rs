@@ -119,7 +119,7 @@ impl Connection {
             Answer::Reply(reply) => return reply,
             Answer::Refused(request, refusal) => (request, Err(refusal)),
             Answer::Write(request, batch) => {
-                let done = self.write(batch).await.and_then(|()| {
+                let done = self.write(latest.generation, batch).await.and_then(|()| {
                     let latest = self.shared.port.latest();
                     let map = self.shared.maps.of(latest.generation);
                     answer::written(&map, unit, (pdu, &request), &latest)
@@ -134,11 +134,12 @@ impl Connection {
     }
 
     /// Hands a write in, whole, and waits until a complete scan has seen it. A reload in between
-    /// changes no cell that a client can write.
-    async fn write(&self, batch: Vec<Write>) -> Result<(), Refusal> {
+    /// only moves what has a name, and the write goes there.
+    async fn write(&self, generation: u32, batch: Vec<Write>) -> Result<(), Refusal> {
         let port = &self.shared.port;
-        let ticket =
-            port.submit(batch).map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
+        let ticket = port
+            .submit_to(generation, batch)
+            .map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
         let wait = self.shared.write_wait.max(self.shared.port.patience());
         match timeout(wait, port.done(ticket)).await {
             Err(_) => Err(Refusal::NotSeen),

@@ -163,6 +163,7 @@ mod tests {
     use crate::io::modbus::number::{NumberType, WordOrder};
     use crate::io::modbus::pdu;
     use crate::io::modbus_client::settings::Number;
+    use crate::io::scaling::Scaling;
     use proptest::prelude::*;
 
     fn coil(at: u16) -> Point {
@@ -170,14 +171,8 @@ mod tests {
     }
 
     fn register(at: u16, kind: NumberType) -> Point {
-        let number = Number {
-            kind,
-            order: WordOrder::HighFirst,
-            real: false,
-            multiply: 1,
-            divide: 1,
-            offset: 0,
-        };
+        let scaling = Scaling::none(false);
+        let number = Number { kind, order: WordOrder::HighFirst, scaling };
         Point { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 

@@ -95,10 +95,11 @@ fn word(data: &[u8], place: usize) -> u16 {
 mod tests {
     use super::*;
     use crate::io::modbus::number::{NumberType, WordOrder};
+    use crate::io::scaling::Scaling;
     use proptest::prelude::*;
 
     pub(super) fn number(kind: NumberType, order: WordOrder) -> PointForm {
-        PointForm::Number(Number { kind, order, real: false, multiply: 1, divide: 1, offset: 0 })
+        PointForm::Number(Number { kind, order, scaling: Scaling::none(false) })
     }
 
     fn register(at: u16) -> Point {

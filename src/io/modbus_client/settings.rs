@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 
 use crate::io::modbus::number::{NumberType, WordOrder};
 pub use crate::io::modbus::settings::Table;
+use crate::io::scaling::Scaling;
 
 /// A Modbus client's settings.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,14 +133,8 @@ pub struct Number {
     pub kind: NumberType,
     /// The register of a pair that has the higher 16 bits.
     pub order: WordOrder,
-    /// Whether memory holds a real; else an integer.
-    pub real: bool,
-    /// Never 0. A value of memory is the number, times this,
-    pub multiply: i32,
-    /// divided by this, which is at least 1,
-    pub divide: i32,
-    /// plus this.
-    pub offset: i32,
+    /// From the number to memory.
+    pub scaling: Scaling,
 }
 
 impl Point {

@@ -1,66 +1,40 @@
-//! Converts the bits of one or two registers to a value in memory, and back.
+//! Values of memory from the bits of registers, and back. No I/O.
 //!
-//! In: the number times `multiply`, divided by `divide` (rounded to the nearest, halves away from
-//! zero), plus `offset`; beyond an i32, the nearest i32. Out: the same in reverse, to the nearest
-//! value that the registers hold. Integers are computed in 64 bits without overflow, because the
-//! reader of the controller file limits the factors. An R word is scaled in binary64, without
-//! rounding to an integer.
+//! In: the number is scaled, and limited to what memory holds. Out: the reverse, limited to the
+//! nearest value that the registers hold. `io::scaling` computes; this file knows which numbers are
+//! reals on the way.
 
 use super::settings::Number;
 use crate::io::modbus::number::NumberType;
-use crate::isa::Real;
 
 /// The value in memory of a number's bits (the lower 16 for one register); `None`: an f32 that is
 /// not a number.
 pub fn decode(number: &Number, bits: u32) -> Option<i32> {
-    let (multiply, divide, offset) = (number.multiply, number.divide, number.offset);
-    if number.real {
-        let raw = number.kind.number(bits)?;
-        let scaled = raw * f64::from(multiply) / f64::from(divide) + f64::from(offset);
-        return Some(Real::stored(scaled).0.cell());
-    }
     if number.kind == NumberType::F32 {
-        // Scaled before rounding.
-        let raw = f64::from(f32::from_bits(bits));
-        let scaled = raw * f64::from(multiply) / f64::from(divide) + f64::from(offset);
-        // Beyond an i32, `as` gives the nearest i32.
-        return raw.is_finite().then(|| scaled.round() as i32);
+        return Some(number.scaling.of_real(number.kind.number(bits)?));
     }
-    let raw = number.kind.value(bits)?;
-    let scaled = nearest(raw * i64::from(multiply), i64::from(divide)) + i64::from(offset);
-    Some(scaled.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
+    Some(number.scaling.of_integer(number.kind.value(bits)?))
 }
 
 /// The bits of a number for a value in memory.
 pub fn encode(number: &Number, value: i32) -> u32 {
-    let (multiply, divide) = (number.multiply, number.divide);
-    if number.real {
-        let apart = f64::from(Real::of_cell(value)) - f64::from(number.offset);
-        return number.kind.nearest_bits(apart * f64::from(divide) / f64::from(multiply));
-    }
     if number.kind == NumberType::F32 {
-        let apart = f64::from(value) - f64::from(number.offset);
-        return ((apart * f64::from(divide) / f64::from(multiply)) as f32).to_bits();
+        return number.kind.nearest_bits(number.scaling.to_real(value));
     }
-    let apart = i64::from(value) - i64::from(number.offset);
-    number.kind.bits(nearest(apart * i64::from(divide), i64::from(multiply)))
-}
-
-/// A quotient rounded to the nearest, halves away from zero. The divisor is never 0.
-fn nearest(dividend: i64, divisor: i64) -> i64 {
-    let (quotient, rest) = (dividend / divisor, dividend % divisor);
-    let away = (rest.abs() * 2 >= divisor.abs()) as i64;
-    quotient + away * dividend.signum() * divisor.signum()
+    number.kind.bits(number.scaling.to_integer(value))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::io::modbus::number::WordOrder;
+    use crate::io::scaling::Scaling;
+    use crate::isa::Real;
     use proptest::prelude::*;
 
     fn number(kind: NumberType, multiply: i32, divide: i32, offset: i32) -> Number {
-        Number { kind, order: WordOrder::HighFirst, real: false, multiply, divide, offset }
+        let scaling = Scaling { real: false, multiply, divide, offset };
+        Number { kind, order: WordOrder::HighFirst, scaling }
     }
 
     fn plain(kind: NumberType) -> Number {
@@ -118,6 +92,29 @@ mod tests {
         assert_eq!(encode(&plain(NumberType::F32), 12), 12.0f32.to_bits());
         let turned = number(NumberType::I16, -1, 2, 0);
         assert_eq!(encode(&turned, -2), 4);
+    }
+
+    #[test]
+    fn an_r_word_takes_the_number_of_any_type_without_rounding() {
+        let into_real =
+            |kind| Number { scaling: Scaling { divide: 10, ..Scaling::none(true) }, ..plain(kind) };
+        let real = |text: &str| text.parse::<Real>().unwrap().cell();
+        for (kind, bits, text) in [
+            (NumberType::U16, 0xffff, "6553.5"),
+            (NumberType::I16, 0xffff, "-0.1"),
+            (NumberType::U32, u32::MAX, "429496729.5"),
+            (NumberType::I32, 0x8000_0000, "-214748364.8"),
+            (NumberType::F32, 2.5f32.to_bits(), "0.25"),
+        ] {
+            assert_eq!(decode(&into_real(kind), bits), Some(real(text)), "{kind:?}");
+        }
+        assert_eq!(encode(&into_real(NumberType::I16), real("-0.1")), 0xffff);
+        assert_eq!(encode(&into_real(NumberType::U16), real("-0.1")), 0);
+        assert_eq!(encode(&into_real(NumberType::U16), real("1e30")), 0xffff);
+        assert_eq!(encode(&into_real(NumberType::F32), real("1e38")), f32::MAX.to_bits());
+        for bits in [f32::NAN, f32::INFINITY] {
+            assert_eq!(decode(&into_real(NumberType::F32), bits.to_bits()), None);
+        }
     }
 
     fn kinds() -> impl Strategy<Value = NumberType> {

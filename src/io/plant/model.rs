@@ -8,6 +8,7 @@
 use super::fault::{Falsifies, Fault};
 use super::part::Part;
 use super::settings::{Command, Effect, Feed, Plant, PointId};
+use crate::io::scaling::Scaling;
 
 /// The most ticks that one step catches up with. If the process stood still for longer, the plant
 /// stood still for the rest of that time too.
@@ -23,11 +24,12 @@ pub struct Model {
     commands: Vec<Command>,
     /// The first point of a fault.
     first_fault: usize,
-    inputs: Vec<usize>,
+    inputs: Vec<(usize, Scaling)>,
+    output_scaling: Vec<Scaling>,
     /// All points; `before` has their values after the previous tick.
     values: Vec<i32>,
     before: Vec<i32>,
-    /// The outputs to the plant, as they came last.
+    /// The outputs to the plant, as they came last, in the plant's numbers.
     outputs: Vec<i32>,
     /// The time as given last; `None` before the first step.
     given_ms: Option<u64>,
@@ -57,13 +59,15 @@ impl Model {
         for (first, part) in &parts {
             part.begin(&mut values[*first..]);
         }
+        let inputs = settings.inputs.iter().map(|point| point.0 as usize);
         Model {
             parts,
             faults: faults.collect(),
             losses: losses.map(|fault| fault.when).collect(),
             commands: settings.commands.clone(),
             first_fault: settings.points - settings.faults.len(),
-            inputs: settings.inputs.iter().map(|point| point.0 as usize).collect(),
+            inputs: inputs.zip(settings.input_scaling.iter().copied()).collect(),
+            output_scaling: settings.output_scaling.clone(),
             values,
             before: vec![0; settings.points],
             outputs: vec![0; settings.outputs],
@@ -73,7 +77,8 @@ impl Model {
     }
 
     /// Moves the plant on to a time, which never goes back. The previous outputs apply until that
-    /// time, the given ones from then on. Both slices have one value per point of the device.
+    /// time, the given ones from then on. Both slices have one value of memory per point of the
+    /// device.
     ///
     /// # Errors
     /// A fault makes the device lost; `inputs` stays unchanged.
@@ -93,24 +98,22 @@ impl Model {
         if self.is_lost() {
             return Err(Lost);
         }
-        for (input, point) in inputs.iter_mut().zip(&self.inputs) {
-            *input = self.values[*point];
+        for (input, (point, scaling)) in inputs.iter_mut().zip(&self.inputs) {
+            *input = scaling.of_integer(self.values[*point].into());
         }
         Ok(())
     }
 
     /// Passes outputs to the plant; to a lost one, only those that turn faults on and off.
     fn take(&mut self, outputs: &[i32]) {
-        if !self.is_lost() {
-            let many = self.outputs.len().min(outputs.len());
-            return self.outputs[..many].copy_from_slice(&outputs[..many]);
-        }
-        let commands = self.commands.iter();
-        for command in commands.filter(|command| command.point.0 as usize >= self.first_fault) {
+        let is_lost = self.is_lost();
+        let is_fault = |point: PointId| point.0 as usize >= self.first_fault;
+        for command in self.commands.iter().filter(|command| !is_lost || is_fault(command.point)) {
             if let Feed::Output(at) = command.feed
                 && let (Some(known), Some(now)) = (self.outputs.get_mut(at), outputs.get(at))
             {
-                *known = *now;
+                let number = self.output_scaling[at].to_integer(*now);
+                *known = number.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
             }
         }
     }

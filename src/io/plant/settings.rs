@@ -1,6 +1,7 @@
 //! The settings of a simulated plant: its parts, the driver of each command, its faults. Made by
 //! `controller` from a controller file.
 
+use crate::io::scaling::Scaling;
 use crate::isa::Bit;
 use crate::source::span::Span;
 
@@ -31,10 +32,10 @@ pub struct Plant {
     pub(crate) inputs: Vec<PointId>,
     /// The number of points that go out; [`Feed::Output`] numbers them.
     pub(crate) outputs: usize,
-    /// Of each input, whether memory holds a real. The plant itself counts in whole numbers.
-    pub real_inputs: Vec<bool>,
-    /// Of each output, the same.
-    pub real_outputs: Vec<bool>,
+    /// From the whole numbers of the plant to memory, one for each input.
+    pub(crate) input_scaling: Vec<Scaling>,
+    /// The same for each output.
+    pub(crate) output_scaling: Vec<Scaling>,
 }
 
 /// A command's value: the feed's value times the gain.

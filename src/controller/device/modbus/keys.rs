@@ -1,5 +1,6 @@
 //! The keys of the Modbus clients (`modbus-tcp`, `modbus-rtu`) in a `[[device]]` and its map.
 
+use super::super::scaling::ScalingKeys;
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{Parity, Writes};
 use crate::source::key::{LEAST_1MS, key, words};
@@ -16,9 +17,6 @@ const REGISTERS: (i64, i64) = (0, 65_535);
 /// The limits of `gap`: more registers would exceed the length of a request.
 const GAPS: (i64, i64) = (0, 100);
 const BAUDS: (i64, i64) = (50, 4_000_000);
-const FACTORS: (i64, i64) = (-1_000_000, 1_000_000);
-const DIVISORS: (i64, i64) = (1, 1_000_000);
-const OFFSETS: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 
 /// The keys of a `[[device]]` about its line.
 #[derive(Clone, Debug, Default)]
@@ -86,12 +84,8 @@ pub struct RowKeys {
     pub kind: Option<Text>,
     /// `word-order` of a number in two registers.
     pub word_order: Option<Text>,
-    /// `multiply`.
-    pub multiply: Option<Located<i64>>,
-    /// `divide`.
-    pub divide: Option<Located<i64>>,
-    /// `offset`.
-    pub offset: Option<Located<i64>>,
+    /// `multiply`, `divide`, `offset`.
+    pub scaling: ScalingKeys,
 }
 
 impl Keys {
@@ -205,14 +199,7 @@ impl RowKeys {
                 key("word-order", "Modbus: the register of a pair that has the higher 16 bits.")
                     .one_of(|| words(&WordOrder::NAMES)),
             ),
-            multiply: row.integer(
-                key("multiply", "Modbus: the factor that the number is multiplied by.")
-                    .limited(r#"{"not":{"const":0}}"#),
-                FACTORS,
-            ),
-            divide: row.integer(key("divide", "Modbus: the divisor of the product."), DIVISORS),
-            offset: row
-                .integer(key("offset", "Modbus: is then added; memory holds the sum."), OFFSETS),
+            scaling: ScalingKeys::read(row),
         }
     }
 }

@@ -202,14 +202,14 @@ impl ModbusReader<'_> {
     fn number(&mut self, keys: &RowKeys, real: bool, is_bits: bool) -> Option<Number> {
         let before = self.findings.len();
         let places = [&keys.kind, &keys.word_order].map(|text| text.as_ref().map(|t| t.span));
-        let numbers = [&keys.multiply, &keys.divide, &keys.offset];
-        let numbers = numbers.map(|number| number.as_ref().map(|n| n.span));
-        let names = ["type", "word-order", "multiply", "divide", "offset"];
-        for (name, place) in names.iter().zip(places.into_iter().chain(numbers)) {
+        for (name, place) in ["type", "word-order"].iter().zip(places) {
             if let (true, Some(span)) = (is_bits, place) {
                 let message = format!("a bit has no `{name}`");
                 self.findings.push(Finding::new(Code::Controller, span, message));
             }
+        }
+        if is_bits {
+            keys.scaling.refuse(self.findings);
         }
         let kind = match &keys.kind {
             Some(text) => one_word("type", Some(text), &NumberType::NAMES, self.findings),
@@ -223,22 +223,9 @@ impl ModbusReader<'_> {
             let finding = Finding::new(Code::Controller, text.span, message);
             self.findings.push(finding.help("only `u32`, `i32` and `f32` have a `word-order`"));
         }
-        if let Some(zero) = keys.multiply.as_ref().filter(|multiply| multiply.value == 0) {
-            let message = "`multiply` by 0 leaves nothing";
-            self.findings.push(Finding::new(Code::Controller, zero.span, message));
-        }
-        let or = |value: &Option<Located<i64>>, default| {
-            value.as_ref().map_or(default, |value| value.value as i32)
-        };
+        let scaling = keys.scaling.resolve(real, self.findings);
         let kind = kind.filter(|_| self.findings.len() == before)?;
-        Some(Number {
-            kind,
-            order: order.unwrap_or_default(),
-            real,
-            multiply: or(&keys.multiply, 1),
-            divide: or(&keys.divide, 1),
-            offset: or(&keys.offset, 0),
-        })
+        Some(Number { kind, order: order.unwrap_or_default(), scaling })
     }
 }
 

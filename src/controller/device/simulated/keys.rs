@@ -4,6 +4,7 @@
 //! judges the keys together, and the names in their texts.
 
 use super::super::driver::named;
+use super::super::scaling::ScalingKeys;
 use crate::source::key::{Key, key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::{Located, Span};
@@ -17,6 +18,8 @@ pub struct Keys {
     pub faults: Vec<WrittenFault>,
     /// `seed` of the noise.
     pub seed: Option<Located<i64>>,
+    /// The scaling of each row of the map.
+    pub rows: Vec<ScalingKeys>,
 }
 
 /// `[[device.part]]`.

@@ -22,8 +22,10 @@ mod wires;
 use keys::Keys;
 
 use super::driver::{DriverKeys, Row, WrittenDevice};
+use super::scaling::ScalingKeys;
 use super::settings::DriverSettings;
 use crate::io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
+use crate::io::scaling::Scaling;
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Table;
 
@@ -31,7 +33,9 @@ use crate::source::reader::Table;
 const POLL_MS_MAX: i32 = 1000;
 
 impl DriverKeys for Keys {
-    fn read_row(&mut self, _row: &mut Table<'_>) {}
+    fn read_row(&mut self, row: &mut Table<'_>) {
+        self.rows.push(ScalingKeys::read(row));
+    }
 
     fn read(&mut self, table: &mut Table<'_>) {
         self.read_device(table);
@@ -89,6 +93,7 @@ fn plant(
         findings.extend(undriven);
     }
     let inputs = wires::inputs(rows, &points, findings);
+    let scaling = scaling(keys, rows, findings);
     let faults: Vec<Option<FaultSettings>> =
         keys.faults.iter().map(|fault| wires::fault(fault, &points, findings)).collect();
     if findings.len() > before {
@@ -105,7 +110,21 @@ fn plant(
         points: points.all.len(),
         inputs: inputs?,
         outputs: wires::outgoing(rows).count(),
-        real_inputs: wires::incoming(rows).map(Row::is_real).collect(),
-        real_outputs: wires::outgoing(rows).map(Row::is_real).collect(),
+        input_scaling: wires::incoming(rows).map(|row| scaling[row.at]).collect(),
+        output_scaling: wires::outgoing(rows).map(|row| scaling[row.at]).collect(),
     })
+}
+
+/// The scaling of each row, by its number in the map.
+fn scaling(keys: &Keys, rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Scaling> {
+    let mut found = vec![Scaling::none(false); keys.rows.len()];
+    for row in rows {
+        let keys = &keys.rows[row.at];
+        if row.is_words() {
+            found[row.at] = keys.resolve(row.is_real(), findings);
+        } else {
+            keys.refuse(findings);
+        }
+    }
+    found
 }

@@ -49,7 +49,13 @@ pub(super) fn operands(text: &str) -> Operands {
     let address = |text| address_text::parse(text, &MemorySizes::default()).unwrap();
     let (low, high) = text.split_once("..").unwrap_or((text, text));
     let (first, last) = (address(low), address(high));
-    let mut all = Operands { first, count: 1, text: text.to_owned(), span: Span::default() };
+    let mut all = Operands {
+        first,
+        count: 1,
+        text: text.to_owned(),
+        is_placed: false,
+        span: Span::default(),
+    };
     while !all.hold(last) {
         all.count += 1;
     }

@@ -1,0 +1,57 @@
+//! Compares tags with a `type`: reports those that begin anew or are gone, and those that have or
+//! had an address. Called by `ReloadPlan::new`; [`moves`](super::moves) has the rules.
+
+use super::moves::{address, parts};
+use super::plan::{OldState, Pairs, ReloadPlan, Side};
+use crate::engine::Cell;
+use crate::isa::Address;
+
+/// Reports the tags with a `type` that begin anew or are gone, those that have or had an address,
+/// and forces of addresses that have become a tag's place.
+pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
+    let layout = &old.symbols.layout;
+    let cells = |addresses: &mut dyn Iterator<Item = Address>| -> Vec<Cell> {
+        addresses.flat_map(parts).filter_map(|part| layout.cell(part)).collect()
+    };
+    for place in names.old.places.by_name() {
+        let (name, was) = (&place.name, place.type_name());
+        let text = match (names.new.places.named(name), names.new.tags.get(name)) {
+            (Some(now), _) if now.space != place.space => {
+                format!("tag {name} was `{was}` and is `{}`: it begins anew", now.type_name())
+            }
+            (Some(now), _) if now.is_array != place.is_array || now.count < place.count => {
+                format!("tag {name} has another number of elements")
+            }
+            (Some(_), _) => continue,
+            (None, Some(at)) if names.moves.after(place.address(0)) == Some(*at) => {
+                format!("tag {name} has the address {at} now, which takes over its value")
+            }
+            (None, Some(at)) => {
+                format!("tag {name} has the address {at} now, and its value is gone")
+            }
+            (None, None) => format!("tag {name} is gone, and its value with it"),
+        };
+        let lost = place.addresses().filter(|element| names.moves.after(*element).is_none());
+        let force = "its force ends".to_owned();
+        plan.say_of(text, OldState::Named { cells: cells(&mut { lost }), force });
+    }
+    for place in names.new.places.by_name() {
+        if names.old.places.named(&place.name).is_none()
+            && let Some(at) = address(names.old, place)
+        {
+            let (name, kind) = (&place.name, place.type_name());
+            let text = format!("tag {name} has the type `{kind}` instead of the address {at}");
+            let stays = names.moves.after(at) == Some(at);
+            let taken: Vec<Cell> = if stays { cells(&mut [at].into_iter()) } else { Vec::new() };
+            let force = format!("the force stays on {at}");
+            plan.say_of(text, OldState::Named { cells: taken, force });
+        }
+        for element in place.addresses() {
+            if names.old.places.at(element).is_none() && names.moves.after(element).is_none() {
+                let force = format!("{element} is not named any more: its force ends");
+                let taken = cells(&mut [element].into_iter());
+                plan.say_of(String::new(), OldState::Named { cells: taken, force });
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Reloads of tags with a `type`: everything follows the name, wherever its place is.
+
+use crate::reloaded::{Reloaded, plc};
+
+/// A ladder with these tags and rungs.
+fn ladder(tags: &str, rungs: &str) -> String {
+    format!("[tags]\n{tags}\n[[program]]\nname = \"Main\"\nrung = [\n{rungs}\n]\n")
+}
+
+const TAGS: &str = r#"
+hours = { type = "timer" }
+parts = { type = "counter" }
+drum = { type = "sensaphone" }
+size = { type = "int", initial = 12 }
+code = { type = "word" }
+level = { type = "real", initial = 0.5 }
+jam = { type = "bit" }
+seen = { type = "bit" }
+"#;
+
+const RUNGS: &str = r#"
+{ leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT parts preset=size"] },
+{ when = ["X0"], do = ["TMR hours preset=1h", "CTU drum preset=9", "PONOFF seen"] },
+{ when = ["rise(jam)"], do = ["ADD code 1 to=code"] },
+{ when = ["X2"], do = ["SET jam", "MATH level = level * 2", "MOVE 40 to=size"] },
+"#;
+
+/// A tag of each type that comes before the others, and one that comes behind.
+const MORE: &str = r#"
+a1 = { type = "timer", spare = true }
+a2 = { type = "counter", spare = true }
+a3 = { type = "sensaphone", spare = true }
+a4 = { type = "int", initial = 7, spare = true }
+a5 = { type = "word", spare = true }
+a6 = { type = "real", spare = true }
+a7 = { type = "bit", initial = true, spare = true }
+z = { type = "int", spare = true }
+"#;
+
+fn run() -> Reloaded {
+    plc(&ladder(TAGS, RUNGS))
+        .scan(&[("X0", 1)])
+        .scan(&[("X0", 0)])
+        .scan(&[("X0", 1), ("X2", 1)])
+        .scan(&[])
+}
+
+const HOLDS: [(&str, i64); 9] = [
+    ("hours.Acc", 10),
+    ("hours.Timing", 1),
+    ("parts.Acc", 2),
+    ("drum.ACC", 2),
+    ("drum.PRE", 9),
+    ("size", 40),
+    ("code", 1),
+    ("jam", 1),
+    ("seen", 0),
+];
+
+#[test]
+fn a_tag_before_others_moves_places_and_nothing_changes() {
+    let more = format!("{TAGS}{MORE}");
+    let place = |of: &Reloaded, name: &str| of.plc.cell(name);
+    let (was, is) = (run(), run().reload(&ladder(&more, RUNGS)));
+    for name in ["hours.Acc", "parts.Done", "drum.PRE", "size", "code", "level", "jam"] {
+        assert_ne!(place(&was, name), place(&is, name), "{name} has moved");
+    }
+    is.holds(HOLDS)
+        .holds([("a4", 7), ("a7", 1), ("a1.Acc", 0), ("z", 0)])
+        // The legs and contacts are ON still: no edge.
+        .scan(&[])
+        .holds([("hours.Acc", 20), ("parts.Acc", 2), ("drum.ACC", 2), ("code", 1), ("seen", 0)])
+        .scan(&[("X0", 0)])
+        .scan(&[("X0", 1)])
+        .holds([("parts.Acc", 3), ("drum.ACC", 3), ("seen", 1)])
+        .reload(&ladder(TAGS, RUNGS))
+        .says("no difference in what the program does")
+        .holds([("parts.Acc", 3), ("drum.ACC", 3), ("seen", 1), ("size", 40)]);
+}
+
+#[test]
+fn forces_follow_the_name() {
+    let more = format!("{TAGS}{MORE}");
+    let forced = run().force("size", 3).force("jam", 0).force("parts.Done", 1);
+    let after = forced.reload(&ladder(&more, RUNGS)).scan(&[]);
+    assert_eq!(after.forces, ["size", "jam", "parts.Done"].map(|name| after.plc.cell(name)));
+    after.holds([("size", 3), ("jam", 0), ("parts.Done", 1)]);
+}
+
+#[test]
+fn a_force_whose_name_is_gone_ends() {
+    let less = TAGS.replace("code = { type = \"word\" }\n", "");
+    let rungs = RUNGS.replace("ADD code 1 to=code", "OUT C1");
+    let after = run().force("code", 900).reload(&ladder(&less, &rungs));
+    assert!(after.forces.is_empty());
+    after
+        .says("tag code is gone, and its value with it; its force ends")
+        .reload(&ladder(TAGS, RUNGS))
+        .holds([("code", 0), ("size", 40)]);
+}
+
+#[test]
+fn another_type_begins_anew() {
+    let other = TAGS.replace("code = { type = \"word\" }", "code = { type = \"int\" }");
+    run()
+        .force("code", 900)
+        .reload(&ladder(&other, RUNGS))
+        .says("tag code was `word` and is `int`: it begins anew; its force ends")
+        .holds([("code", 0), ("size", 40), ("parts.Acc", 2)]);
+}
+
+#[test]
+fn another_owner_begins_anew() {
+    let rungs = RUNGS.replace("CTU drum preset=9", "CTD drum preset=9");
+    run().reload(&ladder(TAGS, &rungs)).holds([("drum.ACC", 0), ("parts.Acc", 2)]);
+}
+
+/// The same tags with addresses.
+fn addressed() -> String {
+    let mut tags = TAGS.to_owned();
+    for (kind, at) in [("timer", "T3"), ("counter", "CT4"), ("sensaphone", "N5"), ("int", "D6")] {
+        tags = tags.replace(&format!("type = \"{kind}\""), &format!("at = \"{at}\""));
+    }
+    for (kind, at) in [("word", "V7"), ("real", "R8"), ("bit", "C9")] {
+        tags = tags.replacen(&format!("type = \"{kind}\""), &format!("at = \"{at}\""), 1);
+    }
+    tags.replace("type = \"bit\"", "at = \"C10\"")
+}
+
+#[test]
+fn an_address_that_becomes_a_type_takes_everything_along_and_back() {
+    let forced = plc(&ladder(&addressed(), RUNGS))
+        .scan(&[("X0", 1)])
+        .scan(&[("X0", 0)])
+        .scan(&[("X0", 1), ("X2", 1)])
+        .scan(&[])
+        .holds(HOLDS)
+        .force("code", 5);
+    let typed = forced.reload(&ladder(TAGS, RUNGS));
+    assert_eq!(typed.forces, [typed.plc.cell("code")]);
+    let back = typed
+        .says("tag size has the type `int` instead of the address D6")
+        .holds([("hours.Acc", 10), ("parts.Acc", 2), ("drum.ACC", 2), ("size", 40), ("code", 5)])
+        .scan(&[])
+        .holds([("hours.Acc", 20), ("parts.Acc", 2), ("drum.ACC", 2), ("seen", 0)])
+        .reload(&ladder(&addressed(), RUNGS));
+    assert_eq!(back.forces, [back.plc.cell("code")]);
+    back.says("tag size has the address D6 now, which takes over its value").scan(&[]).holds([
+        ("hours.Acc", 30),
+        ("parts.Acc", 2),
+        ("drum.ACC", 2),
+        ("size", 40),
+        ("D6", 40),
+    ]);
+}
+
+#[test]
+fn an_address_that_is_named_still_keeps_its_force() {
+    let old = "size = { at = \"D6\" }";
+    let rungs = "{ when = [\"X0\"], do = [\"MOVE size to=D7\"] },";
+    let both = "{ when = [\"X0\"], do = [\"MOVE size to=D7\", \"MOVE D6 to=D8\"] },";
+    let after = plc(&ladder(old, rungs))
+        .scan(&[("X0", 1), ("size", 31)])
+        .force("size", 32)
+        .reload(&ladder("size = { type = \"int\" }", both));
+    assert_eq!(after.forces, [after.plc.cell("D6")]);
+    after
+        .says("tag size has the type `int` instead of the address D6; the force stays on D6")
+        .holds([("size", 32), ("D6", 32)]);
+}
+
+#[test]
+fn an_address_that_was_named_already_keeps_its_value() {
+    let both = "{ when = [\"X0\"], do = [\"MOVE size to=D7\", \"MOVE D6 to=D8\"] },";
+    plc(&ladder("size = { type = \"int\" }", both))
+        .scan(&[("X0", 1), ("size", 31), ("D6", 99)])
+        .reload(&ladder("size = { at = \"D6\" }", both))
+        .says("tag size has the address D6 now, and its value is gone")
+        .holds([("size", 99)]);
+}
+
+#[test]
+fn an_address_that_becomes_a_place_and_a_place_that_becomes_an_address_begin_anew() {
+    let rungs = "{ when = [\"X0\"], do = [\"MOVE size to=D7\"] },";
+    let named = "{ when = [\"X0\"], do = [\"MOVE size to=D7\", \"MOVE D4095 to=D8\"] },";
+    let after = plc(&ladder("size = { type = \"int\" }", named))
+        .scan(&[("size", 31), ("D4095", 99)])
+        .force("D4095", 98)
+        .reload(&ladder("size = { type = \"int\" }", rungs));
+    assert!(after.forces.is_empty());
+    after
+        .says("D4095 is not named any more: its force ends")
+        .holds([("size", 31)])
+        .reload(&ladder("size = { type = \"int\" }", named))
+        .holds([("size", 31), ("D4095", 0)]);
+}
+
+#[test]
+fn a_preset_that_has_moved_is_the_same_preset() {
+    let more = format!("{TAGS}{MORE}");
+    let report = run().reload(&ladder(&more, RUNGS)).report;
+    assert!(!report.iter().any(|line| line.contains("preset")), "{report:#?}");
+    let report = run().reload(&ladder(TAGS, &RUNGS.replace("preset=size", "preset=code"))).report;
+    assert!(report.contains(&"preset of parts size → code".to_owned()), "{report:#?}");
+}
+
+#[test]
+fn a_tag_of_a_type_is_not_renamed() {
+    let (tags, rungs) = (TAGS.replace("size", "volume"), RUNGS.replace("size", "volume"));
+    run()
+        .reload(&ladder(&tags, &rungs))
+        .says("tag size is gone, and its value with it")
+        .holds([("volume", 12)]);
+}

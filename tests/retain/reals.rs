@@ -1,0 +1,92 @@
+//! Reals in retentive memory, with the real binary: a restart keeps every bit of an f32, and `rungd
+//! retain show` prints it as the ladder writes it.
+
+use std::process::Command;
+
+use crate::memory::{Plant, Running, file, find, message, run};
+
+const LADDER: &str = "[tags]\nlevel = { at = \"R5\" }\n[[program]]\nname = \"Main\"\nrung = [\n\
+    { when = [\"$FirstScan\", \"R6 == 0\"], do = [\"MOVE 0.1 to=level\", \"MOVE -2.5e-7 to=R6\",\n\
+      \"MOVE 3.4028235e38 to=R7\", \"MOVE 1e-45 to=R8\"] },\n\
+    { when = [\"$On\"], do = [\"MATH R6 = R6 * 2\"] },\n]\n";
+
+const KEEPS: &str = "scan.period = \"2ms\"\n[retain]\nranges = [\"R5..R8\", \"D0\"]\n\
+    file = \"memory\"\ncold-start = \"run\"\n[operator]\nsocket = \"op\"\n";
+
+/// What a command of rungd prints.
+fn rungd(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_rungd")).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The words of a file's elements, as `rungd retain show` prints them.
+fn shown(plant: &Plant) -> Vec<String> {
+    let text = rungd(&["retain", "show", file(plant).to_str().unwrap()]);
+    let lines = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+    lines.filter(|line| line.starts_with('R')).collect()
+}
+
+#[test]
+fn a_restart_keeps_every_bit_of_a_real() {
+    let plant = Plant::new(LADDER, KEEPS);
+    run(&plant, "3");
+    let kept = ["R5 level 0.1", "R6 -2e-6", "R7 3.4028235e38", "R8 1e-45"];
+    assert_eq!(shown(&plant), kept);
+    let lines = run(&plant, "1");
+    assert_eq!(find(&lines, "restored: image")["restored"], 5);
+    let kept = ["R5 level 0.1", "R6 -4e-6", "R7 3.4028235e38", "R8 1e-45"];
+    assert_eq!(shown(&plant), kept, "it went on from there");
+}
+
+#[test]
+fn a_killed_process_loses_no_more_of_reals_than_of_words() {
+    let plant = Plant::new(LADDER, &KEEPS.replace("cold-start", "interval = \"10ms\"\ncold-start"));
+    let mut running = Running::new(&mut plant.command(&[] as &[&str]));
+    running.line("RUN");
+    let socket = plant.0.join("op");
+    let socket = socket.to_str().unwrap();
+    rungd(&["retain", "save", "--socket", socket]);
+    running.child.kill().unwrap();
+    running.end();
+    let mut running = Running::new(plant.command(&[] as &[&str]).arg("--stopped"));
+    running.line("restored: image");
+    running.line("STOP");
+    let read = rungd(&["read", "level", "R7", "R8", "--socket", socket]);
+    let values: Vec<_> = read.lines().filter_map(|line| line.split_whitespace().nth(2)).collect();
+    assert_eq!(values, ["0.1", "3.4028235e38", "1e-45"]);
+    running.stop();
+}
+
+#[test]
+fn a_real_follows_its_tag_and_is_no_word_of_whole_numbers() {
+    let plant = Plant::new(LADDER, KEEPS);
+    run(&plant, "3");
+    let moved = LADDER.replace("level = { at = \"R5\" }", "level = { at = \"R9\", max = 1.5 }");
+    std::fs::write(plant.0.join("ladder.toml"), &moved).unwrap();
+    let controller = format!("ladder = [\"ladder.toml\"]\n{KEEPS}").replace("R5..R8", "R6..R9");
+    std::fs::write(plant.0.join("controller.toml"), &controller).unwrap();
+    run(&plant, "1");
+    assert_eq!(shown(&plant)[3], "R9 level 0.1");
+    for (tag, why) in [
+        ("at = \"D0\"", "its type changed: `level` was a real and is a 32-bit word, D0"),
+        (
+            "at = \"R9\", min = 0.25",
+            "it was 0.1, and takes 0.25 to 3.4028235e38 now; it begins with 0.0",
+        ),
+    ] {
+        let text = moved.replace("at = \"R9\", max = 1.5", tag);
+        std::fs::write(
+            plant.0.join("ladder.toml"),
+            text.replace("MOVE 0.1 to=level", "MOVE 1 to=level"),
+        )
+        .unwrap();
+        let lines = run(&plant, "1");
+        let said = lines.iter().filter(|line| line["event"] == "retain-dropped");
+        let said: Vec<_> = said.map(|line| message(line).to_owned()).collect();
+        assert!(said.iter().any(|line| line.contains(why)), "{why}: {said:?}");
+        std::fs::remove_file(file(&plant)).unwrap();
+        std::fs::write(plant.0.join("ladder.toml"), &moved).unwrap();
+        run(&plant, "3");
+    }
+}
