@@ -41,7 +41,7 @@ use crate::source::span::{FileId, Located, SourceFile, Span};
 use layers::Layers;
 use program::{NamedOperand, Program};
 use scope::{Scope, Thing};
-use template::{Argument, Trial};
+use template::pending::{Argument, Trial};
 
 /// The inputs of a load besides the ladder files.
 #[derive(Clone, Debug, Default)]

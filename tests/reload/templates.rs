@@ -72,7 +72,9 @@ fn an_edited_template_keeps_what_has_a_name() {
         .reload(&station(&edited, &[("p1", "X0"), ("p3", "X2")]))
         .holds([("p3.starts", 1), ("p3.failed", 1), ("p3.hours.Acc", 20), ("p3.done.Acc", 1)])
         .scan(&[])
-        .holds([("p3.starts", 1), ("p3.hours.Acc", 30), ("p3.done.Acc", 1), ("p1.aaa.Acc", 10)]);
+        .holds([("p3.starts", 1), ("p3.hours.Acc", 30), ("p3.done.Acc", 1), ("p1.aaa.Acc", 0)])
+        .scan(&[])
+        .holds([("p1.aaa.Acc", 10)]);
 }
 
 #[test]

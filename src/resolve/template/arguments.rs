@@ -4,20 +4,12 @@
 
 use super::given::Given;
 use super::kind::{Kind, Wanted};
+use super::pending::Argument;
 use crate::isa::{Address, Mnemonic, Structure};
 use crate::resolve::Resolver;
 use crate::resolve::scope::Thing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
-
-/// An argument or default of one use.
-#[derive(Clone, Debug)]
-pub(in crate::resolve) struct Argument {
-    pub template: String,
-    pub parameter: String,
-    pub kind: Kind,
-    pub given: Given,
-}
 
 impl Resolver<'_> {
     /// Checks all arguments. The places where a wrong one stands need no further findings.
@@ -50,9 +42,8 @@ impl Resolver<'_> {
             | (Wanted::Real, Thing::Real(_))
             | (Wanted::Timer, Thing::Address(Address::Structure(Structure::Timer(_))))
             | (Wanted::Counter, Thing::Address(Address::Structure(Structure::Counter(_))))
-            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Structure::Sensaphone(_)))) => {
-                true
-            }
+            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Structure::Sensaphone(_))))
+                => true,
             (Wanted::WrittenBit, Thing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }

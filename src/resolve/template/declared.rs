@@ -6,7 +6,6 @@
 use std::collections::{HashMap, HashSet};
 
 use super::kind::{KINDS, Kind};
-use super::rewrite::base;
 use super::{given, texts};
 use crate::resolve::declare::{Role, forbidden};
 use crate::source::finding::{Code, Finding};
@@ -128,14 +127,13 @@ impl<'t> Templates<'t> {
             by_name.insert(&name.text, at);
         }
         let known = KnownNames::new(by_name.keys().copied());
-        let mut templates = Templates { all, by_name, known };
+        let templates = Templates { all, by_name, known };
         for declared in &templates.all {
             names(declared, &mut findings);
             parameters(declared, &mut findings);
             tags(declared, &mut findings);
             uses(declared.template).for_each(|of| findings.extend(templates.misuses(of, false)));
         }
-        super::nesting::check(&mut templates, &mut findings);
         (templates, findings)
     }
 
@@ -181,6 +179,11 @@ impl<'t> Templates<'t> {
         }
         findings
     }
+}
+
+/// The first part of a name, and what stands behind it.
+pub(super) fn base(name: &str) -> (&str, &str) {
+    name.split_at(name.find('.').unwrap_or(name.len()))
 }
 
 /// The uses in a template.
@@ -268,7 +271,9 @@ fn tags(declared: &Declared, findings: &mut Vec<Finding>) {
         let alarm = tag.alarm.as_ref().map(|alarm| (&*alarm.text, alarm.span));
         let doc = tag.doc.as_deref().map(|doc| (doc, tag.name.span));
         for (text, span) in alarm.into_iter().chain(doc) {
-            findings.extend(texts::check(text, span, declared));
+            let parameters = declared.parameters().map(|(parameter, _)| &*parameter.name.text);
+            let words: Vec<&str> = parameters.chain(["name"]).collect();
+            findings.extend(texts::check(text, span, &words));
         }
     }
 }

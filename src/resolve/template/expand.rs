@@ -5,14 +5,13 @@
 
 use std::collections::HashMap;
 
-use super::arguments::Argument;
 use super::declared::{Declared, Templates};
 use super::given::{self, Given};
 use super::kind::Kind;
+use super::pending::{Argument, Trial};
 use super::rewrite::{Instance, Rewrite};
 use super::room::Room;
 use super::texts;
-use super::trial::Trial;
 use crate::resolve::declare::NAME_MAX;
 use crate::resolve::layers::{Layers, UsePlace};
 use crate::source::atom::{Atom, AtomKind};
@@ -252,6 +251,7 @@ impl<'t> Expansion<'t> {
         let template = declared.template;
         let name = template.name.as_ref().filter(|_| declared.is_usable)?;
         self.trial = true;
+        let of_ladders = std::mem::take(&mut self.arguments);
         // No name of a ladder has a `?`.
         let whole = format!("?{}", name.text);
         let (at, own) = (name.span, declared.known.clone());
@@ -261,7 +261,7 @@ impl<'t> Expansion<'t> {
         let mut given = HashMap::new();
         for (parameter, kind) in declared.parameters() {
             let text = format!("{whole}.?{}", parameter.name.text);
-            let value = kind.trial_type()?;
+            let Some(value) = kind.trial_type() else { continue };
             self.tags.push(Tag::of_type(Text { text: text.clone(), span, exact: true }, value));
             let stands = match kind {
                 Kind::Contact => Given::contacts(Contact::Bit(Located { value: text, span })),
@@ -277,7 +277,8 @@ impl<'t> Expansion<'t> {
         let name = Some(Text { text: whole, span, exact: true });
         let (form, autostart) = (BlockForm::Program, None);
         let block = Block { form, span, name, autostart, body: None, rungs, stages };
-        Some(Trial { block, tags: std::mem::take(&mut self.tags) })
+        let arguments = std::mem::replace(&mut self.arguments, of_ladders);
+        Some(Trial { block, tags: std::mem::take(&mut self.tags), arguments })
     }
 
     /// The rungs and stages of a Program with a template as its body.

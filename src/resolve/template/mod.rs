@@ -11,6 +11,7 @@ mod expand;
 mod given;
 mod kind;
 mod nesting;
+pub(super) mod pending;
 mod rewrite;
 mod room;
 mod texts;
@@ -19,10 +20,8 @@ mod trial;
 use super::Resolver;
 use crate::source::ladder::{Entry, Ladder, Template};
 use crate::source::span::FileId;
-pub(super) use arguments::Argument;
 use declared::{Templates, uses};
 use expand::Expansion;
-pub(super) use trial::Trial;
 
 /// Ladders whose rungs are written out.
 pub(super) type Ladders = Vec<(FileId, Ladder)>;
@@ -32,7 +31,8 @@ impl Resolver<'_> {
     pub(super) fn expand(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Ladders {
         let all = || ladders.iter().flat_map(|(_, ladder)| &ladder.templates);
         let templates: Vec<Template> = all().cloned().collect();
-        let (templates, mut findings) = Templates::new(templates.iter());
+        let (mut templates, mut findings) = Templates::new(templates.iter());
+        nesting::check(&mut templates, &mut findings);
         let mut expansion = Expansion::new(&templates);
         let mut used = vec![false; templates.all.len()];
         for of in templates.all.iter().flat_map(|of| uses(of.template).map(move |u| (of, u))) {

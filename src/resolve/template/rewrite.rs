@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use super::declared::Declared;
+use super::declared::{Declared, base};
 use super::given::{Given, moved, moved_atom};
 use super::kind::{Kind, Wanted};
 use super::room::Room;
@@ -287,11 +287,6 @@ impl<'t> Rewrite<'_, 't> {
         };
         Some(Part { kind, span })
     }
-}
-
-/// The first part of a name, and what stands behind it.
-pub(super) fn base(name: &str) -> (&str, &str) {
-    name.split_at(name.find('.').unwrap_or(name.len()))
 }
 
 /// What an operand is wanted for; `None`: it is a Stage.

@@ -1,6 +1,5 @@
 //! `{name}` and `{patience}` in the texts of a template's tags.
 
-use super::declared::Declared;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::Span;
@@ -30,19 +29,16 @@ fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
 }
 
 /// The findings about words in braces that nothing stands for.
-pub(super) fn check(text: &str, span: Span, declared: &Declared) -> Vec<Finding> {
-    let known = || declared.parameters().map(|(parameter, _)| &*parameter.name.text);
-    let unknown = pieces(text).filter_map(|(_, word)| word);
-    let unknown = unknown.filter(|word| *word != "name" && !known().any(|name| name == *word));
+pub(super) fn check(text: &str, span: Span, known: &[&str]) -> Vec<Finding> {
+    let words = pieces(text).filter_map(|(_, word)| word);
     let finding = |word: &str| {
         let message = format!("`{{{word}}}` stands for nothing");
-        let help = did_you_mean(word, known().chain(["name"]));
-        let help = help.unwrap_or_else(|| {
+        let help = did_you_mean(word, known.iter().copied()).unwrap_or_else(|| {
             "a text may hold `{name}`, the use's name, and parameters in braces".to_owned()
         });
         Finding::new(Code::TemplateRule, span, message).help(help)
     };
-    unknown.map(finding).collect()
+    words.filter(|word| !known.contains(word)).map(finding).collect()
 }
 
 /// The text with what the words in braces stand for.

@@ -1,18 +1,11 @@
 //! The trial of a template that nothing uses: it is written out with arguments that fit, and
 //! checked like any other, outside the program.
 
+use super::pending::Trial;
 use crate::resolve::Resolver;
 use crate::resolve::program::Program;
-use crate::source::ladder::{Block, Ladder, Stage, Tag};
+use crate::source::ladder::{Block, Ladder, Stage};
 use crate::source::span::FileId;
-
-/// A template that nothing uses, as the body of a Program.
-#[derive(Debug)]
-pub(in crate::resolve) struct Trial {
-    pub block: Block,
-    /// Its own tags, and the tags that it was given.
-    pub tags: Vec<Tag>,
-}
 
 impl Resolver<'_> {
     /// The program of the unused templates, with the names of the ladders but without their rungs.
@@ -25,15 +18,16 @@ impl Resolver<'_> {
         if trials.is_empty() {
             return None;
         }
+        let mut resolver = Resolver::new(self.files, self.options);
+        resolver.layers = self.layers.clone();
         let mut ladders: Vec<(FileId, Ladder)> =
             ladders.iter().map(|(file, ladder)| (*file, without_rungs(ladder))).collect();
         let (_, last) = ladders.last_mut()?;
         for trial in trials {
             last.blocks.push(trial.block);
             last.tags.extend(trial.tags);
+            resolver.arguments.extend(trial.arguments);
         }
-        let mut resolver = Resolver::new(self.files, self.options);
-        resolver.layers = self.layers.clone();
         let program = resolver.plain_program(&ladders);
         let of_trials =
             |finding: &crate::source::finding::Finding| self.layers.is_trial(finding.span);
