@@ -1,7 +1,9 @@
 //! Measures MATH with four operators beside the same expressions in straight-line Rust.
 //!
-//! Each MATH stands in a rung of its own with `$On`. The native side does the same arithmetic in 64
-//! bits and limits what it stores; it notes no mishap. Both sides must store the same.
+//! Each MATH stands in a rung of its own, with an input as its contact. The native side does all
+//! that the instruction does: it tests the contact, reads the operands from memory, computes in 64
+//! bits with the same limits and tests for 0, limits what it stores, and notes mishaps. Both sides
+//! must store the same.
 
 use std::fmt::Write;
 
@@ -9,6 +11,7 @@ use rungd::isa::MemorySizes;
 
 use super::native::{Formulas, thread_time_s};
 use super::scanned::Scanned;
+use super::workload::{INPUTS, Outside};
 
 /// Words that the expressions read; the words behind them are the targets.
 const READ: usize = 64;
@@ -27,29 +30,37 @@ fn words(k: usize) -> [usize; 4] {
 
 fn integers(k: usize) -> [String; 2] {
     let ([a, b, c, e], n) = (words(k), k % 90 + 3);
-    let both = |w: &dyn Fn(usize) -> String| match k % 3 {
-        0 => format!("({} - {n}) * {} + {} * {}", w(a), w(b), w(c), w(e)),
-        1 => format!("{} + {} - {} * {n} + {}", w(a), w(b), w(c), w(e)),
-        _ => format!("({} + {}) * ({} - {}) - {n}", w(a), w(b), w(c), w(e)),
-    };
-    let text = both(&|at| format!("D{at}"));
-    [text, format!("put({})", both(&|at| format!("(*d.add({at}) as i64)")))]
+    match k % 3 {
+        0 => [
+            format!("(D{a} - {n}) * D{b} + D{c} * D{e}"),
+            format!("add(mul(sub(d!({a}), {n}, m), d!({b}), m), mul(d!({c}), d!({e}), m), m)"),
+        ],
+        1 => [
+            format!("D{a} + D{b} - D{c} * {n} + D{e}"),
+            format!("add(sub(add(d!({a}), d!({b}), m), mul(d!({c}), {n}, m), m), d!({e}), m)"),
+        ],
+        _ => [
+            format!("(D{a} + D{b}) * (D{c} - D{e}) - {n}"),
+            format!("sub(mul(add(d!({a}), d!({b}), m), sub(d!({c}), d!({e}), m), m), {n}, m)"),
+        ],
+    }
 }
 
 fn divisions(k: usize) -> [String; 2] {
     let ([a, b, _, _], n) = (words(k), k % 90 + 3);
-    let both =
-        |w: &dyn Fn(usize) -> String| format!("({} - {n}) * 500 / {} + {}", w(a), 25_600 + n, w(b));
-    let text = both(&|at| format!("D{at}"));
-    [text, format!("put({})", both(&|at| format!("(*d.add({at}) as i64)")))]
+    let by = 25_600 + n;
+    [
+        format!("(D{a} - {n}) * 500 / {by} + D{b}"),
+        format!("add(div(mul(sub(d!({a}), {n}, m), 500, m), {by}, m), d!({b}), m)"),
+    ]
 }
 
 fn reals(k: usize) -> [String; 2] {
     let ([a, b, _, _], n) = (words(k), k % 90 + 3);
-    let both =
-        |w: &dyn Fn(usize) -> String| format!("({} - {n}.0) * 0.5 / {n}.25 + {}", w(a), w(b));
-    let text = both(&|at| format!("D{at}"));
-    [text, format!("({}) as i32", both(&|at| format!("(*d.add({at}) as f64)")))]
+    [
+        format!("(D{a} - {n}.0) * 0.5 / {n}.25 + D{b}"),
+        format!("radd(rdiv(rmul(rsub(r!({a}), {n}.0, m), 0.5, m), {n}.25, m), r!({b}), m)"),
+    ]
 }
 
 pub fn table(rounds: usize) -> anyhow::Result<()> {
@@ -72,26 +83,32 @@ fn row(
     for k in 0..n {
         let [math, source] = kind(k);
         let to = READ + k;
-        writeln!(ladder, "{{ when = [\"$On\"], do = [\"MATH D{to} = {math}\"] }},")?;
-        writeln!(rust, "*d.add({to}) = {source};")?;
+        let x = k % INPUTS as usize;
+        writeln!(ladder, "{{ when = [\"X{x}\"], do = [\"MATH D{to} = {math}\"] }},")?;
+        let put = if name == "reals" { "put_real" } else { "put" };
+        let source = source.replace("d!(", "d!(memory ").replace("r!(", "r!(memory ");
+        writeln!(rust, "math!(memory m {k} {x} {to} {put}({source}, m));")?;
     }
     ladder.push_str("]\n");
     let mut engine = Scanned::load(&ladder, MemorySizes::default(), 0)?;
     let mut native = Formulas::new(&rust, READ + n)?;
+    engine.outside(&Outside { toggles: (0..INPUTS as u16).collect(), writes: Vec::new() });
     let scans = (MATHS_IN_A_ROUND / n).max(1);
     let mut both = Vec::new();
     for round in 0..rounds + 2 {
         for at in 0..READ {
             let value = ((round * 7919 + at * 104_729) % 30_000) as i32 - 5_000;
             engine.put_word(at, value);
-            native.words[at] = value;
+            native.put_word(at, value);
         }
         let start_s = thread_time_s();
         (0..scans).for_each(|_| native.scan());
         let between_s = thread_time_s();
         (0..scans).for_each(|_| engine.scan());
         let end_s = thread_time_s();
-        anyhow::ensure!(engine.words(READ + n) == native.words, "{name}: the sides differ");
+        let noted = native.mishaps();
+        anyhow::ensure!(engine.mishaps() == noted, "{name}: the mishaps differ: {noted:?}");
+        anyhow::ensure!(engine.words(READ + n) == native.words(), "{name}: the sides differ");
         let of_one = 1e9 / (scans * n) as f64;
         both.push(((between_s - start_s) * of_one, (end_s - between_s) * of_one));
     }

@@ -75,30 +75,60 @@ impl Native {
 
 /// Straight-line formulas over words.
 pub struct Formulas {
-    scan: extern "C" fn(*mut i32),
-    pub words: Vec<i32>,
+    scan: extern "C" fn(*mut Calculated),
+    memory: Box<Calculated>,
+    words: Vec<i32>,
+}
+
+/// The memory of formulas, as their source declares it.
+#[repr(C)]
+struct Calculated {
+    d: *mut i32,
+    x: [u8; 256],
+    /// The status bits of mishaps.
+    st: [u8; 4],
+    /// The first statements with a mishap in a scan, and the number of all.
+    told: [(u32, u8); 16],
+    tell: u32,
 }
 
 impl Formulas {
-    /// `statements` store in `*d.add(k)`, and limit integers by `put`.
+    /// `statements` in terms of `formulas.rs`. All contacts are ON.
     pub fn new(statements: &str, words: usize) -> anyhow::Result<Formulas> {
-        let source = format!(
-            "#[inline(always)] fn put(v: i64) -> i32 {{\n\
-             v.clamp(i32::MIN as i64, i32::MAX as i64) as i32 }}\n\
-             #[unsafe(no_mangle)] pub unsafe extern \"C\" fn scan(d: *mut i32) {{ unsafe {{\n\
-             {statements}}} }}\n"
-        );
+        let source = include_str!("formulas.rs").replace("STATEMENTS", statements);
         let library = Library::open(&compile(&source)?)?;
-        // SAFETY: the signature of `scan` above.
+        // SAFETY: the signature of `scan` in that file.
         let scan = unsafe {
-            mem::transmute::<*mut c_void, extern "C" fn(*mut i32)>(library.symbol(c"scan")?)
+            mem::transmute::<*mut c_void, extern "C" fn(*mut Calculated)>(library.symbol(c"scan")?)
         };
-        Ok(Formulas { scan, words: vec![0; words] })
+        let mut words = vec![0; words];
+        let memory = Calculated {
+            d: words.as_mut_ptr(),
+            x: [1; 256],
+            st: [0; 4],
+            told: [(0, 0); 16],
+            tell: 0,
+        };
+        Ok(Formulas { scan, memory: Box::new(memory), words })
     }
 
     #[inline]
     pub fn scan(&mut self) {
-        (self.scan)(self.words.as_mut_ptr());
+        self.memory.d = self.words.as_mut_ptr();
+        (self.scan)(&raw mut *self.memory);
+    }
+
+    pub fn put_word(&mut self, at: usize, value: i32) {
+        self.words[at] = value;
+    }
+
+    pub fn words(&self) -> &[i32] {
+        &self.words
+    }
+
+    /// The status bits of mishaps.
+    pub fn mishaps(&self) -> [u8; 4] {
+        self.memory.st
     }
 }
 

@@ -82,6 +82,15 @@ impl Scanned {
         &self.engine.image().words()[first..first + count]
     }
 
+    /// The status bits of mishaps.
+    pub fn mishaps(&self) -> [u8; 4] {
+        let layout = &self.engine.program().layout;
+        [10, 11, 12, 13].map(|n| {
+            let cell = layout.bit(Bit::Space(BitSpace::St, n));
+            u8::from(self.engine.image().bit(cell))
+        })
+    }
+
     pub fn coils(&self) -> &[u8] {
         &self.engine.image().bits()[self.first_coil..self.first_coil + self.coils]
     }

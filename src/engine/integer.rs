@@ -5,32 +5,39 @@
 
 use super::mishap::{Mishap, Mishaps};
 
-/// The value, or with `over` the limit beside it.
+/// The value, or with `over` the limit on its side.
 #[inline(always)]
-fn limited((value, over): (i64, bool), limit: impl Fn() -> i64, mishaps: &mut Mishaps) -> i64 {
+fn limited((value, over): (i64, bool), is_below: impl Fn() -> bool, mishaps: &mut Mishaps) -> i64 {
     if over {
         mishaps.note(Mishap::Overflow);
-        return limit();
+        return limit(is_below());
     }
     value
+}
+
+/// A limit. Apart, so that it takes no room where there is seldom one.
+#[cold]
+#[inline(never)]
+fn limit(is_low: bool) -> i64 {
+    if is_low { i64::MIN } else { i64::MAX }
 }
 
 /// `a + b`.
 #[inline(always)]
 pub fn add(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_add(b), || a.saturating_add(b), mishaps)
+    limited(a.overflowing_add(b), || a < 0, mishaps)
 }
 
 /// `a - b`.
 #[inline(always)]
 pub fn sub(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_sub(b), || a.saturating_sub(b), mishaps)
+    limited(a.overflowing_sub(b), || a < 0, mishaps)
 }
 
 /// `a * b`.
 #[inline(always)]
 pub fn mul(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_mul(b), || a.saturating_mul(b), mishaps)
+    limited(a.overflowing_mul(b), || (a < 0) != (b < 0), mishaps)
 }
 
 /// `-a`.
@@ -40,8 +47,9 @@ pub fn neg(a: i64, mishaps: &mut Mishaps) -> i64 {
 }
 
 /// `abs(a)`.
+#[inline(always)]
 pub fn abs(a: i64, mishaps: &mut Mishaps) -> i64 {
-    limited(a.overflowing_abs(), || i64::MAX, mishaps)
+    limited(a.overflowing_abs(), || false, mishaps)
 }
 
 /// `a / b`, towards zero; by 0: 0.
@@ -55,7 +63,7 @@ pub fn div(a: i64, b: i64, mishaps: &mut Mishaps) -> i64 {
         mishaps.note(Mishap::DivideByZero);
         return 0;
     }
-    limited(a.overflowing_div(b), || i64::MAX, mishaps)
+    limited(a.overflowing_div(b), || false, mishaps)
 }
 
 /// `a % b`, with the sign of `a`; by 0: 0.
@@ -130,6 +138,7 @@ pub fn complement(a: i64, _: &mut Mishaps) -> i64 {
 }
 
 /// `a << count`; by a count outside 0..31: 0.
+#[inline(always)]
 pub fn shift_left(a: i64, count: i64, _: &mut Mishaps) -> i64 {
     match count {
         0..=31 => i64::from(low(a) << count),
@@ -138,12 +147,14 @@ pub fn shift_left(a: i64, count: i64, _: &mut Mishaps) -> i64 {
 }
 
 /// `a >> count`, with the sign; by a count outside 0..31: 0 or -1.
+#[inline(always)]
 pub fn shift_right(a: i64, count: i64, _: &mut Mishaps) -> i64 {
     let count = if (0..=31).contains(&count) { count } else { 31 };
     i64::from(low(a) >> count)
 }
 
 /// `a >>> count`, with zeros; by a count outside 0..31: 0.
+#[inline(always)]
 pub fn shift_right_zeros(a: i64, count: i64, _: &mut Mishaps) -> i64 {
     match count {
         0..=31 => i64::from((low(a).cast_unsigned() >> count).cast_signed()),
@@ -152,11 +163,13 @@ pub fn shift_right_zeros(a: i64, count: i64, _: &mut Mishaps) -> i64 {
 }
 
 /// `min(a, b)`.
+#[inline(always)]
 pub fn min(a: i64, b: i64, _: &mut Mishaps) -> i64 {
     a.min(b)
 }
 
 /// `max(a, b)`.
+#[inline(always)]
 pub fn max(a: i64, b: i64, _: &mut Mishaps) -> i64 {
     a.max(b)
 }

@@ -51,6 +51,12 @@ impl Mishaps {
         self.0 |= 1 << mishap as u8;
     }
 
+    /// Adds those of another set.
+    #[inline(always)]
+    pub(super) fn add(&mut self, other: Mishaps) {
+        self.0 |= other.0;
+    }
+
     /// Whether there is none.
     #[inline(always)]
     pub fn is_empty(self) -> bool {
@@ -59,7 +65,13 @@ impl Mishaps {
 
     /// Whether it has this one.
     pub fn has(self, mishap: Mishap) -> bool {
-        self.0 >> mishap as u8 & 1 == 1
+        self.has_number(mishap as u32)
+    }
+
+    /// Whether it has the one with this number: the first status bit's is 0.
+    #[inline(always)]
+    pub(super) fn has_number(self, number: u32) -> bool {
+        u32::from(self.0) >> number & 1 == 1
     }
 
     /// All of them, in the order of their status bits.

@@ -33,6 +33,7 @@ mod record;
 mod role;
 mod scan;
 mod sensaphone;
+mod steps;
 mod termination;
 mod timers;
 mod transfer;

@@ -10,7 +10,7 @@
 use std::ops::Range;
 
 pub use super::control::{Control, ControlKind, RestartState, StageList};
-pub use super::math::{Code, Fused, Math, Other, Put, Step, reads};
+pub use super::math::{Math, Put};
 use super::memory::View;
 pub use super::places::{
     AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets,
@@ -19,6 +19,7 @@ pub use super::power::{Leg, Power, Powers};
 use super::reach::Reach;
 use super::role::Role;
 pub use super::role::{BitOwn, BitRead, BitWritten, Reads, Touches, WordRead, WordWritten};
+pub use super::steps::{At, Code, Operator, Step, reads};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {

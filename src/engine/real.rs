@@ -2,19 +2,29 @@
 //! number instead of beyond it.
 //!
 //! Behaviour: `docs/semantics.md`, section 8. `math` calls one function for each operator and
-//! function. None gives an infinity, a NaN or -0. The functions of `libm` are compiled into the
+//! function. None takes or gives an infinity, a NaN or -0: adding 0 turns -0 into 0, and sums and
+//! differences of others are never -0. The functions of `libm` are compiled into the
 //! program, so that every machine computes the same.
 
 use super::mishap::{Mishap, Mishaps};
 
-/// A result: the largest number in place of an infinity, 0 in place of -0.
+/// A result: the largest number in place of an infinity.
 #[inline(always)]
 fn finite(value: f64, mishaps: &mut Mishaps) -> f64 {
-    if value.is_infinite() {
+    // One test of the processor; no result is a NaN.
+    if value.abs() > f64::MAX {
         mishaps.note(Mishap::Overflow);
-        return f64::MAX.copysign(value);
+        return largest(value);
     }
-    value + 0.0
+    value
+}
+
+/// The largest number with the sign of an infinity. Apart, so that it takes no room where there is
+/// seldom one.
+#[cold]
+#[inline(never)]
+fn largest(infinity: f64) -> f64 {
+    f64::MAX.copysign(infinity)
 }
 
 /// As an R holds it: the nearest binary32, limited to the largest.
@@ -43,7 +53,7 @@ pub fn sub(a: f64, b: f64, mishaps: &mut Mishaps) -> f64 {
 /// `a * b`.
 #[inline(always)]
 pub fn mul(a: f64, b: f64, mishaps: &mut Mishaps) -> f64 {
-    finite(a * b, mishaps)
+    finite(a * b, mishaps) + 0.0
 }
 
 /// `a / b`; by 0: 0.
@@ -53,7 +63,7 @@ pub fn div(a: f64, b: f64, mishaps: &mut Mishaps) -> f64 {
         mishaps.note(Mishap::DivideByZero);
         return 0.0;
     }
-    finite(a / b, mishaps)
+    finite(a / b, mishaps) + 0.0
 }
 
 /// `a % b`, with the sign of `a`; by 0: 0.
@@ -85,16 +95,19 @@ pub fn neg(a: f64, _: &mut Mishaps) -> f64 {
 }
 
 /// `abs(a)`.
+#[inline(always)]
 pub fn abs(a: f64, _: &mut Mishaps) -> f64 {
     a.abs()
 }
 
 /// `min(a, b)`.
+#[inline(always)]
 pub fn min(a: f64, b: f64, _: &mut Mishaps) -> f64 {
     a.min(b)
 }
 
 /// `max(a, b)`.
+#[inline(always)]
 pub fn max(a: f64, b: f64, _: &mut Mishaps) -> f64 {
     a.max(b)
 }
@@ -147,6 +160,7 @@ pub fn trunc(a: f64, mishaps: &mut Mishaps) -> i64 {
 }
 
 /// `sqrt(a)`, in binary64.
+#[inline(always)]
 pub fn sqrt(a: f64, mishaps: &mut Mishaps) -> f64 {
     in_domain(a >= 0.0, mishaps, |_| a.sqrt())
 }

@@ -136,7 +136,7 @@ impl Space {
                 Some((structure.space(), structure.number()))
             }
             Address::Word(Word::Pre(number)) => Some((Space::Sensaphone, number)),
-            other => Space::of(other),
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => Space::of(address),
         }
     }
 }

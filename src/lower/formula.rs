@@ -1,17 +1,17 @@
 //! Turns the expression of a MATH into steps.
 //!
 //! Called by `instructions`. Walks the parts, which are in postfix order, with a stack of operands.
-//! A word or constant stays where it is until its operator comes, which reads it in place; only
-//! what is computed takes a slot. The slots are a stack too, so that a formula needs as many as its
-//! results wait for their operators at once.
+//! A word or constant stays where it is until its operator comes, which reads it in place. A result
+//! stays in the accumulator of its type until something else needs that: the slot of its place on
+//! the stack then keeps it.
 
 use super::assembler::Assembler;
 use super::formula_marks::{Mark, marks};
-use crate::engine::ops::{
-    BitWritten, Code, Fused, Leg, Math, Op, Other, Put, Step, Target, WordWritten,
-};
-use crate::isa::{Bit, BitSpace, Real, Word};
-use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary};
+use crate::engine::ops::{At, BitWritten, Code, Leg, Math, Op, Operator, Put, Step};
+use crate::engine::ops::{Target, WordWritten};
+use crate::isa::status::st;
+use crate::isa::{Bit, BitSpace, Real};
+use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary, type_of};
 use crate::resolve::instruction::Target as MathTarget;
 
 impl Assembler<'_> {
@@ -24,11 +24,10 @@ impl Assembler<'_> {
             steps: Vec::new(),
             operands: Vec::new(),
             jumps: Vec::new(),
-            next: 0,
-            most: 0,
+            slots: 1,
         };
         builder.walk(formula);
-        let (steps, slots) = (builder.steps, builder.most);
+        let (steps, slots) = (builder.steps, builder.slots);
         let number = self.formula(&steps, slots);
         let put = self.put(target);
         let status = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
@@ -54,26 +53,13 @@ pub(super) struct Operand {
 }
 
 /// The place of an operand.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) enum Place {
     Integer(i64),
     Real(Real),
     Word(u32),
-    Bit(u32),
+    Accumulator,
     Slot(u32),
-}
-
-/// An operand as a step reads it.
-#[derive(Clone, Copy)]
-pub(super) enum Source {
-    Slot(u32),
-    Word(u32),
-}
-
-/// A jump that does not know its end yet: its step, and the slot of the result.
-pub(super) struct Jump {
-    step: usize,
-    slot: u32,
 }
 
 pub(super) struct Builder<'a, 'p> {
@@ -82,11 +68,10 @@ pub(super) struct Builder<'a, 'p> {
     first: u32,
     steps: Vec<Step>,
     pub operands: Vec<Operand>,
-    jumps: Vec<Jump>,
-    /// The first free slot.
-    pub next: u32,
-    /// The number of slots so far.
-    most: u32,
+    /// The jumps that do not know their ends yet.
+    jumps: Vec<usize>,
+    /// The number of slots so far. Slot 0 is never read.
+    slots: u32,
 }
 
 impl Builder<'_, '_> {
@@ -96,226 +81,253 @@ impl Builder<'_, '_> {
             if let Some(mark) = mark {
                 self.mark(mark);
             }
-            let operand = self.part(part);
-            self.operands.push(operand);
+            self.part(part);
         }
-        let whole = self.pop();
-        let slot = self.slot(whole, whole.of);
-        let code = match whole.of {
-            NumberType::Integer => Code::Other(Other::PutInteger),
-            NumberType::Real => Code::Other(Other::PutReal),
+        self.load(0);
+        let code = match self.operands[0].of {
+            NumberType::Integer => Code::EndInteger,
+            NumberType::Real => Code::EndReal,
         };
-        self.step(code, 0, slot, 0);
+        self.step(code, 0, 0, 0);
     }
 
-    fn part(&mut self, part: &Part) -> Operand {
-        let integer = |place| Operand { place, of: NumberType::Integer };
+    fn part(&mut self, part: &Part) {
         match *part {
-            Part::Integer(n) => integer(Place::Integer(n)),
-            Part::Real(real) => Operand { place: Place::Real(real), of: NumberType::Real },
-            Part::Word(word) => self.word(word),
-            Part::Bit(bit) => integer(Place::Bit(self.assembler.layout.bit(bit).0)),
+            Part::Integer(n) => self.push(Place::Integer(n), NumberType::Integer),
+            Part::Real(real) => self.push(Place::Real(real), NumberType::Real),
+            Part::Word(word) => {
+                let cell = self.assembler.layout.word(word).0;
+                self.push(Place::Word(cell), type_of(word));
+            }
+            Part::Bit(bit) => self.bit(bit),
             Part::Unary(operator, of) => self.unary(operator, of),
             Part::Binary(operator, of) => self.binary(operator, of),
             Part::Call(function, count, of) => self.call(function, count as usize, of),
         }
     }
 
-    fn word(&self, word: Word) -> Operand {
-        let place = Place::Word(self.assembler.layout.word(word).0);
-        Operand { place, of: crate::resolve::formula::type_of(word) }
+    /// Bits are read at their place in the expression: what stands before the status bit of a
+    /// mishap may turn it ON.
+    fn bit(&mut self, bit: Bit) {
+        let cell = self.assembler.layout.bit(bit).0;
+        let to = self.slot_of_waiting(NumberType::Integer);
+        if let Bit::Space(BitSpace::St, n @ st::DIVIDE_BY_ZERO..) = bit {
+            self.step(Code::LoadMishap, to, cell, n - st::DIVIDE_BY_ZERO);
+        } else {
+            self.step(Code::LoadBit, to, cell, 0);
+        }
+        self.push(Place::Accumulator, NumberType::Integer);
     }
 
-    pub(super) fn pop(&mut self) -> Operand {
-        self.operands.pop().expect("an operator stands behind its operands")
+    pub(super) fn push(&mut self, place: Place, of: NumberType) {
+        self.operands.push(Operand { place, of });
     }
 
     pub(super) fn step(&mut self, code: Code, to: u32, a: u32, b: u32) {
         self.steps.push(Step { code, to, a, b });
     }
 
-    pub(super) fn take_slot(&mut self) -> u32 {
-        self.next += 1;
-        self.most = self.most.max(self.next);
-        self.next - 1
-    }
-
-    /// An operand as a number of a type, in a word where that is possible.
-    pub(super) fn source(&mut self, operand: Operand, wanted: NumberType) -> Source {
-        match (operand.place, wanted) {
-            (Place::Word(cell), _) if operand.of == wanted => Source::Word(cell),
-            (Place::Integer(n), NumberType::Integer) => {
-                Source::Word(self.assembler.constant(n as i32))
-            }
-            (Place::Integer(n), NumberType::Real) if n as f32 as i64 == n => {
-                let (real, _) = Real::stored(n as f64);
-                Source::Word(self.assembler.constant(real.cell()))
-            }
-            (Place::Real(real), NumberType::Real) => {
-                Source::Word(self.assembler.constant(real.cell()))
-            }
-            _ => Source::Slot(self.slot(operand, wanted)),
+    /// Lets the operand that has this accumulator wait in the slot of its place; returns the slot
+    /// for the step that needs the accumulator.
+    fn slot_of_waiting(&mut self, of: NumberType) -> u32 {
+        let is_there = |operand: &Operand| operand.place == Place::Accumulator && operand.of == of;
+        match self.operands.iter().position(is_there) {
+            Some(at) => self.wait(at),
+            None => 0,
         }
     }
 
-    /// The slot of an operand as a number of a type.
-    pub(super) fn slot(&mut self, operand: Operand, wanted: NumberType) -> u32 {
-        let to_real = operand.of == NumberType::Integer && wanted == NumberType::Real;
+    /// Lets an operand wait in the slot of its place; returns the slot.
+    fn wait(&mut self, at: usize) -> u32 {
+        let slot = at as u32 + 1;
+        self.slots = self.slots.max(slot + 1);
+        self.operands[at].place = Place::Slot(slot);
+        slot
+    }
+
+    /// Saves the operand that has this accumulator.
+    fn save(&mut self, of: NumberType) {
+        let slot = self.slot_of_waiting(of);
+        if slot != 0 {
+            self.step(typed(of, Code::Save, Code::SaveReal), slot, 0, 0);
+        }
+    }
+
+    /// The cell and place of an operand, as an operator of this type reads it.
+    fn source(&mut self, at: usize, of: NumberType) -> (At, u32) {
+        let operand = self.operands[at];
+        let word = if operand.of == of { At::Word } else { At::Whole };
         match operand.place {
-            Place::Slot(slot) => {
-                if to_real {
-                    self.step(Code::ToReal, slot, slot, 0);
-                }
-                slot
-            }
-            Place::Bit(cell) => {
-                let slot = self.take_slot();
-                self.step(Code::Other(Other::LoadBit), slot, cell, 0);
-                if to_real {
-                    self.step(Code::ToReal, slot, slot, 0);
-                }
-                slot
-            }
-            Place::Word(_) | Place::Integer(_) | Place::Real(_) => {
-                let cell = match operand.place {
-                    Place::Word(cell) => cell,
-                    Place::Integer(n) => self.assembler.constant(n as i32),
-                    Place::Real(real) => self.assembler.constant(real.cell()),
-                    Place::Slot(_) | Place::Bit(_) => unreachable!("matched above"),
-                };
-                let code = match operand.of {
-                    NumberType::Integer if to_real => Code::LoadWordAsReal,
-                    NumberType::Integer => Code::LoadWord,
-                    NumberType::Real => Code::LoadReal,
-                };
-                let slot = self.take_slot();
-                self.step(code, slot, cell, 0);
-                slot
-            }
+            Place::Accumulator => (At::Accumulator, 0),
+            Place::Slot(slot) => (At::Slot, slot),
+            Place::Word(cell) => (word, cell),
+            Place::Integer(n) => (word, self.assembler.constant(n as i32)),
+            Place::Real(real) => (word, self.assembler.constant(real.cell())),
         }
     }
 
-    /// The slot of a result of these operands, which are then done with.
-    pub(super) fn result(&mut self, operands: &[Operand], of: NumberType) -> Operand {
-        let slots = operands.iter().filter_map(|operand| match operand.place {
-            Place::Slot(slot) => Some(slot),
-            Place::Integer(_) | Place::Real(_) | Place::Word(_) | Place::Bit(_) => None,
-        });
-        self.next = slots.min().unwrap_or(self.next).min(self.next);
-        Operand { place: Place::Slot(self.take_slot()), of }
+    /// Brings an operand into the accumulator of its type.
+    pub(super) fn load(&mut self, at: usize) {
+        self.load_as(at, self.operands[at].of);
     }
 
-    fn unary(&mut self, operator: Unary, of: NumberType) -> Operand {
-        let operand = self.pop();
-        if let (Unary::Minus, Place::Integer(n)) = (operator, operand.place) {
-            return Operand { place: Place::Integer(-n), of };
-        }
-        let (code, result) = match (operator, of) {
-            (Unary::Minus, NumberType::Integer) => (Code::Neg, of),
-            (Unary::Minus, NumberType::Real) => (Code::RealNeg, of),
-            (Unary::Complement, _) => (Code::Complement, NumberType::Integer),
-            (Unary::Not, _) => (Code::Not, NumberType::Integer),
+    /// Brings an operand into the accumulator of a type.
+    pub(super) fn load_as(&mut self, at: usize, of: NumberType) {
+        self.convert(at, of);
+        let (place, cell) = self.source(at, of);
+        let code = match place {
+            At::Accumulator => return,
+            At::Slot => typed(of, Code::LoadSlot, Code::LoadRealSlot),
+            At::Word => typed(of, Code::LoadWord, Code::LoadReal),
+            At::Whole => Code::LoadWhole,
         };
-        self.one(code, operand, (of, result))
+        let to = self.slot_of_waiting(of);
+        self.step(code, to, cell, 0);
+        self.operands[at] = Operand { place: Place::Accumulator, of };
     }
 
-    /// A step with one operand, which it takes and gives as these types.
-    pub(super) fn one(
-        &mut self,
-        code: Code,
-        operand: Operand,
-        (of, result): (NumberType, NumberType),
-    ) -> Operand {
-        let before = self.next;
-        let a = self.slot(operand, of);
-        self.next = before;
-        let result = self.result(&[operand], result);
-        self.step(code, slot_of(result), a, 0);
-        result
+    /// Makes an integer that is a result a real, if an operator needs that. The others are
+    /// converted as they are read.
+    pub(super) fn convert(&mut self, at: usize, of: NumberType) {
+        let operand = self.operands[at];
+        if operand.of == of {
+            return;
+        }
+        if let Place::Slot(_) = operand.place {
+            self.load(at);
+        }
+        if self.operands[at].place == Place::Accumulator {
+            self.save(NumberType::Real);
+            self.step(Code::ToReal, 0, 0, 0);
+            self.operands[at].of = of;
+        }
     }
 
-    fn binary(&mut self, operator: Binary, of: NumberType) -> Operand {
-        let (b, a) = (self.pop(), self.pop_left(operator));
+    /// Saves all operands that are in accumulators.
+    pub(super) fn save_all(&mut self) {
+        self.save(NumberType::Integer);
+        self.save(NumberType::Real);
+    }
+
+    fn unary(&mut self, operator: Unary, of: NumberType) {
+        let last = self.operands.len() - 1;
+        match (operator, of, self.operands[last].place) {
+            // As long as it is a constant that a word holds: -(-2147483648) is none.
+            (Unary::Minus, _, Place::Integer(n)) if i32::try_from(-n).is_ok() => {
+                self.operands[last].place = Place::Integer(-n);
+            }
+            (Unary::Minus, NumberType::Integer, _) => self.one(Code::Neg, (of, of)),
+            (Unary::Minus, NumberType::Real, _) => self.one(Code::RealNeg, (of, of)),
+            (Unary::Complement, _, _) => self.one(Code::Complement, (of, of)),
+            (Unary::Not, ..) => {
+                let of = self.operands[last].of;
+                self.one(typed(of, Code::Not, Code::RealNot), (of, NumberType::Integer));
+            }
+        }
+    }
+
+    /// A step with the last operand, which it takes and gives as these types.
+    pub(super) fn one(&mut self, code: Code, (of, result): (NumberType, NumberType)) {
+        let last = self.operands.len() - 1;
+        self.load_as(last, of);
+        if of != result {
+            self.save(result);
+        }
+        self.step(code, 0, 0, 0);
+        self.operands[last].of = result;
+    }
+
+    fn binary(&mut self, sign: Binary, of: NumberType) {
+        use Operator as O;
         let integer = NumberType::Integer;
-        let (step, result) = match operator {
-            Binary::AndAlso | Binary::OrElse => return self.end_of_right(b),
-            Binary::Power => (two(of, Code::Pow, Code::RealPow), of),
-            Binary::Multiply => (fused(of, Fused::Mul, Fused::RealMul), of),
-            Binary::Divide => (fused(of, Fused::Div, Fused::RealDiv), of),
-            Binary::Remainder if of == integer => (Operator::Fused(Fused::Rem), of),
-            Binary::Remainder => (Operator::Two(Code::RealRem), of),
-            Binary::Add => (fused(of, Fused::Add, Fused::RealAdd), of),
-            Binary::Subtract => (fused(of, Fused::Sub, Fused::RealSub), of),
-            Binary::ShiftLeft => (Operator::Two(Code::ShiftLeft), integer),
-            Binary::ShiftRight => (Operator::Two(Code::ShiftRight), integer),
-            Binary::ShiftRightZeros => (Operator::Two(Code::ShiftRightZeros), integer),
-            Binary::Less | Binary::Greater => (fused(of, Fused::Less, Fused::RealLess), integer),
-            Binary::AtMost | Binary::AtLeast => {
-                (fused(of, Fused::AtMost, Fused::RealAtMost), integer)
-            }
-            Binary::Equal => (fused(of, Fused::Equal, Fused::RealEqual), integer),
-            Binary::NotEqual => (fused(of, Fused::NotEqual, Fused::RealNotEqual), integer),
-            Binary::And => (Operator::Fused(Fused::And), integer),
-            Binary::Or => (Operator::Fused(Fused::Or), integer),
-            Binary::Xor => (Operator::Two(Code::Xor), integer),
+        let (operator, result) = match sign {
+            Binary::AndAlso | Binary::OrElse => return self.end_of_right(),
+            Binary::Power => (typed(of, O::Pow, O::RealPow), of),
+            Binary::Multiply => (typed(of, O::Mul, O::RealMul), of),
+            Binary::Divide => (typed(of, O::Div, O::RealDiv), of),
+            Binary::Remainder => (typed(of, O::Rem, O::RealRem), of),
+            Binary::Add => (typed(of, O::Add, O::RealAdd), of),
+            Binary::Subtract => (typed(of, O::Sub, O::RealSub), of),
+            Binary::ShiftLeft => (O::ShiftLeft, integer),
+            Binary::ShiftRight => (O::ShiftRight, integer),
+            Binary::ShiftRightZeros => (O::ShiftRightZeros, integer),
+            Binary::Less => (typed(of, O::Less, O::RealLess), integer),
+            Binary::AtMost => (typed(of, O::AtMost, O::RealAtMost), integer),
+            Binary::Greater => (typed(of, O::Less, O::RealLess), integer),
+            Binary::AtLeast => (typed(of, O::AtMost, O::RealAtMost), integer),
+            Binary::Equal => (typed(of, O::Equal, O::RealEqual), integer),
+            Binary::NotEqual => (typed(of, O::NotEqual, O::RealNotEqual), integer),
+            Binary::And => (O::And, integer),
+            Binary::Or => (O::Or, integer),
+            Binary::Xor => (O::Xor, integer),
         };
-        let is_swapped = matches!(operator, Binary::Greater | Binary::AtLeast);
-        let (a, b) = if is_swapped { (b, a) } else { (a, b) };
-        self.both(step, [a, b], (of, result))
+        let (left, right) = (self.operands.len() - 2, self.operands.len() - 1);
+        let is_swapped = matches!(sign, Binary::Greater | Binary::AtLeast);
+        let sides = if is_swapped { [right, left] } else { [left, right] };
+        self.sides(operator, sides, (of, result));
     }
 
-    /// The left operand of an operator; that of `&&` and `||` is gone since their mark.
-    fn pop_left(&mut self, operator: Binary) -> Operand {
-        if matches!(operator, Binary::AndAlso | Binary::OrElse) {
-            return Operand { place: Place::Integer(0), of: NumberType::Integer };
-        }
-        self.pop()
+    /// A step with the last two operands, which it takes and gives as this type.
+    pub(super) fn both(&mut self, operator: Operator, of: NumberType) {
+        let last = self.operands.len() - 1;
+        self.sides(operator, [last - 1, last], (of, of));
     }
 
-    /// A step with two operands, which it takes and gives as these types.
-    pub(super) fn both(
+    /// A step with the last two operands as its sides, which it takes and gives as these types.
+    fn sides(
         &mut self,
         operator: Operator,
-        [a, b]: [Operand; 2],
+        [left, right]: [usize; 2],
         (of, result): (NumberType, NumberType),
-    ) -> Operand {
-        let before = self.next;
-        let (code, from_a, from_b) = match operator {
-            Operator::Two(code) => (code, self.slot(a, of), self.slot(b, of)),
-            Operator::Fused(operator) => {
-                let (a, b) = (self.source(a, of), self.source(b, of));
-                (operator.code(a.is_word(), b.is_word()), a.number(), b.number())
+    ) {
+        self.convert(left, of);
+        self.convert(right, of);
+        let (code, a, b) = loop {
+            let (a, b) = (self.source(left, of), self.source(right, of));
+            if let Some(code) = operator.code(a.0, b.0) {
+                break (code, a, b);
             }
+            let is_right = a.0 == At::Accumulator || b.0 == At::Slot;
+            self.load_as(if is_right { right } else { left }, of);
         };
-        self.next = before;
-        let result = self.result(&[a, b], result);
-        self.step(code, slot_of(result), from_a, from_b);
-        result
+        self.operands.truncate(left.min(right));
+        let is_free = a.0 != At::Accumulator && b.0 != At::Accumulator;
+        let to = if is_free { self.slot_of_waiting(of) } else { 0 };
+        if of != result {
+            self.save(result);
+        }
+        self.step(code, to, a.1, b.1);
+        self.push(Place::Accumulator, result);
     }
 
     fn mark(&mut self, mark: Mark) {
         match mark {
-            Mark::AndAlso | Mark::Then => self.test(Code::Other(Other::JumpIfZero)),
-            Mark::OrElse => self.test(Code::Other(Other::JumpIfTrue)),
+            Mark::AndAlso | Mark::Then => self.test(Code::JumpIfZero),
+            Mark::OrElse => self.test(Code::JumpIfTrue),
             Mark::Else(of) => {
-                let value = self.pop();
+                self.end_of_value(of);
                 let test = self.jumps.pop().expect("`if` has a condition");
-                self.put_in(test.slot, value, of);
-                self.jumps.push(Jump { step: self.steps.len(), slot: test.slot });
-                self.step(Code::Other(Other::Jump), 0, 0, 0);
-                self.arrive(test.step);
-                self.next = test.slot;
+                self.jumps.push(self.steps.len());
+                self.step(Code::Jump, 0, 0, 0);
+                self.arrive(test);
             }
         }
     }
 
-    /// Tests the last operand, and leaves its slot to what is evaluated next.
+    /// Tests the last operand. Whether it jumps or not, the accumulators are free for the others,
+    /// and hold the test's result.
     fn test(&mut self, code: Code) {
-        let condition = self.pop();
-        let slot = self.slot(condition, condition.of);
-        self.jumps.push(Jump { step: self.steps.len(), slot });
-        self.step(code, 0, slot, 0);
-        self.next = slot;
+        self.truth();
+        self.operands.pop();
+        self.save_all();
+        self.jumps.push(self.steps.len());
+        self.step(code, 0, 0, 0);
+    }
+
+    /// Makes the last operand 0 or 1.
+    fn truth(&mut self) {
+        let of = self.operands[self.operands.len() - 1].of;
+        self.one(typed(of, Code::Truth, Code::RealTruth), (of, NumberType::Integer));
     }
 
     /// Lets a jump go to the next step.
@@ -323,72 +335,28 @@ impl Builder<'_, '_> {
         self.steps[jump].to = self.first + self.steps.len() as u32;
     }
 
-    /// Puts an operand in this slot, the first free one.
-    fn put_in(&mut self, slot: u32, operand: Operand, of: NumberType) {
-        let from = self.slot(operand, of);
-        if from != slot {
-            self.step(Code::Other(Other::Copy), slot, from, 0);
-        }
-    }
-
-    /// The end of the right side of `&&` or `||`.
-    fn end_of_right(&mut self, right: Operand) -> Operand {
+    /// The end of the right side of `&&` or `||`: 0 or 1, as the left side if it jumps here.
+    fn end_of_right(&mut self) {
+        self.truth();
         let test = self.jumps.pop().expect("`&&` and `||` have a left side");
-        let from = self.slot(right, right.of);
-        self.step(Code::Truth, test.slot, from, 0);
-        self.arrive(test.step);
-        self.next = test.slot + 1;
-        Operand { place: Place::Slot(test.slot), of: NumberType::Integer }
+        self.arrive(test);
     }
 
-    pub(super) fn end_of_if(&mut self, of: NumberType) -> Operand {
-        let value = self.pop();
+    /// The end of a value that `if` may take: in its accumulator.
+    fn end_of_value(&mut self, of: NumberType) {
+        self.load_as(self.operands.len() - 1, of);
+        self.operands.pop();
+    }
+
+    pub(super) fn end_of_if(&mut self, of: NumberType) {
+        self.end_of_value(of);
         let jump = self.jumps.pop().expect("`if` has a second argument");
-        self.put_in(jump.slot, value, of);
-        self.arrive(jump.step);
-        self.next = jump.slot + 1;
-        Operand { place: Place::Slot(jump.slot), of }
+        self.arrive(jump);
+        self.push(Place::Accumulator, of);
     }
 }
 
-impl Source {
-    pub(super) fn is_word(self) -> bool {
-        matches!(self, Source::Word(_))
-    }
-
-    pub(super) fn number(self) -> u32 {
-        match self {
-            Source::Slot(number) | Source::Word(number) => number,
-        }
-    }
-}
-
-/// An operator with two operands.
-#[derive(Clone, Copy)]
-pub(super) enum Operator {
-    /// It reads words in place.
-    Fused(Fused),
-    /// It reads slots.
-    Two(Code),
-}
-
-pub(super) fn fused(of: NumberType, integer: Fused, real: Fused) -> Operator {
-    Operator::Fused(if of == NumberType::Real { real } else { integer })
-}
-
-pub(super) fn two(of: NumberType, integer: Code, real: Code) -> Operator {
-    Operator::Two(one(of, integer, real))
-}
-
-pub(super) fn one(of: NumberType, integer: Code, real: Code) -> Code {
+/// The code or operator for this type.
+pub(super) fn typed<T>(of: NumberType, integer: T, real: T) -> T {
     if of == NumberType::Real { real } else { integer }
-}
-
-pub(super) fn slot_of(operand: Operand) -> u32 {
-    match operand.place {
-        Place::Slot(slot) => slot,
-        Place::Integer(_) | Place::Real(_) | Place::Word(_) | Place::Bit(_) => {
-            unreachable!("a result has a slot")
-        }
-    }
 }

@@ -3,118 +3,116 @@
 //! Called by `formula`, once for each call, with the arguments on the stack of operands. Matches
 //! every function of `isa::function`.
 
-use super::formula::{Builder, Operand, Operator, Place, Source, fused, one, slot_of, two};
-use crate::engine::ops::{Code, Fused, Other};
+use super::formula::{Builder, Operand, Place, typed};
+use crate::engine::ops::{Code, Operator};
 use crate::isa::Function;
 use crate::resolve::formula::NumberType;
 
 impl Builder<'_, '_> {
-    pub(super) fn call(&mut self, function: Function, count: usize, of: NumberType) -> Operand {
+    pub(super) fn call(&mut self, function: Function, count: usize, of: NumberType) {
+        use Operator as O;
         if function == Function::If {
             return self.end_of_if(of);
         }
-        let arguments = self.operands.split_off(self.operands.len() - count);
+        let first = self.operands.len() - count;
         let kept = (of, of);
-        let real = (NumberType::Real, NumberType::Real);
         match function {
-            Function::Abs => self.one(one(of, Code::Abs, Code::RealAbs), arguments[0], kept),
-            Function::Min => self.fold(two(of, Code::Min, Code::RealMin), &arguments, of),
-            Function::Max => self.fold(two(of, Code::Max, Code::RealMax), &arguments, of),
-            Function::Sum => self.fold(fused(of, Fused::Add, Fused::RealAdd), &arguments, of),
-            Function::Clamp => self.clamp(&arguments, of),
-            Function::Round => self.rounded(Code::Round, arguments[0], of),
-            Function::Floor => self.rounded(Code::Floor, arguments[0], of),
-            Function::Ceil => self.rounded(Code::Ceil, arguments[0], of),
-            Function::Trunc => self.rounded(Code::Trunc, arguments[0], of),
-            Function::Toreal => self.as_type(arguments[0], NumberType::Real),
-            Function::Sqrt => self.one(Code::Sqrt, arguments[0], real),
-            Function::Exp => self.one(Code::Exp, arguments[0], real),
-            Function::Ln => self.one(Code::Ln, arguments[0], real),
-            Function::Log10 => self.one(Code::Log10, arguments[0], real),
-            Function::Sin => self.one(Code::Sin, arguments[0], real),
-            Function::Cos => self.one(Code::Cos, arguments[0], real),
-            Function::Tan => self.one(Code::Tan, arguments[0], real),
-            Function::Asin => self.one(Code::Asin, arguments[0], real),
-            Function::Acos => self.one(Code::Acos, arguments[0], real),
-            Function::Atan => self.one(Code::Atan, arguments[0], real),
-            Function::Atan2 => {
-                self.both(Operator::Two(Code::Atan2), [arguments[0], arguments[1]], real)
-            }
-            Function::Scale => self.scale(&arguments),
+            Function::Abs => self.one(typed(of, Code::Abs, Code::RealAbs), kept),
+            Function::Min => self.fold(typed(of, O::Min, O::RealMin), first, of),
+            Function::Max => self.fold(typed(of, O::Max, O::RealMax), first, of),
+            Function::Sum => self.fold(typed(of, O::Add, O::RealAdd), first, of),
+            Function::Clamp => self.clamp(first, of),
+            Function::Round => self.rounded(Code::Round, of),
+            Function::Floor => self.rounded(Code::Floor, of),
+            Function::Ceil => self.rounded(Code::Ceil, of),
+            Function::Trunc => self.rounded(Code::Trunc, of),
+            Function::Toreal => self.load_as(first, NumberType::Real),
+            Function::Sqrt => self.real(Code::Sqrt),
+            Function::Exp => self.real(Code::Exp),
+            Function::Ln => self.real(Code::Ln),
+            Function::Log10 => self.real(Code::Log10),
+            Function::Sin => self.real(Code::Sin),
+            Function::Cos => self.real(Code::Cos),
+            Function::Tan => self.real(Code::Tan),
+            Function::Asin => self.real(Code::Asin),
+            Function::Acos => self.real(Code::Acos),
+            Function::Atan => self.real(Code::Atan),
+            Function::Atan2 => self.both(O::Atan2, NumberType::Real),
+            Function::Scale => self.scale(first),
             Function::If => unreachable!("it returned above"),
         }
     }
 
-    /// An operand as a number of a type.
-    fn as_type(&mut self, operand: Operand, of: NumberType) -> Operand {
-        if operand.of == of {
-            return operand;
-        }
-        Operand { place: Place::Slot(self.slot(operand, of)), of }
+    /// A function of a real that gives a real.
+    fn real(&mut self, code: Code) {
+        self.one(code, (NumberType::Real, NumberType::Real));
     }
 
-    fn rounded(&mut self, code: Code, operand: Operand, of: NumberType) -> Operand {
+    fn rounded(&mut self, code: Code, of: NumberType) {
         match of {
-            NumberType::Integer => operand,
-            NumberType::Real => self.one(code, operand, (of, NumberType::Integer)),
+            NumberType::Integer => {}
+            NumberType::Real => self.one(code, (of, NumberType::Integer)),
         }
+    }
+
+    /// Takes an argument to the end of the stack, where operators find it.
+    fn take(&mut self, at: usize) {
+        let taken = Operand { place: Place::Integer(0), of: NumberType::Integer };
+        let argument = std::mem::replace(&mut self.operands[at], taken);
+        self.operands.push(argument);
+    }
+
+    /// Leaves the last operand in place of the arguments from this one on.
+    fn end_of_call(&mut self, first: usize) {
+        self.operands.swap_remove(first);
+        self.operands.truncate(first + 1);
     }
 
     /// An operation over all arguments, from left to right.
-    fn fold(&mut self, operator: Operator, arguments: &[Operand], of: NumberType) -> Operand {
-        // Slots of later arguments are in use until the last step.
-        let before = self.next;
-        let first = self.as_type(arguments[0], of);
-        let whole = arguments[1..].iter().fold(first, |whole, argument| {
-            self.next = self.next.max(before);
-            self.both(operator, [whole, *argument], (of, of))
-        });
-        self.end_of_call(whole, arguments)
+    fn fold(&mut self, operator: Operator, first: usize, of: NumberType) {
+        let arguments = first..self.operands.len();
+        // Each is of the call's type, even if it is the only one.
+        self.convert_all(first, of);
+        self.take(first);
+        for argument in arguments.skip(1) {
+            self.take(argument);
+            self.both(operator, of);
+        }
+        self.end_of_call(first);
     }
 
     /// `clamp`: `max(min(x, hi), lo)`, which is lo where lo > hi.
-    fn clamp(&mut self, arguments: &[Operand], of: NumberType) -> Operand {
-        let before = self.next;
-        let (min, max) = (two(of, Code::Min, Code::RealMin), two(of, Code::Max, Code::RealMax));
-        let limited = self.both(min, [arguments[0], arguments[2]], (of, of));
-        self.next = self.next.max(before);
-        let limited = self.both(max, [limited, arguments[1]], (of, of));
-        self.end_of_call(limited, arguments)
+    fn clamp(&mut self, first: usize, of: NumberType) {
+        self.take(first);
+        self.take(first + 2);
+        self.both(typed(of, Operator::Min, Operator::RealMin), of);
+        self.take(first + 1);
+        self.both(typed(of, Operator::Max, Operator::RealMax), of);
+        self.end_of_call(first);
     }
 
     /// `scale`: its steps are the operators.
-    fn scale(&mut self, arguments: &[Operand]) -> Operand {
-        let sources: Vec<Source> =
-            arguments.iter().map(|argument| self.source(*argument, NumberType::Real)).collect();
-        let [x, in_lo, in_hi, out_lo, out_hi] = sources[..] else {
-            unreachable!("the resolver counts arguments")
-        };
-        let run = self.stepped(Fused::RealSub, x, in_lo);
-        let rise = self.stepped(Fused::RealSub, out_hi, out_lo);
-        let product = self.stepped(Fused::RealMul, run, rise);
-        let width = self.stepped(Fused::RealSub, in_hi, in_lo);
-        let quotient = self.stepped(Fused::RealDiv, product, width);
-        let whole = self.stepped(Fused::RealAdd, out_lo, quotient);
-        let whole = Operand { place: Place::Slot(whole.number()), of: NumberType::Real };
-        self.end_of_call(whole, arguments)
+    fn scale(&mut self, first: usize) {
+        let of = NumberType::Real;
+        self.convert_all(first, of);
+        self.save_all();
+        let [x, in_lo, in_hi, out_lo, out_hi] = [0, 1, 2, 3, 4].map(|at| self.operands[first + at]);
+        self.operands.push(out_lo);
+        self.operands.extend([x, in_lo]);
+        self.both(Operator::RealSub, of);
+        self.operands.extend([out_hi, out_lo]);
+        self.both(Operator::RealSub, of);
+        self.both(Operator::RealMul, of);
+        self.operands.extend([in_hi, in_lo]);
+        self.both(Operator::RealSub, of);
+        self.both(Operator::RealDiv, of);
+        self.both(Operator::RealAdd, of);
+        self.end_of_call(first);
     }
 
-    /// An operator with its result in a slot of its own.
-    fn stepped(&mut self, operator: Fused, a: Source, b: Source) -> Source {
-        let to = self.take_slot();
-        self.step(operator.code(a.is_word(), b.is_word()), to, a.number(), b.number());
-        Source::Slot(to)
-    }
-
-    /// The result of a call, in the lowest slot that its arguments had.
-    fn end_of_call(&mut self, whole: Operand, arguments: &[Operand]) -> Operand {
-        let Place::Slot(slot) = whole.place else { return whole };
-        let mut used = arguments.to_vec();
-        used.push(whole);
-        let result = self.result(&used, whole.of);
-        if slot_of(result) != slot {
-            self.step(Code::Other(Other::Copy), slot_of(result), slot, 0);
+    fn convert_all(&mut self, first: usize, of: NumberType) {
+        for at in first..self.operands.len() {
+            self.convert(at, of);
         }
-        result
     }
 }

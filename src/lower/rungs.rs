@@ -1,4 +1,5 @@
-//! A rung as one text, in addresses (of tags with a `type`, in their names): two rungs with the same text do the same.
+//! A rung as one text, in addresses (of tags with a `type`, in their names): two rungs with the
+//! same text do the same.
 //!
 //! Called while a program is lowered. A reload compares the texts to find the unedited rungs. The
 //! text does not contain tags, comments or the written form of constants.

@@ -165,8 +165,8 @@ fn completion_goes_up_to_the_dot_and_then_behind_it() {
 
 #[test]
 fn a_tag_with_a_type_is_known_by_its_name_alone() {
-    let text = "[tags]\nhours = { type = \"timer\" }\nsize = { type = \"int\", doc = \"Of a bin\" }\n\
-                [[program]]\nname = \"Main\"\n\
+    let text = "[tags]\nhours = { type = \"timer\" }\n\
+                size = { type = \"int\", doc = \"Of a bin\" }\n[[program]]\nname = \"Main\"\n\
                 rung = [ { when = [\"size > 3\"], do = [\"TMR hours preset=1s\"] } ]\n";
     let file = SourceFile { name: "ladder.toml".into(), text: text.into() };
     let (program, findings) = load_ladders(&[file], &LoadOptions::default());

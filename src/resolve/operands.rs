@@ -83,15 +83,15 @@ pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, F
         let message = format!("a range is of one kind, not of `{first}` and `{last}`");
         return Err(finding(message));
     }
-    if to < from {
-        let finding = finding("a range goes from low to high".to_owned());
-        return Err(finding.help(format!("write `{high}..{low}`")));
-    }
-    if let Some((space, number)) = Space::with_members(first) {
-        let range = Range { space, first: number, last: number + to - from, span: text.span };
+    if let Some((space, _)) = Space::with_members(first) {
+        let range = Range { space, first: from.min(to), last: to.max(from), span: text.span };
         if let Some(finding) = placed_in(scope, &range) {
             return Err(finding);
         }
+    }
+    if to < from {
+        let finding = finding("a range goes from low to high".to_owned());
+        return Err(finding.help(format!("write `{high}..{low}`")));
     }
     let (count, span, text) = (to - from + 1, text.span, written.to_owned());
     Ok(Operands { first, count, text, is_placed: false, span })

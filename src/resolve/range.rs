@@ -80,15 +80,15 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
         );
         return Err(finding(message));
     }
+    let range = Range { space, first: first.min(last), last: last.max(first), span: text.span };
+    if let Some(finding) = is_range(&text.text).then(|| placed_in(scope, &range)).flatten() {
+        return Err(finding);
+    }
     if last < first {
         let finding = finding("a range goes from low to high".to_owned());
         return Err(finding.help(format!("write `{high}..{low}`")));
     }
-    let range = Range { space, first, last, span: text.span };
-    match is_range(&text.text).then(|| placed_in(scope, &range)).flatten() {
-        Some(finding) => Err(finding),
-        None => Ok(range),
-    }
+    Ok(range)
 }
 
 /// The finding for a range in which a tag with a `type` lies.
@@ -96,7 +96,7 @@ pub(super) fn placed_in(scope: &Scope, range: &Range) -> Option<Finding> {
     let name = &scope.places().in_range(range.space, range.first, range.last)?.name;
     let message = format!("`{name}` lies in this range, and is known by its name alone");
     let finding = Finding::new(Code::Controller, range.span, message);
-    Some(finding.help(format!("name it for itself: `{name}`; ranges are of addresses")))
+    Some(finding.help(format!("name it alone: `{name}`; ranges are of addresses")))
 }
 
 /// The finding for a range in another notation, as `Y8-Y9`.

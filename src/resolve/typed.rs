@@ -1,7 +1,7 @@
 //! Tags with a `type`: collects the addresses that the files name, and has these tags placed.
 //!
-//! Called by `declare` before any tag is resolved, because each `type` needs a place that no address
-//! of any file has. `placement` has the rules; the places are in the program afterwards.
+//! Called by `declare` before any tag is resolved, because each `type` needs a place that no
+//! address of any file has. `placement` has the rules; the places are in the program afterwards.
 //!
 //! The idea: addresses are found in the texts, not in resolved operands. A text that only looks
 //! like an address makes a place unavailable, which nobody notices; an address that was overlooked

@@ -235,6 +235,9 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
     (reader.at == bytes.len()).then_some(content)
 }
 
+/// Texts with their elements, and the elements that have the flag.
+type Texts = (Vec<(String, RetainedElement)>, HashSet<RetainedElement>);
+
 struct ByteReader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -255,8 +258,7 @@ impl<'a> ByteReader<'a> {
         self.take(4)?.try_into().ok().map(i32::from_le_bytes)
     }
 
-    /// Texts with their elements, and the elements that have the flag.
-    fn texts(&mut self) -> Option<(Vec<(String, RetainedElement)>, HashSet<RetainedElement>)> {
+    fn texts(&mut self) -> Option<Texts> {
         let (mut texts, mut placed) = (Vec::new(), HashSet::new());
         for _ in 0..self.u32()? {
             let head = self.take(4)?;

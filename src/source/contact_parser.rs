@@ -10,6 +10,7 @@ use super::contact_lexer::{Parsed, Token, lex};
 use super::finding::{Code, Finding};
 use super::nearest::did_you_mean;
 use super::span::{Located, Span};
+use crate::isa::dialects;
 
 /// Maximum nesting depth of parentheses and `!`.
 const DEPTH_MAX: u32 = 32;
@@ -263,9 +264,17 @@ impl Parser<'_> {
                 if let Some((place, help)) = self.habit(place) {
                     return self.error(place, "a word in the place of a sign").help(help);
                 }
-                self.error(place, "`&` or `|` is missing before this").help(format!(
+                let mut help = format!(
                     "contacts in series are strings of their own: `\"{before}\", \"{behind}\"`"
-                ))
+                );
+                // A tag may have such a name too; in lower case it is more likely one.
+                let first = before.split_whitespace().next().unwrap_or_default();
+                if first.chars().all(|c| c.is_ascii_uppercase())
+                    && let Some(instead) = dialects::instead_of(first)
+                {
+                    help = format!("for the `{first}` of other controllers: {instead}; {help}");
+                }
+                self.error(place, "`&` or `|` is missing before this").help(help)
             }
             Token::Close => self.error(place, "`)` closes nothing"),
             Token::Compare(_) => self

@@ -105,6 +105,10 @@ fn integers_have_64_bits_within_an_expression() {
         D4 * D4 * D4 * 0 -> 0; $Overflow
         -(D5 * D4 * 4) > 0 -> 1; $Overflow
         abs(D5) - 1 -> 2147483647
+        -(-2147483648) / 2 -> 1073741824
+        -0x80000000 / 2 -> 1073741824
+        - - -2147483648 -> -2147483648
+        trunc(-(-2147483648) / 4.0) -> 536870912
         ",
     );
 }
@@ -208,6 +212,24 @@ fn what_is_left_out_sets_no_status_bit() {
         1 + (D1 > 3 && D2 < 0) * 10 -> 11
         if(if(C0, C1, 1 / D3), 1 / D3, if(C0, 5, 6)) + D1 -> 12
         D1 - (C0 && if(C1, 3, D6)) * 2 + D6 * (C1 || D2) -> 105
+        ",
+    );
+}
+
+#[test]
+fn a_status_bit_shows_what_happened_before_it_in_its_expression() {
+    check(
+        "
+        1 / D3 + $DivideByZero -> 1; $DivideByZero
+        $DivideByZero + 1 / D3 -> 0; $DivideByZero
+        $DivideByZero + 1 / D3 + ST10 * 2 -> 2; $DivideByZero
+        (1 / D3 > 0) - ($DivideByZero > D3) -> -1; $DivideByZero
+        D4 * D4 * D4 * 0 + $Overflow * 2 + $DivideByZero -> 2; $Overflow
+        max(ln(0), $OutOfRange, $Overflow) * 3 -> 3; $OutOfRange
+        if($OutOfRange, 5, sqrt(-1)) + if($OutOfRange, 5, 6) -> 5; $OutOfRange
+        C0 && 1 / D3 || $DivideByZero -> 1; $DivideByZero
+        C1 && 1 / D3 || $DivideByZero -> 0
+        $IndexError + 1 / D3 -> 0; $DivideByZero
         ",
     );
 }

@@ -74,7 +74,7 @@ fn a_tag_before_others_moves_places_and_nothing_changes() {
         .scan(&[("X0", 1)])
         .holds([("parts.Acc", 3), ("drum.ACC", 3), ("seen", 1)])
         .reload(&ladder(TAGS, RUNGS))
-        .says("no difference in what the program does")
+        .says("tag a1 is gone, and its value with it")
         .holds([("parts.Acc", 3), ("drum.ACC", 3), ("seen", 1), ("size", 40)]);
 }
 

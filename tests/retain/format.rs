@@ -11,11 +11,11 @@ use rungd::retain::format::{Geometry, Stamp, put_slot};
 use rungd::retain::slots::{Slots, survey};
 
 /// A content by hand, as the page has it: D3 and the tag `level` in D4, which has no address; C5 of
-/// an OUT, CT0 of a UDCG.
+/// an OUT, CT0 of a UDCG, R7.
 fn content() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut put = |numbers: &[u32]| numbers.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
-    put(&[3, 5, 3, 2, 1 | 1 << 8, 5, 1, 8, 0, 1]);
+    put(&[4, 5, 3, 2, 1 | 1 << 8, 5, 1, 8, 0, 1, 11, 7, 1]);
     put(&[1, 5 | 1 << 8 | 5 << 16, 4]);
     bytes.extend(b"level\0\0\0");
     bytes.extend(1_u32.to_le_bytes());
@@ -27,6 +27,7 @@ fn content() -> Vec<u8> {
     bytes.push(1);
     bytes.extend(7_i32.to_le_bytes());
     bytes.extend([0, 0, 0, 0, 1, 0, 0, 0]);
+    bytes.extend((-2.5_f32).to_le_bytes());
     bytes
 }
 
@@ -34,7 +35,7 @@ fn content() -> Vec<u8> {
 fn the_reader_of_the_page_reads_what_is_written() {
     let content = content();
     let read = rungd::retain::content::read(&content).expect("it is as the page says");
-    assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (4, 1, 1));
+    assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (5, 1, 1));
     assert_eq!(read.placed.into_iter().collect::<Vec<_>>(), [read.tags[0].1]);
     let c5 = RetainedElement { space: Space::Bit(BitSpace::C), number: 5 };
     assert_eq!(read.terminated.into_iter().collect::<Vec<_>>(), [c5]);
@@ -61,7 +62,7 @@ fn the_reader_of_the_page_reads_what_is_written() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(
         String::from_utf8_lossy(&output.stdout),
-        "image 5 of scan 40\nD3 -2\nlevel 400\nC5 1 OFF or reset at a stop\nCT0 7 0 0 0 0 1 0 0 0\n"
+        "image 5 of scan 40\nD3 -2\nlevel 400\nC5 1 OFF or reset at a stop\nCT0 7 0 0 0 0 1 0 0 0\nR7 -2.5\n"
     );
 }
 

@@ -5,7 +5,7 @@
 use super::given::Given;
 use super::kind::{Kind, Wanted};
 use super::pending::Argument;
-use crate::isa::{Address, Mnemonic, Structure};
+use crate::isa::{Address, Mnemonic, Structure as Of};
 use crate::resolve::Resolver;
 use crate::resolve::scope::Thing;
 use crate::source::atom::{Atom, AtomKind};
@@ -40,10 +40,11 @@ impl Resolver<'_> {
             (Wanted::Bit, Thing::Address(Address::Bit(_)))
             | (Wanted::Whole, Thing::Constant(..))
             | (Wanted::Real, Thing::Real(_))
-            | (Wanted::Timer, Thing::Address(Address::Structure(Structure::Timer(_))))
-            | (Wanted::Counter, Thing::Address(Address::Structure(Structure::Counter(_))))
-            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Structure::Sensaphone(_))))
-                => true,
+            | (Wanted::Timer, Thing::Address(Address::Structure(Of::Timer(_))))
+            | (Wanted::Counter, Thing::Address(Address::Structure(Of::Counter(_))))
+            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Of::Sensaphone(_)))) => {
+                true
+            }
             (Wanted::WrittenBit, Thing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }

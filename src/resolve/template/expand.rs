@@ -250,6 +250,9 @@ impl<'t> Expansion<'t> {
     pub fn trial(&mut self, declared: &'t Declared<'t>) -> Option<Trial> {
         let template = declared.template;
         let name = template.name.as_ref().filter(|_| declared.is_usable)?;
+        if declared.parameters().any(|(_, kind)| kind.trial_type().is_none()) {
+            return None;
+        }
         self.trial = true;
         let of_ladders = std::mem::take(&mut self.arguments);
         // No name of a ladder has a `?`.

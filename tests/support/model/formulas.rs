@@ -11,7 +11,11 @@ enum Wanted {
 
 impl Pool {
     pub fn math(&mut self) -> String {
-        let target = if self.rng.chance(25) { self.written_bit() } else { self.written_word() };
+        let target = match self.rng.weighted(&[25, 25, 50]) {
+            0 => self.written_bit(),
+            1 => self.indexed("R"),
+            _ => self.written_word(),
+        };
         let target = self.name_without_comma(&target);
         let depth = 1 + self.rng.below(4);
         format!("MATH {target} = {}", self.formula(depth, Wanted::Any))
@@ -98,7 +102,8 @@ impl Pool {
     }
 
     fn formula_leaf(&mut self, wanted: Wanted) -> String {
-        match self.rng.weighted(&[45, 15, 25, 15 * usize::from(wanted == Wanted::Any)]) {
+        let any = usize::from(wanted == Wanted::Any);
+        match self.rng.weighted(&[45, 15, 25, 15 * any, 20 * any]) {
             0 => {
                 let address = self.written_word();
                 self.name_without_comma(&address)
@@ -111,6 +116,10 @@ impl Pool {
                 let number = self.number();
                 let text = self.integer_text(number);
                 if number < 0 { format!("({text})") } else { text }
+            }
+            3 => {
+                let address = self.indexed("R");
+                self.name_without_comma(&address)
             }
             _ => {
                 let reals = ["0.5", "1.25", "3.0", "1e3", "2.5e-7", "1e30", "100.0", "0.0"];

@@ -97,6 +97,7 @@ fn tags(pool: &mut Pool) -> Vec<Tag> {
         ("size_1", "D0"),
         ("Level", "D2"),
         ("speed", "V0"),
+        ("flow", "R1"),
         ("hold_reg", "MHR1"),
         ("parts", "CT0"),
         ("wait_a", "T0"),

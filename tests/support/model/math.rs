@@ -156,8 +156,9 @@ impl Reader<'_> {
 /// Whether an expression is real by its own operands.
 fn is_real(expr: &Expr) -> bool {
     match expr {
-        Expr::Integer(_) | Expr::At(_) | Expr::Unary('!' | '~', _) => false,
+        Expr::Integer(_) | Expr::Unary('!' | '~', _) => false,
         Expr::Real(_) => true,
+        Expr::At(loc) => loc.area == Area::R,
         Expr::Unary(_, inner) => is_real(inner),
         Expr::Binary(sign, left, right) => {
             let arithmetic = ["+", "-", "*", "/", "%", "**"].contains(&sign.as_str());
@@ -199,6 +200,10 @@ impl Sim<'_> {
     /// Evaluates and stores.
     pub fn math(&mut self, target: Loc, expr: &Expr) {
         let value = self.number(expr);
+        if target.area == Area::R {
+            let single = self.single(value.real());
+            return self.memory.put_real(target, single.real() as f32);
+        }
         let (low, high) = target.range();
         let is_bit = (low, high) == (0, 1);
         if is_bit {
@@ -249,6 +254,7 @@ impl Sim<'_> {
         match expr {
             Expr::Integer(n) => Number::Integer(*n),
             Expr::Real(real) => Number::Real(*real),
+            Expr::At(loc) if loc.area == Area::R => Number::Real(f64::from(self.memory.real(*loc))),
             Expr::At(loc) => Number::Integer(i128::from(self.memory.get(*loc))),
             Expr::Unary(sign, inner) => match (sign, self.number(inner)) {
                 ('!', value) => truth(!value.is_true()),

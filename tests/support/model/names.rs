@@ -52,6 +52,7 @@ fn address(word: &str) -> Option<(Area, usize)> {
         "C" => Area::C,
         "V" => Area::V,
         "D" => Area::D,
+        "R" => Area::R,
         "MC" => Area::Mc,
         "MI" => Area::Mi,
         "MHR" => Area::Mhr,

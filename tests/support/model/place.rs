@@ -9,6 +9,7 @@ pub enum Area {
     C,
     V,
     D,
+    R,
     Mc,
     Mi,
     Mhr,
@@ -62,7 +63,8 @@ impl Loc {
         let i32_range = (i64::from(i32::MIN), i64::from(i32::MAX));
         match (self.area, self.member) {
             (Area::V | Area::Mhr | Area::Mir, _) => (0, i64::from(u16::MAX)),
-            (Area::D | Area::Dst, _) => i32_range,
+            // An R holds the bits of its real.
+            (Area::D | Area::R | Area::Dst, _) => i32_range,
             (Area::Ct | Area::T, Member::Acc) => i32_range,
             (Area::N, Member::Acc | Member::Pre) => (i64::from(i16::MIN), i64::from(i16::MAX)),
             _ => (0, 1),
@@ -79,6 +81,25 @@ pub struct Memory {
 impl Memory {
     pub fn get(&self, loc: Loc) -> i64 {
         self.values.get(&loc).copied().unwrap_or(0)
+    }
+
+    /// What an R holds.
+    pub fn real(&self, loc: Loc) -> f32 {
+        f32::from_bits(self.get(loc) as u32)
+    }
+
+    /// Writes an R: never -0.
+    pub fn put_real(&mut self, loc: Loc, value: f32) {
+        let bits = if value == 0.0 { 0 } else { value.to_bits() };
+        self.put(loc, i64::from(bits as i32));
+    }
+
+    /// As a trace shows it.
+    pub fn text(&self, loc: Loc) -> String {
+        if loc.area == Area::R {
+            return format!("{:?}", self.real(loc));
+        }
+        self.get(loc).to_string()
     }
 
     pub fn bit(&self, loc: Loc) -> bool {

@@ -5,12 +5,13 @@ use super::rng::Rng;
 use std::collections::BTreeMap;
 
 /// Area, first index, count.
-pub const AREAS: [(&str, usize, usize); 11] = [
+pub const AREAS: [(&str, usize, usize); 12] = [
     ("X", 0, 4),
     ("Y", 0, 3),
     ("C", 0, 3),
     ("V", 0, 2),
     ("D", 0, 3),
+    ("R", 0, 3),
     ("MC", 1, 2),
     ("MI", 1, 2),
     ("MHR", 1, 2),
@@ -107,7 +108,7 @@ impl Pool {
         }
     }
 
-    fn indexed(&mut self, area: &str) -> String {
+    pub fn indexed(&mut self, area: &str) -> String {
         let found = AREAS.iter().find(|(name, _, _)| *name == area);
         let (first, count) = found.map_or((0, 1), |(_, first, count)| (*first, *count));
         format!("{area}{}", first + self.rng.below(count))

@@ -71,6 +71,6 @@ pub fn simulate(ladder: &str, options: &Options) -> Result<String, String> {
 }
 
 fn line(scan: &str, now: i64, sim: &Sim, watched: &[Loc]) -> String {
-    let values = watched.iter().map(|loc| sim.memory.get(*loc).to_string());
+    let values = watched.iter().map(|loc| sim.memory.text(*loc));
     format!("{scan},{now},{}\n", values.collect::<Vec<String>>().join(","))
 }
