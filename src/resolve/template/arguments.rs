@@ -42,9 +42,7 @@ impl Resolver<'_> {
             | (Wanted::Real, Thing::Real(_))
             | (Wanted::Timer, Thing::Address(Address::Structure(Of::Timer(_))))
             | (Wanted::Counter, Thing::Address(Address::Structure(Of::Counter(_))))
-            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Of::Sensaphone(_)))) => {
-                true
-            }
+            | (Wanted::Sensaphone, Thing::Address(Address::Structure(Of::Sensaphone(_)))) => true,
             (Wanted::WrittenBit, Thing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }
