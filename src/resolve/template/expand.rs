@@ -37,6 +37,8 @@ pub(super) struct Expansion<'t> {
     room: Room,
     tags: Vec<Tag>,
     trial: bool,
+    /// Whether it is reported that there is no room.
+    is_told: bool,
 }
 
 /// Who uses a template: the ladder, or a use of another template.
@@ -54,6 +56,7 @@ impl<'t> Expansion<'t> {
             room: Room::new(),
             tags: Vec::new(),
             trial: false,
+            is_told: false,
         }
     }
 
@@ -120,10 +123,14 @@ impl<'t> Expansion<'t> {
         self.instance(of, None, is_body)
     }
 
+    /// Whether the templates stand for too much.
+    pub fn is_over(&self) -> bool {
+        self.room.is_over()
+    }
+
     /// Says once that the templates stand for too much, at the use that was too much.
     fn end_if_over(&mut self, of: &Use) {
-        let told = self.findings.iter().any(|finding| finding.code == Code::TemplateSize);
-        if self.room.is_over() && !told {
+        if self.room.is_over() && !std::mem::replace(&mut self.is_told, true) {
             let span = of.template.as_ref().map_or(of.span, |name| name.span);
             let parts = super::room::PARTS_MAX;
             let message =

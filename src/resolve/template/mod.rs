@@ -18,6 +18,7 @@ mod texts;
 mod trial;
 
 use super::Resolver;
+use super::layers::Layers;
 use crate::source::ladder::{Entry, Ladder, Template};
 use crate::source::span::FileId;
 use declared::{Templates, uses};
@@ -54,6 +55,12 @@ impl Resolver<'_> {
                 }
             }
         }
+        if expansion.is_over() {
+            // What was written out until then is not worth the time.
+            plain.iter_mut().for_each(|(_, ladder)| forget_rungs(ladder));
+            expansion.arguments.clear();
+            self.trials.clear();
+        }
         findings.append(&mut expansion.findings);
         self.arguments = std::mem::take(&mut expansion.arguments);
         self.use_names = std::mem::take(&mut expansion.names);
@@ -61,4 +68,13 @@ impl Resolver<'_> {
         self.findings.extend(findings);
         plain
     }
+}
+
+/// Leaves out the rungs and own tags that templates stand for.
+fn forget_rungs(ladder: &mut Ladder) {
+    for block in &mut ladder.blocks {
+        block.rungs.clear();
+        block.stages.iter_mut().for_each(|stage| stage.rungs.clear());
+    }
+    ladder.tags.retain(|tag| !Layers::is_layered(tag.name.span));
 }

@@ -1,7 +1,6 @@
 //! The trial of a template that nothing uses: it is written out with arguments that fit, and
 //! checked like any other, outside the program.
 
-use super::pending::Trial;
 use crate::resolve::Resolver;
 use crate::resolve::program::Program;
 use crate::source::ladder::{Block, Ladder, Stage};
