@@ -27,15 +27,13 @@ pub fn reads(context: &Context) -> Vec<(Address, Span)> {
 
 fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
     match contact {
-        Contact::Bit(bit, span) | Contact::Edge(_, bit, span) => {
-            reads.push((Address::Bit(*bit), *span));
-        }
+        Contact::Bit(bit, span) => reads.push((Address::Bit(*bit), *span)),
         Contact::Compare(left, _, right, span) => {
             reads
                 .extend([left, right].into_iter().filter_map(|value| Some((word(*value)?, *span))));
         }
         // The parts follow.
-        Contact::Not(..) | Contact::All(..) | Contact::Any(..) => {}
+        Contact::Not(..) | Contact::Edge(..) | Contact::All(..) | Contact::Any(..) => {}
     }
 }
 
