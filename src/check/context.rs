@@ -18,19 +18,23 @@ use crate::resolve::program::{
 use crate::resolve::range::Range;
 use crate::source::span::{Located, Span};
 
+use super::outside::Outside;
+
 /// The data of a check beside the program.
 #[derive(Clone, Copy)]
 pub struct Around<'a> {
     /// The controller file's retained ranges; empty without one.
     pub(crate) retained: &'a [Range],
+    /// The writers of the controller file; `None` without one.
+    pub(crate) outside: Option<&'a Outside>,
     /// Of the load.
     pub(crate) progress: &'a Progress,
 }
 
 impl<'a> Around<'a> {
-    /// Of a load that nothing ends.
+    /// Of a load that nothing ends, of ladders alone.
     pub fn of(retained: &'a [Range]) -> Around<'a> {
-        Around { retained, progress: &crate::progress::UNASKED }
+        Around { retained, outside: None, progress: &crate::progress::UNASKED }
     }
 }
 
@@ -42,6 +46,8 @@ pub struct Context<'a> {
     pub whole: bool,
     /// The retained ranges of the controller file; empty without a controller file.
     pub retained: &'a [Range],
+    /// The writers of the controller file; `None` without one.
+    pub outside: Option<&'a Outside>,
     /// Of the load.
     pub progress: &'a Progress,
     /// Every instruction, in file order.
@@ -104,11 +110,12 @@ pub struct Driver<'a> {
 impl<'a> Context<'a> {
     /// Walks the program.
     pub fn new(program: &'a Program, around: Around<'a>, whole: bool) -> Context<'a> {
-        let Around { retained, progress } = around;
+        let Around { retained, outside, progress } = around;
         let mut context = Context {
             program,
             whole,
             retained,
+            outside,
             progress,
             instructions: Vec::new(),
             contacts: Vec::new(),

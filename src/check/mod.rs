@@ -6,6 +6,7 @@
 //! the text to write instead). All rules run, whatever others find.
 
 pub use context::Around;
+pub use outside::Outside;
 
 use crate::progress::Step;
 use crate::resolve::program::Program;
@@ -22,14 +23,18 @@ mod context;
 mod duplicate_out;
 mod duration_as_count;
 mod entask_conflict;
+mod input_unmapped;
 mod jump_outside_stage;
 mod mixed_and_or;
 mod multi_scan_in_task;
 mod names;
+mod never_written;
 mod out_elsewhere;
 mod out_lost_on_jump_back;
+mod outside;
 mod owned_twice;
 mod reach;
+mod reset_never_set;
 mod reset_without_owner;
 mod retained_but_reset;
 mod sensaphone_preset;
@@ -40,6 +45,8 @@ mod task_starts_itself;
 #[cfg(test)]
 mod testing;
 mod unused_tag;
+mod usage;
+mod writers;
 
 pub(crate) use silence::silence;
 
@@ -72,6 +79,9 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Whole, Code::StageNeverEntered, stage_never_entered::check),
     (Needs::Whole, Code::BlockNeverStarted, block_never_started::check),
     (Needs::Whole, Code::SetNeverReset, set_never_reset::check),
+    (Needs::Whole, Code::ResetNeverSet, reset_never_set::check),
+    (Needs::Whole, Code::NeverWritten, never_written::check),
+    (Needs::Whole, Code::InputUnmapped, input_unmapped::check),
     (Needs::Whole, Code::MultiScanInTask, multi_scan_in_task::check),
     (Needs::Place, Code::TaskStartsItself, task_starts_itself::check),
     (Needs::Itself, Code::ConstantCompare, constant_compare::check),

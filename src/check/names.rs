@@ -101,6 +101,16 @@ pub fn structure_kind(structure: Structure) -> &'static str {
     }
 }
 
+/// An instruction that would own a structure, to paste.
+pub fn owner_of(context: &Context, structure: Structure) -> String {
+    let name = context.name(Address::Structure(structure));
+    match structure {
+        Structure::Counter(_) => format!("`UDCG {name}`"),
+        Structure::Timer(_) => format!("`TMR {name} preset=1s`"),
+        Structure::Sensaphone(_) => format!("`CTU {name} preset=1`"),
+    }
+}
+
 /// `` `A`, `B` and `C` ``; of more than `LISTED_MAX` names, the first.
 pub fn list(names: &[String]) -> String {
     match names {

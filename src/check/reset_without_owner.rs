@@ -18,12 +18,12 @@
 //! ]
 //! ```
 
-use crate::isa::{Address, Structure};
+use crate::isa::Structure;
 use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
 
 use super::context::{Context, Placed};
-use super::names::list;
+use super::names::{list, owner_of};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -39,12 +39,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 fn finding(context: &Context, reset: &Placed, structure: Structure) -> Finding {
     let said = context.say_structure(structure);
     let message = format!("`{}` resets {said}, which no instruction owns", reset.name());
-    let name = context.name(Address::Structure(structure));
-    let add = match structure {
-        Structure::Counter(_) => format!("`UDCG {name}`"),
-        Structure::Timer(_) => format!("`TMR {name} preset=1s`"),
-        Structure::Sensaphone(_) => format!("`CTU {name} preset=1`"),
-    };
+    let add = owner_of(context, structure);
     let owned: Vec<String> = context
         .owners()
         .map(|(owned, _)| owned)

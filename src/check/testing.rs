@@ -2,32 +2,50 @@
 
 use expect_test::Expect;
 
-use super::Around;
+use super::{Around, Outside};
+use crate::resolve::operands::resolve_operands;
 use crate::resolve::program::Program;
 use crate::resolve::range::resolve_range;
 use crate::resolve::scope::Scope;
 use crate::resolve::{LoadOptions, load_ladders};
-use crate::source::finding::Finding;
+use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::{SourceFile, Span};
 
 /// Loads the ladder, checks it, silences allowed warnings and compares the findings. Indentation
-/// and blank lines around the text do not count.
+/// and blank lines around the text do not count. `never-written` is left out: a ladder of a test
+/// reads what nothing writes.
 pub fn check(ladder: &str, expected: Expect) {
+    compare(ladder, |code| code != Code::NeverWritten, expected);
+}
+
+/// As [`check`], for the findings of one code.
+pub fn check_only(code: Code, ladder: &str, expected: Expect) {
+    compare(ladder, |found| found == code, expected);
+}
+
+fn compare(ladder: &str, shows: impl Fn(Code) -> bool, expected: Expect) {
     let lines: Vec<&str> = ladder.trim().lines().map(str::trim_start).collect();
     let ladder = lines.join("\n");
-    expected.assert_eq(&print(&ladder, &findings(&ladder)));
+    let mut findings = findings(&ladder);
+    findings.retain(|finding| shows(finding.code));
+    expected.assert_eq(&print(&ladder, &findings));
 }
 
 /// As [`check`], for rungs of `Main`, one inline table on each line: rung k is in line k + 3.
 pub fn check_main(rungs: &str, expected: Expect) {
-    check(&format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.trim()), expected);
+    check(&main(rungs), expected);
+}
+
+/// A ladder of these rungs.
+pub fn main(rungs: &str) -> String {
+    let rungs: Vec<&str> = rungs.trim().lines().map(str::trim_start).collect();
+    format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.join("\n"))
 }
 
 /// As [`check_main`], with a controller file that retains these ranges.
 pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
-    let rungs: Vec<&str> = rungs.trim().lines().map(str::trim_start).collect();
-    let ladder = format!("[[program]]\nname = \"Main\"\nrung = [\n{}\n]", rungs.join("\n"));
+    let ladder = main(rungs);
     let (program, _) = load(&ladder);
     let program = program.expect("the ladder has no errors");
     let scope = Scope::of(&program);
@@ -37,6 +55,26 @@ pub fn check_retained(ranges: &[&str], rungs: &str, expected: Expect) {
     };
     let retained: Vec<_> = ranges.iter().map(range).collect();
     expected.assert_eq(&print(&ladder, &super::check(&program, Around::of(&retained))));
+}
+
+/// As [`check_main`], with a controller file and all findings: a device moves X0, C1, D1 and R1;
+/// Modbus clients write MC1, MHR1 and the accumulator of CT1, and MC5 as X5.
+pub fn check_outside(rungs: &str, expected: Expect) {
+    let ladder = main(rungs);
+    let program = load(&ladder).0.expect("the ladder has no errors");
+    let scope = Scope::of(&program);
+    let text = |of: &str| Text { text: of.to_owned(), span: Span::default(), exact: true };
+    let address = |name: &str| scope.address(name).expect("an address");
+    let range = |name: &str| resolve_range(&scope, &text(name)).expect("a range");
+    let operands = |name: &str| resolve_operands(&scope, &text(name)).expect("operands");
+    let outside = Outside {
+        moved: ["X0", "C1", "D1", "R1"].map(address).into(),
+        listed: ["MC1", "MHR1", "CT1.Acc"].map(operands).into(),
+        image: ["MC5", "X5"].map(range).into(),
+        wired: Some(Span::default()),
+    };
+    let around = Around { outside: Some(&outside), ..Around::of(&[]) };
+    expected.assert_eq(&print(&ladder, &super::check(&program, around)));
 }
 
 /// The findings of a ladder.

@@ -19,11 +19,12 @@
 
 use std::collections::HashSet;
 
-use crate::isa::{Address, Bit, Structure, Word};
+use crate::isa::Address;
 use crate::resolve::program::{Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
 
 use super::context::Context;
+use super::usage::structure_of;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -77,17 +78,6 @@ fn named(context: &Context) -> HashSet<Address> {
         named.extend(structure_of(operand.address).map(Address::Structure));
     }
     named
-}
-
-/// The structure of a member.
-fn structure_of(address: Address) -> Option<Structure> {
-    match address {
-        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
-            Some(structure)
-        }
-        Address::Word(Word::Pre(n)) => Some(Structure::Sensaphone(n)),
-        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
-    }
 }
 
 #[cfg(test)]

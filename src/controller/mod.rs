@@ -11,6 +11,7 @@ pub mod device;
 mod doubts;
 pub(crate) mod modbus_server;
 pub mod operator;
+mod outside;
 pub(crate) mod realtime;
 mod resolver;
 pub mod retain;

@@ -286,7 +286,8 @@ impl Loaded {
         }
         if let Some(program) = &self.program {
             let retained = self.controller.as_ref().map_or(&[][..], |c| &c.retain);
-            let around = Around { retained, progress: &self.progress };
+            let outside = self.controller.as_ref().map(Controller::outside);
+            let around = Around { retained, outside: outside.as_ref(), progress: &self.progress };
             if self.has_error() {
                 let misplaced = self.findings.iter().any(|f| f.code == Code::OutOfPlace);
                 self.findings.extend(check_partial(program, around, misplaced));

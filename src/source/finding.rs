@@ -199,6 +199,8 @@ findings! {
     StageNeverEntered "stage-never-entered" Warning "Nothing ever turns this stage ON.";
     BlockNeverStarted "block-never-started" Warning "Nothing ever starts this block.";
     SetNeverReset "set-never-reset" Warning "A bit is SET and never RST.";
+    ResetNeverSet "reset-never-set" Warning "A bit is RST and never SET.";
+    NeverWritten "never-written" Warning "The ladder reads what nothing writes.";
     MultiScanInTask "multi-scan-in-task" Warning
         "An instruction that works over several scans stands in a run-once task.";
     TaskStartsItself "task-starts-itself" Warning "A task holds the ENTASK that starts it.";
@@ -222,6 +224,7 @@ findings! {
         "A start with nothing to restore waits for an operator's command, but has no socket.";
     HeldButReset "held-but-reset" Warning "An output that is to be held goes OFF at every stop.";
     LongPeriod "long-period" Warning "Scans are more than a second apart.";
+    InputUnmapped "input-unmapped" Warning "The ladder reads an input that no field device moves.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";

@@ -180,7 +180,8 @@ fn a_real_has_an_exponent_where_it_is_shorter() {
     let place = Place::new("exponents");
     place.write(
         "copy.toml",
-        "[[program]]\nname = \"Main\"\nrung = [ { when = [\"$On\"], do = [\"MOVE R0 to=R1\"] } ]\n",
+        "[tags]\nset = { at = \"R0\", initial = 0.0 }\n[[program]]\nname = \"Main\"\n\
+         rung = [ { when = [\"$On\"], do = [\"MOVE set to=R1\"] } ]\n",
     );
     let shown = [
         "0.0001",

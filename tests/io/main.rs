@@ -23,6 +23,7 @@ mod oracle;
 mod reals;
 mod rig;
 mod simulated_device;
+mod simulated_lag;
 mod simulated_plant;
 mod simulated_plant_page;
 

@@ -18,7 +18,7 @@ rung = [{ when = ["X0"], do = ["OUT C0"] }]
 "#;
 
 /// A plant whose points are called by name: `told` come in to words or bits, `driven` go out.
-struct Bench {
+pub struct Bench {
     model: Model,
     told: Vec<String>,
     driven: Vec<String>,
@@ -29,7 +29,7 @@ struct Bench {
 }
 
 /// Words begin with `#`, bits do not.
-fn bench(parts: &str, driven: &[&str], told: &[&str]) -> Bench {
+pub fn bench(parts: &str, driven: &[&str], told: &[&str]) -> Bench {
     let is_word = |point: &str| point.starts_with('#');
     let bare = |point: &str| point.trim_start_matches('#').to_owned();
     let mut rows = Vec::new();
@@ -58,7 +58,7 @@ fn bench(parts: &str, driven: &[&str], told: &[&str]) -> Bench {
     }
 }
 
-fn model(text: &str) -> Model {
+pub fn model(text: &str) -> Model {
     let source = SourceFile { name: "a.toml".into(), text: LADDER.into() };
     let (program, findings) = load_ladders(&[source], &LoadOptions::default());
     let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
@@ -72,7 +72,7 @@ fn model(text: &str) -> Model {
 }
 
 impl Bench {
-    fn step(&mut self, now_ms: u64) -> Result<(), Lost> {
+    pub fn step(&mut self, now_ms: u64) -> Result<(), Lost> {
         let before = self.inputs.clone();
         self.model.step(now_ms, &self.outputs, &mut self.inputs)?;
         for ((name, old), new) in self.told.iter().zip(&before).zip(&self.inputs) {
@@ -83,13 +83,13 @@ impl Bench {
         Ok(())
     }
 
-    fn drive(&mut self, point: &str, value: i32) {
+    pub fn drive(&mut self, point: &str, value: i32) {
         let at = self.driven.iter().position(|name| name == point).expect("it is driven");
         self.outputs[at] = value;
     }
 
     /// Steps each millisecond, with commands at their times.
-    fn run(&mut self, until_ms: u64, script: &[(u64, &str, i32)]) {
+    pub fn run(&mut self, until_ms: u64, script: &[(u64, &str, i32)]) {
         for now_ms in 0..=until_ms {
             for (_, point, value) in script.iter().filter(|(at_ms, ..)| *at_ms == now_ms) {
                 self.drive(point, *value);
@@ -98,11 +98,11 @@ impl Bench {
         }
     }
 
-    fn of(&self, point: &str) -> Vec<(u64, i32)> {
+    pub fn of(&self, point: &str) -> Vec<(u64, i32)> {
         self.changes.get(point).cloned().unwrap_or_default()
     }
 
-    fn now(&self, point: &str) -> i32 {
+    pub fn now(&self, point: &str) -> i32 {
         let at = self.told.iter().position(|name| name == point).expect("it is told");
         self.inputs[at]
     }
@@ -391,13 +391,15 @@ fn everything() -> Bench {
             { name = "s", kind = "sensor", of = "a.level", on-at = 5, off-at = 3, after = "4ms",
               range = [0, 9], raw = [-2147483648, 2147483647] },
             { name = "p", kind = "pulse", pulse = "3ms", every = "11ms", run = "belt.eye" },
-            { name = "d", kind = "delay", in = "p.out", after = "1ms", invert = true }]
+            { name = "d", kind = "delay", in = "p.out", after = "1ms", invert = true },
+            { name = "t", kind = "lag", gain = 3000, time-constant = "30ms", in = "a.outflow" }]
 fault = [
             { name = "stuck", point = "belt.eye", kind = "stuck", when = "s.out" },
             { name = "noisy", point = "a.level", kind = "noisy", amplitude = 2147483647 },
             { name = "late", point = "s.value", kind = "late", by = "9ms", when = "d.out" }]"#;
     let driven = ["m.run", "m.trip", "#a.fill", "a.drain", "fault.noisy"];
-    let told = ["belt.eye", "#belt.parts", "#a.level", "#b.level", "s.out", "#s.value", "d.out"];
+    let told =
+        ["belt.eye", "#belt.parts", "#a.level", "#b.level", "s.out", "#s.value", "d.out", "#t.out"];
     bench(parts, &driven, &told)
 }
 

@@ -75,3 +75,15 @@ fn the_diagram_is_what_happens() {
     }
     assert_eq!(shown, drawn, "UPDATE_PAGES=1 draws it anew");
 }
+
+/// A proportional control alone does not reach 80 °C: 20 + 2 * power with power = 4 * (80 - T) rests
+/// at 660 / 9 degrees.
+#[test]
+fn the_oven_comes_to_rest_where_its_control_does() {
+    let mut plant = Plant::of(loaded("simulated-plant.md", "oven.toml", "oven-controller.toml"));
+    while plant.now_ms < 120_000 {
+        plant.scan();
+    }
+    let temperature = f32::from_bits(plant.value("temperature") as u32);
+    assert!((temperature - 660.0 / 9.0).abs() < 0.1, "{temperature}");
+}

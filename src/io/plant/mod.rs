@@ -8,6 +8,7 @@
 mod drive;
 mod fault;
 mod follower;
+mod lag;
 mod model;
 mod part;
 mod rules;

@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 
 use super::follower::Follower;
+use super::lag::Lag;
 use super::settings::{Delays, PartSettings, Scale, opening};
 
 /// The nanometres in a millimetre, and the millionths in a tank's unit.
@@ -20,6 +21,7 @@ pub(super) enum Part {
     Tank(Tank),
     Sensor(Sensor),
     Pulse { width_ms: u64, every_ms: u64, offset_ms: u64, since_ms: Option<u64> },
+    Lag(Lag),
 }
 
 /// A belt with parts on it. Lengths are in nanometres: a belt of 1 mm/s moves by one in a tick at
@@ -108,6 +110,9 @@ impl Part {
                 offset_ms: offset_ms.into(),
                 since_ms: None,
             },
+            &PartSettings::Lag { gain, ambient, initial, time_ms } => {
+                Part::Lag(Lag::new([gain, ambient, initial], time_ms))
+            }
         }
     }
 
@@ -118,6 +123,7 @@ impl Part {
                 points[1] = i32::from(*invert);
             }
             Part::Tank(tank) => tank.tell(points),
+            Part::Lag(lag) => points[1] = lag.value(),
             Part::Motor { .. } | Part::Conveyor(_) | Part::Pulse { .. } => {}
         }
     }
@@ -138,6 +144,10 @@ impl Part {
             Part::Conveyor(belt) => belt.tick(points),
             Part::Tank(tank) => tank.tick(points),
             Part::Sensor(sensor) => sensor.tick(now_ms, points),
+            Part::Lag(lag) => {
+                lag.tick(opened(points[0]));
+                points[1] = lag.value();
+            }
             Part::Pulse { width_ms, every_ms, offset_ms, since_ms } => {
                 if points[0] == 0 {
                     *since_ms = None;

@@ -79,6 +79,7 @@ pub(crate) enum PartSettings {
     Tank { capacity: u32, fill_rate: u32, drain_rate: u32, initial: u32, switches: Vec<u32> },
     Sensor { on_at: i32, off_at: i32, delays: Delays, invert: bool, scale: Option<Scale> },
     Pulse { width_ms: u32, every_ms: u32, offset_ms: u32 },
+    Lag { gain: i32, ambient: i32, initial: i32, time_ms: u32 },
 }
 
 /// The time for which a bit must be ON, and OFF, before it is followed.

@@ -55,6 +55,7 @@ pub enum PartKind {
     Tank,
     Sensor,
     Pulse,
+    Lag,
 }
 
 /// `[[device.fault]]`.
@@ -114,14 +115,14 @@ const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 const NUMBER: i64 = i32::MAX as i64;
 
 /// The keys of a part beside `name`, `kind` and `invert`, and the kinds of part that have them.
-const KEYS: [(Key, PartKeyForm, &[PartKind]); 27] = {
+const KEYS: [(Key, PartKeyForm, &[PartKind]); 30] = {
     use PartKeyForm::{Driven, Number, Pair, Places, Time};
-    use PartKind::{Conveyor, Delay, Motor, Pulse, Sensor, Tank};
+    use PartKind::{Conveyor, Delay, Lag, Motor, Pulse, Sensor, Tank};
     [
         (
-            key("in", "A delay's: the point of the plant that it follows, if no row drives it."),
+            key("in", "The point of the plant that a delay or a lag follows, if no row drives it."),
             Driven,
-            &[Delay],
+            &[Delay, Lag],
         ),
         (key("of", "A sensor's: the point of the plant that it measures."), Driven, &[Sensor]),
         (
@@ -186,7 +187,22 @@ const KEYS: [(Key, PartKeyForm, &[PartKind]); 27] = {
             Number(0, NUMBER),
             &[Tank],
         ),
-        (key("initial", "The tank's level at the start."), Number(0, NUMBER), &[Tank]),
+        (
+            key("initial", "The level of a tank, or the value of a lag, at the start."),
+            Number(ANY.0, ANY.1),
+            &[Tank, Lag],
+        ),
+        (
+            key("gain", "A lag's: how far its input at full moves it from `ambient`."),
+            Number(ANY.0, ANY.1),
+            &[Lag],
+        ),
+        (
+            key("ambient", "A lag's value without any input; 0 if not given."),
+            Number(ANY.0, ANY.1),
+            &[Lag],
+        ),
+        (key("time-constant", "How long a lag takes for 63.2 % of a change."), Time, &[Lag]),
         (
             key("switches", "A tank's switches: names and the levels from which they are ON."),
             Places,
@@ -209,13 +225,14 @@ const KEYS: [(Key, PartKeyForm, &[PartKind]); 27] = {
 
 impl PartKind {
     /// All kinds by name.
-    pub const NAMES: [(&'static str, PartKind); 6] = [
+    pub const NAMES: [(&'static str, PartKind); 7] = [
         ("delay", PartKind::Delay),
         ("motor", PartKind::Motor),
         ("conveyor", PartKind::Conveyor),
         ("tank", PartKind::Tank),
         ("sensor", PartKind::Sensor),
         ("pulse", PartKind::Pulse),
+        ("lag", PartKind::Lag),
     ];
 
     /// As written.

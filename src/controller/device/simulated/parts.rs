@@ -19,6 +19,7 @@ pub fn resolve(part: &WrittenPart, findings: &mut Vec<Finding>) -> Option<PartSe
         PartKind::Tank => reader.tank()?,
         PartKind::Sensor => reader.sensor(delays)?,
         PartKind::Pulse => reader.pulse()?,
+        PartKind::Lag => reader.lag()?,
     })
 }
 
@@ -89,6 +90,9 @@ impl PartReader<'_> {
         {
             self.find(Code::OutOfRange, at.span, "more than the tank holds", "begin with less");
         }
+        if let Some(at) = self.part.number("initial").filter(|at| at.value < 0) {
+            self.find(Code::OutOfRange, at.span, "a level below 0", "begin with 0 or more");
+        }
         let switches = self.places("the tank", capacity);
         Some(PartSettings::Tank {
             capacity: capacity?,
@@ -146,6 +150,15 @@ impl PartReader<'_> {
             return Some(None);
         }
         Some(two.map(|two| two.map(|number| number as i32)))
+    }
+
+    fn lag(&mut self) -> Option<PartSettings> {
+        let number = |key| self.part.number(key).map(|number| number.value as i32);
+        let (gain, ambient) = (number("gain"), number("ambient").unwrap_or(0));
+        let initial = number("initial").unwrap_or(ambient);
+        let gain = gain.or_else(|| self.missing("gain", "2000"));
+        let time_ms = self.some_time("time-constant");
+        Some(PartSettings::Lag { gain: gain?, ambient, initial, time_ms: time_ms? })
     }
 
     fn pulse(&mut self) -> Option<PartSettings> {

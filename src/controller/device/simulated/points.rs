@@ -74,6 +74,7 @@ fn fixed(kind: PartKind) -> &'static [Fixed] {
         PartKind::Tank => &TANK,
         PartKind::Sensor => &SENSOR,
         PartKind::Pulse => &PULSE,
+        PartKind::Lag => &LAG,
     }
 }
 
@@ -113,6 +114,9 @@ const SENSOR: [Fixed; 3] = [
 
 const PULSE: [Fixed; 2] =
     [point("run", Holds::Bit, Role::Command(1)), point("out", Holds::Bit, Role::Told)];
+
+const LAG: [Fixed; 2] =
+    [point("in", Holds::Opening, Role::Needed), point("out", Holds::Word, Role::Told)];
 
 /// Whether a text can be the name of a part or a point.
 pub fn is_name(text: &str) -> bool {

@@ -1,0 +1,61 @@
+//! The devices and Modbus clients that write bits and words of a ladder.
+//!
+//! `controller` makes an [`Outside`] of its settings. Without a controller file only the ladder is
+//! known ([`may_be_moved`]). Called by `writers`, which adds what the ladder says.
+
+use std::collections::HashSet;
+
+use crate::isa::{Address, Bit, BitSpace, Space, Word, WordSpace};
+use crate::resolve::operands::Operands;
+use crate::resolve::range::Range;
+use crate::source::span::Span;
+
+/// The bits and words that a controller file lets others write.
+#[derive(Debug, Default)]
+pub struct Outside {
+    /// The addresses that devices and rules of simulated devices move.
+    pub(crate) moved: HashSet<Address>,
+    /// The operands that Modbus clients may write.
+    pub(crate) listed: Vec<Operands>,
+    /// The ranges that Modbus clients write by the image: coils, and the inputs that follow them.
+    pub(crate) image: Vec<Range>,
+    /// The place of the first device that moves an X.
+    pub(crate) wired: Option<Span>,
+}
+
+impl Outside {
+    /// Whether a device or a Modbus client may write an address.
+    pub(super) fn writes(&self, address: Address) -> bool {
+        self.moved.contains(&address)
+            || self.listed.iter().any(|listed| listed.hold(address))
+            || self.image.iter().any(|range| holds(range, address))
+    }
+}
+
+/// Whether a controller file that is not known may let something write an address. X, MC and MHR
+/// are there for that; a device moves other memory only if the ladder names `devices`.
+pub(super) fn may_be_moved(address: Address, has_devices: bool) -> bool {
+    match address {
+        Address::Bit(Bit::Space(space, _)) => match space {
+            BitSpace::X | BitSpace::Mc => true,
+            BitSpace::C | BitSpace::Mi => has_devices,
+            BitSpace::Y | BitSpace::St => false,
+        },
+        Address::Word(Word::Space(space, _)) => match space {
+            WordSpace::Mhr => true,
+            WordSpace::V | WordSpace::D | WordSpace::R | WordSpace::Mir => has_devices,
+            WordSpace::Dst => false,
+        },
+        Address::Bit(
+            Bit::Flag(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+        )
+        | Address::Word(Word::Acc(_) | Word::Pre(_))
+        | Address::Structure(_) => false,
+    }
+}
+
+/// Whether an address is in a range.
+pub(super) fn holds(range: &Range, address: Address) -> bool {
+    Space::of(address)
+        .is_some_and(|(space, n)| space == range.space && (range.first..=range.last).contains(&n))
+}

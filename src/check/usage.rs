@@ -1,0 +1,109 @@
+//! The bits and words that a ladder reads and writes, with the places of the reads.
+//!
+//! Called by the rules about operands that nothing writes. A read is a contact, a side of a
+//! compare, or an operand that an instruction reads. Of a MATH, the place is the whole instruction.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::isa::{Address, Bit, Structure, Word};
+use crate::resolve::formula::Part;
+use crate::resolve::instruction::{Coil, OperandValue};
+use crate::resolve::program::{Action, Contact, Value};
+use crate::source::span::Span;
+
+use super::context::{Context, Placed};
+
+/// Every address that the ladder reads, once, with the first place that reads it; in order of
+/// place.
+pub fn reads(context: &Context) -> Vec<(Address, Span)> {
+    let mut all = Vec::new();
+    context.contacts.iter().for_each(|contact| of_contact(contact, &mut all));
+    context.instructions.iter().for_each(|placed| of_instruction(placed, &mut all));
+    all.sort_by_key(|(_, span)| (span.file, span.start));
+    let mut seen = HashSet::new();
+    all.retain(|(address, _)| seen.insert(*address));
+    all
+}
+
+fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
+    match contact {
+        Contact::Bit(bit, span) | Contact::Edge(_, bit, span) => {
+            reads.push((Address::Bit(*bit), *span));
+        }
+        Contact::Compare(left, _, right, span) => {
+            reads
+                .extend([left, right].into_iter().filter_map(|value| Some((word(*value)?, *span))));
+        }
+        // The parts follow.
+        Contact::Not(..) | Contact::All(..) | Contact::Any(..) => {}
+    }
+}
+
+fn of_instruction(placed: &Placed, reads: &mut Vec<(Address, Span)>) {
+    let operands = placed.action().operands();
+    let values = operands.of::<Value>().filter_map(|(_, of)| Some((word(of.value)?, of.span)));
+    reads.extend(values);
+    let Action::Math { formula, .. } = placed.action() else { return };
+    reads.extend(formula.parts.iter().filter_map(|part| {
+        let address = match part {
+            Part::Word(word) => Address::Word(*word),
+            Part::Bit(bit) => Address::Bit(*bit),
+            Part::Integer(_)
+            | Part::Real(_)
+            | Part::Unary(..)
+            | Part::Binary(..)
+            | Part::Call(..) => return None,
+        };
+        Some((address, placed.instruction.span))
+    }));
+}
+
+fn word(value: Value) -> Option<Address> {
+    match value {
+        Value::Word(word) => Some(Address::Word(word)),
+        Value::Const(..) | Value::Real(_) => None,
+    }
+}
+
+/// The effect that all writes of the ladder together have on a bit or word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    /// RST alone: a bit that is ON goes OFF.
+    Off,
+    /// It may change to any value.
+    Any,
+}
+
+/// Every address that an instruction names to write it. Structures that are owned are not listed.
+pub fn writes(context: &Context) -> HashMap<Address, Effect> {
+    let mut writes = HashMap::new();
+    for placed in &context.instructions {
+        let action = placed.action();
+        let only_off = matches!(action, Action::Coil { coil: Coil::Rst, .. });
+        let effect = if only_off { Effect::Off } else { Effect::Any };
+        for (_, operand) in action.operands().each() {
+            let address = match operand {
+                OperandValue::Bit(bit) => Address::Bit(bit),
+                OperandValue::Word(word) => Address::Word(word),
+                OperandValue::Value(_)
+                | OperandValue::Structure(_)
+                | OperandValue::Block(_)
+                | OperandValue::Stage(_) => continue,
+            };
+            let known = writes.entry(address).or_insert(effect);
+            *known = effect.max(*known);
+        }
+    }
+    writes
+}
+
+/// The structure of a member.
+pub fn structure_of(address: Address) -> Option<Structure> {
+    match address {
+        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+            Some(structure)
+        }
+        Address::Word(Word::Pre(n)) => Some(Structure::Sensaphone(n)),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+    }
+}
