@@ -129,7 +129,7 @@ mod tests {
                 write it in the ladder; or if an operator sets it, say so by a tag:
                 `setting = { at = "C1", initial = false }`
                 check the controller file to know what devices and Modbus clients write
-            4:25 never-written
+            4:30 never-written
               nothing in the ladder writes `C2`
                 write it in the ladder; or if an operator sets it, say so by a tag:
                 `setting = { at = "C2", initial = false }`
