@@ -66,7 +66,11 @@ impl Resolver<'_> {
         let what = match thing {
             Thing::Address(Address::Word(word)) if word.is_real() => "a real",
             Thing::Address(Address::Word(_)) => "an integer word",
-            _ => self.kind_words(thing),
+            Thing::Address(_)
+            | Thing::Constant(..)
+            | Thing::Real(_)
+            | Thing::Block(_)
+            | Thing::Device(_) => self.kind_words(thing),
         };
         let message = format!(
             "`{}` of `{}` is {wanted}, and `{atom}` is {what}",

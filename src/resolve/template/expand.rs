@@ -273,9 +273,10 @@ impl<'t> Expansion<'t> {
             let text = format!("{whole}.?{}", parameter.name.text);
             let Some(value) = kind.trial_type() else { continue };
             self.tags.push(Tag::of_type(Text { text: text.clone(), span, exact: true }, value));
-            let stands = match kind {
-                Kind::Contact => Given::contacts(Contact::Bit(Located { value: text, span })),
-                _ => Given::Atom(Atom { kind: AtomKind::Name(text), span }),
+            let stands = if kind == Kind::Contact {
+                Given::contacts(Contact::Bit(Located { value: text, span }))
+            } else {
+                Given::Atom(Atom { kind: AtomKind::Name(text), span })
             };
             given.insert(&*parameter.name.text, stands);
         }

@@ -296,7 +296,7 @@ fn wanted(spec: Option<&'static Spec>, operand: &Operand, positional: usize) -> 
         Some(key) => spec.operands.iter().find(|row| row.key == Some(key.value.as_str())),
         None => {
             let rows = || spec.operands.iter().filter(|row| row.key.is_none());
-            rows().nth(positional).or(rows().last())
+            rows().nth(positional).or(rows().next_back())
         }
     };
     row.map_or(Some(Wanted::Any), |row| Wanted::of(row.kind))
