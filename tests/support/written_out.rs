@@ -28,10 +28,13 @@ impl Rng {
     }
 }
 
+/// Names of parameters, each with its text.
+type Arguments = Vec<(String, String)>;
+
 #[derive(Clone)]
 enum Entry {
     Rung { name: Option<String>, legs: Vec<(&'static str, Vec<String>)>, body: Vec<String> },
-    Use { of: usize, name: String, with: Vec<(String, String)> },
+    Use { of: usize, name: String, with: Arguments },
 }
 
 #[derive(Clone, Default)]
@@ -48,7 +51,7 @@ pub struct Case {
     templates: Vec<Template>,
     main: Vec<Entry>,
     /// Programs that are templates: name, template, arguments.
-    bodies: Vec<(String, usize, Vec<(String, String)>)>,
+    bodies: Vec<(String, usize, Arguments)>,
     /// The stimulus.
     pub stimulus: String,
 }
@@ -136,7 +139,7 @@ fn rung(rng: &mut Rng, names: &Names, at: usize) -> Entry {
     Entry::Rung { name, legs: vec![("when", when)], body }
 }
 
-fn arguments(rng: &mut Rng, of: &Template, names: &Names) -> Vec<(String, String)> {
+fn arguments(rng: &mut Rng, of: &Template, names: &Names) -> Arguments {
     let mut with = Vec::new();
     for (name, kind, default) in &of.parameters {
         if default.is_some() && rng.below(2) == 0 {
