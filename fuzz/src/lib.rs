@@ -8,6 +8,7 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::LazyLock;
 
+use rungd::calendar::LocalTime;
 use rungd::controller::{self, Controller, resolve_controller};
 use rungd::engine::{Engine, ScanTimes};
 use rungd::io::modbus::Map;
@@ -126,7 +127,7 @@ pub fn math(bytes: &[u8]) {
     if let (Some(program), _) = load_ladders(&[file], &LoadOptions::default()) {
         let mut engine = Engine::new(lower(&program).0);
         engine.start(0);
-        engine.begin_scan(0, &ScanTimes::default());
+        engine.begin_scan(0, &ScanTimes::default(), &LocalTime::default());
         engine.execute();
     }
 }
