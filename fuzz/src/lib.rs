@@ -8,6 +8,7 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::LazyLock;
 
+use rungd::calendar::LocalTime;
 use rungd::controller::{self, Controller, resolve_controller};
 use rungd::engine::{Engine, ScanTimes};
 use rungd::io::modbus::Map;
@@ -82,6 +83,32 @@ pub fn ladder(bytes: &[u8]) {
     show(&findings, file);
 }
 
+/// A template and its use: the lines are the contacts that are given, a contact and an instruction
+/// in the template, and the text of an alarm.
+pub fn templates(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if text.contains(['"', '\\', '\r']) {
+        return;
+    }
+    let mut lines = text.lines();
+    let mut line = || lines.next().unwrap_or("X0");
+    let (given, contact, instruction, alarm) = (line(), line(), line(), line());
+    let ladder = format!(
+        "[[template]]\nname = \"Inner\"\nrung = [ {{ when = [\"on\", \"{contact}\"], \
+         do = [\"OUT out\", \"{instruction}\"] }} ]\n[template.parameters]\n\
+         on = {{ type = \"contact\" }}\nout = {{ type = \"output\" }}\n\
+         n = {{ type = \"int\", default = 7 }}\n[template.tags]\n\
+         late = {{ type = \"timer\" }}\nseen = {{ type = \"bit\", alarm = \"{alarm}\" }}\n\
+         [[template]]\nname = \"Outer\"\nrung = [ {{ use = \"Inner\", name = \"i\", \
+         with = {{ on = \"{contact}\", out = \"out\" }} }} ]\n[template.parameters]\n\
+         on = {{ type = \"contact\" }}\nout = {{ type = \"output\" }}\n\
+         [[program]]\nname = \"Main\"\nrung = [\n\
+         {{ use = \"Outer\", name = \"a\", with = {{ on = \"{given}\", out = \"Y0\" }} }},\n\
+         {{ use = \"Inner\", name = \"b\", with = {{ on = \"{given}\", out = \"Y1\" }} }},\n]\n"
+    );
+    self::ladder(ladder.as_bytes());
+}
+
 /// A controller file: reads it, and resolves it against a program.
 pub fn controller_file(bytes: &[u8]) {
     let (file, mut findings) = file(bytes);
@@ -126,7 +153,7 @@ pub fn math(bytes: &[u8]) {
     if let (Some(program), _) = load_ladders(&[file], &LoadOptions::default()) {
         let mut engine = Engine::new(lower(&program).0);
         engine.start(0);
-        engine.begin_scan(0, &ScanTimes::default());
+        engine.begin_scan(0, &ScanTimes::default(), &LocalTime::default());
         engine.execute();
     }
 }

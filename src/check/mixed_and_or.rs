@@ -24,7 +24,7 @@ use super::context::Context;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for contact in &context.contacts {
         let Contact::Any(parts, span) = contact else { continue };
-        if !parts.iter().any(is_bare_series) {
+        if !parts.iter().any(|part| is_bare_series(context, part)) {
             continue;
         }
         findings.push(
@@ -35,9 +35,10 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-fn is_bare_series(contact: &Contact) -> bool {
+fn is_bare_series(context: &Context, contact: &Contact) -> bool {
     let Contact::All(parts, span) = contact else { return false };
-    parts.first().is_some_and(|part| part.span().start == span.start)
+    let layers = &context.program.layers;
+    parts.first().is_some_and(|part| layers.begin_together(part.span(), *span))
 }
 
 #[cfg(test)]

@@ -95,8 +95,13 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Whole, Code::UnusedTag, unused_tag::check),
 ];
 
-/// All findings of the rules, in order of place.
+/// All findings of the rules, with places in files.
 pub fn check(program: &Program, around: Around) -> Vec<Finding> {
+    program.layers.told(check_whole(program, around))
+}
+
+/// All findings of the rules, in order of place. A place may lie in a layer of the program.
+pub(crate) fn check_whole(program: &Program, around: Around) -> Vec<Finding> {
     apply(program, around, Needs::Whole)
 }
 

@@ -119,45 +119,45 @@ mod tests {
         check(
             &main(rungs),
             expect![[r#"
-                4:12 never-written
-                  nothing in the ladder writes `C0`
-                    write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "C0", initial = false }`
-                    check the controller file to know what devices and Modbus clients write
-                4:19 never-written
-                  nothing in the ladder writes `C1`
-                    write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "C1", initial = false }`
-                    check the controller file to know what devices and Modbus clients write
-                4:30 never-written
-                  nothing in the ladder writes `C2`
-                    write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "C2", initial = false }`
-                    check the controller file to know what devices and Modbus clients write
-                5:12 never-written
-                  nothing in the ladder writes `V0`
-                    write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "V0", initial = 0 }`
-                    check the controller file to know what devices and Modbus clients write
-                5:12 never-written
-                  nothing in the ladder writes `V1`
-                    write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "V1", initial = 0 }`
-                    check the controller file to know what devices and Modbus clients write
-                5:24 never-written
-                  nothing in the ladder writes `R0`
-                    write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "R0", initial = 0.0 }`
-                    check the controller file to know what devices and Modbus clients write
-                6:18 never-written
-                  nothing in the ladder writes `Y2`
-                    `OUT Y2` in a rung that says when
-                6:31 never-written
-                  nothing in the ladder writes `MI1`
-                    write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "MI1", initial = false }`
-                    check the controller file to know what devices and Modbus clients write
-            "#]],
+            4:12 never-written
+              nothing in the ladder writes `C0`
+                write it in the ladder; or if an operator sets it, say so by a tag:
+                `setting = { at = "C0", initial = false }`
+                check the controller file to know what devices and Modbus clients write
+            4:19 never-written
+              nothing in the ladder writes `C1`
+                write it in the ladder; or if an operator sets it, say so by a tag:
+                `setting = { at = "C1", initial = false }`
+                check the controller file to know what devices and Modbus clients write
+            4:30 never-written
+              nothing in the ladder writes `C2`
+                write it in the ladder; or if an operator sets it, say so by a tag:
+                `setting = { at = "C2", initial = false }`
+                check the controller file to know what devices and Modbus clients write
+            5:12 never-written
+              nothing in the ladder writes `V0`
+                write it in the ladder; or if an operator sets it, say so by a tag:
+                `setting = { at = "V0", initial = 0 }`
+                check the controller file to know what devices and Modbus clients write
+            5:12 never-written
+              nothing in the ladder writes `V1`
+                write it in the ladder; or if an operator sets it, say so by a tag:
+                `setting = { at = "V1", initial = 0 }`
+                check the controller file to know what devices and Modbus clients write
+            5:24 never-written
+              nothing in the ladder writes `R0`
+                write it in the ladder; or if an operator sets it, say so by a tag:
+                `setting = { at = "R0", initial = 0.0 }`
+                check the controller file to know what devices and Modbus clients write
+            6:18 never-written
+              nothing in the ladder writes `Y2`
+                `OUT Y2` in a rung that says when
+            6:31 never-written
+              nothing in the ladder writes `MI1`
+                write it in the ladder; or if an operator sets it, say so by a tag:
+                `setting = { at = "MI1", initial = false }`
+                check the controller file to know what devices and Modbus clients write
+        "#]],
         );
     }
 

@@ -16,8 +16,10 @@ pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
     let in_files: HashSet<(FileId, &str)> =
         program.allow.iter().map(|(file, name)| (*file, name.as_str())).collect();
     let silenced = |finding: &Finding| {
-        let (name, span) = (finding.code.name(), finding.span);
-        in_files.contains(&(span.file, name)) || allows.hold(name, span)
+        let name = finding.code.name();
+        let place = program.layers.stands_at(finding.span);
+        let in_file = |span| in_files.contains(&(program.layers.in_file(span).file, name));
+        in_file(finding.span) || in_file(place) || allows.hold(name, place)
     };
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
 }

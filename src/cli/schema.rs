@@ -124,6 +124,7 @@ impl Writer {
                 let one = self.form(&ValueForm::Constant);
                 json!({ "anyOf": [one, { "type": "array", "items": one }] })
             }
+            ValueForm::Scalar => json!({ "type": ["string", "number"] }),
             ValueForm::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             ValueForm::Table(shape) => return self.table(shape),
             ValueForm::Tables(shape) => json!({ "type": "array", "items": self.place(shape) }),

@@ -20,7 +20,7 @@ use anyhow::{Context, Result, bail};
 
 pub(crate) use files::read_bytes;
 
-use crate::check::{Around, check, check_partial, silence};
+use crate::check::{Around, check_partial, check_whole, silence};
 use crate::controller::written::WrittenController;
 use crate::controller::{self, Controller, resolve_controller};
 use crate::isa::Address;
@@ -292,9 +292,15 @@ impl Loaded {
                 let misplaced = self.findings.iter().any(|f| f.code == Code::OutOfPlace);
                 self.findings.extend(check_partial(program, around, misplaced));
             } else {
-                self.findings.extend(check(program, around));
+                self.findings.extend(check_whole(program, around));
+            }
+            if let Some(trial) = &program.trial {
+                let found = check_partial(trial, Around { retained: &[], ..around }, false);
+                let of_trials = found.into_iter().filter(|f| program.layers.is_trial(f.span));
+                self.findings.extend(of_trials);
             }
             self.findings = silence(program, std::mem::take(&mut self.findings));
+            self.findings = program.layers.told(std::mem::take(&mut self.findings));
         }
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));
         if self.has_error() || self.progress.is_over() {

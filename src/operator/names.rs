@@ -12,7 +12,6 @@ use crate::engine::Cell;
 use crate::isa::{Address, Bit, Health};
 use crate::lower::Symbols;
 use crate::resolve::mistake::sentence;
-use crate::resolve::places::Place;
 use crate::resolve::program::{BlockKind, Program, TagMeaning};
 use crate::resolve::range::{is_range, other_range, resolve_range};
 use crate::resolve::scope::{Scope, Thing};
@@ -45,7 +44,7 @@ impl Names {
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
-                let kind = program.places.named(&tag.name).map(Place::type_name);
+                let kind = program.places.at(address).map(|(place, _)| place.type_name());
                 let kind = kind.map_or_else(|| address.to_string(), str::to_owned);
                 let about = match &tag.doc {
                     Some(doc) => format!("{kind}: {doc}"),

@@ -42,20 +42,24 @@ impl Moves {
         for place in new.places.by_name() {
             if let Some(was) = old.places.named(&place.name) {
                 moves.same_type(was, place);
-            } else if let Some(at) = address(old, place) {
-                moves.before.insert(place.address(0), Some(at));
+                continue;
+            }
+            for (index, at) in addresses(old, place) {
+                moves.before.insert(place.address(index), Some(at));
                 if !new_named.contains(&at) {
-                    moves.after.insert(at, Some(place.address(0)));
-                    moves.texts.insert(at.to_string(), place.name.clone());
+                    moves.after.insert(at, Some(place.address(index)));
+                    moves.texts.insert(at.to_string(), place.name_of(index));
                 }
             }
         }
         for place in old.places.by_name() {
-            if new.places.named(&place.name).is_none()
-                && let Some(at) = address(new, place).filter(|at| !old_named.contains(at))
-            {
-                moves.pair(place.address(0), at);
-                moves.texts.insert(place.name.clone(), at.to_string());
+            if new.places.named(&place.name).is_some() {
+                continue;
+            }
+            let free = addresses(new, place).filter(|(_, at)| !old_named.contains(at));
+            for (index, at) in free {
+                moves.pair(place.address(index), at);
+                moves.texts.insert(place.name_of(index), at.to_string());
             }
         }
         moves
@@ -119,12 +123,17 @@ fn named(of: &Identity) -> HashSet<Address> {
     elements.filter(|element| of.places.at(*element).is_none()).collect()
 }
 
-/// The address of the tag with a place's name, if it is an address of the place's space.
-pub(super) fn address(of: &Identity, place: &Place) -> Option<Address> {
-    let address = *of.tags.get(&place.name)?;
-    let (space, _) = Space::of(address)?;
-    let placed = of.places.at(address).is_some();
-    (space == place.space && !place.is_array && !placed).then_some(address)
+/// The addresses of the tags with the names of a place's elements, in the place's space.
+pub(super) fn addresses<'a>(
+    of: &'a Identity,
+    place: &'a Place,
+) -> impl Iterator<Item = (u32, Address)> + 'a {
+    (0..place.count).filter_map(|index| {
+        let address = *of.tags.get(&place.name_of(index))?;
+        let (space, _) = Space::of(address)?;
+        let fits = space == place.space && of.places.at(address).is_none();
+        fits.then_some((index, address))
+    })
 }
 
 fn follow(pairs: &HashMap<Address, Option<Address>>, address: Address) -> Option<Address> {
@@ -159,7 +168,7 @@ pub(super) fn parts(element: Address) -> Vec<Address> {
 
 /// A text of the old program, with the names of the new one.
 fn renamed(text: &str, texts: &HashMap<String, String>) -> String {
-    let in_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    let in_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '[' | ']');
     let mut said = String::with_capacity(text.len());
     let mut rest = text;
     while !rest.is_empty() {

@@ -1,7 +1,7 @@
 //! Compares tags with a `type`: reports those that begin anew or are gone, and those that have or
 //! had an address. Called by `ReloadPlan::new`; [`moves`](super::moves) has the rules.
 
-use super::moves::{address, parts};
+use super::moves::{addresses, parts};
 use super::plan::{OldState, Pairs, ReloadPlan, Side};
 use crate::engine::Cell;
 use crate::isa::Address;
@@ -15,7 +15,8 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     };
     for place in names.old.places.by_name() {
         let (name, was) = (&place.name, place.type_name());
-        let text = match (names.new.places.named(name), names.new.tags.get(name)) {
+        let now = names.new.tags.get(&place.name_of(0));
+        let text = match (names.new.places.named(name), now) {
             (Some(now), _) if now.space != place.space => {
                 format!("tag {name} was `{was}` and is `{}`: it begins anew", now.type_name())
             }
@@ -37,7 +38,7 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     }
     for place in names.new.places.by_name() {
         if names.old.places.named(&place.name).is_none()
-            && let Some(at) = address(names.old, place)
+            && let Some((_, at)) = addresses(names.old, place).next()
         {
             let (name, kind) = (&place.name, place.type_name());
             let text = format!("tag {name} has the type `{kind}` instead of the address {at}");

@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use super::Resolver;
+use super::layers::Layers;
 use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::isa::address_text::reads_as_address;
@@ -18,11 +19,14 @@ use crate::source::span::{FileId, Span};
 
 /// The kind of thing that a name is declared for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Role {
+pub(super) enum Role {
     Tag,
     Block(BlockForm),
     Stage,
     Device,
+    Template,
+    Parameter,
+    Use,
 }
 
 impl Role {
@@ -33,6 +37,9 @@ impl Role {
             Role::Block(BlockForm::Task) => "task",
             Role::Stage => "stage",
             Role::Device => "device",
+            Role::Template => "template",
+            Role::Parameter => "parameter",
+            Role::Use => "use",
         }
     }
 }
@@ -53,17 +60,23 @@ impl Resolver<'_> {
         self.place_typed(ladders);
         let ladders = || ladders.iter().map(|(_, ladder)| ladder);
         for tag in ladders().flat_map(|ladder| &ladder.tags) {
-            self.declare_name(&tag.name, Role::Tag, &mut names);
+            // The own tags of uses are named by their templates.
+            if !Layers::is_layered(tag.name.span) {
+                self.declare_name(&tag.name, Role::Tag, &mut names);
+            }
             let index = program.tags.len();
             let meaning = self.tag(tag, program);
             self.scope.add_tag(&tag.name.text, index, meaning);
         }
         self.used = vec![false; program.tags.len()];
         for block in ladders().flat_map(|ladder| &ladder.blocks) {
-            if let Some(name) = &block.name {
+            if let Some(name) = block.name.as_ref().filter(|n| !Layers::is_layered(n.span)) {
                 self.declare_name(name, Role::Block(block.form), &mut names);
             }
             self.declare_block(block, program);
+        }
+        for name in std::mem::take(&mut self.use_names) {
+            self.declare_name(&name, Role::Use, &mut names);
         }
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
@@ -136,8 +149,11 @@ impl Resolver<'_> {
                 .related(*first, "first here")
                 .help(match role {
                     Role::Device => "devices share one set of names with tags, programs and tasks",
-                    Role::Tag | Role::Block(_) | Role::Stage => {
+                    Role::Tag | Role::Block(_) | Role::Stage | Role::Template | Role::Parameter => {
                         "tags, programs and tasks share one set of names, over all files"
+                    }
+                    Role::Use => {
+                        "uses share one set of names with tags, programs and tasks, over all files"
                     }
                 });
             self.find(finding);
@@ -238,7 +254,7 @@ pub(super) fn kept(name: &str) -> String {
 }
 
 /// The finding for an invalid name, or a name that already has another meaning.
-fn forbidden(name: &Text, role: Role) -> Option<Finding> {
+pub(super) fn forbidden(name: &Text, role: Role) -> Option<Finding> {
     let text = name.text.as_str();
     let what = role.words();
     let find = |message: String| Some(Finding::new(Code::ForbiddenName, name.span, message));
@@ -246,7 +262,7 @@ fn forbidden(name: &Text, role: Role) -> Option<Finding> {
         let finding = find(format!("this name of a {what} has {} characters", text.len()))?;
         return Some(finding.help(format!("a name has at most {NAME_MAX}")));
     }
-    let hyphen = role != Role::Tag;
+    let hyphen = !matches!(role, Role::Tag | Role::Parameter | Role::Use);
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || (hyphen && c == '-');
     if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {
         let marks = if hyphen { "`_` and `-`" } else { "and `_`" };
@@ -254,6 +270,10 @@ fn forbidden(name: &Text, role: Role) -> Option<Finding> {
         return Some(finding.help(format!(
             "a {what}'s name is a letter, then letters, digits {marks} (no spaces, no accents)"
         )));
+    }
+    // No text but `use` names a template.
+    if role == Role::Template {
+        return None;
     }
     let newly = |version: Option<&str>| version.map_or(String::new(), |v| format!(", since {v}"));
     if reads_as_address(text) {

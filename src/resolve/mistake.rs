@@ -138,7 +138,7 @@ pub(super) fn member_mistake(base: &str, structure: Structure, member: &str) -> 
 }
 
 /// Maximum number of names in a help.
-const LISTED_MAX: usize = 12;
+pub(super) const LISTED_MAX: usize = 12;
 
 /// A help: the names that may follow a block's name and a dot.
 pub(super) fn members_of(base: &str, known: &KnownNames) -> String {

@@ -15,6 +15,7 @@ mod formula_elements;
 mod formula_resolver;
 mod index;
 pub mod instruction;
+pub mod layers;
 pub(crate) mod mistake;
 mod operand;
 mod operand_array;
@@ -28,21 +29,25 @@ pub mod range;
 mod rung;
 pub mod scope;
 mod tags;
+mod template;
 mod typed;
 mod value;
 
-use std::sync::LazyLock;
+use std::collections::HashSet;
+use std::sync::{Arc, LazyLock};
 
 use crate::isa::{Address, MemorySizes};
 use crate::progress::{Progress, Step};
 use crate::source::finding::{Code, Finding, Severity, TABLE};
-use crate::source::ladder::{self, Ladder};
+use crate::source::ladder::{self, Entry, Ladder};
 use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::room::Room;
 use crate::source::span::{FileId, Located, SourceFile, Span};
+use layers::Layers;
 use program::{NamedOperand, Program};
 use scope::{Scope, Thing};
+use template::pending::{Argument, Trial};
 
 /// The inputs of a load besides the ladder files.
 #[derive(Clone, Debug, Default)]
@@ -70,13 +75,17 @@ pub fn load_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
 ) -> (Option<Program>, Vec<Finding>) {
-    let (program, findings) = resolve_ladders(files, options);
+    let (program, mut findings) = resolve_ladders(files, options);
+    if let Some(program) = &program {
+        findings = in_order(program.layers.told(findings));
+    }
     let refused = findings.iter().any(|f| f.severity() == Severity::Error);
     (program.filter(|_| !refused), findings)
 }
 
 /// As [`load_ladders`], but returns the program despite errors, if all files are TOML. Parts with
 /// mistakes are left out, so that the rules can check the rest. Such a program must not be lowered.
+/// Findings may still have places in the program's layers.
 pub(crate) fn resolve_ladders(
     files: &[SourceFile],
     options: &LoadOptions,
@@ -91,7 +100,7 @@ pub(crate) fn resolve_ladders(
         findings.extend(found);
         ladders.push((id, ladder));
     }
-    let whole: Vec<(FileId, Ladder)> =
+    let whole: Vec<(FileId, Ladder<Entry>)> =
         ladders.into_iter().filter_map(|(id, ladder)| Some((id, ladder?))).collect();
     // With a file missing, names that it declares would be reported as unknown.
     if whole.len() < files.len() || whole.is_empty() {
@@ -103,7 +112,7 @@ pub(crate) fn resolve_ladders(
     options.progress.begin(Step::Names);
     let mut resolver = Resolver::new(files, options);
     resolver.misread = !findings.is_empty();
-    let program = resolver.program(&whole);
+    let program = resolver.program(whole);
     findings.append(&mut resolver.findings);
     (Some(program), in_order(findings))
 }
@@ -142,6 +151,14 @@ struct Resolver<'a> {
     named: Vec<(Span, NamedOperand)>,
     /// The places where the ladder names a constant by its tag, and the tag's index.
     constants: Vec<(Span, usize)>,
+    /// The places of rungs that templates stand for.
+    layers: Layers,
+    /// The names of the uses in rungs.
+    use_names: Vec<Text>,
+    /// What uses give.
+    arguments: Vec<Argument>,
+    /// Templates that nothing uses.
+    trials: Vec<Trial>,
 }
 
 impl<'a> Resolver<'a> {
@@ -156,10 +173,23 @@ impl<'a> Resolver<'a> {
             used: Vec::new(),
             named: Vec::new(),
             constants: Vec::new(),
+            layers: Layers::default(),
+            use_names: Vec::new(),
+            arguments: Vec::new(),
+            trials: Vec::new(),
         }
     }
 
-    fn program(&mut self, ladders: &[(FileId, Ladder)]) -> Program {
+    fn program(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Program {
+        let ladders = self.expand(ladders);
+        let mut program = self.plain_program(&ladders);
+        program.trial = self.trial_program(&ladders).map(Box::new);
+        program.layers = Arc::new(std::mem::take(&mut self.layers));
+        program
+    }
+
+    /// The program of ladders whose uses are written out.
+    fn plain_program(&mut self, ladders: &[(FileId, Ladder)]) -> Program {
         let mut program = Program { sizes: self.options.sizes.clone(), ..Program::default() };
         let (_, first) = &ladders[0];
         program.name = match &first.name {
@@ -173,12 +203,14 @@ impl<'a> Resolver<'a> {
         }
         self.declare(ladders, &mut program);
         program.sizes.devices = program.devices.len() as u32;
+        self.check_arguments();
         let written = ladders.iter().flat_map(|(_, ladder)| &ladder.blocks);
         for (at, block) in written.enumerate() {
             self.rungs(block, &mut program.blocks[at]);
         }
         program.order = self.order(ladders, &program);
         program.places = self.scope.places().clone();
+        self.mark_own_tags(&program);
         for (tag, used) in program.tags.iter_mut().zip(&self.used) {
             tag.used = *used;
         }
@@ -192,7 +224,10 @@ impl<'a> Resolver<'a> {
     /// The operands in order of place, each address once, with its first name.
     fn operands(&mut self) -> Vec<NamedOperand> {
         let mut named = std::mem::take(&mut self.named);
-        named.sort_by_key(|(span, _)| (span.file, span.start));
+        match self.layers.is_empty() {
+            true => named.sort_by_key(|(span, _)| (span.file, span.start)),
+            false => named.sort_by_cached_key(|(span, _)| self.layers.order(*span)),
+        }
         let mut seen = std::collections::HashSet::new();
         named.retain(|(_, operand)| seen.insert(operand.address));
         named.into_iter().map(|(_, operand)| operand).collect()
@@ -228,7 +263,8 @@ impl<'a> Resolver<'a> {
             }
             Err(mistake) => {
                 self.mark_used(name);
-                self.findings.extend(mistake.finding(span));
+                let finding = mistake.finding(span);
+                self.findings.extend(finding.map(|finding| self.layers.near(finding, name)));
                 None
             }
         }
@@ -246,6 +282,18 @@ impl<'a> Resolver<'a> {
                 | Thing::Array(_)
                 | Thing::Element(_) => {}
             }
+        }
+    }
+
+    /// An own tag of a template is used if one of its uses, or the ladder, names it.
+    fn mark_own_tags(&mut self, program: &Program) {
+        let own = || program.tags.iter().enumerate().filter(|(_, t)| Layers::is_layered(t.span));
+        let places: HashSet<Span> = own()
+            .filter(|(at, _)| self.used[*at])
+            .map(|(_, tag)| self.layers.in_file(tag.span))
+            .collect();
+        for (at, tag) in own() {
+            self.used[at] |= places.contains(&self.layers.in_file(tag.span));
         }
     }
 
@@ -279,6 +327,7 @@ impl<'a> Resolver<'a> {
 
     /// The text of a place.
     fn text(&self, span: Span) -> &'a str {
+        let span = self.layers.in_file(span);
         let file = (span.file.0 - self.options.first_file.0) as usize;
         let text = self.files.get(file).map_or("", |file| file.text.as_str());
         text.get(span.start as usize..span.end as usize).unwrap_or("")

@@ -7,7 +7,10 @@
 
 use super::array::{Array, Element};
 pub(crate) use super::instruction::{Action, Instruction, Value};
+use super::layers::Layers;
 pub use super::places::Places;
+use std::sync::Arc;
+
 use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Real, StageId};
 pub(crate) use crate::source::atom::Written;
 pub(crate) use crate::source::contact::{Comparison, Edge};
@@ -41,6 +44,10 @@ pub struct Program {
     pub constants: Vec<(Span, usize)>,
     /// `[ladder] allow`: warnings silenced in a whole file.
     pub allow: Vec<(FileId, String)>,
+    /// Where the rungs of templates stand.
+    pub layers: Arc<Layers>,
+    /// The templates that nothing uses, written out for a check; no part of the program.
+    pub trial: Option<Box<Program>>,
 }
 
 /// The kind of a block; it determines when the block executes.

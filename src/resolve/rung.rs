@@ -59,7 +59,7 @@ impl Resolver<'_> {
             let message = format!("this name of a rung has {} characters", name.text.len());
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
             self.find(finding.help(format!("a name has at most {NAME_MAX}")));
-        } else if !name.text.split('-').all(part) {
+        } else if !name.text.rsplit('/').next().is_some_and(|own| own.split('-').all(part)) {
             let message = format!("`{}` is not in kebab-case", name.text);
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
             self.find(finding.help("a rung's name reads `count-bottles`"));

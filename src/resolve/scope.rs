@@ -9,7 +9,8 @@ use std::sync::OnceLock;
 
 use super::array::{Array, Element};
 use super::mistake::{
-    Mistake, address_mistake, habit, member_mistake, members_of, new, sentence, unknown_member,
+    LISTED_MAX, Mistake, address_mistake, habit, member_mistake, members_of, new, sentence,
+    unknown_member,
 };
 use super::places::Places;
 use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
@@ -330,6 +331,9 @@ impl Scope {
             let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
             return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
         }
+        if let Some(mistake) = self.of_use(base, member) {
+            return mistake;
+        }
         let message = format!("nothing is called `{base}`");
         let with_stage = self.stages.get(base).filter(|_| member.is_none());
         if let Some(block) = with_stage.and_then(|id| self.block_names.get(id)) {
@@ -339,6 +343,22 @@ impl Scope {
         let help = habit(base).unwrap_or_else(|| self.instead(base));
         let near = Some(Near::new(base, self.known()).searching_at_most(self.searched_max));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
+    }
+
+    /// The mistake in a name of a use of a template, whose tags have names of their own.
+    fn of_use(&self, base: &str, member: Option<&str>) -> Option<Mistake> {
+        let prefix = format!("{base}.");
+        let known = self.known();
+        known.beginning_with(&prefix).next()?;
+        let own = KnownNames::new(known.beginning_with(&prefix).take(LISTED_MAX));
+        let list = own.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let message = match member {
+            Some(member) => format!("the use `{base}` has no tag `{member}`"),
+            None => format!("`{base}` is a use of a template, not a tag"),
+        };
+        let near = member.map(|member| Near::new(&format!("{base}.{member}"), &own));
+        let (code, help) = (Code::UnknownName, Some(format!("there is {list}")));
+        Some(Mistake::New { code, message, help, near })
     }
 
     /// The help for a name that is near no known one.

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::task::{Context, Poll, Wake};
 
 use super::command::{Answer, Before, Command, Denial};
-use crate::engine::{BitCell, WordCell};
+use crate::engine::{BitCell, Cell, Renumbered, WordCell};
 /// Three inputs; bits 0..4, of which 1..=3 are Y0..Y2 (off, on, hold); two words.
 fn small() -> (Port, ScanSide, WorldSide) {
     link(Shape {
@@ -170,6 +170,38 @@ impl Bell {
 
 fn poll<F: Future>(future: Pin<&mut F>, bell: &Arc<Bell>) -> Poll<F::Output> {
     future.poll(&mut Context::from_waker(&Arc::clone(bell).into()))
+}
+
+#[test]
+fn a_write_and_a_command_of_the_program_before_go_to_where_their_element_lies_now() {
+    let (port, mut side, _world) = small();
+    side.set_running(true);
+    let [bit, word] = [0, 1].map(|at| (Cell::Bit(BitCell(at)), Cell::Word(WordCell(at))));
+    let renumbered = || Renumbered::new(vec![(bit.0, Some(word.0)), (bit.1, None)]);
+    let masked = |at| Write::Masked { cell: WordCell(at), and: 0, or: 1, signed: false };
+    let writes = vec![
+        Write::Bit(BitCell(0), true),
+        Write::Word(WordCell(0), 5),
+        Write::Word(WordCell(1), 6),
+        masked(0),
+        masked(1),
+        Write::Input(0, true),
+    ];
+    port.submit_to(0, writes.clone()).unwrap();
+    side.adopt(1, &mut renumbered());
+    let moved = [Write::Bit(BitCell(1), true), Write::Word(WordCell(1), 6), masked(1)];
+    let moved = [&moved[..], &[Write::Input(0, true)]].concat();
+    assert_eq!(side.next_batch(100), Some(&moved[..]));
+    assert_eq!(side.cell(0, bit.0), Some(word.0));
+    assert_eq!((side.cell(0, bit.1), side.cell(1, bit.1)), (None, Some(bit.1)));
+    // One of the program that is scanned is as it is; one that is older than the last has no cell.
+    port.submit_to(1, writes.clone()).unwrap();
+    assert_eq!(side.next_batch(100), Some(&writes[..]));
+    port.submit_to(0, writes).unwrap();
+    side.adopt(2, &mut Renumbered::default());
+    assert_eq!(side.next_batch(100), Some(&[Write::Input(0, true)][..]));
+    assert_eq!(side.cell(0, word.1), None);
+    side.answer(true);
 }
 
 #[test]

@@ -82,6 +82,14 @@ impl Finding {
         self
     }
 
+    /// As [`Finding::near`], if one of these names is near; else what was near before.
+    pub(crate) fn near_first(self, name: &str, known: &KnownNames) -> Finding {
+        match Near::new(name, known).help() {
+            Some(_) => self.near(name, known),
+            None => self,
+        }
+    }
+
     /// What to write instead. Searches the nearest name now, so call it for shown findings only.
     pub(crate) fn help_text(&self) -> Option<Cow<'_, str>> {
         let near = self.near.as_ref().and_then(|near| near.help()).map(Cow::Owned);
@@ -94,6 +102,12 @@ impl Finding {
             self.related.push((span, bounded_line(words.into())));
         }
         self
+    }
+
+    /// Changes its words.
+    pub(crate) fn reword(&mut self, change: impl Fn(&str) -> String) {
+        let texts = [&mut self.message, &mut self.label].into_iter().chain(&mut self.help);
+        texts.for_each(|text| *text = change(text));
     }
 
     /// Its severity.
@@ -175,6 +189,15 @@ findings! {
     LegsShared "legs-shared" Error
         "An instruction with legs stands alone in its rung, without branches.";
     Order "order" Error "`order` names every block once.";
+    // templates
+    UnknownTemplate "unknown-template" Error "There is no template of this name.";
+    TemplateArgument "template-argument" Error
+        "A use does not give what the parameters of its template ask for.";
+    TemplateParameter "template-parameter" Error
+        "A parameter stands where its type does not belong, or its default does not fit.";
+    TemplateRule "template-rule" Error "A template or a use breaks a rule of templates.";
+    TemplateRecursion "template-recursion" Error "A template uses itself.";
+    TemplateSize "template-size" Error "Templates stand for too much, or are nested too deeply.";
     TagKey "tag-key" Error "A key of a tag does not fit what the tag stands for.";
     // rules over the whole program
     OwnedTwice "owned-twice" Error "A structure has exactly one owning instruction.";
@@ -228,6 +251,7 @@ findings! {
     InputUnmapped "input-unmapped" Warning "The ladder reads an input that no field device moves.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     UnusedTag "unused-tag" Warning "Nothing in the ladder names this tag.";
+    UnusedTemplate "unused-template" Warning "Nothing uses this template.";
     UnknownAllow "unknown-allow" Warning "`allow` names no warning.";
 }
 

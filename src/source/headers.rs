@@ -29,11 +29,14 @@ struct Header<'a> {
 }
 
 /// The parents that a header's last part may have, for the help.
-const PARENTS: [(&str, &[&str]); 3] =
-    [("branch", &["rung"]), ("rung", &["program", "stage", "task"]), ("stage", &["program"])];
+const PARENTS: [(&str, &[&str]); 3] = [
+    ("branch", &["rung"]),
+    ("rung", &["program", "stage", "task", "template"]),
+    ("stage", &["program", "template"]),
+];
 
 /// The keys that are always arrays of tables.
-const ARRAYS: [&str; 5] = ["program", "task", "stage", "rung", "branch"];
+const ARRAYS: [&str; 6] = ["program", "task", "template", "stage", "rung", "branch"];
 
 /// Checks the order of all headers of a file.
 pub(super) fn check(doc: Doc<'_>, root: &DeTable<'_>) {
@@ -184,6 +187,7 @@ fn headless(header: &Header<'_>, length: usize) -> Finding {
     let help = match header.path[length - 1] {
         "program" => format!("begin the program first:\n[[{parent}]]\nname = \"Main\""),
         "task" => format!("begin the task first:\n[[{parent}]]\nname = \"Housekeeping\""),
+        "template" => format!("begin the template first:\n[[{parent}]]\nname = \"Pump\""),
         "stage" => format!("begin the stage first:\n[[{parent}]]\nname = \"Open\""),
         part => format!("begin the {part} first: `[[{parent}]]`"),
     };

@@ -30,6 +30,12 @@ impl KnownNames {
         self.0.iter().map(|name| &**name)
     }
 
+    /// The names that begin with a text, in order.
+    pub(crate) fn beginning_with<'n>(&'n self, text: &'n str) -> impl Iterator<Item = &'n str> {
+        let first = self.0.partition_point(|known| **known < *text);
+        self.iter().skip(first).take_while(move |name| name.starts_with(text))
+    }
+
     /// At most this number of names: those next to `name` in the order.
     fn around(&self, name: &str, at_most: usize) -> impl Iterator<Item = &str> {
         let place = self.0.partition_point(|known| **known < *name);

@@ -47,6 +47,8 @@ pub enum ValueForm {
     Constant,
     /// A constant, or an array of constants.
     Constants,
+    /// A string or a number.
+    Scalar,
     /// An array of strings.
     Texts,
     /// A table.

@@ -6,6 +6,8 @@
 // `_` stands for what TOML allows and a ladder does not; the enum is the parser's.
 #![allow(clippy::wildcard_enum_match_arm)]
 
+mod entries;
+
 use std::ops::Range;
 
 use toml::Spanned;
@@ -411,32 +413,6 @@ impl<'a> Table<'a> {
             entries.push(NamedTable { name: self.key_text(key), table });
         }
         entries
-    }
-
-    /// All entries as arrays of strings, by key and in file order (the form of `leg`). Helps write
-    /// the keys with `prefix`.
-    pub fn string_arrays(&mut self, any: Key, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
-        self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Texts));
-        let entries = self.in_file_order();
-        let arrays = entries.into_iter().filter_map(|(key, value)| {
-            let name = self.key_text(key);
-            Some((name, self.strings_of(value, key.get_ref(), prefix)?))
-        });
-        arrays.collect()
-    }
-
-    /// All entries as integers within a range, by key and in file order (the form of named places).
-    pub fn integers_by_name(&mut self, any: Key, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
-        self.shape
-            .iter()
-            .for_each(|shape| shape.note_others(any, ValueForm::Integer(range.0, range.1)));
-        let entries = self.in_file_order();
-        let integers = entries.into_iter().filter_map(|(key, value)| {
-            let number = self.number(value, key.get_ref(), range)?;
-            let span = self.doc.span(value.span());
-            Some((self.key_text(key), Located { value: number, span }))
-        });
-        integers.collect()
     }
 
     fn in_file_order(&self) -> Vec<(&'a Spanned<DeString<'a>>, Value<'a>)> {

@@ -116,6 +116,17 @@ fn explanations_go_to_standard_output() {
 }
 
 #[test]
+fn the_help_of_rollback_names_the_program_that_it_goes_back_to() {
+    let help = text(&rungd(&["rollback", "--help"]).stdout);
+    let words = help.split("\n\nUsage:").next().unwrap();
+    expect_test::expect![[r#"
+        Goes back to the last program that passed its probation, or to the program of the start
+
+        Outside a probation this is the program before the last reload. During a probation, all programs
+        that were loaded since the last proven one are skipped. No file is read."#]].assert_eq(words);
+}
+
+#[test]
 fn a_pipe_is_read_once() {
     use std::io::Write;
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));

@@ -335,3 +335,21 @@ fn the_pumps_share_the_work() {
     assert_eq!(plant.word("balance.ACC"), starts.0 - starts.1);
     assert!(both, "the shower called for both");
 }
+
+#[test]
+fn the_lubrication_gives_a_stroke_at_every_interval_in_which_the_machine_runs() {
+    let mut plant = Plant::of("lubrication.toml");
+    // A stroke takes 1.2 s and a few scans: they begin at 10 s, 21.2 s, 32.5 s and 43.7 s.
+    plant.until(60_000, |plant| assert!(!plant.on("fault")));
+    assert_eq!((plant.word("total_strokes"), plant.word("total_faults")), (4, 0));
+    // The machine stood from 50 s to 60 s; 5.1 s of the interval had passed before that.
+    plant.until(64_500, |_| {});
+    assert_eq!(plant.word("total_strokes"), 4);
+    plant.until(67_000, |_| {});
+    assert_eq!(plant.word("total_strokes"), 5);
+    // Without pressure the pump gives up after 3 s.
+    plant.force("pressure", false);
+    plant.until(90_000, |_| {});
+    assert!(plant.on("fault") && !plant.on("pump"));
+    assert_eq!((plant.word("total_strokes"), plant.word("total_faults")), (5, 1));
+}

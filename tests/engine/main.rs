@@ -9,6 +9,7 @@ mod properties;
 mod restarts;
 mod runs;
 mod semantics_page;
+mod templates;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]
@@ -19,4 +20,5 @@ mod support {
     pub mod plc;
     pub mod run;
     pub mod table;
+    pub mod written_out;
 }

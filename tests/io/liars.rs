@@ -120,19 +120,24 @@ pub fn listen(script: &Script) -> SocketAddr {
 
 /// Answers on the peer's end of a pty, until a lie ends it.
 pub fn serve_rtu(mut line: File, script: &Script) {
-    let mut bytes = [0; 300];
+    let mut bytes = [0; 8];
     loop {
         let mut filled = 0;
-        // Reads, and writes of one: eight bytes each.
-        while filled < 8 {
-            match line.read(&mut bytes[filled..]) {
+        // Reads, and writes of one: eight bytes each. What is no such frame is the rest of one that
+        // the client has discarded.
+        while filled < 8 || rtu_frame(bytes[0], &bytes[1..6]) != bytes[..8] {
+            if filled == 8 {
+                bytes.copy_within(1..8, 0);
+                filled = 7;
+            }
+            match line.read(&mut bytes[filled..8]) {
                 Ok(0) => return,
                 Ok(count) => filled += count,
                 // Nobody has the other end open.
                 Err(_) => sleep(Duration::from_millis(1)),
             }
         }
-        let request = &bytes[..8];
+        let request = &bytes;
         let answer = rtu_frame(request[0], &right(&request[1..6]));
         let lie = next(script, request, &answer);
         if !act(&mut line, lie, &answer) {

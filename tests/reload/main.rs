@@ -10,6 +10,7 @@ mod random;
 mod reloaded;
 mod report;
 mod rules;
+mod templates;
 mod types;
 
 /// A binary uses a part of what they share.

@@ -86,6 +86,23 @@ rung = [ {{ when = ["$On"], do = ["ADD D3 1 to=D3"] }} ]
     )
 }
 
+/// As [`good`], with tags that have a `type`: `scans` counts every scan, `parts` every second one,
+/// and only an operator writes `own`. A random number of others comes before them.
+fn typed(version: u64, numbers: &mut Numbers) -> String {
+    let mut tags = "[tags]\nscans = { type = \"int\" }\nparts = { type = \"counter\" }\n\
+                    own = { type = \"int\", spare = true }\n"
+        .to_owned();
+    for n in 0..numbers.below(5) {
+        for kind in ["int", "counter"].iter().take(1 + numbers.below(2) as usize) {
+            tags += &format!("a{n}_{kind} = {{ type = \"{kind}\", spare = true }}\n");
+        }
+    }
+    let rungs = "{ when = [\"$On\"], do = [\"ADD scans 1 to=scans\"] },\n\
+                 { leg.up = [\"$ScanToggle\"], leg.rst = [\"$Off\"], do = [\"CNT parts preset=9\"] },\n";
+    let ladder = good(version, numbers);
+    format!("{tags}{}", ladder.replacen("rung = [\n", &format!("rung = [\n{rungs}"), 1))
+}
+
 /// Files that cannot be run: ladder and controller.
 fn bad(version: u64, numbers: &mut Numbers) -> (Vec<u8>, Option<String>) {
     let text = good(version, numbers);
@@ -162,7 +179,7 @@ fn modbus_load(port: u16, stop: &AtomicBool, requests: &AtomicU64) {
 fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
     let (count, seed) = (setting("RUNGD_RELOADS", 150), setting("RUNGD_RELOAD_SEED", 1));
     let mut numbers = Numbers(seed);
-    let live = Live::start(&good(1, &mut numbers), CONTROLLER, &[]);
+    let live = Live::start(&typed(1, &mut numbers), CONTROLLER, &[]);
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
     let mut operator = Operator(BufReader::new(live.connect()));
     while operator.read(&["D2"]).0 < 5 {
@@ -192,7 +209,7 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
         let is_bad = numbers.below(10) < 4;
         let next = turn % 60_000 + 2;
         let (ladder, other) =
-            if is_bad { bad(next, &mut numbers) } else { (good(next, &mut numbers).into(), None) };
+            if is_bad { bad(next, &mut numbers) } else { (typed(next, &mut numbers).into(), None) };
         std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
         let other = other.map(|text| format!("operator.socket = \"s\"\n{text}"));
         std::fs::write(live.folder.join("controller.toml"), other.as_ref().unwrap_or(&controller))
@@ -208,12 +225,13 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
             sha256 = answer["ok"]["sha256"].clone();
             // The image of the first scan of the new program is there before the answer.
         }
-        let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc"]);
+        let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc", "scans", "parts.Acc"]);
         assert_eq!((held[0], held[1]), (version as i64, version as i64), "turn {turn}");
         assert_eq!(held[2], scans, "turn {turn}: a scan was missed, or made twice");
         assert!(held[3] >= last_acc, "turn {turn}: the count went back");
         assert!((held[3] - scans / 2).abs() <= 1, "turn {turn}: {} of {scans}", held[3]);
         last_acc = held[3];
+        assert_eq!((held[4], held[5]), (held[2], held[3]), "turn {turn}: what has a name");
         let status = operator.ask(&json!({"do": "status"}));
         assert_eq!(status["ok"]["ladder"]["sha256"], sha256, "turn {turn}");
         assert_eq!(status["ok"]["mode"], "RUN", "turn {turn}");
@@ -232,12 +250,20 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
 /// Reads what of one scan must be of one program, names of blocks and Stages too.
 fn watch(stream: UnixStream, stop: &AtomicBool) {
     let mut operator = Operator(BufReader::new(stream));
-    while !stop.load(Ordering::Relaxed) {
+    for number in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
         let names = ["D0", "D1", "D2", "Main.Running", "$On", "$FirstScan"];
         let (scans, held) = operator.read(&names);
         assert_eq!(held[0], held[1], "two programs in one image");
         assert_eq!(held[2], scans, "a scan was missed, or made twice");
         assert_eq!(held[3..], [1, 1, 0], "an image by another program's layout");
+        if number % 8 == 0 {
+            let answer = operator.ask(&json!({"do": "write", "operand": "own", "value": number}));
+            assert_eq!(answer["ok"]["now"]["value"], number, "{answer}");
+        }
+        assert_eq!(operator.read(&["own"]).1, [number - number % 8], "a write has gone astray");
     }
 }
 

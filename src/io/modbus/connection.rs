@@ -128,7 +128,8 @@ impl Connection {
             }
         };
         done.unwrap_or_else(|refusal| {
-            self.shared.log_refusal(self.client, &map.place(unit, &request), &request, refusal);
+            let (place, said) = (map.place(unit, &request), refusal.say(|what| map.called(what)));
+            self.shared.log_refusal(self.client, (&place, &said), &request, refusal);
             answer::refused(pdu, refusal)
         })
     }

@@ -36,7 +36,7 @@ pub struct Map {
     lists: Vec<Option<Vec<Network>>>,
     /// The coils that are copied to inputs, with the numbers of the inputs.
     inputs: Vec<(BitCell, u32)>,
-    /// The names of Stages and blocks.
+    /// The names of Stages, blocks and tags with a `type`.
     names: HashMap<Address, String>,
 }
 
@@ -84,9 +84,10 @@ impl Map {
                 Some(unit) => map.own.entry(unit).or_default(),
             };
             make.add(entry, places);
-            if let Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) =
-                entry.operands.first
-            {
+            let first = entry.operands.first;
+            let of_block =
+                matches!(first, Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)));
+            if of_block || entry.operands.is_placed {
                 map.names.insert(entry.operands.first, entry.operands.to_string());
             }
         }
@@ -234,6 +235,11 @@ impl Map {
             }
         };
         let Some(address) = address else { return format!("{} {at}", table.name()) };
+        self.called(address)
+    }
+
+    /// The name of an address: that of a Stage, a block or a tag with a `type`, else the address.
+    pub(crate) fn called(&self, address: Address) -> String {
         self.names.get(&address).cloned().unwrap_or_else(|| address.to_string())
     }
 

@@ -69,23 +69,50 @@ impl Refusal {
     }
 }
 
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Refusal {
+    /// The reason for the log; `name` gives the name of an address.
+    pub fn say(self, name: impl Fn(Address) -> String) -> String {
+        let of = |word| name(Address::Word(word));
         match self {
             Refusal::NoSuchElement { table, address } => {
-                write!(f, "nothing is at {} {address}", table.name())
+                format!("nothing is at {} {address}", table.name())
             }
-            Refusal::NotWritable(what) => write!(f, "{what} is not in `writable`"),
-            Refusal::NotByThisClient(what) => write!(f, "{what} is for other clients to write"),
-            Refusal::HalfOf(word) => write!(f, "{word} is written by both of its registers"),
+            Refusal::NotWritable(what) => format!("{} is not in `writable`", name(what)),
+            Refusal::NotByThisClient(what) => {
+                format!("{} is for other clients to write", name(what))
+            }
+            Refusal::HalfOf(word) => format!("{} is written by both of its registers", of(word)),
             Refusal::BeyondLimits { word, kind, bits, min, max } => {
-                let [min, max] = [min, max].map(|content| word.text(*content));
-                write!(f, "{word} takes {min} to {max}, not {}", kind.text(*bits))
+                let [min, max] = [min, max].map(|content| word.text(content));
+                format!("{} takes {min} to {max}, not {}", of(word), kind.text(bits))
             }
-            Refusal::NoMask(word) => write!(f, "{word} does not take every value of 16 bits"),
-            Refusal::NotRunning(mode) => write!(f, "the controller is in {}", mode.name()),
-            Refusal::QueueFull => f.write_str("too many writes wait for the next scan"),
-            Refusal::NotSeen => f.write_str("no scan was complete in time to see it"),
+            Refusal::NoMask(word) => {
+                format!("{} does not take every value of 16 bits", of(word))
+            }
+            Refusal::NotRunning(mode) => format!("the controller is in {}", mode.name()),
+            Refusal::QueueFull => "too many writes wait for the next scan".to_owned(),
+            Refusal::NotSeen => "no scan was complete in time to see it".to_owned(),
         }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.say(|address| address.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::isa::WordSpace;
+
+    #[test]
+    fn what_has_a_name_alone_is_told_by_it() {
+        let word = Word::Space(WordSpace::V, 4095);
+        let said = |refusal: Refusal| refusal.say(|_| "shift".to_owned());
+        assert_eq!(said(Refusal::NotWritable(Address::Word(word))), "shift is not in `writable`");
+        assert_eq!(said(Refusal::NoMask(word)), "shift does not take every value of 16 bits");
+        assert_eq!(Refusal::HalfOf(word).to_string(), "V4095 is written by both of its registers");
     }
 }

@@ -29,7 +29,7 @@ impl Shared {
     pub fn log_refusal(
         &self,
         client: SocketAddr,
-        place: &str,
+        (place, why_said): (&str, &str),
         request: &Request<'_>,
         why: Refusal,
     ) {
@@ -40,7 +40,7 @@ impl Shared {
                 %client,
                 %place,
                 exception,
-                "Modbus read refused: {why}"
+                "Modbus read refused: {why_said}"
             );
         } else {
             say!(
@@ -48,7 +48,7 @@ impl Shared {
                 %client,
                 %place,
                 exception,
-                "Modbus write refused: {why}"
+                "Modbus write refused: {why_said}"
             );
         }
     }

@@ -1,0 +1,313 @@
+//! Where the parts of an expanded template stand: in its text, for one of its uses.
+//!
+//! The rungs of a template are resolved once for each use. A place in such a rung has the number
+//! of a *layer* instead of the number of a file. A layer is one use of a template, or one argument
+//! at one place where its parameter stands. So each place of a program exists once, and the rules
+//! need no knowledge of templates. [`Layers::told`] turns the places of findings into places of
+//! files, adds the uses that they are about, and says a mistake of a template once.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::source::finding::{Code, Finding};
+use crate::source::nearest::KnownNames;
+use crate::source::span::{FileId, Span};
+
+/// The layers of a program.
+#[derive(Clone, Debug, Default)]
+pub struct Layers {
+    layers: Vec<Layer>,
+    /// The places of arguments with a mistake, which is reported.
+    wrong: HashSet<Span>,
+}
+
+#[derive(Clone, Debug)]
+enum Layer {
+    /// One use of a template, whose text stands in a file.
+    Use(FileId, UsePlace),
+    /// Contacts that were given, at a place of their parameter.
+    Contacts(Given),
+    /// A name or constant that was given, at a place of its parameter.
+    Atom(Given),
+}
+
+/// A use: its name and place.
+#[derive(Clone, Debug)]
+pub(super) struct UsePlace {
+    /// The whole name: `p1.lamp`.
+    pub name: String,
+    /// Its place, in the layer of its giver.
+    pub at: Span,
+    /// Whether it only serves to check a template that nothing uses.
+    pub is_trial: bool,
+    /// The names that hide the ladder's in its rungs.
+    pub own: KnownNames,
+}
+
+#[derive(Clone, Debug)]
+struct Given {
+    /// The file or layer in which the text was given.
+    by: FileId,
+    /// The place where the parameter stands.
+    at: Span,
+}
+
+/// The number of the first layer: no file has it.
+const FIRST: u32 = 1 << 31;
+
+/// A place of a finding, in files.
+struct Told {
+    span: Span,
+    /// The layer of the use that it is about.
+    of: Option<FileId>,
+    /// The arguments that it is about.
+    given: Vec<Span>,
+}
+
+/// What two findings have in common that tell the same of several uses.
+#[derive(PartialEq, Eq, Hash)]
+struct Alike(Code, Span, Vec<Span>);
+
+impl Layers {
+    pub(super) fn add_use(&mut self, file: FileId, of: UsePlace) -> FileId {
+        self.add(Layer::Use(file, of))
+    }
+
+    /// A layer for contacts that `by` gave, at a place of their parameter.
+    pub(super) fn add_contacts(&mut self, by: FileId, at: Span) -> FileId {
+        self.add(Layer::Contacts(Given { by, at }))
+    }
+
+    /// A layer for a name or constant that `by` gave, at a place of its parameter.
+    pub(super) fn add_atom(&mut self, by: FileId, at: Span) -> FileId {
+        self.add(Layer::Atom(Given { by, at }))
+    }
+
+    fn add(&mut self, layer: Layer) -> FileId {
+        self.layers.push(layer);
+        FileId(FIRST + (self.layers.len() - 1) as u32)
+    }
+
+    /// Marks an argument whose mistake is reported: its places need no findings.
+    pub(super) fn mark_wrong(&mut self, argument: Span) {
+        self.wrong.insert(argument);
+    }
+
+    fn get(&self, file: FileId) -> Option<&Layer> {
+        self.layers.get(file.0.checked_sub(FIRST)? as usize)
+    }
+
+    /// Whether the program has no templates.
+    pub(super) fn is_empty(&self) -> bool {
+        self.layers.is_empty()
+    }
+
+    /// The finding about an unknown name, with the nearest name of its template, if one is near.
+    pub(super) fn near(&self, finding: Finding, name: &str) -> Finding {
+        let at = self.stands_at(finding.span);
+        match self.uses(at.file).next() {
+            Some(of) if at == finding.span => finding.near_first(name, &of.own),
+            Some(_) | None => finding,
+        }
+    }
+
+    /// Whether a place lies in a layer, and not in a file.
+    pub(crate) fn is_layered(span: Span) -> bool {
+        span.file.0 >= FIRST
+    }
+
+    /// Whether an argument was handed on from an outer use.
+    pub(super) fn is_given(&self, file: FileId) -> bool {
+        matches!(self.get(file), Some(Layer::Atom(_) | Layer::Contacts(_)))
+    }
+
+    /// The text of a place, in its file.
+    pub(crate) fn in_file(&self, span: Span) -> Span {
+        let mut file = span.file;
+        while let Some(layer) = self.get(file) {
+            file = match layer {
+                Layer::Use(real, _) => *real,
+                Layer::Contacts(given) | Layer::Atom(given) => given.by,
+            };
+        }
+        Span { file, ..span }
+    }
+
+    /// The place in the text of a rung where a place stands: for an argument, its parameter's.
+    pub(crate) fn stands_at(&self, mut span: Span) -> Span {
+        while let Some(Layer::Contacts(given) | Layer::Atom(given)) = self.get(span.file) {
+            span = given.at;
+        }
+        span
+    }
+
+    /// Whether two places begin together, as their author wrote them: `part` may be an argument.
+    pub(crate) fn begin_together(&self, part: Span, whole: Span) -> bool {
+        let part = match self.get(whole.file) {
+            Some(Layer::Use(..)) | None => self.stands_at(part),
+            Some(Layer::Contacts(_) | Layer::Atom(_)) => self.text(part),
+        };
+        let whole = self.text(whole);
+        (part.file, part.start) == (whole.file, whole.start)
+    }
+
+    /// The place in the text of the use that gave it.
+    fn text(&self, mut span: Span) -> Span {
+        loop {
+            match self.get(span.file) {
+                Some(Layer::Contacts(given)) => span.file = given.by,
+                Some(Layer::Atom(given)) => span = given.at,
+                Some(Layer::Use(..)) | None => return span,
+            }
+        }
+    }
+
+    /// What orders places as if every template were written out where it is used.
+    pub(crate) fn order(&self, span: Span) -> Vec<(FileId, u32)> {
+        let mut path = Vec::new();
+        let mut at = Some(span);
+        while let Some(span) = at {
+            path.push((self.in_file(span).file, span.start));
+            at = self.get(span.file).map(|layer| match layer {
+                Layer::Use(_, of) => of.at,
+                Layer::Contacts(given) | Layer::Atom(given) => given.at,
+            });
+        }
+        path.reverse();
+        path
+    }
+
+    /// Whether a place belongs to the trial of a template that nothing uses.
+    pub(crate) fn is_trial(&self, span: Span) -> bool {
+        self.uses(self.stands_at(span).file).any(|of| of.is_trial)
+    }
+
+    /// The use that a layer is, then the uses that it stands in.
+    fn uses(&self, file: FileId) -> impl Iterator<Item = &UsePlace> {
+        let mut file = file;
+        std::iter::from_fn(move || {
+            let Layer::Use(_, of) = self.get(file)? else { return None };
+            file = self.stands_at(of.at).file;
+            Some(of)
+        })
+    }
+
+    /// The findings, with places in files. A finding that is the same in several uses comes once.
+    pub(crate) fn told(&self, findings: Vec<Finding>) -> Vec<Finding> {
+        if self.layers.is_empty() {
+            return findings;
+        }
+        let (layered, mut told): (Vec<_>, Vec<_>) =
+            findings.into_iter().partition(|finding| Layers::is_layered(finding.span));
+        told.iter_mut().for_each(|finding| self.relate(finding));
+        let mut seen: HashMap<Alike, Vec<FileId>> = HashMap::new();
+        for finding in &told {
+            let related = finding.related.iter().map(|(span, _)| *span).collect();
+            seen.insert(Alike(finding.code, finding.span, related), Vec::new());
+        }
+        let mut firsts = Vec::new();
+        for mut finding in layered {
+            let Some(place) = self.place(finding.span) else { continue };
+            self.relate(&mut finding);
+            finding.span = place.span;
+            let related = finding.related.iter().map(|(span, _)| *span).chain(place.given.clone());
+            let alike = Alike(finding.code, place.span, related.collect());
+            match seen.get_mut(&alike) {
+                Some(others) => others.extend(place.of),
+                None => {
+                    seen.insert(alike, place.of.into_iter().collect());
+                    firsts.push((finding, place));
+                }
+            }
+        }
+        told.extend(firsts.into_iter().map(|(finding, place)| {
+            let related = finding.related.iter().map(|(span, _)| *span).chain(place.given.clone());
+            let alike = Alike(finding.code, place.span, related.collect());
+            let uses: HashSet<FileId> = seen[&alike].iter().copied().collect();
+            self.with_use(finding, &place, uses.len())
+        }));
+        told
+    }
+
+    /// Turns the related places of a finding into places of files.
+    fn relate(&self, finding: &mut Finding) {
+        for (span, words) in &mut finding.related {
+            if let Some(of) = self.uses(self.stands_at(*span).file).find(|of| !of.is_trial) {
+                words.push_str(&format!(" (in `{}`)", of.name));
+            }
+            *span = self.in_file(self.stands_at(*span));
+        }
+    }
+
+    /// The place of a finding; `None` if it tells of an argument whose mistake is reported.
+    fn place(&self, mut span: Span) -> Option<Told> {
+        let mut given = Vec::new();
+        loop {
+            if self.wrong.contains(&span) {
+                return None;
+            }
+            match self.get(span.file) {
+                // A mistake in contacts has nothing to do with the place that they are put in.
+                Some(Layer::Contacts(of)) => span.file = of.by,
+                Some(Layer::Atom(of)) => {
+                    let by = Span { file: of.by, ..span };
+                    if self.wrong.contains(&by) {
+                        return None;
+                    }
+                    given.push(self.in_file(by));
+                    span = of.at;
+                }
+                Some(Layer::Use(file, _)) => {
+                    let of = Some(span.file);
+                    return Some(Told { span: Span { file: *file, ..span }, of, given });
+                }
+                None => return Some(Told { span, of: None, given }),
+            }
+        }
+    }
+
+    /// The finding with the use that it is about, and the number of other uses.
+    fn with_use(&self, mut finding: Finding, place: &Told, uses: usize) -> Finding {
+        let is_trial = place.of.is_some_and(|of| self.uses(of).any(|of| of.is_trial));
+        for given in place.given.iter().filter(|_| !is_trial) {
+            finding = finding.related(*given, "given here");
+        }
+        let Some(layer) = place.of else { return finding };
+        let mut others = match uses.saturating_sub(1) {
+            0 => String::new(),
+            1 => ", and in one more use".to_owned(),
+            more => format!(", and in {more} more uses"),
+        };
+        match self.uses(layer).next() {
+            Some(of) if of.is_trial => finding.reword(|text| {
+                let text = without(text, &of.name).replace("`?", "`");
+                text.replace(&of.name, of.name.trim_start_matches('?'))
+            }),
+            Some(of) if uses > 1 => finding.reword(|text| without(text, &of.name)),
+            Some(_) | None => {}
+        }
+        for of in self.uses(layer).take_while(|of| !of.is_trial) {
+            let words = format!("in the use `{}`{}", of.name, std::mem::take(&mut others));
+            finding = finding.related(self.in_file(of.at), words);
+        }
+        finding
+    }
+}
+
+/// A text without the name of a use before the names of its tags and rungs.
+fn without(text: &str, name: &str) -> String {
+    let mut told = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(name) {
+        let (before, behind) = (&rest[..at], &rest[at + name.len()..]);
+        let begins = !before.ends_with(|c: char| c.is_ascii_alphanumeric() || "_.-/".contains(c));
+        told.push_str(before);
+        match behind.strip_prefix(['.', '/']).filter(|_| begins) {
+            Some(tag) => rest = tag,
+            None => {
+                told.push_str(name);
+                rest = behind;
+            }
+        }
+    }
+    told + rest
+}

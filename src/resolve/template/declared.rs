@@ -1,0 +1,279 @@
+//! Templates by themselves: their names, parameters and own tags, and the order of their nesting.
+//!
+//! Called before any use is written out. What is wrong in a template whatever its uses give is
+//! found here, once.
+
+use std::collections::{HashMap, HashSet};
+
+use super::kind::{KINDS, Kind};
+use super::{given, texts};
+use crate::resolve::declare::{Role, forbidden};
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder::{Entry, Parameter, Template, Use};
+use crate::source::nearest::{KnownNames, did_you_mean};
+use crate::source::reader::Text;
+use crate::source::span::Span;
+
+/// A template, and what a use needs to know of it.
+pub(super) struct Declared<'t> {
+    pub template: &'t Template,
+    /// The parameters with a known type.
+    parameters: HashMap<&'t str, (Kind, &'t Parameter)>,
+    /// The names of its own tags and inner uses.
+    pub own: HashSet<&'t str>,
+    /// These, and those of the parameters.
+    pub known: KnownNames,
+    /// Whether it can be written out.
+    pub is_usable: bool,
+}
+
+/// All templates, by their names.
+pub(super) struct Templates<'t> {
+    pub all: Vec<Declared<'t>>,
+    by_name: HashMap<&'t str, usize>,
+    pub known: KnownNames,
+}
+
+impl<'t> Declared<'t> {
+    fn new(template: &'t Template) -> Declared<'t> {
+        let kind = |parameter: &'t Parameter| Kind::from_name(&parameter.kind.as_ref()?.text);
+        let parameters = template.parameters.iter();
+        let parameters = parameters.filter_map(|p| Some((&*p.name.text, (kind(p)?, p)))).collect();
+        let tags = template.tags.iter().map(|tag| &*tag.name.text);
+        let uses = uses(template).filter_map(|of| Some(&*of.name.as_ref()?.text));
+        let own: HashSet<&str> = tags.chain(uses).collect();
+        let names = template.parameters.iter().map(|parameter| &*parameter.name.text);
+        let known = KnownNames::new(own.iter().copied().chain(names));
+        Declared { template, parameters, own, known, is_usable: true }
+    }
+
+    pub fn name(&self) -> &'t str {
+        self.template.name.as_ref().map_or("", |name| &name.text)
+    }
+
+    /// The parameter that a name begins with, and its type.
+    pub fn parameter(&self, name: &str) -> Option<(&'t str, Kind)> {
+        let (name, (kind, _)) = self.parameters.get_key_value(base(name).0)?;
+        Some((name, *kind))
+    }
+
+    /// The parameters in file order, each with its type.
+    pub fn parameters(&self) -> impl Iterator<Item = (&'t Parameter, Kind)> {
+        let parameters = self.template.parameters.iter();
+        parameters.filter_map(|p| Some((p, self.parameters.get(&*p.name.text)?.0)))
+    }
+
+    /// What the arguments of a use lack.
+    pub fn misfits(&self, of: &Use) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for (name, text) in &of.arguments {
+            match (self.parameters.get(&*name.text), text) {
+                (Some((kind, _)), Some(text)) => {
+                    let read = given::read(*kind, text, text.span.file);
+                    findings.extend(read.err().map(|finding| *finding));
+                }
+                (Some(_), None) => {}
+                (None, _) if self.has_parameter(&name.text) => {}
+                (None, _) => findings.push(self.unknown_argument(name)),
+            }
+        }
+        for (parameter, kind) in self.parameters() {
+            let name = &parameter.name.text;
+            let given = of.arguments.iter().any(|(given, _)| given.text == *name);
+            if !given && parameter.default.is_none() {
+                let span = of.template.as_ref().map_or(of.span, |template| template.span);
+                let message = format!("`{}` needs `{name}`, {}", self.name(), kind.words());
+                let finding = Finding::new(Code::TemplateArgument, span, message);
+                let help = format!("give it: `with = {{ {name} = \"{}\" }}`", kind.example());
+                findings.push(finding.related(parameter.name.span, "asked for here").help(help));
+            }
+        }
+        findings
+    }
+
+    fn has_parameter(&self, name: &str) -> bool {
+        self.template.parameters.iter().any(|parameter| parameter.name.text == name)
+    }
+
+    fn unknown_argument(&self, name: &Text) -> Finding {
+        let template = self.name();
+        let message = format!("`{template}` has no parameter `{}`", name.text);
+        let names: Vec<&str> = self.parameters().map(|(p, _)| &*p.name.text).collect();
+        let help = did_you_mean(&name.text, names.iter().copied());
+        let list = || match names.is_empty() {
+            true => "it has no parameters".to_owned(),
+            false => format!("its parameters are `{}`", names.join("`, `")),
+        };
+        Finding::new(Code::TemplateArgument, name.span, message).help(help.unwrap_or_else(list))
+    }
+}
+
+impl<'t> Templates<'t> {
+    /// All templates, with the findings about them.
+    pub fn new(templates: impl Iterator<Item = &'t Template>) -> (Templates<'t>, Vec<Finding>) {
+        let all: Vec<Declared<'t>> = templates.map(Declared::new).collect();
+        let mut findings = Vec::new();
+        let mut by_name: HashMap<&str, usize> = HashMap::new();
+        for (at, declared) in all.iter().enumerate() {
+            let Some(name) = &declared.template.name else { continue };
+            findings.extend(forbidden(name, Role::Template));
+            if let Some(first) = by_name.get(&*name.text) {
+                let message = format!("there is a template `{}` already", name.text);
+                let finding = Finding::new(Code::DuplicateName, name.span, message);
+                let first = all[*first].template.name.as_ref().map_or(name.span, |name| name.span);
+                findings.push(finding.label("again here").related(first, "first here"));
+                continue;
+            }
+            by_name.insert(&name.text, at);
+        }
+        let known = KnownNames::new(by_name.keys().copied());
+        let templates = Templates { all, by_name, known };
+        for declared in &templates.all {
+            names(declared, &mut findings);
+            parameters(declared, &mut findings);
+            tags(declared, &mut findings);
+            uses(declared.template).for_each(|of| findings.extend(templates.misuses(of, false)));
+        }
+        (templates, findings)
+    }
+
+    /// The template of a use, by its number.
+    pub fn of(&self, of: &Use) -> Option<usize> {
+        self.by_name.get(&*of.template.as_ref()?.text).copied()
+    }
+
+    /// The warnings about the templates that nothing uses.
+    pub fn unused(&self, used: &[bool]) -> Vec<Finding> {
+        let unused = self.by_name.values().filter(|at| !used[**at] && self.all[**at].is_usable);
+        let finding = |at: &usize| {
+            let name = self.all[*at].template.name.as_ref()?;
+            let message = format!("nothing uses the template `{}`", name.text);
+            let finding = Finding::new(Code::UnusedTemplate, name.span, message).label("unused");
+            let help =
+                format!("delete it, or use it in the place of a rung: `use = \"{}\"`", name.text);
+            Some(finding.help(help))
+        };
+        unused.filter_map(finding).collect()
+    }
+
+    /// What is wrong with a use by itself; `is_body`: it is a Program's body.
+    pub fn misuses(&self, of: &Use, is_body: bool) -> Vec<Finding> {
+        let Some(name) = &of.template else { return Vec::new() };
+        let Some(at) = self.of(of) else {
+            let message = format!("there is no template `{}`", name.text);
+            let finding = Finding::new(Code::UnknownTemplate, name.span, message);
+            let help = format!("declare it: a `[[template]]` with `name = \"{}\"`", name.text);
+            return vec![finding.help(help).near(&name.text, &self.known)];
+        };
+        let declared = &self.all[at];
+        let mut findings = declared.misfits(of);
+        if let (false, Some(stage)) = (is_body, declared.template.stages.first()) {
+            let message = format!("`{}` has stages: it is the body of a program", name.text);
+            let finding = Finding::new(Code::TemplateRule, name.span, message);
+            let own = of.name.as_ref().map_or("Flush", |name| &name.text);
+            findings.push(
+                finding
+                    .related(stage.span, "a stage of it")
+                    .help(format!("[[program]]\nname = \"{own}\"\nuse = \"{}\"", name.text)),
+            );
+        }
+        findings
+    }
+}
+
+/// The first part of a name, and what stands behind it.
+pub(super) fn base(name: &str) -> (&str, &str) {
+    name.split_at(name.find('.').unwrap_or(name.len()))
+}
+
+/// The uses in a template.
+pub(super) fn uses(template: &Template) -> impl Iterator<Item = &Use> {
+    let of_stages = template.stages.iter().flat_map(|stage| &stage.rungs);
+    template.rungs.iter().chain(of_stages).filter_map(|entry| match entry {
+        Entry::Use(of) => Some(of),
+        Entry::Rung(_) => None,
+    })
+}
+
+/// Checks the names in a template: of parameters, own tags and uses, beside its stages.
+fn names(declared: &Declared, findings: &mut Vec<Finding>) {
+    let template = declared.template;
+    let mut seen: HashMap<&str, Span> = HashMap::new();
+    let parameters = template.parameters.iter().map(|p| (&p.name, Role::Parameter));
+    let tags = template.tags.iter().map(|tag| (&tag.name, Role::Tag));
+    let uses = uses(template).filter_map(|of| Some((of.name.as_ref()?, Role::Use)));
+    for (name, role) in parameters.chain(tags).chain(uses) {
+        findings.extend(forbidden(name, role));
+        if role == Role::Parameter && name.text == "name" {
+            let message = "`name` cannot be the name of a parameter";
+            let finding = Finding::new(Code::ForbiddenName, name.span, message);
+            findings.push(finding.help("in a text `{name}` is the name of the use"));
+        }
+        if let Some(first) = seen.insert(&name.text, name.span) {
+            let message = format!("this template has a name `{}` already", name.text);
+            let finding = Finding::new(Code::DuplicateName, name.span, message);
+            let help = "its parameters, tags and uses share one set of names";
+            findings.push(finding.label("again here").related(first, "first here").help(help));
+        }
+    }
+    if template.stages.is_empty() {
+        return;
+    }
+    let stages = template.stages.iter().filter_map(|stage| stage.name.as_ref());
+    for stage in stages {
+        if let Some(own) = seen.remove(&*stage.text) {
+            let message = format!("`{}` is a stage of this template too", stage.text);
+            let finding = Finding::new(Code::DuplicateName, own, message);
+            findings.push(finding.related(stage.span, "the stage"));
+        }
+    }
+    for name in ["Running", "Done"] {
+        if let Some(own) = seen.get(name) {
+            let message = format!("`.{name}` is a bit of the program that this template is for");
+            findings.push(Finding::new(Code::ForbiddenName, *own, message));
+        }
+    }
+}
+
+/// Checks the types and defaults of the parameters.
+fn parameters(declared: &Declared, findings: &mut Vec<Finding>) {
+    for parameter in &declared.template.parameters {
+        let Some(kind) = &parameter.kind else { continue };
+        let Some(of) = Kind::from_name(&kind.text) else {
+            let message = format!("a parameter has no type `{}`", kind.text);
+            let names = || KINDS.iter().map(|(name, _)| *name);
+            let help = did_you_mean(&kind.text, names()).unwrap_or_else(|| {
+                format!("the types are `{}`", names().collect::<Vec<_>>().join("`, `"))
+            });
+            findings.push(Finding::new(Code::TemplateParameter, kind.span, message).help(help));
+            continue;
+        };
+        let Some(default) = &parameter.default else { continue };
+        if let Err(mut finding) = given::read(of, default, default.span.file) {
+            finding.code = Code::TemplateParameter;
+            findings.push(*finding);
+        }
+    }
+}
+
+/// Checks the own tags.
+fn tags(declared: &Declared, findings: &mut Vec<Finding>) {
+    for tag in &declared.template.tags {
+        if let Some(at) = &tag.at {
+            let name = &tag.name.text;
+            let message = format!("own tag `{name}` has an address: all uses would share it");
+            let finding = Finding::new(Code::TemplateRule, at.span, message);
+            findings.push(finding.help(format!(
+                "write `{name} = {{ type = \"bit\" }}`: each use has its own; or name a tag of \
+                 the ladder"
+            )));
+        }
+        let alarm = tag.alarm.as_ref().map(|alarm| (&*alarm.text, alarm.span));
+        let doc = tag.doc.as_deref().map(|doc| (doc, tag.name.span));
+        for (text, span) in alarm.into_iter().chain(doc) {
+            let parameters = declared.parameters().map(|(parameter, _)| &*parameter.name.text);
+            let words: Vec<&str> = parameters.chain(["name"]).collect();
+            findings.extend(texts::check(text, span, &words));
+        }
+    }
+}

@@ -1,0 +1,406 @@
+//! Writes uses out, depth first in file order.
+//!
+//! A use that lacks something is left out, with a finding; its own tags are declared nevertheless,
+//! so that names of them elsewhere cause no further findings.
+
+use std::collections::HashMap;
+
+use super::declared::{Declared, Templates};
+use super::given::{self, Given};
+use super::kind::Kind;
+use super::pending::{Argument, Trial};
+use super::rewrite::{Instance, Rewrite};
+use super::room::Room;
+use super::texts;
+use crate::resolve::declare::NAME_MAX;
+use crate::resolve::layers::{Layers, UsePlace};
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::contact::Contact;
+use crate::source::finding::{Code, Finding};
+use crate::source::ladder::{
+    Block, BlockForm, Branch, Entry, Ladder, Leg, Parameter, Rung, Stage, Tag, Use,
+};
+use crate::source::reader::Text;
+use crate::source::span::{FileId, Located, Span};
+
+/// The uses of all ladders, written out so far.
+pub(super) struct Expansion<'t> {
+    templates: &'t Templates<'t>,
+    pub layers: Layers,
+    pub findings: Vec<Finding>,
+    /// What the uses give, to be checked once all names are declared.
+    pub arguments: Vec<Argument>,
+    /// The names of the uses that stand in ladders.
+    pub names: Vec<Text>,
+    /// By the numbers of the templates: whether one of their uses is written out.
+    pub written: Vec<bool>,
+    room: Room,
+    tags: Vec<Tag>,
+    trial: bool,
+    /// Whether it is reported that there is no room.
+    is_told: bool,
+}
+
+/// Who uses a template: the ladder, or a use of another template.
+type Giver<'g, 't> = Option<&'g Instance<'t>>;
+
+impl<'t> Expansion<'t> {
+    pub fn new(templates: &'t Templates<'t>) -> Self {
+        Expansion {
+            templates,
+            layers: Layers::default(),
+            findings: Vec::new(),
+            arguments: Vec::new(),
+            names: Vec::new(),
+            written: vec![false; templates.all.len()],
+            room: Room::new(),
+            tags: Vec::new(),
+            trial: false,
+            is_told: false,
+        }
+    }
+
+    /// The ladder with rungs alone, and with the own tags of its uses. Marks the used templates.
+    pub fn ladder(&mut self, ladder: Ladder<Entry>, used: &mut [bool]) -> Ladder {
+        let Ladder { name, doc, allow, devices, order, mut tags, blocks, templates } = ladder;
+        let blocks = blocks.into_iter().map(|block| self.block(block, used)).collect();
+        tags.append(&mut self.tags);
+        Ladder { name, doc, allow, devices, order, tags, blocks, templates }
+    }
+
+    fn block(&mut self, block: Block<Entry>, used: &mut [bool]) -> Block {
+        let Block { form, span, name, autostart, body, rungs, stages } = block;
+        let mut rungs = self.entries(rungs, used);
+        let mut stages: Vec<Stage> = stages
+            .into_iter()
+            .map(|stage| {
+                let rungs = self.entries(stage.rungs, used);
+                Stage { span: stage.span, name: stage.name, rungs }
+            })
+            .collect();
+        if let Some(of) = &body {
+            self.hyphen(of);
+            let instance = self.of_ladder(of, true, used);
+            if let Some(instance) = instance {
+                (rungs, stages) = self.body(&instance);
+                self.end_if_over(of);
+            }
+        }
+        Block { form, span, name, autostart, body: None, rungs, stages }
+    }
+
+    /// A Program with the body of a template has the name of a use: without `-`.
+    fn hyphen(&mut self, of: &Use) {
+        let Some(name) = of.name.as_ref().filter(|name| name.text.contains('-')) else { return };
+        let message = format!("`{}` cannot be the name of a use", name.text);
+        let finding = Finding::new(Code::ForbiddenName, name.span, message);
+        let help = format!("a use's name has no `-`: `{}`", name.text.replace('-', "_"));
+        self.findings.push(finding.help(help));
+    }
+
+    fn entries(&mut self, entries: Vec<Entry>, used: &mut [bool]) -> Vec<Rung> {
+        let mut rungs = Vec::with_capacity(entries.len());
+        for entry in entries {
+            match entry {
+                Entry::Rung(rung) => rungs.push(rung),
+                Entry::Use(of) => {
+                    self.names.extend(of.name.clone());
+                    let Some(instance) = self.of_ladder(&of, false, used) else { continue };
+                    self.rungs(&instance.of.template.rungs, &instance, &mut rungs);
+                    self.end_if_over(&of);
+                }
+            }
+        }
+        rungs
+    }
+
+    /// A use that stands in a ladder.
+    fn of_ladder(&mut self, of: &Use, is_body: bool, used: &mut [bool]) -> Option<Instance<'t>> {
+        if let Some(at) = self.templates.of(of) {
+            used[at] = true;
+        }
+        self.findings.extend(self.templates.misuses(of, is_body));
+        self.instance(of, None, is_body)
+    }
+
+    /// Whether the templates stand for too much.
+    pub fn is_over(&self) -> bool {
+        self.room.is_over()
+    }
+
+    /// Says once that the templates stand for too much, at the use that was too much.
+    fn end_if_over(&mut self, of: &Use) {
+        if self.room.is_over() && !std::mem::replace(&mut self.is_told, true) {
+            let span = of.template.as_ref().map_or(of.span, |name| name.span);
+            let parts = super::room::PARTS_MAX;
+            let message =
+                format!("the templates stand for more than {parts} contacts and operands");
+            let finding = Finding::new(Code::TemplateSize, span, message);
+            self.findings.push(finding.label("the limit is reached here"));
+        }
+    }
+
+    /// A use with its arguments. Adds its own tags.
+    fn instance(&mut self, of: &Use, giver: Giver<'_, 't>, is_body: bool) -> Option<Instance<'t>> {
+        let number = self.templates.of(of)?;
+        let declared = &self.templates.all[number];
+        let name = of.name.as_ref()?;
+        if !declared.is_usable || self.room.is_over() {
+            return None;
+        }
+        let by = giver.map_or(name.span.file, |giver| giver.layer);
+        let at = of.template.as_ref().map_or(of.span, |template| template.span);
+        let at = Span { file: by, ..at };
+        let (whole, path) = match giver {
+            Some(giver) => {
+                (format!("{}.{}", giver.name, name.text), format!("{}{}/", giver.path, name.text))
+            }
+            None if is_body => (name.text.clone(), String::new()),
+            None => (name.text.clone(), format!("{}/", name.text)),
+        };
+        let own = declared.known.clone();
+        let place = UsePlace { name: whole.clone(), at, is_trial: self.trial, own };
+        let layer = self.layers.add_use(declared.template.span.file, place);
+        let mut allow = giver.map_or(Vec::new(), |giver| giver.allow.clone());
+        allow.extend(of.allow.iter().cloned());
+        let given = HashMap::new();
+        let mut instance = Instance { of: declared, layer, name: whole, path, given, allow };
+        let is_whole = self.give(&mut instance, of, giver);
+        let written = if giver.is_none() { &of.arguments[..] } else { &[] };
+        self.own_tags(&instance, written);
+        let is_right = declared.template.stages.is_empty() || is_body;
+        if !is_whole || !is_right || self.room.take(1).is_none() {
+            return None;
+        }
+        self.written[number] = true;
+        Some(instance)
+    }
+
+    /// Reads the arguments and defaults of a use. Whether all are there.
+    fn give(&mut self, instance: &mut Instance<'t>, of: &Use, giver: Giver<'_, 't>) -> bool {
+        let declared = instance.of;
+        let mut whole = declared.misfits(of).is_empty();
+        let mut defaults = Vec::new();
+        let mut all = HashMap::new();
+        for (parameter, kind) in declared.parameters() {
+            let name = &*parameter.name.text;
+            let argument = of.arguments.iter().find(|(given, _)| given.text == name);
+            let given = match (argument, &parameter.default) {
+                (Some((_, text)), _) => match giver {
+                    Some(giver) => text.as_ref().and_then(|t| self.given(kind, t, giver)),
+                    None => text.as_ref().and_then(|t| given::read(kind, t, t.span.file).ok()),
+                },
+                (None, Some(text)) => {
+                    defaults.push((parameter, kind, text));
+                    continue;
+                }
+                (None, None) => None,
+            };
+            match given {
+                Some(given) => {
+                    self.note_argument((declared, parameter, kind), &given);
+                    all.insert(name, given);
+                }
+                None => whole = false,
+            }
+        }
+        // While `given` is empty, a name in a default cannot be a parameter.
+        for (parameter, kind, text) in defaults {
+            match self.given(kind, text, instance) {
+                Some(given) => {
+                    self.note_argument((declared, parameter, kind), &given);
+                    all.insert(&parameter.name.text, given);
+                }
+                None => whole = false,
+            }
+        }
+        instance.given = all;
+        whole
+    }
+
+    /// An argument that stands in the text of a template.
+    fn given(&mut self, kind: Kind, text: &Text, giver: &Instance<'t>) -> Option<Given> {
+        let given = given::read(kind, text, giver.layer).ok()?;
+        let mut rewrite = self.rewrite(giver);
+        match given {
+            Given::Contacts(contact, _) => {
+                let contact = rewrite.contact(&contact, 0)?;
+                Some(Given::contacts(contact))
+            }
+            Given::Atom(atom) => rewrite.atom(&atom, kind.wanted()).map(Given::Atom),
+        }
+    }
+
+    fn note_argument(&mut self, of: (&Declared, &Parameter, Kind), given: &Given) {
+        let (declared, parameter, kind) = of;
+        // What an outer use handed on is checked where it was given.
+        if !self.layers.is_given(given.span().file) {
+            self.arguments.push(Argument {
+                template: declared.name().to_owned(),
+                parameter: parameter.name.text.clone(),
+                kind,
+                given: given.clone(),
+            });
+        }
+    }
+
+    fn rewrite<'r>(&'r mut self, instance: &'r Instance<'t>) -> Rewrite<'r, 't> {
+        Rewrite {
+            instance,
+            layers: &mut self.layers,
+            room: &mut self.room,
+            findings: &mut self.findings,
+        }
+    }
+
+    /// A template that nothing uses, with arguments that fit.
+    pub fn trial(&mut self, declared: &'t Declared<'t>) -> Option<Trial> {
+        let template = declared.template;
+        let name = template.name.as_ref().filter(|_| declared.is_usable)?;
+        if declared.parameters().any(|(_, kind)| kind.trial_type().is_none()) {
+            return None;
+        }
+        self.trial = true;
+        let of_ladders = std::mem::take(&mut self.arguments);
+        // No name of a ladder has a `?`.
+        let whole = format!("?{}", name.text);
+        let (at, own) = (name.span, declared.known.clone());
+        let place = UsePlace { name: whole.clone(), at, is_trial: true, own };
+        let layer = self.layers.add_use(template.span.file, place);
+        let span = Span { file: layer, ..name.span };
+        let mut given = HashMap::new();
+        for (parameter, kind) in declared.parameters() {
+            let text = format!("{whole}.?{}", parameter.name.text);
+            let Some(value) = kind.trial_type() else { continue };
+            self.tags.push(Tag::of_type(Text { text: text.clone(), span, exact: true }, value));
+            let stands = if kind == Kind::Contact {
+                Given::contacts(Contact::Bit(Located { value: text, span }))
+            } else {
+                Given::Atom(Atom { kind: AtomKind::Name(text), span })
+            };
+            given.insert(&*parameter.name.text, stands);
+        }
+        let (path, allow) = (String::new(), Vec::new());
+        let instance = Instance { of: declared, layer, name: whole.clone(), path, given, allow };
+        self.own_tags(&instance, &[]);
+        let (rungs, stages) = self.body(&instance);
+        self.trial = false;
+        let name = Some(Text { text: whole, span, exact: true });
+        let (form, autostart) = (BlockForm::Program, None);
+        let block = Block { form, span, name, autostart, body: None, rungs, stages };
+        let arguments = std::mem::replace(&mut self.arguments, of_ladders);
+        Some(Trial { block, tags: std::mem::take(&mut self.tags), arguments })
+    }
+
+    /// The rungs and stages of a Program with a template as its body.
+    fn body(&mut self, instance: &Instance<'t>) -> (Vec<Rung>, Vec<Stage>) {
+        let template = instance.of.template;
+        let mut rungs = Vec::new();
+        self.rungs(&template.rungs, instance, &mut rungs);
+        let stages = template.stages.iter().map(|stage| {
+            let mut rungs = Vec::new();
+            self.rungs(&stage.rungs, instance, &mut rungs);
+            let place = |span: Span| Span { file: instance.layer, ..span };
+            let name = stage.name.as_ref();
+            let name = name.map(|name| Text { span: place(name.span), ..name.clone() });
+            Stage { span: place(stage.span), name, rungs }
+        });
+        let stages = stages.collect();
+        (rungs, stages)
+    }
+
+    /// Writes out rungs and uses of a template.
+    fn rungs(&mut self, entries: &'t [Entry], instance: &Instance<'t>, out: &mut Vec<Rung>) {
+        for entry in entries {
+            if self.room.is_over() {
+                return;
+            }
+            match entry {
+                Entry::Rung(rung) => out.push(self.rung(rung, instance)),
+                Entry::Use(of) => {
+                    if let Some(inner) = self.instance(of, Some(instance), false) {
+                        self.rungs(&inner.of.template.rungs, &inner, out);
+                    }
+                }
+            }
+        }
+    }
+
+    fn rung(&mut self, rung: &Rung, instance: &Instance<'t>) -> Rung {
+        let mut rewrite = self.rewrite(instance);
+        let place = |span: Span| Span { file: instance.layer, ..span };
+        let _ = rewrite.room.take(1);
+        let name = rung.name.as_ref().map(|name| Text {
+            text: format!("{}{}", instance.path, name.text),
+            span: place(name.span),
+            exact: name.exact,
+        });
+        let moved = |text: &Text| Text { span: place(text.span), ..text.clone() };
+        let mut leg = |leg: &Leg| Leg {
+            key: moved(&leg.key),
+            span: place(leg.span),
+            contacts: rewrite.contacts(&leg.contacts),
+        };
+        let (when, legs) = (rung.when.as_ref().map(&mut leg), rung.legs.iter().map(leg).collect());
+        let mut body = |body: &[crate::source::instruction::Instruction]| {
+            body.iter().filter_map(|text| rewrite.instruction(text)).collect()
+        };
+        let own = body(&rung.body);
+        let branches = rung.branches.iter().map(|branch| Branch {
+            span: place(branch.span),
+            contacts: rewrite.contacts(&branch.contacts),
+            body: branch.body.iter().filter_map(|text| rewrite.instruction(text)).collect(),
+        });
+        let branches = branches.collect();
+        let allow = rung.allow.iter().map(moved).chain(instance.allow.iter().cloned()).collect();
+        Rung { extent: place(rung.extent), name, allow, when, legs, body: own, branches }
+    }
+
+    /// Adds the own tags of a use, with what stands in its texts.
+    /// `written`: the arguments as the ladder has them.
+    fn own_tags(&mut self, instance: &Instance<'t>, written: &[(Text, Option<Text>)]) {
+        for tag in &instance.of.template.tags {
+            let stands = |word: &str| match word {
+                "name" => Some(instance.name.clone()),
+                word => {
+                    let written = written.iter().find(|(name, _)| name.text == word);
+                    let written = written.and_then(|(_, text)| text.as_ref());
+                    let written = written.map(|text| text.text.clone());
+                    written.or_else(|| instance.given.get(word).map(Given::to_string))
+                }
+            };
+            let filled = |text: &str| texts::filled(text, stands);
+            let name = format!("{}.{}", instance.name, tag.name.text);
+            let layer = instance.layer;
+            if name.len() > NAME_MAX {
+                let span = Span { file: layer, ..tag.name.span };
+                let message = format!("the name `{name}` has {} characters", name.len());
+                let finding = Finding::new(Code::ForbiddenName, span, message);
+                self.findings.push(finding.help(format!("a name has at most {NAME_MAX}")));
+            }
+            let alarm =
+                tag.alarm.as_ref().map(|alarm| Text { text: filled(&alarm.text), ..alarm.clone() });
+            let doc = tag.doc.as_ref().map(|doc| filled(doc));
+            let long = alarm.as_ref().map_or(0, |alarm| alarm.text.len());
+            let _ = self.room.take(1 + (long + doc.as_ref().map_or(0, String::len)) / 16);
+            self.tags.push(moved(Tag { alarm, doc, ..tag.clone() }, name, layer));
+        }
+    }
+}
+
+/// A tag with its whole name and its places in a layer.
+fn moved(mut tag: Tag, name: String, layer: FileId) -> Tag {
+    tag.name.text = name;
+    tag.name.span.file = layer;
+    for text in [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.log].into_iter().flatten() {
+        text.span.file = layer;
+    }
+    let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];
+    for constant in constants.into_iter().flatten() {
+        constant.span.file = layer;
+    }
+    if let Some(Located { span, .. }) = &mut tag.spare {
+        span.file = layer;
+    }
+    tag
+}

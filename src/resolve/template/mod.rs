@@ -1,0 +1,80 @@
+//! Templates: what their uses stand for.
+//!
+//! Called by `resolve_ladders` before any name is declared. [`Resolver::expand`] writes every use
+//! out, so that afterwards each block has rungs and stages alone, and the ladder has the own tags
+//! of all uses (`p1.failed`). Once all names are declared, [`Resolver::check_arguments`] looks at
+//! what each use gives. Everything later knows no templates.
+
+mod arguments;
+mod declared;
+mod expand;
+mod given;
+mod kind;
+mod nesting;
+pub(super) mod pending;
+mod rewrite;
+mod room;
+mod texts;
+mod trial;
+
+use super::Resolver;
+use super::layers::Layers;
+use crate::source::ladder::{Entry, Ladder, Template};
+use crate::source::span::FileId;
+use declared::{Templates, uses};
+use expand::Expansion;
+
+/// Ladders whose rungs are written out.
+pub(super) type Ladders = Vec<(FileId, Ladder)>;
+
+impl Resolver<'_> {
+    /// Writes out every use of a template.
+    pub(super) fn expand(&mut self, ladders: Vec<(FileId, Ladder<Entry>)>) -> Ladders {
+        let all = || ladders.iter().flat_map(|(_, ladder)| &ladder.templates);
+        let templates: Vec<Template> = all().cloned().collect();
+        let (mut templates, mut findings) = Templates::new(templates.iter());
+        nesting::check(&mut templates, &mut findings);
+        let mut expansion = Expansion::new(&templates);
+        let mut used = vec![false; templates.all.len()];
+        for of in templates.all.iter().flat_map(|of| uses(of.template).map(move |u| (of, u))) {
+            let own = |to: usize| std::ptr::eq(templates.all[to].template, of.0.template);
+            if let Some(to) = templates.of(of.1).filter(|to| !own(*to)) {
+                used[to] = true;
+            }
+        }
+        let mut plain = Vec::new();
+        for (file, ladder) in ladders {
+            plain.push((file, expansion.ladder(ladder, &mut used)));
+        }
+        findings.extend(templates.unused(&used));
+        // Those that nothing uses come first: their trials write out what they use.
+        for is_used in [false, true] {
+            for (at, declared) in templates.all.iter().enumerate() {
+                if used[at] == is_used && !expansion.written[at] {
+                    self.trials.extend(expansion.trial(declared));
+                }
+            }
+        }
+        if expansion.is_over() {
+            // What was written out until then is not worth the time.
+            plain.iter_mut().for_each(|(_, ladder)| forget_rungs(ladder));
+            expansion.arguments.clear();
+            self.trials.clear();
+        }
+        findings.append(&mut expansion.findings);
+        self.arguments = std::mem::take(&mut expansion.arguments);
+        self.use_names = std::mem::take(&mut expansion.names);
+        self.layers = expansion.layers;
+        self.findings.extend(findings);
+        plain
+    }
+}
+
+/// Leaves out the rungs and own tags that templates stand for.
+fn forget_rungs(ladder: &mut Ladder) {
+    for block in &mut ladder.blocks {
+        block.rungs.clear();
+        block.stages.iter_mut().for_each(|stage| stage.rungs.clear());
+    }
+    ladder.tags.retain(|tag| !Layers::is_layered(tag.name.span));
+}

@@ -1,0 +1,60 @@
+//! The trial of a template that nothing uses: it is written out with arguments that fit, and
+//! checked like any other, outside the program.
+
+use crate::resolve::Resolver;
+use crate::resolve::program::Program;
+use crate::source::ladder::{Block, Ladder, Stage};
+use crate::source::span::FileId;
+
+impl Resolver<'_> {
+    /// The program of the unused templates, with the names of the ladders but without their rungs.
+    /// Adds the findings about these templates.
+    pub(in crate::resolve) fn trial_program(
+        &mut self,
+        ladders: &[(FileId, Ladder)],
+    ) -> Option<Program> {
+        let trials = std::mem::take(&mut self.trials);
+        if trials.is_empty() {
+            return None;
+        }
+        let mut resolver = Resolver::new(self.files, self.options);
+        resolver.layers = self.layers.clone();
+        let mut ladders: Vec<(FileId, Ladder)> =
+            ladders.iter().map(|(file, ladder)| (*file, without_rungs(ladder))).collect();
+        let (_, last) = ladders.last_mut()?;
+        for trial in trials {
+            last.blocks.push(trial.block);
+            last.tags.extend(trial.tags);
+            resolver.arguments.extend(trial.arguments);
+        }
+        let program = resolver.plain_program(&ladders);
+        let of_trials =
+            |finding: &crate::source::finding::Finding| self.layers.is_trial(finding.span);
+        self.findings.extend(resolver.findings.into_iter().filter(of_trials));
+        Some(program)
+    }
+}
+
+/// The names of a ladder.
+fn without_rungs(ladder: &Ladder) -> Ladder {
+    let stage = |stage: &Stage| Stage { span: stage.span, name: stage.name.clone(), rungs: vec![] };
+    let block = |block: &Block| Block {
+        form: block.form,
+        span: block.span,
+        name: block.name.clone(),
+        autostart: None,
+        body: None,
+        rungs: Vec::new(),
+        stages: block.stages.iter().map(stage).collect(),
+    };
+    Ladder {
+        name: None,
+        doc: None,
+        allow: Vec::new(),
+        devices: ladder.devices.clone(),
+        order: None,
+        tags: ladder.tags.clone(),
+        blocks: ladder.blocks.iter().map(block).collect(),
+        templates: Vec::new(),
+    }
+}

@@ -1,0 +1,310 @@
+//! Rungs and uses of templates as written, and the stages that hold them.
+//!
+//! Called by the readers of blocks (`ladder`) and of templates (`template`). A table of a `rung`
+//! array is a rung, or a use: the rungs of a template in its place. Which template that is, and
+//! what it makes of the arguments, is the resolver's concern.
+
+use super::contact::Contact;
+use super::contact_parser;
+use super::finding::{Code, Finding};
+use super::instruction::{self, Instruction};
+use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
+use super::reader::{Table, Text};
+use super::span::{Located, Span};
+
+/// A Stage. Its rungs are plain, or as written: rungs and uses.
+#[derive(Clone, Debug)]
+pub struct Stage<R = Rung> {
+    /// The place of its header.
+    pub span: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// Its rungs.
+    pub rungs: Vec<R>,
+}
+
+/// What stands in the place of a rung.
+#[derive(Clone, Debug)]
+pub enum Entry {
+    /// A rung.
+    Rung(Rung),
+    /// The rungs of a template.
+    Use(Use),
+}
+
+/// A use of a template.
+#[derive(Clone, Debug)]
+pub struct Use {
+    /// The place of its header.
+    pub span: Span,
+    /// `name`; of a Program, its name.
+    pub name: Option<Text>,
+    /// `use`: the name of the template.
+    pub template: Option<Text>,
+    /// `with`, in file order: names of parameters, each with its text; a number without quotes as
+    /// a text too. `None` for a value of another type, which is reported.
+    pub arguments: Vec<(Text, Option<Text>)>,
+    /// `allow`.
+    pub allow: Vec<Text>,
+}
+
+/// A rung.
+#[derive(Clone, Debug)]
+pub struct Rung {
+    /// From its header to the end of its last value.
+    pub extent: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// `allow`.
+    pub allow: Vec<Text>,
+    /// `when`.
+    pub when: Option<Leg>,
+    /// `leg.*`, in file order.
+    pub legs: Vec<Leg>,
+    /// `do`.
+    pub body: Vec<Instruction>,
+    /// Its branches.
+    pub branches: Vec<Branch>,
+}
+
+/// A series of contacts.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// The key: `when`, or the name after `leg.`.
+    pub key: Text,
+    /// The place of its array.
+    pub span: Span,
+    /// The readable elements.
+    pub contacts: Vec<Contact>,
+}
+
+/// A branch of a rung.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// The place of its header.
+    pub span: Span,
+    /// Its contacts.
+    pub contacts: Vec<Contact>,
+    /// `do`.
+    pub body: Vec<Instruction>,
+}
+
+const RUNG_NAME: &str = r#"{"pattern":"^([a-z0-9]+(-[a-z0-9]+)*|[A-Za-z][A-Za-z0-9_]*)$"}"#;
+const LEGS: &str =
+    r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en","data","clk"]}}"#;
+/// A JSON Schema of a rung: `when`, `leg` or `use`.
+const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]},
+            {"required":["use","name"]}],
+            "anyOf":[{"required":["do"]},{"required":["branch"]},{"required":["use"]}]}"#;
+pub(super) const USE: Key = key("use", "The name of a template, whose rungs stand here.");
+pub(super) const WITH: Key = key("with", "What the template gets, by the names of its parameters.");
+const ARGUMENT: Key =
+    key("*", "What a parameter stands for here: contacts, a name or a constant, as its type says.");
+
+/// Reads the rungs and uses of a table.
+pub(super) fn read_entries(table: &mut Table<'_>, rung: Key) -> Vec<Entry> {
+    table.tables(rung, "a rung").into_iter().map_while(read_entry_in_time).collect()
+}
+
+/// Reads the stages of a table.
+pub(super) fn read_stages(stages: Vec<Table<'_>>) -> Vec<Stage<Entry>> {
+    stages.into_iter().map(read_stage).collect()
+}
+
+/// Reads the arguments of a use.
+pub(super) fn read_arguments(table: &mut Table<'_>) -> Vec<(Text, Option<Text>)> {
+    table.table(WITH, "`with`").map_or(Vec::new(), |mut with| with.scalars(ARGUMENT))
+}
+
+fn read_stage(mut table: Table<'_>) -> Stage<Entry> {
+    let name =
+        table.required_string(key("name", "Its name, unique in its program.").limited(BLOCK_NAME));
+    table.string(key("doc", "What it does."));
+    let rungs = read_entries(&mut table, key("rung", "Its rungs, executed while the stage is ON."));
+    let span = table.span();
+    table.finish();
+    Stage { span, name, rungs }
+}
+
+/// `None` when the load is to end.
+fn read_entry_in_time(table: Table<'_>) -> Option<Entry> {
+    (!table.doc().is_over()).then(|| match table.has("use") {
+        true => Entry::Use(read_use(table)),
+        false => Entry::Rung(read_rung(table)),
+    })
+}
+
+fn read_use(mut table: Table<'_>) -> Use {
+    let of = Use {
+        span: table.span(),
+        name: table.required_string(key("name", "The name of this use.")),
+        template: table.string(USE),
+        arguments: read_arguments(&mut table),
+        allow: read_allow(&mut table),
+    };
+    table.string(key("doc", "Why it is there."));
+    let own = ["when", "leg", "do", "branch"].into_iter().find(|key| table.has(key));
+    match own.and_then(|key| Some((key, table.key_span(key)?))) {
+        Some((key, span)) => {
+            let message = format!("a use has no `{key}`: its rungs are the template's");
+            let finding = Finding::new(Code::TemplateRule, span, message);
+            table.find(finding.help("what it is to get stands in `with`; or write a rung"));
+        }
+        None => table.finish(),
+    }
+    of
+}
+
+fn read_allow(table: &mut Table<'_>) -> Vec<Text> {
+    let allow = key("allow", "Names of warnings that are silenced here.");
+    table.strings(allow).map_or(Vec::new(), |allow| allow.value)
+}
+
+fn read_rung(mut table: Table<'_>) -> Rung {
+    let (span, extent) = (table.span(), table.extent());
+    table.together(ONE_KIND_OF_LEGS);
+    let name =
+        table.string(key("name", "A name in kebab-case, unique in its block.").limited(RUNG_NAME));
+    table.string(key("doc", "Why the rung is there."));
+    let allow = read_allow(&mut table);
+    if let (None, Some(span)) = (table.string(USE), table.key_span("with")) {
+        let finding = Finding::new(Code::TemplateRule, span, "`with` without `use`");
+        table.find(finding.help("name the template: `use = \"Pump\"`"));
+    }
+    read_arguments(&mut table);
+    let contacts = key("when", "Contacts in series; `|` is a parallel branch.");
+    let when = read_when(&mut table, contacts.limited(NOT_EMPTY));
+    let legs = match table
+        .table(key("leg", "The legs of an instruction that has several.").limited(LEGS), "`leg`")
+    {
+        Some(mut legs) => legs.string_arrays(
+            key("*", "The contacts of this leg, in series.").limited(NOT_EMPTY),
+            "leg.",
+        ),
+        None => Vec::new(),
+    };
+    let legs: Vec<Leg> =
+        legs.into_iter().map(|(key, texts)| read_leg(&table, key, texts)).collect();
+    check_legs(&table);
+    let instructions = key("do", "Instructions, executed in order with the rung's power.");
+    let body = read_body(&mut table, instructions);
+    let branches: Vec<Branch> = table
+        .tables(
+            key("branch", "Further contacts after the rung's own, with instructions."),
+            "a branch",
+        )
+        .into_iter()
+        .map(read_branch)
+        .collect();
+    if !table.has("do") && branches.is_empty() {
+        table.find(no_instruction("a rung", span));
+    }
+    table.finish();
+    Rung { extent, name, allow, when, legs, body, branches }
+}
+
+fn check_legs(table: &Table<'_>) {
+    let finding = match (table.has("when"), table.key_span("leg")) {
+        (true, Some(leg)) => {
+            let message = "a rung has `when` or `leg.*`, not both";
+            let when = table.key_span("when").unwrap_or(leg);
+            Finding::new(Code::MixedLegs, leg, message)
+                .related(when, "`when` is here")
+                .help("`when` is for instructions with one leg; `leg.*` names the legs of others")
+        }
+        (false, None) => Finding::new(Code::MixedLegs, table.span(), "a rung without contacts")
+            .help("a rung that is always ON says so: `when = [\"$On\"]`"),
+        _ => return,
+    };
+    table.find(finding);
+}
+
+fn read_branch(mut table: Table<'_>) -> Branch {
+    let span = table.span();
+    table.together(r#"{"required":["when","do"]}"#);
+    let when = key("when", "Contacts in series after the rung's own.");
+    let contacts =
+        read_when(&mut table, when.limited(NOT_EMPTY)).map_or(Vec::new(), |leg| leg.contacts);
+    if !table.has("when") {
+        let finding = Finding::new(Code::MixedLegs, span, "a branch without contacts");
+        table.find(finding.help(
+            "a branch adds contacts to the rung's: `when = [\"X1\"]`; to do more with the rung's \
+             own, put it in the rung's `do`",
+        ));
+    }
+    let instructions = key("do", "Instructions, executed in order.");
+    let body = read_body(&mut table, instructions.limited(NOT_EMPTY));
+    if !table.has("do") {
+        table.find(no_instruction("a branch", span));
+    }
+    table.finish();
+    Branch { span, contacts, body }
+}
+
+fn no_instruction(what: &str, span: Span) -> Finding {
+    let finding = Finding::new(Code::NoInstruction, span, format!("{what} that drives nothing"));
+    finding.help("give it an instruction: `do = [\"OUT Y0\"]`")
+}
+
+fn read_when(table: &mut Table<'_>, when: Key) -> Option<Leg> {
+    let key_span = table.key_span("when");
+    let (texts, key_span) = (table.strings(when)?, key_span?);
+    let key = Text { text: "when".to_owned(), span: key_span, exact: true };
+    Some(read_leg(table, key, texts))
+}
+
+fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> Leg {
+    if texts.value.is_empty() && !table.doc().has_finding_in(texts.span) {
+        let finding = Finding::new(Code::EmptyLeg, texts.span, "a leg without contacts");
+        table.find(finding.help("always ON is `[\"$On\"]`, never is `[\"$Off\"]`"));
+    }
+    let mut contacts = Vec::new();
+    for text in &texts.value {
+        if !plain(table, text, Code::ContactSyntax) {
+            continue;
+        }
+        match contact_parser::parse(&text.text, text.span) {
+            Ok(contact) => contacts.push(contact),
+            Err(finding) => table.find(finding),
+        }
+    }
+    Leg { key, span: texts.span, contacts }
+}
+
+fn read_body(table: &mut Table<'_>, body: Key) -> Vec<Instruction> {
+    let Some(texts) = table.strings(body) else { return Vec::new() };
+    let unread = table.doc().has_finding_in(texts.span);
+    if texts.value.is_empty() && !table.has("branch") && !unread {
+        table.find(no_instruction(table.place(), texts.span));
+    }
+    let mut body = Vec::new();
+    let mut findings = Vec::new();
+    for text in &texts.value {
+        if plain(table, text, Code::InstructionSyntax) {
+            body.extend(instruction::parse(&text.text, text.span, &mut findings));
+        }
+    }
+    findings.into_iter().for_each(|finding| table.find(finding));
+    body
+}
+
+/// The most bytes of a contact's or an instruction's text.
+const TEXT_BYTES_MAX: usize = 64 * 1024;
+
+/// Whether the text is short enough for its parts, and whether the file holds it byte by byte (no
+/// escapes); only then does each part have a place. Otherwise adds a finding.
+fn plain(table: &Table<'_>, text: &Text, code: Code) -> bool {
+    if text.text.len() > TEXT_BYTES_MAX {
+        let message = format!("a string of more than {TEXT_BYTES_MAX} bytes");
+        let finding = Finding::new(code, text.span, message);
+        table.find(
+            finding.help("write several strings in the array: a contact or instruction each"),
+        );
+        return false;
+    }
+    if !text.exact {
+        let finding = Finding::new(code, text.span, "a string with `\\` or several lines");
+        table.find(finding.help("nothing here needs an escape: write it plainly, on one line"));
+    }
+    text.exact
+}

@@ -1,0 +1,82 @@
+//! Getters for the entries of a table whose keys are names, when its values are no tables.
+// `_` stands for what TOML allows and a ladder does not; the enum is the parser's.
+#![allow(clippy::wildcard_enum_match_arm)]
+
+use toml::de::DeValue;
+
+use super::{Table, Value, ValueForm};
+use crate::source::finding::{Code, Finding};
+use crate::source::key::Key;
+use crate::source::reader::Text;
+use crate::source::span::Located;
+
+impl<'a> Table<'a> {
+    /// All entries as arrays of strings, by key and in file order (the form of `leg`). Helps write
+    /// the keys with `prefix`.
+    pub fn string_arrays(&mut self, any: Key, prefix: &str) -> Vec<(Text, Located<Vec<Text>>)> {
+        self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Texts));
+        let entries = self.in_file_order();
+        let arrays = entries.into_iter().filter_map(|(key, value)| {
+            let name = self.key_text(key);
+            Some((name, self.strings_of(value, key.get_ref(), prefix)?))
+        });
+        arrays.collect()
+    }
+
+    /// All entries as integers within a range, by key and in file order (the form of named places).
+    pub fn integers_by_name(&mut self, any: Key, range: (i64, i64)) -> Vec<(Text, Located<i64>)> {
+        self.shape
+            .iter()
+            .for_each(|shape| shape.note_others(any, ValueForm::Integer(range.0, range.1)));
+        let entries = self.in_file_order();
+        let integers = entries.into_iter().filter_map(|(key, value)| {
+            let number = self.number(value, key.get_ref(), range)?;
+            let span = self.doc.span(value.span());
+            Some((self.key_text(key), Located { value: number, span }))
+        });
+        integers.collect()
+    }
+
+    /// All entries as strings or bare numbers, by key and in file order (the form of `with`).
+    /// `None` for a value of another type, which is reported.
+    pub fn scalars(&mut self, any: Key) -> Vec<(Text, Option<Text>)> {
+        self.shape.iter().for_each(|shape| shape.note_others(any, ValueForm::Scalar));
+        let entries = self.in_file_order();
+        let scalar = |(key, value): (_, Value<'a>)| {
+            let name = self.key_text(key);
+            let text = self.scalar_of(value, &format!("`{}`", name.text));
+            (name, text)
+        };
+        entries.into_iter().map(scalar).collect()
+    }
+
+    /// A string or a bare number, as a text.
+    pub fn scalar(&mut self, key: Key) -> Option<Text> {
+        let value = self.get(key, ValueForm::Scalar)?;
+        self.scalar_of(value, &self.what(key.name))
+    }
+
+    fn scalar_of(&self, value: Value<'a>, what: &str) -> Option<Text> {
+        let span = self.doc.span(value.span());
+        let text = match value.get_ref() {
+            DeValue::String(text) => return Some(self.doc.text(text, value.span())),
+            DeValue::Float(float) => float.as_str().to_owned(),
+            DeValue::Integer(integer) => {
+                let number = i64::from_str_radix(integer.as_str(), integer.radix());
+                number.unwrap_or(i64::MAX).to_string()
+            }
+            DeValue::Boolean(on) => {
+                let message = format!("{what} wants a string or a number, not true or false");
+                let nickname = if *on { "$On" } else { "$Off" };
+                let help = format!("a bit that never changes is `\"{nickname}\"`");
+                self.find(Finding::new(Code::WrongType, span, message).help(help));
+                return None;
+            }
+            _ => {
+                self.doc.wrong_type(value, what, "a string or a number");
+                return None;
+            }
+        };
+        Some(Text { text, span, exact: true })
+    }
+}

@@ -1,0 +1,125 @@
+//! Tags as written.
+//!
+//! Called by the readers of ladders and templates. What a tag means is the resolver's concern.
+
+use super::key::{Key, key};
+use super::reader::{Constant, NamedTable, Table, Text};
+use super::span::Located;
+
+/// A tag.
+#[derive(Clone, Debug, Default)]
+pub struct Tag {
+    /// Its name.
+    pub name: Text,
+    /// `at`.
+    pub at: Option<Text>,
+    /// `count`, of an array.
+    pub count: Option<Located<i64>>,
+    /// `type`.
+    pub kind: Option<Text>,
+    /// `value`.
+    pub value: Option<Located<Constant>>,
+    /// `doc`.
+    pub doc: Option<String>,
+    /// `initial`, one value.
+    pub initial: Option<Located<Constant>>,
+    /// `initial`, a list.
+    pub initials: Option<Located<Vec<Located<Constant>>>>,
+    /// `min`.
+    pub min: Option<Located<Constant>>,
+    /// `max`.
+    pub max: Option<Located<Constant>>,
+    /// `alarm`.
+    pub alarm: Option<Text>,
+    /// `log`.
+    pub log: Option<Text>,
+    /// `spare`.
+    pub spare: Option<Located<bool>>,
+    /// Whether the tag has `at`, `type` or `value`, even an unreadable one.
+    pub has_meaning: bool,
+}
+
+impl Tag {
+    /// A tag whose mistake is reported at its declaration.
+    fn unreadable(name: Text) -> Tag {
+        Tag { name, has_meaning: true, ..Tag::default() }
+    }
+
+    /// A tag with a `type` and nothing else.
+    pub(crate) fn of_type(name: Text, kind: &str) -> Tag {
+        let kind = Some(Text { text: kind.to_owned(), ..name.clone() });
+        Tag { kind, ..Tag::unreadable(name) }
+    }
+}
+
+/// The name of a tag; the grammar in `docs/language.md`.
+const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
+const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
+
+/// The number of elements of an array.
+const COUNT: (i64, i64) = (2, 4096);
+
+/// Reads the tags of a table.
+pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
+    let Some(mut tags) = root.table(tags.limited(TAG_NAME), "`[tags]`") else {
+        return Vec::new();
+    };
+    let any =
+        key("*", "A tag: a name for an address (`at`), memory (`type`) or a constant (`value`).");
+    let help = |name: &str, value: &str| {
+        if value.starts_with('[') {
+            return above(name);
+        }
+        let key = if value.starts_with('"') { "at" } else { "value" };
+        format!("write `{name} = {{ {key} = {value} }}`")
+    };
+    let entries = tags.entries(any, "a tag", help);
+    entries.into_iter().map(read_tag).collect()
+}
+
+fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
+    let Some(mut table) = table else { return Tag::unreadable(name) };
+    table.together(
+        r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
+    );
+    let at = table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."));
+    let count = table.integer(key("count", "An array of so many neighbours from `at` on."), COUNT);
+    let initial = key(
+        "initial",
+        "Its value after a cold start; else 0, OFF. An array takes a list too, one for each.",
+    );
+    let (initial, initials) = table.constants(initial);
+    let tag = Tag {
+        name,
+        at,
+        count,
+        kind: table.string(
+            key("type", "What it is; rungd gives it a place in memory, and it has no address.")
+                .limited(TAG_TYPES),
+        ),
+        value: table
+            .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
+        doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
+        initial,
+        initials,
+        min: table.constant(key(
+            "min",
+            "A write from outside below this is refused; a write by the ladder is limited to it.",
+        )),
+        max: table.constant(key(
+            "max",
+            "A write from outside above this is refused; a write by the ladder is limited to it.",
+        )),
+        alarm: table.string(key("alarm", "A text: a warning in the log when the bit goes ON.")),
+        log: table.string(key("log", "Each change is logged.").limited(r#"{"const":"change"}"#)),
+        spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
+        has_meaning: ["at", "type", "value"].iter().any(|key| table.has(key)),
+    };
+    table.finish();
+    tag
+}
+
+/// The help for an array in a table of names: it belongs to the table above.
+pub(super) fn above(name: &str) -> String {
+    format!("write `{name} = [ … ]` above the header of this table: here it would be a name")
+}

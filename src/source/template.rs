@@ -1,0 +1,89 @@
+//! Templates as written: parameters, tags, and rungs or stages, to be used many times.
+//!
+//! Called by the reader of ladder files. No name is looked up here, and no rung is expanded.
+
+use super::key::{BLOCK_NAME, key};
+use super::reader::{NamedTable, Table, Text};
+use super::rung::{self, Entry, Stage};
+use super::span::Span;
+use super::tag::{self, Tag};
+
+/// A template.
+#[derive(Clone, Debug)]
+pub struct Template {
+    /// The place of its header.
+    pub span: Span,
+    /// `name`.
+    pub name: Option<Text>,
+    /// `[template.parameters]`, in file order.
+    pub parameters: Vec<Parameter>,
+    /// `[template.tags]`, in file order: each use has its own.
+    pub tags: Vec<Tag>,
+    /// Its rungs and uses.
+    pub rungs: Vec<Entry>,
+    /// Its stages; a template with stages is the body of a Program.
+    pub stages: Vec<Stage<Entry>>,
+}
+
+/// A parameter.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Its name.
+    pub name: Text,
+    /// `type`; `None` if it is missing or unreadable, which is reported.
+    pub kind: Option<Text>,
+    /// `default`; a number without quotes as a text too.
+    pub default: Option<Text>,
+}
+
+/// The types of parameters.
+const TYPES: &str = r#"{"enum":["contact","bit","int","real","duration","output","int-out",
+    "real-out","timer","counter","sensaphone","array"]}"#;
+/// The name of a parameter; the grammar in `docs/language.md`.
+const NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
+
+/// Reads a template.
+pub(super) fn read(mut table: Table<'_>) -> Template {
+    let template = Template {
+        span: table.span(),
+        name: table.required_string(key("name", "Its name.").limited(BLOCK_NAME)),
+        parameters: read_parameters(&mut table),
+        tags: tag::read_all(&mut table, key("tags", "Tags of which each use has its own.")),
+        rungs: rung::read_entries(&mut table, key("rung", "Its rungs, in the place of a use.")),
+        stages: {
+            let stages = key("stage", "Its stages: then it is the body of a program.");
+            rung::read_stages(table.tables(stages, "a stage"))
+        },
+    };
+    table.string(key("doc", "What it does."));
+    table.finish();
+    template
+}
+
+fn read_parameters(table: &mut Table<'_>) -> Vec<Parameter> {
+    let parameters = key("parameters", "What a use gives it.").limited(NAME);
+    let Some(mut parameters) = table.table(parameters, "`[template.parameters]`") else {
+        return Vec::new();
+    };
+    let any = key("*", "A parameter: a name for what a use gives.");
+    let help = |name: &str, value: &str| match value.as_bytes() {
+        [b'[', ..] => tag::above(name),
+        [b'"', ..] => format!("write `{name} = {{ type = {value} }}`"),
+        _ => format!("write `{name} = {{ type = \"int\", default = {value} }}`"),
+    };
+    let entries = parameters.entries(any, "a parameter", help);
+    entries.into_iter().map(read_parameter).collect()
+}
+
+fn read_parameter(NamedTable { name, table }: NamedTable<'_>) -> Parameter {
+    let Some(mut table) = table else { return Parameter { name, kind: None, default: None } };
+    let kind = key("type", "What may be given for it.").limited(TYPES);
+    let parameter = Parameter {
+        name,
+        kind: table.required_string(kind),
+        default: table.scalar(key("default", "What it is where a use does not give it.")),
+    };
+    table.string(key("doc", "What it is."));
+    table.finish();
+    parameter
+}
