@@ -12,6 +12,7 @@ use crate::events::{self, Event, Limit};
 use crate::isa::function::{FUNCTIONS, FunctionSpec, ResultType};
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
+use crate::load::library;
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
@@ -60,6 +61,11 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
 /// The text for a mnemonic or function in any case, a finding's name, an event's name or code, or a
 /// mnemonic of other controllers.
 pub(crate) fn explanation(name: &str) -> Option<String> {
+    if let Some(text) = library::text(name) {
+        return Some(
+            text.map_or_else(|(message, help)| format!("{message}: {help}\n"), str::to_owned),
+        );
+    }
     if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
         return Some(of_instruction(mnemonic.spec()));
     }

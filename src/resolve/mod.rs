@@ -325,6 +325,12 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// The name of the file of a place.
+    fn file_name(&self, span: Span) -> &'a str {
+        let file = (span.file.0 - self.options.first_file.0) as usize;
+        self.files.get(file).map_or("", |file| file.name.as_str())
+    }
+
     /// The text of a place.
     fn text(&self, span: Span) -> &'a str {
         let span = self.layers.in_file(span);
