@@ -424,6 +424,25 @@ fn local_lines() {
 }
 
 #[test]
+fn arrays() {
+    let text = r#"
+        [tags]
+        word = { at = "D10", count = 9 }
+        gate = { at = "C0", count = 9 }
+        [[program]]
+        name = "Main"
+        rung = [
+          { when = ["$On"], do = ["MATH D0 = $ScanCounter % 12 - 1", "MOVE word[D0] to=D1"] },
+          { when = ["gate[D0] | word[D0] > 3"], do = ["RST gate[D0]", "MATH word[D0] = sum(word)"] },
+          { when = ["$ScanToggle"], do = ["COPY word[0..7] to=word[1..8]", "FILL D0 to=word[0..1]"] },
+          { leg.data = ["$1Second"], leg.clk = ["$50ms"], leg.rst = ["$Off"], do = ["SR gate"] },
+          { leg.up = ["$50ms"], leg.rst = ["$Off"], do = ["CNT CT0 preset=word[D0]"] },
+        ]
+        "#;
+    assert_no_allocation("arrays", &program("arrays", text.to_owned()), 1000);
+}
+
+#[test]
 fn every_shipped_ladder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/programs");
     let Ok(entries) = std::fs::read_dir(folder) else { return };

@@ -91,7 +91,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
     let help = choice(number, |ms| {
         let timed = |value: &Value| match value {
             Value::Const(..) => Value::Const(ms, Written::Duration),
-            other @ (Value::Real(_) | Value::Word(_)) => *other,
+            other @ (Value::Real(_) | Value::Word(_) | Value::Element(_)) => *other,
         };
         context.contact(&Contact::Compare(timed(left), *comparison, timed(right), *span))
     });
@@ -102,7 +102,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
 fn bare(value: Value) -> Option<i32> {
     match value {
         Value::Const(number, Written::Integer) if number > 0 => Some(number),
-        Value::Const(..) | Value::Real(_) | Value::Word(_) => None,
+        Value::Const(..) | Value::Real(_) | Value::Word(_) | Value::Element(_) => None,
     }
 }
 

@@ -39,6 +39,7 @@ impl Power<'_> {
                 let parts = many.iter().flat_map(|contact| match contact {
                     Contact::All(parts, _) => parts.as_slice(),
                     Contact::Bit(..)
+                    | Contact::Element(..)
                     | Contact::Not(..)
                     | Contact::Any(..)
                     | Contact::Edge(..)
@@ -112,7 +113,11 @@ fn grouped(context: &Context, contact: &Contact) -> String {
     let text = print(context, contact);
     match contact {
         Contact::All(..) | Contact::Any(..) => format!("({text})"),
-        Contact::Bit(..) | Contact::Not(..) | Contact::Edge(..) | Contact::Compare(..) => text,
+        Contact::Bit(..)
+        | Contact::Element(..)
+        | Contact::Not(..)
+        | Contact::Edge(..)
+        | Contact::Compare(..) => text,
     }
 }
 
@@ -122,8 +127,11 @@ fn print(context: &Context, contact: &Contact) -> String {
     };
     match contact {
         Contact::Bit(bit, _) => context.name(Address::Bit(*bit)),
+        Contact::Element(element, _) => context.element(element),
         Contact::Not(inner, _) => match &**inner {
-            Contact::Bit(..) | Contact::Edge(..) => format!("!{}", print(context, inner)),
+            Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) => {
+                format!("!{}", print(context, inner))
+            }
             Contact::Not(..) | Contact::All(..) | Contact::Any(..) | Contact::Compare(..) => {
                 format!("!({})", print(context, inner))
             }
@@ -146,6 +154,7 @@ fn value(context: &Context, value: Value) -> String {
         Value::Const(number, Written::Integer) => number.to_string(),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => context.name(Address::Word(word)),
+        Value::Element(element) => context.element(&element),
     }
 }
 

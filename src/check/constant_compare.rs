@@ -49,9 +49,10 @@ fn remedy(left: Value, right: Value) -> &'static str {
             "D words hold more, and numbers below 0"
         }
         (Value::Word(_), _) | (_, Value::Word(_)) => "compare with a number within these limits",
-        (Value::Const(..) | Value::Real(_), Value::Const(..) | Value::Real(_)) => {
-            "compare a location with a constant"
-        }
+        (
+            Value::Const(..) | Value::Real(_) | Value::Element(_),
+            Value::Const(..) | Value::Real(_) | Value::Element(_),
+        ) => "compare a location with a constant",
     }
 }
 
@@ -84,7 +85,7 @@ fn constant(value: Value) -> Option<f64> {
     match value {
         Value::Const(number, _) => Some(number.into()),
         Value::Real(real) => Some(real.into()),
-        Value::Word(_) => None,
+        Value::Word(_) | Value::Element(_) => None,
     }
 }
 

@@ -18,8 +18,8 @@
 //! do = ["MOVE 70000 to=V0"]
 //! ```
 
-use crate::isa::Address;
-use crate::resolve::instruction::Source;
+use crate::isa::{Address, Word};
+use crate::resolve::instruction::{Place, Source};
 use crate::resolve::program::{Action, Value};
 use crate::source::finding::{Code, Finding};
 
@@ -32,7 +32,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let Action::Store { source, to } = placed.action() else { return None };
-    let word = to.value;
+    let Place::Word(word) = to.value else { return None };
     // With two locations, no constant is at fault.
     let is_constant = |value| matches!(value, Value::Const(..) | Value::Real(_));
     let place = source.values().filter(|of| is_constant(of.value)).last()?.span;
@@ -76,6 +76,7 @@ fn range(value: Value) -> (f64, f64) {
         Value::Const(n, _) => (n.into(), n.into()),
         Value::Real(real) => (real.into(), real.into()),
         Value::Word(word) => word.numbers(),
+        Value::Element(element) => element.array.first_word().map_or((0.0, 0.0), Word::numbers),
     }
 }
 

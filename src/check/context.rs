@@ -154,7 +154,7 @@ impl<'a> Context<'a> {
                     self.walk_contacts(std::slice::from_ref(&**inner));
                 }
                 Contact::All(parts, _) | Contact::Any(parts, _) => self.walk_contacts(parts),
-                Contact::Bit(..) | Contact::Compare(..) => {}
+                Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) => {}
             }
         }
     }
@@ -242,6 +242,7 @@ impl<'a> Placed<'a> {
             Action::Coil { coil: Coil::Out | Coil::Pd | Coil::Nd, bit } => Some(*bit),
             Action::DelayTimer { output, .. } => Some(*output),
             Action::Coil { coil: Coil::Set | Coil::Rst | Coil::Ponoff, .. }
+            | Action::SetElement { .. }
             | Action::Counter { .. }
             | Action::UpDownCounter { .. }
             | Action::Timer { .. }
@@ -249,6 +250,9 @@ impl<'a> Placed<'a> {
             | Action::Reset { .. }
             | Action::Store { .. }
             | Action::Math { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }
@@ -271,6 +275,7 @@ impl<'a> Placed<'a> {
             }
             Action::StageOff { .. }
             | Action::Coil { .. }
+            | Action::SetElement { .. }
             | Action::Counter { .. }
             | Action::UpDownCounter { .. }
             | Action::DelayTimer { .. }
@@ -279,6 +284,9 @@ impl<'a> Placed<'a> {
             | Action::Reset { .. }
             | Action::Store { .. }
             | Action::Math { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }

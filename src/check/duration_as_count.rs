@@ -58,7 +58,7 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
     let message = format!("`{said}` compares a count with a time: {ms} counts");
     let bare = |value: &Value| match value {
         Value::Const(n, _) => Value::Const(*n, Written::Integer),
-        Value::Real(_) | Value::Word(_) => *value,
+        Value::Real(_) | Value::Word(_) | Value::Element(_) => *value,
     };
     let right = context.contact(&Contact::Compare(bare(left), *comparison, bare(right), *span));
     let help = format!("write a number of counts, `{right}` as it is read now");
@@ -74,7 +74,9 @@ fn is_count(value: &Value) -> bool {
     match value {
         Value::Word(Word::Acc(structure)) => counter(*structure),
         Value::Word(Word::Pre(_)) => true,
-        Value::Word(Word::Space(..)) | Value::Const(..) | Value::Real(_) => false,
+        Value::Word(Word::Space(..)) | Value::Element(_) | Value::Const(..) | Value::Real(_) => {
+            false
+        }
     }
 }
 
@@ -82,7 +84,9 @@ fn is_count(value: &Value) -> bool {
 fn time(value: Value) -> Option<i32> {
     match value {
         Value::Const(ms, Written::Duration) => Some(ms),
-        Value::Const(_, Written::Integer) | Value::Real(_) | Value::Word(_) => None,
+        Value::Const(_, Written::Integer) | Value::Real(_) | Value::Word(_) | Value::Element(_) => {
+            None
+        }
     }
 }
 

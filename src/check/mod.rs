@@ -22,6 +22,7 @@ mod constant_saturates;
 mod context;
 mod duplicate_out;
 mod duration_as_count;
+mod edge_in_clk;
 mod entask_conflict;
 mod input_unmapped;
 mod jump_outside_stage;
@@ -89,6 +90,7 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Itself, Code::BareTimerValue, bare_timer_value::check),
     (Needs::Itself, Code::DurationAsCount, duration_as_count::check),
     (Needs::Itself, Code::MixedAndOr, mixed_and_or::check),
+    (Needs::Itself, Code::EdgeInClk, edge_in_clk::check),
     (Needs::Place, Code::RetainedButReset, retained_but_reset::check),
     (Needs::Whole, Code::UnusedTag, unused_tag::check),
 ];

@@ -6,6 +6,7 @@
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace, status};
 
 use super::context::Context;
+use crate::resolve::array::Element;
 
 impl Context<'_> {
     /// The name to write in this ladder: the tag if there is one, else the address.
@@ -20,6 +21,17 @@ impl Context<'_> {
             Address::Bit(bit) => self.bit_name(bit),
             Address::Word(word) => self.word_name(word),
             Address::Structure(structure) => structure.to_string(),
+        }
+    }
+
+    /// An element that a word selects: `recipe[step]`.
+    pub fn element(&self, element: &Element) -> String {
+        let tags = self.program.tags.iter();
+        let of = tags.filter(|tag| tag.of_array.is_some_and(|of| of.array == element.array));
+        let index = self.name(Address::Word(element.index));
+        match of.map(|tag| tag.array_name()).next() {
+            Some(name) => format!("{name}[{index}]"),
+            None => format!("{}[{index}]", element.array),
         }
     }
 

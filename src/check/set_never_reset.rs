@@ -38,6 +38,9 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
         };
         Some(bit.value)
     }));
+    let is_set = |action: &Action| matches!(action, Action::SetElement { on: true, .. });
+    let others = context.instructions.iter().filter(|placed| !is_set(placed.action()));
+    off.extend(others.flat_map(|placed| placed.action().written_bits()));
     for placed in &context.instructions {
         let Action::Coil { coil: Coil::Set, bit } = placed.action() else { continue };
         let Located { value: bit, span } = *bit;

@@ -28,7 +28,12 @@ use super::usage::structure_of;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let idle = |tag: &&Tag| !tag.used && !tag.spare && tag.alarm.is_none() && !tag.log_changes;
+    // An array is one tag, of which the program has an element each.
+    let first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
+    let idle = |tag: &&Tag| {
+        let watched = tag.alarm.is_some() || tag.log_changes;
+        first(tag) && !tag.used && !tag.spare && !watched
+    };
     let named = named(context);
     let idle = context.program.tags.iter().filter(idle);
     findings.extend(idle.map(|tag| typed(context, tag).unwrap_or_else(|| finding(&named, tag))));
@@ -46,9 +51,14 @@ fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
 }
 
 fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
-    let name = &tag.name;
+    let name = tag.array_name();
     let finding = |message| Finding::new(Code::UnusedTag, tag.span, message).label("unused");
     match tag.meaning {
+        TagMeaning::Address(_) | TagMeaning::Array(_) if tag.of_array.is_some() => {
+            let at = tag.of_array.map_or(String::new(), |of| of.array.to_string());
+            finding(format!("nothing names the array `{name}` ({at})"))
+                .help("delete it, or say that it is meant: `spare = true`")
+        }
         TagMeaning::Address(address) if named.contains(&address) => finding(format!(
             "nothing names tag `{name}`, though the ladder uses {address} by its address"
         ))
@@ -58,7 +68,7 @@ fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
                 "delete it, or say that it is meant: `{name} = {{ at = \"{address}\", spare = \
                  true }}`"
             )),
-        TagMeaning::Constant(..) | TagMeaning::Real(_) => {
+        TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => {
             finding(format!("nothing names the constant `{name}`"))
                 .help("delete it, or say that it is meant: `spare = true`")
         }

@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use crate::isa::{Address, Bit, Structure, Word};
 use crate::resolve::formula::Part;
 use crate::resolve::instruction::{Coil, OperandValue};
-use crate::resolve::program::{Action, Contact, Value};
+use crate::resolve::program::{Action, Contact, Tag, Value};
 use crate::source::span::Span;
 
 use super::context::{Context, Placed};
@@ -19,6 +19,9 @@ pub fn reads(context: &Context) -> Vec<(Address, Span)> {
     let mut all = Vec::new();
     context.contacts.iter().for_each(|contact| of_contact(contact, &mut all));
     context.instructions.iter().for_each(|placed| of_instruction(placed, &mut all));
+    // Of a whole array in a formula, element 0 will do.
+    let is_first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
+    all.retain(|(address, _)| context.tag_at(*address).is_none_or(is_first));
     all.sort_by_key(|(_, span)| (span.file, span.start));
     let mut seen = HashSet::new();
     all.retain(|(address, _)| seen.insert(*address));
@@ -32,8 +35,12 @@ fn of_contact(contact: &Contact, reads: &mut Vec<(Address, Span)>) {
             reads
                 .extend([left, right].into_iter().filter_map(|value| Some((word(*value)?, *span))));
         }
-        // The parts follow.
-        Contact::Not(..) | Contact::Edge(..) | Contact::All(..) | Contact::Any(..) => {}
+        // The parts follow. Of an array something may write any element.
+        Contact::Not(..)
+        | Contact::Edge(..)
+        | Contact::All(..)
+        | Contact::Any(..)
+        | Contact::Element(..) => {}
     }
 }
 
@@ -48,6 +55,7 @@ fn of_instruction(placed: &Placed, reads: &mut Vec<(Address, Span)>) {
             Part::Bit(bit) => Address::Bit(*bit),
             Part::Integer(_)
             | Part::Real(_)
+            | Part::Element(_)
             | Part::Unary(..)
             | Part::Binary(..)
             | Part::Call(..) => return None,
@@ -59,7 +67,7 @@ fn of_instruction(placed: &Placed, reads: &mut Vec<(Address, Span)>) {
 fn word(value: Value) -> Option<Address> {
     match value {
         Value::Word(word) => Some(Address::Word(word)),
-        Value::Const(..) | Value::Real(_) => None,
+        Value::Const(..) | Value::Real(_) | Value::Element(_) => None,
     }
 }
 
@@ -79,14 +87,23 @@ pub fn writes(context: &Context) -> HashMap<Address, Effect> {
         let action = placed.action();
         let only_off = matches!(action, Action::Coil { coil: Coil::Rst, .. });
         let effect = if only_off { Effect::Off } else { Effect::Any };
-        for (_, operand) in action.operands().each() {
+        let array = action.written_array().into_iter();
+        for address in array.flat_map(|array| array.addresses()) {
+            writes.insert(address, Effect::Any);
+        }
+        // The bit of a FILL is read.
+        let is_fill = matches!(action, Action::Fill { .. });
+        for (_, operand) in action.operands().each().filter(|_| !is_fill) {
             let address = match operand {
                 OperandValue::Bit(bit) => Address::Bit(bit),
                 OperandValue::Word(word) => Address::Word(word),
                 OperandValue::Value(_)
                 | OperandValue::Structure(_)
                 | OperandValue::Block(_)
-                | OperandValue::Stage(_) => continue,
+                | OperandValue::Stage(_)
+                | OperandValue::Element(_)
+                | OperandValue::Array(_)
+                | OperandValue::Run(_) => continue,
             };
             let known = writes.entry(address).or_insert(effect);
             *known = effect.max(*known);

@@ -27,7 +27,7 @@ impl<'c> Writable<'c> {
             |tag: &&Tag| tag.initial.is_some() || tag.min.is_some() || tag.max.is_some();
         let settings = tags.filter(is_setting).filter_map(|tag| match tag.meaning {
             TagMeaning::Address(address) => Some(address),
-            TagMeaning::Constant(..) | TagMeaning::Real(_) => None,
+            TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
         });
         Writable { context, settings: settings.collect() }
     }

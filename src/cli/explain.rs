@@ -12,6 +12,7 @@ use crate::events::{self, Event, Limit};
 use crate::isa::function::{FUNCTIONS, FunctionSpec, ResultType};
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
+use crate::load::library;
 use crate::source::finding::{self, Code, Severity};
 use crate::source::nearest::nearest;
 
@@ -60,6 +61,11 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
 /// The text for a mnemonic or function in any case, a finding's name, an event's name or code, or a
 /// mnemonic of other controllers.
 pub(crate) fn explanation(name: &str) -> Option<String> {
+    if let Some(text) = library::text(name) {
+        return Some(
+            text.map_or_else(|(message, help)| format!("{message}: {help}\n"), str::to_owned),
+        );
+    }
     if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
         return Some(of_instruction(mnemonic.spec()));
     }
@@ -193,6 +199,10 @@ fn termination(spec: &Spec) -> &'static str {
             Some(OperandKind::WritableBit) => "none: the bit keeps its value",
             Some(OperandKind::WritableWord) => "none: the word keeps its value",
             Some(OperandKind::Target) => "none: the target keeps its value",
+            Some(OperandKind::Array | OperandKind::Filling) => {
+                "none: the elements keep their values"
+            }
+            Some(OperandKind::Shifted) => "none: the bits keep their states, and CLK its history",
             Some(OperandKind::Counter | OperandKind::Timer | OperandKind::Sensaphone) => {
                 "none: the structure keeps its values"
             }
@@ -202,6 +212,7 @@ fn termination(spec: &Spec) -> &'static str {
                 | OperandKind::Value(..)
                 | OperandKind::Duration
                 | OperandKind::Interval
+                | OperandKind::WritableArray
                 | OperandKind::Program
                 | OperandKind::Block
                 | OperandKind::Task
@@ -225,6 +236,16 @@ fn describe(kind: OperandKind) -> String {
         OperandKind::Target => {
             "a word or bit that a program can write, then `= expression`".to_owned()
         }
+        OperandKind::Array => {
+            "an array, a slice or a range: recipe, recipe[0..6], D0..D9".to_owned()
+        }
+        OperandKind::WritableArray => {
+            "one that a program can write, as long, of the same kind".to_owned()
+        }
+        OperandKind::Shifted => {
+            "an array, slice or range of bits that a program can write; C7..C0 runs down".to_owned()
+        }
+        OperandKind::Filling => "a constant or a word; for bits 0, 1 or a bit".to_owned(),
         OperandKind::Counter => "a counter: CTn".to_owned(),
         OperandKind::Timer => "a timer: Tn".to_owned(),
         OperandKind::Sensaphone => "a Sensaphone counter: Nn".to_owned(),
@@ -249,6 +270,10 @@ fn example(spec: &Spec) -> String {
             OperandKind::WritableBit => "Y0",
             OperandKind::WritableWord => "D0",
             OperandKind::Target => "D0 = (D1 + D2) / 2",
+            OperandKind::Array => "D10..D16",
+            OperandKind::WritableArray => "D20..D26",
+            OperandKind::Shifted => "C0..C7",
+            OperandKind::Filling => "0",
             OperandKind::Counter => "CT0",
             OperandKind::Timer => "T0",
             OperandKind::Sensaphone => "N0",
@@ -270,7 +295,12 @@ fn example(spec: &Spec) -> String {
     for (at, leg) in spec.legs.iter().enumerate() {
         let key = match leg {
             LegName::When => "when".to_owned(),
-            LegName::Up | LegName::Dn | LegName::Rst | LegName::En => {
+            LegName::Up
+            | LegName::Dn
+            | LegName::Rst
+            | LegName::En
+            | LegName::Data
+            | LegName::Clk => {
                 format!("leg.{}", leg.key())
             }
         };
@@ -411,7 +441,7 @@ mod tests {
             ("MULD", "`MATH D0 = D1 * D2 / 100`"),
             ("SUBROUTINE", "`ENTASK t`"),
             ("JSR", "`RUN p`"),
-            ("SHFT", "`MATH D0 = D0 << 1 | X0`"),
+            ("SHFT", "`SR C0..C7`"),
             ("DRUM", "a Stage for each step"),
         ] {
             let text = explanation(name).unwrap_or_default();

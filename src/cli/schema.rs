@@ -120,6 +120,10 @@ impl Writer {
             }
             ValueForm::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
             ValueForm::Constant => json!({ "type": ["number", "string", "boolean"] }),
+            ValueForm::Constants => {
+                let one = self.form(&ValueForm::Constant);
+                json!({ "anyOf": [one, { "type": "array", "items": one }] })
+            }
             ValueForm::Scalar => json!({ "type": ["string", "number"] }),
             ValueForm::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             ValueForm::Table(shape) => return self.table(shape),
@@ -199,7 +203,7 @@ mod tests {
     fn the_legs_are_those_of_the_instructions() {
         let schema = of(FileKind::Ladder);
         let legs = &schema["$defs"]["rung"]["properties"]["leg"]["propertyNames"]["enum"];
-        let keys = [LegName::Up, LegName::Dn, LegName::Rst, LegName::En].map(LegName::key);
+        let keys = LegName::KEYED.map(LegName::key);
         assert_eq!(legs, &json!(keys));
     }
 }

@@ -63,7 +63,7 @@ fn nothing(pattern: &Text, program: &Program) -> Finding {
 
 fn not_retained(pattern: &Text, tag: &Tag) -> Finding {
     let what = match tag.meaning {
-        TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant",
+        TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => "it is a constant",
         TagMeaning::Address(address) if address.member().is_some() => "it is a member",
         TagMeaning::Address(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) => {
             "it is neither data nor a structure"

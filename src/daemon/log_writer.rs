@@ -317,7 +317,7 @@ impl Observer for LogWriter {
                 let rung = self.narration.math(math);
                 let bits: Vec<_> = mishaps.each().map(Mishap::nickname).collect();
                 let bits = bits.join(" ");
-                say!(MATH_MISHAP, rung, bits, scan, "the MATH in {rung} set {bits}");
+                say!(MATH_MISHAP, rung, bits, scan, "{rung} set {bits}");
             }
             What::EventsLost(events) => {
                 say!(

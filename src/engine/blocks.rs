@@ -13,7 +13,7 @@ use super::math::Calculator;
 use super::memory::Memory;
 use super::ops::OpKind;
 use super::program::{BlockRole, ElementCode, Program};
-use super::reach::Reach;
+use super::reach::{Far, Reach};
 use crate::isa::{Bit, BlockId, ElementId, StageId};
 
 /// The state of a block.
@@ -238,13 +238,29 @@ impl Machine {
         });
     }
 
+    /// Reads an element of an array outside of the batches. Writes private words and status bits
+    /// alone, which are never forced.
+    pub fn pick(&mut self, pick: u32) {
+        let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
+        let pick = pick as usize;
+        let formulas = (&tables.picks[pick..=pick], tables.steps.as_slice());
+        calculator.run::<Far>(formulas, memory.view::<Far>(), |math, mishaps| {
+            events.push_math(MathEvent { math, mishaps });
+        });
+    }
+
     /// Executes a control instruction; returns `false` if it ended its block's execution.
     fn control(&mut self, control: Control, element: ElementId) -> bool {
         let on = self.memory.image.power(control.leg);
         match control.kind {
             ControlKind::Restart(restart) => return self.restart(restart, on, element),
             ControlKind::EnableOnce { task, history } => self.enable_once(task, history, on),
-            ControlKind::EnableEvery { task, every } => self.enable_every(task, every, on),
+            ControlKind::EnableEvery { task, every, pick } => {
+                if let Some(pick) = pick.filter(|_| on && !self.is_running(task)) {
+                    self.pick(pick);
+                }
+                self.enable_every(task, every, on);
+            }
             _ if !on => {}
             ControlKind::Run(program) => self.start_program(program),
             ControlKind::Halt(block) => {

@@ -55,6 +55,8 @@ pub enum ControlKind {
         task: BlockId,
         /// The word of the interval, ms.
         every: u32,
+        /// The MATH among `picks` that reads the interval from an array.
+        pick: Option<u32>,
     },
     /// JMP and SGDIVRG: from the instruction's Stage to these Stages.
     Jump(StageList),

@@ -2,13 +2,14 @@
 //!
 //! Behaviour: `docs/semantics.md`, section 8. `steps` evaluates a formula.
 
+use super::array_places::{PutAt, Stored};
 use super::integer;
 use super::memory::View;
 use super::mishap::{Mishap, Mishaps};
 use super::places::Target;
 use super::power::Leg;
 use super::reach::Reach;
-use super::role::{BitOwn, BitWritten, Role, Touches};
+use super::role::{BitOwn, BitWritten, Role, Touches, WordWritten};
 use super::steps::{End, Evaluator, Step};
 use crate::isa::Real;
 
@@ -25,6 +26,9 @@ pub struct Math {
     pub put: Put,
     /// The cell of the first status bit, ST0.
     pub status: u32,
+    /// Whether it is another instruction with an element of an array: of the status bits it
+    /// touches that of an index alone.
+    pub quiet: bool,
 }
 
 /// The target of a MATH.
@@ -43,6 +47,10 @@ pub enum Put {
     Real(Target),
     /// A bit.
     Bit(BitWritten),
+    /// An element of an array.
+    At(PutAt),
+    /// The private word that holds the index of the next MATH's target.
+    Index(WordWritten),
 }
 
 /// The state of the formulas of a program between two scans, and in one.
@@ -74,6 +82,9 @@ impl Calculator {
                 End::Integer => put(&mut run.view, &math.put, run.integer, &mut noted),
                 End::Real => put_real(&mut run.view, &math.put, run.real, &mut noted),
             }
+            if math.quiet {
+                noted = noted.of_index();
+            }
             if !noted.is_empty() {
                 for mishap in noted.each() {
                     run.view.put_own(BitOwn(math.status + mishap.status()), 1);
@@ -94,6 +105,11 @@ fn put<R: Reach>(view: &mut View<R>, put: &Put, value: i64, noted: &mut Mishaps)
         }
         Put::Real(_) => put_real(view, put, value as f64, noted),
         Put::Bit(bit) => view.put_bit(*bit, u8::from(value != 0)),
+        Put::At(at) => at.put(view, Stored::Integer(value), noted),
+        Put::Index(word) => {
+            let index = value.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
+            view.put_word(*word, index);
+        }
     }
 }
 
@@ -114,6 +130,8 @@ fn put_real<R: Reach>(view: &mut View<R>, put: &Put, value: f64, noted: &mut Mis
             view.put_word(to.word, nearest.cell().max(to.min).min(to.max));
         }
         Put::Bit(bit) => view.put_bit(*bit, u8::from(value != 0.0)),
+        Put::At(at) => at.put(view, Stored::Real(value), noted),
+        Put::Index(_) => unreachable!("an index is an integer"),
     }
 }
 
@@ -124,9 +142,13 @@ impl Role for Math {
         let reads = &t.formulas[self.number as usize];
         t.bits_read.extend(&reads.bits);
         t.words_read.extend(&reads.words);
+        t.bit_arrays_read.extend(&reads.bit_arrays);
+        t.word_arrays_read.extend(&reads.word_arrays);
         match self.put {
             Put::Word { to, .. } | Put::Real(to) => to.touches(t),
             Put::Bit(bit) => bit.touches(t),
+            Put::At(at) => at.touches(t),
+            Put::Index(word) => word.touches(t),
         }
         for mishap in Mishap::ALL {
             BitOwn(self.status + mishap.status()).touches(t);

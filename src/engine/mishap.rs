@@ -51,6 +51,11 @@ impl Mishaps {
         self.0 |= 1 << mishap as u8;
     }
 
+    /// Only the index error of these.
+    pub(super) fn of_index(self) -> Mishaps {
+        Mishaps(self.0 & 1 << Mishap::IndexError as u8)
+    }
+
     /// Adds those of another set.
     #[inline(always)]
     pub(super) fn add(&mut self, other: Mishaps) {

@@ -12,9 +12,12 @@
 //! in one loop.
 #![forbid(unsafe_code)]
 
+mod array_places;
+mod arrays;
 mod blocks;
 mod control;
 mod counters;
+mod elements;
 mod events;
 mod image;
 mod integer;
@@ -33,6 +36,7 @@ mod record;
 mod role;
 mod scan;
 mod sensaphone;
+mod step_reads;
 mod steps;
 mod termination;
 mod timers;

@@ -9,6 +9,7 @@
 
 use std::ops::Range;
 
+pub use super::array_places::{Elements, Limits, PutAt, Shift, WordForm};
 pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::math::{Math, Put};
 use super::memory::View;
@@ -18,8 +19,12 @@ pub use super::places::{
 pub use super::power::{Leg, Power, Powers};
 use super::reach::Reach;
 use super::role::Role;
-pub use super::role::{BitOwn, BitRead, BitWritten, Reads, Touches, WordRead, WordWritten};
-pub use super::steps::{At, Code, Operator, Step, reads};
+pub use super::role::{
+    BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, Cells, Reads, Touches, WordRead,
+    WordWritten, WordsRead, WordsWritten,
+};
+pub use super::step_reads::reads;
+pub use super::steps::{At, Code, Operator, Step};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {
@@ -128,6 +133,10 @@ operations! {
     And3 and3 { cell: BitOwn, of: Powers<3> }
     /// `cell = a & b & c & d`.
     And4 and4 { cell: BitOwn, of: Powers<4> }
+    /// `cell` = the bit of an array that the index selects; outside: OFF.
+    PickBit pick_bit { cell: BitOwn, from: BitsRead, index: WordRead }
+    /// `cell` = the word of an array that the index selects; outside: 0.
+    PickWord pick_word { cell: WordWritten, from: WordsRead, index: WordRead }
     /// `cell` = the bit was OFF at the last evaluation and is now ON.
     Rise rise { cell: BitOwn, bit: BitRead, history: BitOwn }
     /// `cell` = the bit was ON at the last evaluation and is now OFF.
@@ -192,6 +201,16 @@ operations! {
     AddMixed add_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
     /// SUB with a real among its words.
     SubMixed sub_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
+    /// COPY of bits.
+    CopyBits copy_bits { leg: Leg, from: BitsRead, to: BitsWritten }
+    /// COPY of words.
+    CopyWords copy_words { leg: Leg, from: WordsRead, to: WordsWritten, form: WordForm }
+    /// FILL of bits.
+    FillBits fill_bits { leg: Leg, bit: BitRead, to: BitsWritten }
+    /// FILL of words.
+    FillWords fill_words { leg: Leg, word: WordRead, to: WordsWritten, form: WordForm }
+    /// SR.
+    Sr sr { data: Leg, clk: Leg, rst: Leg, bits: BitsWritten, shift: Shift }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::image::{BitCell, WordCell};
 use super::layout::Layout;
-use super::ops::{OpKind, OpTables, Step};
+use super::ops::{Math, OpKind, OpTables, Step};
 use super::places::{Counter, CounterRule, Sensaphone, Timer, TimerRule};
 use crate::isa::{BlockId, StageId};
 
@@ -39,6 +39,9 @@ pub enum PassStep {
     CountDown(Sensaphone),
     /// A recurrent ENTASK: the Task is disabled.
     DisableTask(BlockId),
+    /// Reads the preset of the next step, an element of an array: the MATH with this index among
+    /// `picks`.
+    Pick(u32),
 }
 
 /// All operations and terminations of a program.
@@ -54,6 +57,8 @@ pub struct Tables {
     pub batches: Vec<Batch>,
     /// Terminations of all elements, in file order.
     pub terminations: Vec<PassStep>,
+    /// The MATHs that read an element of an array where a pass or ENTASK needs it.
+    pub picks: Vec<Math>,
     /// The Stages that JMP, SGDIVRG and SGCONVRG name, instruction by instruction.
     pub stage_lists: Vec<StageId>,
 }

@@ -20,6 +20,37 @@ pub struct Touches<'s> {
     pub words_read: Vec<u32>,
     /// Words written, always or sometimes; they may be read too.
     pub words_written: Vec<u32>,
+    /// Arrays of bits of which one element is read, or all are.
+    pub bit_arrays_read: Vec<Cells>,
+    /// Arrays of bits of which one element is written, or all are.
+    pub bit_arrays_written: Vec<Cells>,
+    /// Arrays of words of which one element is read, or all are.
+    pub word_arrays_read: Vec<Cells>,
+    /// Arrays of words of which one element is written, or all are.
+    pub word_arrays_written: Vec<Cells>,
+}
+
+/// Neighbouring cells of an array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cells {
+    /// The cell of element 0.
+    pub first: u32,
+    /// The number of elements.
+    pub count: u32,
+}
+
+impl Cells {
+    /// All cells.
+    pub(super) fn each(&self) -> std::ops::Range<u32> {
+        self.first..self.first + self.count
+    }
+
+    /// The cell of an element; `None` outside of the array.
+    #[inline(always)]
+    pub(super) fn cell(&self, index: i32) -> Option<u32> {
+        let index = index.cast_unsigned();
+        (index < self.count).then(|| self.first + index)
+    }
 }
 
 /// The cells that a formula reads.
@@ -29,6 +60,10 @@ pub struct Reads {
     pub bits: Vec<u32>,
     /// Words.
     pub words: Vec<u32>,
+    /// Arrays of bits.
+    pub bit_arrays: Vec<Cells>,
+    /// Arrays of words.
+    pub word_arrays: Vec<Cells>,
 }
 
 impl Touches<'_> {
@@ -38,6 +73,10 @@ impl Touches<'_> {
         self.bits_written.clear();
         self.words_read.clear();
         self.words_written.clear();
+        self.bit_arrays_read.clear();
+        self.bit_arrays_written.clear();
+        self.word_arrays_read.clear();
+        self.word_arrays_written.clear();
     }
 }
 
@@ -91,6 +130,31 @@ roles! {
     WordRead WordRole words_read;
     /// A word that is written; a force holds it.
     WordWritten WordRole words_written;
+}
+
+macro_rules! array_roles {
+    ($($(#[$doc:meta])* $role:ident $list:ident;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct $role(pub Cells);
+
+        impl Role for $role {
+            fn touches(&self, t: &mut Touches) {
+                t.$list.push(self.0);
+            }
+        }
+    )*};
+}
+
+array_roles! {
+    /// Bits of which one is read, or all are.
+    BitsRead bit_arrays_read;
+    /// Bits of which one is written, or all are; a force holds each.
+    BitsWritten bit_arrays_written;
+    /// Words of which one is read, or all are.
+    WordsRead word_arrays_read;
+    /// Words of which one is written, or all are; a force holds each.
+    WordsWritten word_arrays_written;
 }
 
 impl<const N: usize> Role for Powers<N> {

@@ -9,9 +9,9 @@
 //! Behaviour: `docs/semantics.md`, section 8. The arithmetic is in `integer` and `real`.
 
 use super::memory::View;
-use super::mishap::Mishaps;
+use super::mishap::{Mishap, Mishaps};
 use super::reach::Reach;
-use super::role::{BitRead, Reads, WordRead};
+use super::role::{BitRead, Cells, WordRead};
 use super::{integer, real};
 use crate::isa::Real;
 
@@ -169,7 +169,7 @@ macro_rules! codes {
 
         impl Step {
             /// The words that it reads.
-            fn words(&self) -> [Option<u32>; 2] {
+            pub(super) fn words(&self) -> [Option<u32>; 2] {
                 match self.code {
                     $($(Code::$code => [word_of!($a self.a), word_of!($b self.b)],)*)*
                     $(Code::$load => [word_of!($from self.a), None],)*
@@ -336,6 +336,12 @@ codes! {
         LoadBit = load_bit;
         /// The bit `a`, the status bit of the mishap `b`: ON as well if the formula has had it.
         LoadMishap = load_mishap;
+        /// The integer selects a bit of the `b` bits from `a` on.
+        BitOf = bit_of;
+        /// The integer selects a word of the `b` words from `a` on.
+        WordOf = integer_of;
+        /// The integer selects a real of the `b` words from `a` on.
+        RealOf = real_of;
         /// Puts the integer in the slot `to`.
         Save = save_integer;
         /// Puts the real in the slot `to`.
@@ -440,6 +446,38 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
         if self.integer == 0 { None } else { self.jump(step, noted) }
     }
 
+    /// The cell of the element that the integer selects.
+    #[inline(always)]
+    fn element(&self, step: Step, noted: &mut Mishaps) -> Option<u32> {
+        let index = i32::try_from(self.integer).ok();
+        let cell = index.and_then(|index| cells(step).cell(index));
+        if cell.is_none() {
+            noted.note(Mishap::IndexError);
+        }
+        cell
+    }
+
+    #[inline(always)]
+    fn bit_of(&mut self, step: Step, noted: &mut Mishaps) -> Option<End> {
+        let cell = self.element(step, noted);
+        self.integer = cell.map_or(0, |cell| self.view.bit(BitRead(cell)).into());
+        None
+    }
+
+    #[inline(always)]
+    fn integer_of(&mut self, step: Step, noted: &mut Mishaps) -> Option<End> {
+        let cell = self.element(step, noted);
+        self.integer = cell.map_or(0, |cell| self.view.word(WordRead(cell)).into());
+        None
+    }
+
+    #[inline(always)]
+    fn real_of(&mut self, step: Step, noted: &mut Mishaps) -> Option<End> {
+        let cell = self.element(step, noted);
+        self.real = cell.map_or(0.0, |cell| Number::of_word(self.view.word(WordRead(cell))));
+        None
+    }
+
     #[inline(always)]
     fn end_integer(&mut self, _: Step, _: &mut Mishaps) -> Option<End> {
         Some(End::Integer)
@@ -451,10 +489,7 @@ impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
     }
 }
 
-/// The cells that the steps of a formula read.
-pub fn reads(steps: &[Step]) -> Reads {
-    let is_bit = |step: &&Step| matches!(step.code, Code::LoadBit | Code::LoadMishap);
-    let bits = steps.iter().filter(is_bit).map(|step| step.a);
-    let words = steps.iter().flat_map(|step| step.words().into_iter().flatten());
-    Reads { bits: bits.collect(), words: words.collect() }
+/// The array of which a step reads an element.
+pub(super) fn cells(step: Step) -> Cells {
+    Cells { first: step.a, count: step.b }
 }

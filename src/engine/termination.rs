@@ -43,6 +43,10 @@ impl Machine {
                 self.halt(task);
                 continue;
             }
+            if let PassStep::Pick(pick) = self.program.tables.terminations[at as usize] {
+                self.pick(pick);
+                continue;
+            }
             let mut view = self.memory.view::<R>();
             match &self.program.tables.terminations[at as usize] {
                 PassStep::BitOff(bit) => view.put_bit(BitWritten(*bit), 0),
@@ -52,7 +56,7 @@ impl Machine {
                 PassStep::HoldTimer(timer) => timer.hold(&mut view),
                 PassStep::CountUp(counter) => counter.terminate_up(&mut view),
                 PassStep::CountDown(counter) => counter.terminate_down(&mut view),
-                PassStep::DisableTask(_) => unreachable!("handled above"),
+                PassStep::DisableTask(_) | PassStep::Pick(_) => unreachable!("handled above"),
             }
         }
     }

@@ -334,7 +334,10 @@ impl PassStep {
             PassStep::Counter(counter, _) => Some(counter.at),
             PassStep::Timer(timer, _) | PassStep::HoldTimer(timer) => Some(timer.at),
             PassStep::CountUp(counter) | PassStep::CountDown(counter) => Some(counter.at),
-            PassStep::BitOff(_) | PassStep::HistoryOff(_) | PassStep::DisableTask(_) => None,
+            PassStep::BitOff(_)
+            | PassStep::HistoryOff(_)
+            | PassStep::DisableTask(_)
+            | PassStep::Pick(_) => None,
         }
     }
 }

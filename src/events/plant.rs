@@ -61,9 +61,10 @@ rows! {
 
     MATH_MISHAP = 407, "math-mishap", Warn, PLANT:
         "ff392c16e7b4435ebc100217196062d9",
-        "A MATH divided by 0, had a result at a limit, called a function outside its domain or \
-         read beyond an array. bits names the status bits that are ON for the rest of the scan, \
-         rung says which MATH. At most 16 MATHs of a scan are told.",
+        "A MATH divided by 0, had a result at a limit or called a function outside its domain, or \
+         an instruction had an index outside of its array. bits names the status bits that are \
+         ON for the rest of the scan, rung has the instruction. At most 16 instructions of a \
+         scan are told.",
         "Look at the operands of the rung: `rungd watch` shows them. If it is meant, limit them \
          before, by clamp(), max() or if().";
 

@@ -43,10 +43,10 @@ const ROWS: &[Row] = &[
         "an up/down counter is `UDC ct up-preset=n`; Sensaphone's are CTU and CTD",
     ),
     (&["CTR", "COUNTER"], "an up counter is `CNT ct preset=n`"),
-    (&["MOV", "MOVD", "MVM", "COPY", "COP", "LDD", "OUTD"], "write `MOVE v to=w`"),
+    (&["MOV", "MOVD", "MVM", "LDD", "OUTD"], "write `MOVE v to=w`"),
     (
-        &["FILL", "FLL", "BMOV", "BLKMOV", "MEMCOPY", "MEMSET"],
-        "each word has a `MOVE v to=w` of its own; one rung may have them all",
+        &["COP", "BMOV", "BLKMOV", "MEMCOPY"],
+        "write `COPY D10..D16 to=D20..D26`, or name arrays: `COPY recipe to=active`",
     ),
     (
         &["MUL", "MULD", "MULB", "MULR", "DIV", "DIVD", "DIVB", "DIVR", "MOD", "CPT", "CALC"],
@@ -60,10 +60,11 @@ const ROWS: &[Row] = &[
     (&["SQR", "SQRTR"], "write `MATH R0 = sqrt(R1)`"),
     (&["SCL", "SCP", "SCLP"], "write `MATH R0 = scale(D0, 6400, 32000, 0.0, 100.0)`"),
     (&["XOR", "XORD", "WAND", "WOR", "WXR"], "write `MATH D0 = D1 ^ D2`; `&` and `|` go as well"),
+    (&["FLL", "MEMSET"], "write `FILL v to=a`: `FILL 0 to=D10..D16`"),
     (
-        &["SR", "SHFT", "SHFR", "SFL", "SFR", "BSL", "BSR", "SHL", "SHR"],
-        "a shift register is the bits of a word: `MATH D0 = D0 << 1 | X0` in a rung with an edge, \
-         `when = [\"rise(X1)\"]`",
+        &["SHFT", "SHFR", "SFL", "SFR", "BSL", "BSR", "SHL", "SHR"],
+        "a shift register is `SR C0..C7`, with the legs data, clk and rst; bits of a word shift in \
+         `MATH D0 = D0 << 1`",
     ),
     (
         &["DRUM", "EDRUM", "DRM", "SQO", "SQI", "SQL"],

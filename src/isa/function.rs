@@ -82,6 +82,11 @@ functions! {
 }
 
 impl Function {
+    /// Whether whole arrays may stand among its arguments.
+    pub fn takes_arrays(self) -> bool {
+        matches!(self, Function::Min | Function::Max | Function::Sum)
+    }
+
     /// The table row.
     pub fn spec(self) -> &'static FunctionSpec {
         &FUNCTIONS[self as usize]

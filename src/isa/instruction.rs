@@ -14,9 +14,15 @@ pub enum LegName {
     Dn,
     Rst,
     En,
+    Data,
+    Clk,
 }
 
 impl LegName {
+    /// The legs that are written `leg.…`.
+    pub const KEYED: [LegName; 6] =
+        [LegName::Up, LegName::Dn, LegName::Rst, LegName::En, LegName::Data, LegName::Clk];
+
     /// The key in the ladder file: `when`, or the name after `leg.`.
     pub fn key(self) -> &'static str {
         match self {
@@ -25,12 +31,14 @@ impl LegName {
             LegName::Dn => "dn",
             LegName::Rst => "rst",
             LegName::En => "en",
+            LegName::Data => "data",
+            LegName::Clk => "clk",
         }
     }
 
     /// The leg with this key after `leg.`.
     pub(crate) fn from_key(key: &str) -> Option<LegName> {
-        [LegName::Up, LegName::Dn, LegName::Rst, LegName::En].into_iter().find(|l| l.key() == key)
+        LegName::KEYED.into_iter().find(|l| l.key() == key)
     }
 }
 
@@ -43,6 +51,14 @@ pub(crate) enum OperandKind {
     WritableWord,
     /// A word or bit that a program may write, and an expression: `target = expression`.
     Target,
+    /// An array, slice or range of bits or words.
+    Array,
+    /// One of bits or words that a program may write.
+    WritableArray,
+    /// One of bits that a program may write; a range may run down.
+    Shifted,
+    /// A value for words, or the constant 0 or 1 or a bit for bits.
+    Filling,
     /// A counter structure `CTn`.
     Counter,
     /// A timer structure `Tn`.
@@ -174,6 +190,12 @@ const SENSAPHONE: &[Operand] = &[positional("n", OperandKind::Sensaphone), optio
 const ARITHMETIC: &[Operand] =
     &[positional("a", NUMBER), positional("b", NUMBER), keyed("to", OperandKind::WritableWord)];
 
+const COPIED: &[Operand] =
+    &[positional("from", OperandKind::Array), keyed("to", OperandKind::WritableArray)];
+const FILLED: &[Operand] =
+    &[positional("value", OperandKind::Filling), keyed("to", OperandKind::WritableArray)];
+const SHIFTED: &[LegName] = &[LegName::Data, LegName::Clk, LegName::Rst];
+
 const PROGRAM: &[Operand] = &[positional("block", OperandKind::Program)];
 const STAGE: &[Operand] = &[positional("stage", OperandKind::Stage)];
 const ENABLED: &[Operand] =
@@ -284,6 +306,15 @@ instructions! {
     Math "MATH" "Calculate", WHEN, &[positional("target", OperandKind::Target)], false, Kept, HELP,
         "Evaluates the expression and stores the result in every scan while the rung is ON. \
          Results stay at the limits; status bits say what happened.";
+    Copy "COPY" "Copy array", WHEN, COPIED, false, Kept, "docs/semantics.md, section 9",
+        "Copies each element to its counterpart in every scan while the rung is ON, as MOVE does, \
+         as if all were read first.";
+    Fill "FILL" "Fill array", WHEN, FILLED, false, Kept, "docs/semantics.md, section 9",
+        "Writes the value, read once, to each element in every scan while the rung is ON.";
+    Sr "SR" "Shift register", SHIFTED, &[positional("bits", OperandKind::Shifted)], true,
+        Untouched, "docs/semantics.md, section 9",
+        "At the rising edge of CLK every bit takes its predecessor's state, the first that of \
+         DATA. RST turns all OFF and has priority. No termination logic.";
     Run "RUN" "Run program", WHEN, PROGRAM, false, Kept, BLOCKS,
         "Starts the Program while the rung is ON; a Program that runs is left alone.";
     Restart "RESTART" "Restart program", WHEN, PROGRAM, false,
@@ -366,6 +397,8 @@ impl OperandKind {
             OperandKind::WritableBit => "b",
             OperandKind::WritableWord => "w",
             OperandKind::Target => "target = expression",
+            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => "a",
+            OperandKind::Filling => "v",
             OperandKind::Counter => "ct",
             OperandKind::Timer => "t",
             OperandKind::Sensaphone => "n",

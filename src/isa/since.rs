@@ -7,7 +7,7 @@
 /// The version that took the names below.
 const VERSION: &str = "0.2";
 
-/// Mnemonics. Those that are not in the instruction table yet are reserved for it.
+/// Mnemonics.
 const MNEMONICS: [&str; 4] = ["MATH", "COPY", "FILL", "SR"];
 
 /// Prefixes of addresses, of any case.

@@ -10,13 +10,14 @@ mod ended;
 mod files;
 #[cfg(test)]
 mod large;
+pub(crate) mod library;
 mod own_files;
 
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 
 pub(crate) use files::read_bytes;
 
@@ -59,6 +60,10 @@ impl Input {
     /// # Errors
     /// It cannot be read.
     pub fn read(path: &Path) -> Result<Input> {
+        if let Some(text) = path.to_str().and_then(library::text) {
+            let text = text.map_err(|(message, help)| anyhow!("{message}: {help}"))?;
+            return Input::of(path, Ok(text.as_bytes().to_vec()));
+        }
         Input::of(path, read_bytes(path))
     }
 
@@ -204,6 +209,10 @@ impl Loaded {
             if self.progress.is_over() {
                 return false;
             }
+            if let Some(text) = library::text(&name.text) {
+                whole &= self.add_library(name, text, &mut seen);
+                continue;
+            }
             let path = controller.parent().unwrap_or(Path::new("")).join(&name.text);
             self.progress.begin(Step::Reading(path.display().to_string()));
             let real = files::identity(&path);
@@ -236,6 +245,28 @@ impl Loaded {
             }
         }
         whole && !names.is_empty()
+    }
+
+    /// Adds a file of the library that a controller file names; true if it is there.
+    fn add_library(
+        &mut self,
+        name: &Text,
+        text: Result<&str, (String, String)>,
+        seen: &mut HashMap<PathBuf, Span>,
+    ) -> bool {
+        let finding = |message| Finding::new(Code::Controller, name.span, message);
+        let finding = match (text, seen.insert(PathBuf::from(&name.text), name.span)) {
+            (Err((message, help)), _) => finding(message).help(help),
+            (Ok(_), Some(first)) => finding(format!("`{}` is named twice", name.text))
+                .related(first, "the same file")
+                .help("remove one of the two"),
+            (Ok(text), None) => {
+                self.add(name.text.clone(), text.as_bytes());
+                return true;
+            }
+        };
+        self.findings.push(finding);
+        false
     }
 
     /// Resolves the files from `first` on.

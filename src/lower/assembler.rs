@@ -6,12 +6,14 @@ use std::collections::HashMap;
 use super::identity::{Identity, Site};
 use super::schedule;
 use crate::engine::ops::{
-    And2, AnyWord, BitOwn, Leg, Op, Power, Powers, Reads, StageList, Step, WordRead, reads,
+    And2, AnyWord, BitOwn, Cells, Leg, Limits, Math, Op, Power, Powers, Reads, StageList, Step,
+    WordRead, reads,
 };
 use crate::engine::{
-    self, Batch, BitCell, BlockCode, ElementCode, Layout, PassStep, Tables, WordCell,
+    self, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables, WordCell,
 };
 use crate::isa::{Address, Bit, BitSpace, BlockId, StageId, Structure, Word};
+use crate::resolve::array::Array;
 use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
 
 pub(super) struct Assembler<'p> {
@@ -38,6 +40,10 @@ pub(super) struct Assembler<'p> {
     pub site: Site,
     /// The index of the current element's first termination.
     terminations_from: u32,
+    /// Whether an operation touches a whole array.
+    has_arrays: bool,
+    /// The words with the limits of arrays, by element 0 and the number of elements.
+    array_limits: HashMap<(Address, u32), Limits>,
 }
 
 impl<'p> Assembler<'p> {
@@ -61,6 +67,8 @@ impl<'p> Assembler<'p> {
             identity: Identity::new(program),
             site: Site::default(),
             terminations_from: 0,
+            has_arrays: false,
+            array_limits: HashMap::new(),
         };
         for (_, instruction) in program.instructions() {
             assembler.note_owner(instruction);
@@ -103,9 +111,15 @@ impl<'p> Assembler<'p> {
 
     /// Allots the private bit of an edge history. The termination pass turns it OFF.
     pub fn history(&mut self, text: String) -> BitOwn {
+        let history = self.kept_history(text);
+        self.terminates(PassStep::HistoryOff(history.0));
+        history
+    }
+
+    /// Allots the private bit of an edge history that the termination pass does not change.
+    pub fn kept_history(&mut self, text: String) -> BitOwn {
         let cell = self.private_bit();
         self.identity.history(BitCell(cell), &self.site, text);
-        self.terminates(PassStep::HistoryOff(cell));
         BitOwn(cell)
     }
 
@@ -121,18 +135,68 @@ impl<'p> Assembler<'p> {
         cell
     }
 
-    /// The word of a value.
+    /// The word of a value. An element outside of its array is 0.
     pub fn value(&mut self, value: Value) -> WordRead {
         match value {
             Value::Const(value, _) => WordRead(self.constant(value)),
             Value::Real(real) => WordRead(self.constant(real.cell())),
             Value::Word(word) => WordRead(self.layout.word(word).0),
+            Value::Element(element) => self.picked_word(element),
         }
     }
 
     /// The word of a value, integer or real.
     pub fn any(&mut self, value: Value) -> AnyWord {
         AnyWord { word: self.value(value), real: value.is_real() }
+    }
+
+    /// Allots a private word.
+    pub fn private_word(&mut self, initial: i32) -> u32 {
+        let cell = self.words;
+        self.words += 1;
+        if initial != 0 {
+            self.initial_words.push((WordCell(cell), initial));
+        }
+        cell
+    }
+
+    /// The cells of an array.
+    pub fn cells(&mut self, array: Array) -> Cells {
+        self.has_arrays = true;
+        let first = match self.layout.cell(array.element(0)) {
+            Some(Cell::Bit(BitCell(cell)) | Cell::Word(WordCell(cell))) => cell,
+            None => unreachable!("arrays are of bits or words"),
+        };
+        Cells { first, count: array.count }
+    }
+
+    /// The limits of the elements of an array of words.
+    pub fn array_limits(&mut self, array: Array) -> Limits {
+        let key = (array.element(0), array.count);
+        if let Some(limits) = self.array_limits.get(&key) {
+            return *limits;
+        }
+        let words = array.addresses().filter_map(|address| match address {
+            Address::Word(word) => Some(self.limits(word)),
+            Address::Bit(_) | Address::Structure(_) => None,
+        });
+        let mut all: Vec<(i32, i32)> = words.collect();
+        let each = all.iter().any(|limits| *limits != all[0]);
+        all.truncate(if each { all.len() } else { 1 });
+        let first = self.words;
+        for (low, high) in all {
+            self.private_word(low);
+            self.private_word(high);
+        }
+        let limits = Limits { first, each };
+        self.array_limits.insert(key, limits);
+        limits
+    }
+
+    /// Keeps a MATH for a pass or an ENTASK; returns its index.
+    pub fn pick(&mut self, math: Math) -> u32 {
+        self.tables.picks.push(math);
+        self.tables.picks.len() as u32 - 1
     }
 
     /// The limits of a word's cell: its range, or its tags' `min` and `max`.
@@ -194,8 +258,8 @@ impl<'p> Assembler<'p> {
     /// Schedules the current element's operations and ends the element.
     pub fn close_element(&mut self, has_rungs: bool) -> ElementCode {
         let first_batch = self.tables.batches.len() as u32;
-        for batch in schedule::schedule(std::mem::take(&mut self.ops), &self.formulas, self.window)
-        {
+        let ops = std::mem::take(&mut self.ops);
+        for batch in schedule::schedule(ops, &self.formulas, self.has_arrays, self.window) {
             let kind = batch[0].kind();
             let count = batch.len() as u32;
             let mut first = 0;

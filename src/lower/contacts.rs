@@ -25,6 +25,7 @@ impl Assembler<'_> {
     fn contact(&mut self, contact: &Contact) -> Power {
         match contact {
             Contact::Bit(bit, _) => Power::of(self.layout.bit(*bit).0),
+            Contact::Element(element, _) => self.picked_bit(*element),
             Contact::Not(inner, _) => self.contact(inner).opposite(),
             Contact::All(..) => {
                 let mut powers = Vec::new();
@@ -47,6 +48,7 @@ impl Assembler<'_> {
             match contact {
                 Contact::Any(inner, _) => self.none_of(inner, powers),
                 Contact::Bit(..)
+                | Contact::Element(..)
                 | Contact::Not(..)
                 | Contact::All(..)
                 | Contact::Edge(..)

@@ -10,13 +10,31 @@ use super::formula_marks::{Mark, marks};
 use crate::engine::ops::{At, BitWritten, Code, Leg, Math, Op, Operator, Put, Step};
 use crate::engine::ops::{Target, WordWritten};
 use crate::isa::status::st;
-use crate::isa::{Bit, BitSpace, Real};
-use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary, type_of};
+use crate::isa::{Bit, BitSpace, Real, Word};
+use crate::resolve::array::Array;
+use crate::resolve::formula::{Binary, Formula, NumberType, Part, Unary, type_of, type_of_array};
 use crate::resolve::instruction::Target as MathTarget;
 
 impl Assembler<'_> {
     /// Lowers a MATH.
-    pub fn math(&mut self, target: MathTarget, formula: &Formula, leg: Leg) -> Op {
+    pub fn math(
+        &mut self,
+        target: MathTarget,
+        index: Option<&Formula>,
+        formula: &Formula,
+        leg: Leg,
+    ) -> Op {
+        let put = match (target, index) {
+            (MathTarget::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
+            (MathTarget::Word(word), _) => self.put_in_word(word),
+            (MathTarget::Array(array), Some(index)) => self.math_element(array, index, leg),
+            (MathTarget::Array(_), None) => unreachable!("an element has an index"),
+        };
+        Op::Math(self.formula_into(put, formula, leg))
+    }
+
+    /// A MATH of a formula, which stores its result so.
+    pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: Leg) -> Math {
         let first = self.next_step();
         let mut builder = Builder {
             assembler: self,
@@ -29,16 +47,12 @@ impl Assembler<'_> {
         builder.walk(formula);
         let (steps, slots) = (builder.steps, builder.slots);
         let number = self.formula(&steps, slots);
-        let put = self.put(target);
         let status = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
-        Op::Math(Math { leg, first, number, put, status })
+        Math { leg, first, number, put, status, quiet: false }
     }
 
-    fn put(&self, target: MathTarget) -> Put {
-        let word = match target {
-            MathTarget::Bit(bit) => return Put::Bit(BitWritten(self.layout.bit(bit).0)),
-            MathTarget::Word(word) => word,
-        };
+    /// A word as a target.
+    pub fn put_in_word(&self, word: Word) -> Put {
         let ((low, high), (min, max)) = (word.range(), self.limits(word));
         let to = Target { word: WordWritten(self.layout.word(word).0), min, max };
         if word.is_real() { Put::Real(to) } else { Put::Word { to, low, high } }
@@ -100,6 +114,7 @@ impl Builder<'_, '_> {
                 self.push(Place::Word(cell), type_of(word));
             }
             Part::Bit(bit) => self.bit(bit),
+            Part::Element(array) => self.element(array),
             Part::Unary(operator, of) => self.unary(operator, of),
             Part::Binary(operator, of) => self.binary(operator, of),
             Part::Call(function, count, of) => self.call(function, count as usize, of),
@@ -117,6 +132,24 @@ impl Builder<'_, '_> {
             self.step(Code::LoadBit, to, cell, 0);
         }
         self.push(Place::Accumulator, NumberType::Integer);
+    }
+
+    /// The element of an array that the last operand selects.
+    fn element(&mut self, array: Array) {
+        let last = self.operands.len() - 1;
+        self.load(last);
+        let of = type_of_array(array);
+        if of == NumberType::Real {
+            self.save(of);
+        }
+        let code = match of {
+            NumberType::Integer if array.is_bits() => Code::BitOf,
+            NumberType::Integer => Code::WordOf,
+            NumberType::Real => Code::RealOf,
+        };
+        let cells = self.assembler.cells(array);
+        self.step(code, 0, cells.first, cells.count);
+        self.operands[last].of = of;
     }
 
     pub(super) fn push(&mut self, place: Place, of: NumberType) {

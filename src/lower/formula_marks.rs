@@ -28,7 +28,7 @@ pub(super) fn marks(parts: &[Part]) -> Vec<Option<Mark>> {
     for (at, part) in parts.iter().enumerate() {
         match part {
             Part::Integer(_) | Part::Real(_) | Part::Word(_) | Part::Bit(_) => begins.push(at),
-            Part::Unary(..) => {}
+            Part::Unary(..) | Part::Element(_) => {}
             Part::Binary(operator, _) => {
                 let right = begins.pop().expect("an operator has two operands");
                 if *operator == Binary::AndAlso {

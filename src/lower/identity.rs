@@ -11,7 +11,7 @@ use std::sync::Arc;
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
 use crate::resolve::places::Places;
-use crate::resolve::program::{BlockKind, Instruction, Program, Rung, TagMeaning, Value};
+use crate::resolve::program::{Action, BlockKind, Instruction, Program, Rung, TagMeaning, Value};
 
 /// Everything in a program that keeps a state from scan to scan.
 #[derive(Clone, Debug, Default)]
@@ -146,6 +146,7 @@ impl Identity {
             self.owners.push(Owner { structure, mnemonic: instruction.mnemonic, element, presets });
         }
         self.written.extend(instruction.action.written_bit().map(|bit| bit.value));
+        self.written.extend(instruction.action.written_bits());
     }
 
     /// Records a history.
@@ -220,7 +221,11 @@ impl Identity {
         let (bit, block) = (instruction.action.written_bit(), instruction.action.target_block());
         let bit = bit.map(|bit| self.bit(bit.value));
         let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
-        let operand = operand.unwrap_or_default();
+        let shifted = || {
+            let Action::Shift { bits } = &instruction.action else { return None };
+            Some(bits.value.to_string())
+        };
+        let operand = operand.or_else(shifted).unwrap_or_default();
         format!("{} {operand}", instruction.mnemonic.spec().name)
     }
 

@@ -16,7 +16,7 @@ use crate::engine::{PassStep, WordCell};
 use crate::isa::instruction::Termination;
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, StageId, Structure, Word};
-use crate::resolve::instruction::{Coil, Delay, Direction, Source, TimerKind};
+use crate::resolve::instruction::{Coil, Delay, Direction, Place, Source, TimerKind};
 use crate::resolve::program::{Action, Instruction, Value, Written};
 use crate::source::span::Located;
 
@@ -25,12 +25,12 @@ use crate::source::span::Located;
 pub(super) struct Legs<'a>(pub &'a [(LegName, Leg)]);
 
 impl Legs<'_> {
-    fn leg(self, name: LegName) -> Leg {
+    pub fn leg(self, name: LegName) -> Leg {
         let leg = self.0.iter().find(|(n, _)| *n == name);
         leg.expect("the resolver gives every leg").1
     }
 
-    fn when(self) -> Leg {
+    pub fn when(self) -> Leg {
         self.leg(LegName::When)
     }
 }
@@ -56,6 +56,14 @@ impl Assembler<'_> {
     /// Lowers one instruction.
     pub fn instruction(&mut self, instruction: &Instruction, legs: Legs) {
         self.identity.instruction(instruction, self.site.element);
+        // What reads an element may turn `$IndexError` ON, which a leg may read.
+        let kept: Vec<(LegName, Leg)>;
+        let legs = if instruction.action.has_elements() {
+            kept = legs.0.iter().map(|(name, leg)| (*name, self.keep(*leg))).collect();
+            Legs(&kept)
+        } else {
+            legs
+        };
         if let Some(lowered) = self.lowered(instruction, legs) {
             self.terminate(instruction.mnemonic.spec().termination, &lowered);
             self.op(lowered.op);
@@ -86,27 +94,22 @@ impl Assembler<'_> {
                 return Some(Lowered { bit: Some(bit), ..op.into() });
             }
             Action::Counter { counts, ct, preset } => {
-                let rule = self.counter_rule(*counts, *preset);
+                let rule = counter_rule(*counts, *preset, |preset| self.owner_preset(preset, true));
                 return Some(self.counter(ct.value, rule, legs, legs.leg(LegName::Rst)));
             }
             Action::UpDownCounter { has_reset_leg, ct, up_preset, dn_preset } => {
-                let rule = self.up_down_rule(*up_preset, *dn_preset);
+                let presets = (*up_preset, *dn_preset);
+                let rule = up_down_rule(presets, |preset| self.owner_preset(preset, true));
                 let rst = if *has_reset_leg { legs.leg(LegName::Rst) } else { self.off() };
                 return Some(self.counter(ct.value, rule, legs, rst));
             }
             Action::DelayTimer { delay, t, preset, output } => {
+                let timer = self.timer_of(t.value, *preset, TimerRule::Zero);
                 let output = BitWritten(self.layout.bit(output.value).0);
-                let timer = self.timer_of(t.value, *preset);
-                let leg = legs.when();
-                let op = match delay {
-                    Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
-                    Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
-                };
-                let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
-                return Some(Lowered { bit: Some(output), reset, ..op.into() });
+                return Some(delay_timer(*delay, legs.when(), timer, output));
             }
             Action::Timer { timer, t, preset } => {
-                let at = self.timer_of(t.value, *preset);
+                let at = self.timer_of(t.value, *preset, timer_rule(*timer));
                 return Some(self.timer(*timer, at, legs));
             }
             Action::Sensaphone { counts, n, preset } => {
@@ -119,9 +122,14 @@ impl Assembler<'_> {
             Action::Store { source, to } => {
                 return Some(self.store(*source, to.value, legs.when()).into());
             }
-            Action::Math { target, formula } => {
-                return Some(self.math(target.value, formula, legs.when()).into());
+            Action::Math { target, index, formula } => {
+                let math = self.math(target.value, index.as_deref(), formula, legs.when());
+                return Some(math.into());
             }
+            Action::SetElement { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. } => return Some(self.array_action(instruction, legs).into()),
             Action::Run { block } => ControlKind::Run(block.value),
             Action::Restart { block } => {
                 let history = history(self);
@@ -168,24 +176,6 @@ impl Assembler<'_> {
         }
     }
 
-    fn counter_rule(&mut self, counts: Direction, preset: Located<Value>) -> CounterRule {
-        let preset = self.value(preset.value);
-        match counts {
-            Direction::Up => CounterRule::Up(preset),
-            Direction::Down => CounterRule::Down(preset),
-        }
-    }
-
-    fn up_down_rule(
-        &mut self,
-        up: Option<Located<Value>>,
-        dn: Option<Located<Value>>,
-    ) -> CounterRule {
-        let up = up.map(|preset| self.value(preset.value));
-        let dn = dn.map(|preset| self.value(preset.value));
-        CounterRule::UpDown(UdcPresets { up, dn })
-    }
-
     fn counter(&self, ct: Structure, rule: CounterRule, legs: Legs, rst: Leg) -> Lowered {
         let counter = Counter { at: self.layout.record(ct) };
         let op = match rule {
@@ -208,8 +198,9 @@ impl Assembler<'_> {
         Leg::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0))
     }
 
-    fn timer_of(&mut self, t: Structure, preset: Located<Value>) -> Timer {
-        Timer { at: self.layout.record(t), preset: self.value(preset.value) }
+    fn timer_of(&mut self, t: Structure, preset: Located<Value>, rule: TimerRule) -> Timer {
+        let preset = self.owner_preset(preset.value, rule == TimerRule::Preset);
+        Timer { at: self.layout.record(t), preset }
     }
 
     fn timer(&self, kind: TimerKind, timer: Timer, legs: Legs) -> Lowered {
@@ -226,9 +217,11 @@ impl Assembler<'_> {
     }
 
     /// A Sensaphone counter, with the preset of one of its instructions.
-    fn sensaphone(&self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
+    fn sensaphone(&mut self, n: Structure, preset: Option<Located<Value>>) -> Sensaphone {
         let preset = match preset.map(|preset| preset.value) {
-            Some(Value::Word(word)) => Some(WordRead(self.layout.word(word).0)),
+            Some(preset @ (Value::Word(_) | Value::Element(_))) => {
+                Some(self.owner_preset(preset, false))
+            }
             Some(Value::Const(..) | Value::Real(_)) | None => None,
         };
         let pre = WordWritten(self.layout.word(Word::Pre(n.number())).0);
@@ -244,19 +237,27 @@ impl Assembler<'_> {
         let rstct = |rule| Op::Rstct(Rstct { leg, counter: Counter { at }, rule });
         let rstt = |preset, rule| Op::Rstt(Rstt { leg, timer: Timer { at, preset }, rule });
         Some(match self.owners.get(&structure).copied()? {
-            Action::Counter { counts, preset, ct: _ } => rstct(self.counter_rule(*counts, *preset)),
+            Action::Counter { counts, preset, ct: _ } => {
+                rstct(counter_rule(*counts, *preset, |preset| self.value_while(preset, leg)))
+            }
             Action::UpDownCounter { up_preset, dn_preset, .. } => {
-                rstct(self.up_down_rule(*up_preset, *dn_preset))
+                let presets = (*up_preset, *dn_preset);
+                rstct(up_down_rule(presets, |preset| self.value_while(preset, leg)))
             }
-            Action::DelayTimer { preset, .. } => rstt(self.value(preset.value), TimerRule::Zero),
-            Action::Timer { timer, preset, t: _ } => {
-                rstt(self.value(preset.value), timer_rule(*timer))
-            }
+            Action::DelayTimer { .. } => rstt(WordRead(self.constant(0)), TimerRule::Zero),
+            Action::Timer { timer, preset, t: _ } => match timer_rule(*timer) {
+                TimerRule::Zero => rstt(WordRead(self.constant(0)), TimerRule::Zero),
+                TimerRule::Preset => rstt(self.value_while(preset.value, leg), TimerRule::Preset),
+            },
             Action::Coil { .. }
+            | Action::SetElement { .. }
             | Action::Sensaphone { .. }
             | Action::Reset { .. }
             | Action::Store { .. }
             | Action::Math { .. }
+            | Action::Copy { .. }
+            | Action::Fill { .. }
+            | Action::Shift { .. }
             | Action::Run { .. }
             | Action::Restart { .. }
             | Action::Halt { .. }
@@ -270,7 +271,12 @@ impl Assembler<'_> {
         })
     }
 
-    fn store(&mut self, source: Source, to: Word, leg: Leg) -> Op {
+    fn store(&mut self, source: Source, to: Place, leg: Leg) -> Op {
+        let is_element = |value: Located<Value>| matches!(value.value, Value::Element(_));
+        let to = match to {
+            Place::Word(word) if !source.values().any(is_element) => word,
+            Place::Word(_) | Place::Element(_) => return self.store_elements(source, to, leg),
+        };
         let (min, max) = self.limits(to);
         let real = to.is_real();
         let to = Target { word: WordWritten(self.layout.word(to).0), min, max };
@@ -313,11 +319,41 @@ impl Assembler<'_> {
     }
 
     fn enable_every(&mut self, task: BlockId, every: Value, leg: Leg) -> Lowered {
-        let WordRead(word) = self.value(every);
+        let (WordRead(word), pick) = self.interval(every);
         self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
-        let op = self.control(ControlKind::EnableEvery { task, every: word }, leg);
+        let op = self.control(ControlKind::EnableEvery { task, every: word, pick }, leg);
         Lowered { rung_off: Some(PassStep::DisableTask(task)), ..op.into() }
     }
+}
+
+fn delay_timer(delay: Delay, leg: Leg, timer: Timer, output: BitWritten) -> Lowered {
+    let op = match delay {
+        Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
+        Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
+    };
+    let reset = Some(PassStep::Timer(timer, TimerRule::Zero));
+    Lowered { bit: Some(output), reset, ..op.into() }
+}
+
+fn counter_rule(
+    counts: Direction,
+    preset: Located<Value>,
+    read: impl FnOnce(Value) -> WordRead,
+) -> CounterRule {
+    let preset = read(preset.value);
+    match counts {
+        Direction::Up => CounterRule::Up(preset),
+        Direction::Down => CounterRule::Down(preset),
+    }
+}
+
+fn up_down_rule(
+    (up, dn): (Option<Located<Value>>, Option<Located<Value>>),
+    mut read: impl FnMut(Value) -> WordRead,
+) -> CounterRule {
+    let up = up.map(|preset| read(preset.value));
+    let dn = dn.map(|preset| read(preset.value));
+    CounterRule::UpDown(UdcPresets { up, dn })
 }
 
 fn timer_rule(kind: TimerKind) -> TimerRule {

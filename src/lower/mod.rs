@@ -6,13 +6,16 @@
 //! does not know. `identity` and `rungs` name states and rungs, so that a reload finds them in a
 //! new version of the program.
 
+mod arrays;
 mod assembler;
 mod contacts;
+mod elements;
 mod formula;
 mod formula_calls;
 mod formula_marks;
 pub(crate) mod identity;
 mod instructions;
+mod regions;
 mod rungs;
 pub mod schedule;
 mod symbols;

@@ -33,6 +33,7 @@ fn contacts(identity: &Identity, of: &[Contact], between: &str) -> String {
 fn contact(identity: &Identity, of: &Contact) -> String {
     match of {
         Contact::Bit(bit, _) => identity.bit(*bit),
+        Contact::Element(element, _) => element.to_string(),
         Contact::Not(inner, _) => format!("!{}", grouped(identity, inner)),
         Contact::All(all, _) => contacts(identity, all, " & "),
         Contact::Any(any, _) => contacts(identity, any, " | "),
@@ -54,9 +55,11 @@ pub(super) fn edge_contact(identity: &Identity, edge: Edge, of: &Contact) -> Str
     let inner = contact(identity, of);
     match of {
         Contact::All(..) | Contact::Any(..) => format!("{}{inner}", edge.name()),
-        Contact::Bit(..) | Contact::Not(..) | Contact::Edge(..) | Contact::Compare(..) => {
-            format!("{}({inner})", edge.name())
-        }
+        Contact::Bit(..)
+        | Contact::Element(..)
+        | Contact::Not(..)
+        | Contact::Edge(..)
+        | Contact::Compare(..) => format!("{}({inner})", edge.name()),
     }
 }
 
@@ -73,11 +76,15 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
                 }
                 OperandValue::Block(block) => identity.block(block).name.clone(),
                 OperandValue::Stage(stage) => identity.stage(stage),
+                OperandValue::Element(element) => element.to_string(),
+                OperandValue::Array(array) => array.to_string(),
+                OperandValue::Run(run) => run.to_string(),
             };
             format!(" {name}={said}")
         });
-        let formula = if let Action::Math { formula: of, .. } = &instruction.action {
-            formula(identity, of)
+        let formula = if let Action::Math { formula: of, index, .. } = &instruction.action {
+            let index = index.iter().map(|index| formula(identity, index) + " =");
+            index.chain([formula(identity, of)]).collect()
         } else {
             String::new()
         };
@@ -94,6 +101,7 @@ fn formula(identity: &Identity, of: &Formula) -> String {
         Part::Real(real) => format!(" {real:?}"),
         Part::Word(word) => format!(" {}", identity.word(*word)),
         Part::Bit(bit) => format!(" {}", identity.bit(*bit)),
+        Part::Element(array) => format!(" {array}[]"),
         Part::Unary(operator, _) => format!(" {operator:?}"),
         Part::Binary(operator, _) => format!(" {operator:?}"),
         Part::Call(function, count, _) => format!(" {}/{count}", function.spec().name),
@@ -106,5 +114,6 @@ fn value(identity: &Identity, of: Value) -> String {
         Value::Const(value, _) => value.to_string(),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => identity.word(word),
+        Value::Element(element) => element.to_string(),
     }
 }

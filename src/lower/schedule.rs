@@ -12,17 +12,28 @@
 
 use std::collections::HashMap;
 
+use super::regions::Regions;
 use crate::engine::ops::{Op, OpKind, Reads, Touches};
 
 /// Number of operations that are scheduled together.
 pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each. `formulas` are
-/// the cells that each MATH's formula reads.
-pub(crate) fn schedule(ops: Vec<Op>, formulas: &[Reads], window: usize) -> Vec<Vec<Op>> {
+/// the cells that each MATH's formula reads. `has_arrays`: whether an operation may touch an array
+/// whose element is known at run time only.
+pub(crate) fn schedule(
+    ops: Vec<Op>,
+    formulas: &[Reads],
+    has_arrays: bool,
+    window: usize,
+) -> Vec<Vec<Op>> {
     let mut batches = Vec::new();
-    let begin =
-        || Segment { touches: Touches { formulas, ..Touches::default() }, ..Segment::default() };
+    let regions = if has_arrays { Regions::of(&ops, formulas) } else { Regions::default() };
+    let regions = &regions;
+    let begin = || {
+        let touches = Touches { formulas, ..Touches::default() };
+        Segment { touches, regions: Some(regions), ..Segment::default() }
+    };
     let mut segment = begin();
     for op in ops {
         if op.kind() == OpKind::Control {
@@ -54,6 +65,7 @@ struct Segment<'f> {
     bits: HashMap<u32, Uses>,
     words: HashMap<u32, Uses>,
     touches: Touches<'f>,
+    regions: Option<&'f Regions>,
     count: usize,
 }
 
@@ -61,6 +73,9 @@ impl Segment<'_> {
     fn place(&mut self, op: Op) {
         self.touches.clear();
         op.touches(&mut self.touches);
+        if let Some(regions) = self.regions {
+            regions.represent(&mut self.touches);
+        }
         let at = self.batch_at_or_behind(op.kind(), self.earliest());
         let mark = |uses: &mut HashMap<u32, Uses>, read: &[u32], written: &[u32]| {
             for cell in read {

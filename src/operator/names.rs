@@ -14,7 +14,7 @@ use crate::lower::Symbols;
 use crate::resolve::mistake::sentence;
 use crate::resolve::program::{BlockKind, Program, TagMeaning};
 use crate::resolve::range::{is_range, other_range, resolve_range};
-use crate::resolve::scope::Scope;
+use crate::resolve::scope::{Scope, Thing};
 use crate::source::finding::Finding;
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -90,7 +90,7 @@ impl Names {
     /// It names nothing, or more than one request reads.
     pub(crate) fn find(&self, text: &str) -> Result<Vec<Operand>, Refusal> {
         let written = written(text);
-        if is_range(&written.text) {
+        if is_range(&written.text) || self.is_array(&written.text) {
             return self.range(&written);
         }
         // Look up the whole text first: a name may contain a `-` without being a range.
@@ -98,6 +98,11 @@ impl Names {
             other_range(&self.scope, &written).map_or(unknown, |finding| refusal(&finding))
         })?;
         self.members(&written.text, what)
+    }
+
+    fn is_array(&self, text: &str) -> bool {
+        let found = self.scope.look_up(text).map(|found| found.thing);
+        matches!(found, Ok(Thing::Array(_)))
     }
 
     fn range(&self, written: &Text) -> Result<Vec<Operand>, Refusal> {

@@ -10,6 +10,7 @@ use crate::engine::{BitCell, BlockRole, Cell, ElementCode, PassStep, Restage, St
 use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
 use crate::lower::identity::BlockName;
 use crate::resolve::program::BlockKind;
+use crate::resolve::program::Value;
 
 /// The old program's Tasks that lose their recurrent ENTASK. The ENTASK's pass disables them.
 pub(super) fn disabled(names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) -> HashSet<BlockId> {
@@ -153,7 +154,10 @@ fn intervals(plan: &mut ReloadPlan, names: &Pairs<'_>) {
             let was = preset(names.old, before.every, true);
             let is = preset(names.new, now.every, true);
             plan.say(format!("interval of {name} {was} → {is}"));
-            plan.transfer.intervals.push((task, now.word.0));
+            // An element of an array is read when the Task is enabled again.
+            if !matches!(now.every, Value::Element(_)) {
+                plan.transfer.intervals.push((task, now.word.0));
+            }
         }
     }
 }
@@ -182,7 +186,8 @@ impl There {
                     | PassStep::Timer(..)
                     | PassStep::HoldTimer(_)
                     | PassStep::CountUp(_)
-                    | PassStep::CountDown(_) => {}
+                    | PassStep::CountDown(_)
+                    | PassStep::Pick(_) => {}
                 }
             }
         }
@@ -212,7 +217,7 @@ pub(super) fn terminations(
         for at in code.terminations.clone() {
             let termination = &old.program.tables.terminations[at as usize];
             let stays = match termination {
-                PassStep::HistoryOff(_) => true,
+                PassStep::HistoryOff(_) | PassStep::Pick(_) => true,
                 PassStep::BitOff(bit) => {
                     let to = plan.transfer.cell(Cell::Bit(BitCell(*bit)));
                     let before = names.element(element);

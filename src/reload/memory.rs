@@ -31,7 +31,8 @@ impl Kept {
             | PassStep::Counter(..)
             | PassStep::Timer(..)
             | PassStep::HoldTimer(_)
-            | PassStep::DisableTask(_) => None,
+            | PassStep::DisableTask(_)
+            | PassStep::Pick(_) => None,
         };
         let record = termination.record();
         record.is_some_and(|record| self.0.get(&(record, half)) == Some(&element))

@@ -1,9 +1,10 @@
 //! Resolves contacts: every name becomes a bit, or a value of a compare. Called by `rung`.
 
 use super::Resolver;
+use super::array::Array;
 use super::program::{Contact, Value, Written};
 use super::scope::Thing;
-use crate::isa::{Address, Bit};
+use crate::isa::Address;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact as written;
 use crate::source::finding::{Code, Finding};
@@ -17,9 +18,7 @@ impl Resolver<'_> {
 
     fn contact(&mut self, contact: &written::Contact) -> Option<Contact> {
         match contact {
-            written::Contact::Bit(name) => {
-                Some(Contact::Bit(self.bit(&name.value, name.span)?, name.span))
-            }
+            written::Contact::Bit(name) => self.bit(&name.value, name.span),
             written::Contact::Not(inner, span) => {
                 Some(Contact::Not(Box::new(self.contact(inner)?), *span))
             }
@@ -42,14 +41,20 @@ impl Resolver<'_> {
     }
 
     /// Resolves a bit.
-    fn bit(&mut self, name: &str, span: Span) -> Option<Bit> {
+    fn bit(&mut self, name: &str, span: Span) -> Option<Contact> {
         let thing = self.look_up(name, span)?;
         let help = match thing {
             Thing::Address(address @ Address::Bit(bit)) => {
                 self.note(name, span, address);
-                return Some(bit);
+                return Some(Contact::Bit(bit, span));
             }
-            Thing::Address(Address::Word(_)) => format!("compare it: `{name} != 0`"),
+            Thing::Element(element) if element.array.is_bits() => {
+                return Some(Contact::Element(element, span));
+            }
+            Thing::Address(Address::Word(_)) | Thing::Element(_) => {
+                format!("compare it: `{name} != 0`")
+            }
+            Thing::Array(array) => of_array(name, array),
             Thing::Address(Address::Structure(structure)) => {
                 let flag = if structure.members().contains(&"Done") { "Done" } else { "DN" };
                 format!("name one of its flags: `{name}.{flag}`")
@@ -86,11 +91,15 @@ impl Resolver<'_> {
                 self.note(name, atom.span, address);
                 return Some(Value::Word(word));
             }
+            Thing::Element(element) if !element.array.is_bits() => {
+                return Some(Value::Element(element));
+            }
+            Thing::Array(array) => of_array(name, array),
             Thing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
                 format!("its value is `{name}.{acc}`")
             }
-            Thing::Address(Address::Bit(_)) => {
+            Thing::Address(Address::Bit(_)) | Thing::Element(_) => {
                 format!("a bit stands alone: `{name}`, or `!{name}`")
             }
             Thing::Block(_) | Thing::Device(_) => {
@@ -128,8 +137,10 @@ impl Resolver<'_> {
     pub(super) fn kind_words(&self, thing: Thing) -> &'static str {
         use crate::isa::Structure;
         match thing {
+            Thing::Array(_) => "an array",
+            Thing::Element(element) if element.array.is_bits() => "a bit",
             Thing::Address(Address::Bit(_)) => "a bit",
-            Thing::Address(Address::Word(_)) => "a word",
+            Thing::Address(Address::Word(_)) | Thing::Element(_) => "a word",
             Thing::Address(Address::Structure(Structure::Counter(_))) => "a counter",
             Thing::Address(Address::Structure(Structure::Timer(_))) => "a timer",
             Thing::Address(Address::Structure(Structure::Sensaphone(_))) => "a Sensaphone counter",
@@ -141,4 +152,11 @@ impl Resolver<'_> {
             },
         }
     }
+}
+
+/// The help for an array where one element is wanted.
+pub(super) fn of_array(name: &str, array: Array) -> String {
+    let name = name.split('[').next().unwrap_or(name);
+    let last = array.count - 1;
+    format!("name one element, `{name}[0]` to `{name}[{last}]`, or `{name}[step]` by a word")
 }

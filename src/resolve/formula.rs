@@ -3,6 +3,7 @@
 //! Made by `formula_resolver`, turned into the engine's steps by `lower`. Behaviour:
 //! `docs/semantics.md`, section 8.
 
+use super::array::Array;
 use crate::isa::{Bit, Function, Real, Word};
 pub use crate::source::expression::{Binary, Unary};
 
@@ -24,6 +25,8 @@ pub enum Part {
     Word(Word),
     /// A bit: 0 or 1.
     Bit(Bit),
+    /// An element of an array; the index stands before it.
+    Element(Array),
     /// An operator with one operand, and the type that it computes in.
     Unary(Unary, NumberType),
     /// An operator with two operands, and the type that it computes in.
@@ -46,6 +49,11 @@ impl NumberType {
     pub fn with(self, other: NumberType) -> NumberType {
         if self == NumberType::Real { self } else { other }
     }
+}
+
+/// The type of an array's numbers.
+pub fn type_of_array(array: Array) -> NumberType {
+    if array.is_real() { NumberType::Real } else { NumberType::Integer }
 }
 
 /// The type of a word's numbers.

@@ -5,6 +5,8 @@
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
+use super::array::Element;
+use super::contact::of_array;
 use super::formula::{Binary, Formula, NumberType, Part, Unary, type_of};
 use super::instruction::{Action, Instruction, Target};
 use super::scope::Thing;
@@ -18,28 +20,30 @@ use crate::source::span::{Located, Span};
 
 /// An operand on the stack.
 #[derive(Clone, Copy)]
-struct Operand {
-    of: NumberType,
+pub(super) struct Operand {
+    pub of: NumberType,
     /// Its place.
-    span: Span,
+    pub span: Span,
     /// A division of integers whose lost fraction reaches this operand: its sign, and the places of
     /// its operands.
-    division: Option<(Span, [Span; 2])>,
+    pub division: Option<(Span, [Span; 2])>,
     /// What the warning of a complement asks.
-    form: Form,
+    pub form: Form,
+    /// The number of elements of a whole array, each of which is a part.
+    pub elements: Option<u32>,
 }
 
 /// The form of an operand, for the warning of a complement.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
+pub(super) enum Form {
     Bit,
     ComplementOfBit,
     Other,
 }
 
 impl Operand {
-    fn new(of: NumberType, span: Span) -> Operand {
-        Operand { of, span, division: None, form: Form::Other }
+    pub fn new(of: NumberType, span: Span) -> Operand {
+        Operand { of, span, division: None, form: Form::Other, elements: None }
     }
 }
 
@@ -51,32 +55,48 @@ impl Resolver<'_> {
         formula: &written::Formula,
         spec: &'static Spec,
     ) -> Option<Instruction> {
-        let target = self.math_target(&formula.target, spec);
+        let target = self.math_target(formula, spec);
         let resolved = self.expression(&formula.expression);
-        let (target, (formula, whole)) = (target?, resolved?);
+        let ((target, index), (formula, whole)) = (target?, resolved?);
         self.doubts(target.value, whole);
-        let action = Action::Math { target, formula: Box::new(formula) };
+        let index = index.map(Box::new);
+        let action = Action::Math { target, index, formula: Box::new(formula) };
         Some(Instruction { mnemonic: spec.mnemonic, span, action })
     }
 
     fn math_target(
         &mut self,
-        name: &Located<String>,
+        formula: &written::Formula,
+        spec: &'static Spec,
+    ) -> Option<(Located<Target>, Option<Formula>)> {
+        let name = &formula.target;
+        if let Some(index) = &formula.index {
+            return self.math_element(name, index, spec);
+        }
+        let target = self.plain_target(name.value.clone(), name.span, spec)?;
+        Some((target, None))
+    }
+
+    /// A target without an index, or with a constant one.
+    pub(super) fn plain_target(
+        &mut self,
+        name: String,
+        span: Span,
         spec: &'static Spec,
     ) -> Option<Located<Target>> {
-        let atom = Atom { kind: AtomKind::Name(name.value.clone()), span: name.span };
-        let found = self.scope.look_up(&name.value).map(|found| found.thing);
+        let found = self.scope.look_up(&name).map(|found| found.thing);
+        let atom = Atom { kind: AtomKind::Name(name), span };
         let value = match found {
             Ok(Thing::Address(Address::Bit(_))) => Target::Bit(self.writable_bit(&atom, spec)?),
             _ => Target::Word(self.writable_word(&atom, spec)?),
         };
-        Some(Located { value, span: name.span })
+        Some(Located { value, span })
     }
 
     /// The warnings about an expression and its target.
     fn doubts(&mut self, target: Target, whole: Operand) {
         match target {
-            Target::Word(word) if type_of(word) == NumberType::Real => {
+            _ if target.is_real() => {
                 let Some((sign, [left, right])) = whole.division else { return };
                 let (left, right) = (self.text(left), self.text(right));
                 let is_constant = right.bytes().all(|b| b.is_ascii_digit());
@@ -89,19 +109,22 @@ impl Resolver<'_> {
                 let help = format!("write `{real}`, or `trunc({real})` if the loss is meant");
                 self.find(finding.label("both sides are integers").help(help));
             }
-            Target::Bit(_) if whole.form == Form::ComplementOfBit => {
+            _ if target.is_bit() && whole.form == Form::ComplementOfBit => {
                 let name = self.text(whole.span).trim_start_matches('~').trim_start();
                 let message = "`~` of a bit is -1 or -2, which is never 0";
                 let finding = Finding::new(Code::ComplementOfBit, whole.span, message);
                 let help = format!("the opposite of a bit is `!{name}`");
                 self.find(finding.label("the target is always ON").help(help));
             }
-            Target::Word(_) | Target::Bit(_) => {}
+            Target::Word(_) | Target::Bit(_) | Target::Array(_) => {}
         }
     }
 
     /// Resolves an expression, and says what its whole is.
-    fn expression(&mut self, written: &written::Expression) -> Option<(Formula, Operand)> {
+    pub(super) fn expression(
+        &mut self,
+        written: &written::Expression,
+    ) -> Option<(Formula, Operand)> {
         let mut walk = Walk { parts: Vec::new(), operands: Vec::new(), whole: true };
         for part in &written.parts {
             match &part.kind {
@@ -111,11 +134,8 @@ impl Resolver<'_> {
                 PartKind::Real(real) => {
                     walk.push(Part::Real(*real), Operand::new(NumberType::Real, part.span));
                 }
-                PartKind::Name(name) => match self.operand_of(name, part.span) {
-                    Some((named, operand)) => walk.push(named, operand),
-                    // The type of an unknown name cannot be wrong.
-                    None => walk.unknown(part.span),
-                },
+                PartKind::Name(name) => self.name(&mut walk, name, part.span),
+                PartKind::Element(name) => self.element_of(&mut walk, name, part.span),
                 PartKind::Unary(operator) => self.unary(&mut walk, *operator, part.span),
                 PartKind::Binary(operator, sign) => {
                     self.binary(&mut walk, (*operator, *sign), part.span);
@@ -124,11 +144,12 @@ impl Resolver<'_> {
             }
         }
         let last = walk.operands.pop()?;
+        self.one_value(&mut walk, last);
         walk.whole.then_some((Formula { parts: walk.parts }, last))
     }
 
     /// A name as an operand of an expression.
-    fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, Operand)> {
+    pub(super) fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, Operand)> {
         let operand = |of| Operand::new(of, span);
         let integer = operand(NumberType::Integer);
         let thing = self.look_up(name, span)?;
@@ -153,6 +174,7 @@ impl Resolver<'_> {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
                 format!("its value is `{name}.{acc}`")
             }
+            Thing::Array(array) | Thing::Element(Element { array, .. }) => of_array(name, array),
             Thing::Block(_) => format!("its bit is `{name}.Running`"),
             Thing::Device(_) => format!("its bits are `{name}.Ok` and `{name}.Stale`"),
         };
@@ -162,6 +184,7 @@ impl Resolver<'_> {
 
     fn unary(&mut self, walk: &mut Walk, operator: Unary, span: Span) {
         let Some(operand) = walk.operands.pop() else { return };
+        self.one_value(walk, operand);
         let of = operand.of;
         let whole = match operator {
             Unary::Minus => Operand { division: operand.division, ..Operand::new(of, span) },
@@ -178,6 +201,8 @@ impl Resolver<'_> {
 
     fn binary(&mut self, walk: &mut Walk, (operator, sign): (Binary, Span), span: Span) {
         let (Some(right), Some(left)) = (walk.operands.pop(), walk.operands.pop()) else { return };
+        self.one_value(walk, left);
+        self.one_value(walk, right);
         let of = left.of.with(right.of);
         let division = left.division.or(right.division);
         let whole = match operator {
@@ -253,26 +278,30 @@ impl Resolver<'_> {
         let division = typed.iter().find_map(|operand| operand.division);
         let division = division.filter(|_| spec.result != ResultType::Integer);
         let whole = Operand { division, ..Operand::new(result, span) };
+        if !function.takes_arrays() {
+            arguments.iter().for_each(|operand| self.one_value(walk, *operand));
+        }
+        let count = arguments.iter().map(|operand| operand.elements.unwrap_or(1)).sum();
         walk.push(Part::Call(function, count, of), whole);
     }
 }
 
 /// The parts resolved so far, and the operands that wait for their operator.
-struct Walk {
-    parts: Vec<Part>,
-    operands: Vec<Operand>,
+pub(super) struct Walk {
+    pub parts: Vec<Part>,
+    pub operands: Vec<Operand>,
     /// Whether no part had a mistake.
-    whole: bool,
+    pub whole: bool,
 }
 
 impl Walk {
-    fn push(&mut self, part: Part, operand: Operand) {
+    pub fn push(&mut self, part: Part, operand: Operand) {
         self.parts.push(part);
         self.operands.push(operand);
     }
 
     /// An operand with a mistake: it goes on as an integer, which causes no further finding.
-    fn unknown(&mut self, span: Span) {
+    pub fn unknown(&mut self, span: Span) {
         self.whole = false;
         self.push(Part::Integer(0), Operand::new(NumberType::Integer, span));
     }

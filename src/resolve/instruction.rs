@@ -5,9 +5,12 @@
 //! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
 //! are answered here once.
 
+use super::array::{Array, Element, Run};
 use super::formula::Formula;
-pub(crate) use super::operand_list::{OperandList, OperandType, OperandValue, Target, Value};
-use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure, Word};
+pub(crate) use super::operand_list::{
+    Filling, OperandList, OperandType, OperandValue, Place, Target, Value,
+};
+use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::source::span::{Located, Span};
 
 /// One instruction with its operands.
@@ -30,6 +33,13 @@ pub(crate) enum Action {
         coil: Coil,
         /// The bit.
         bit: Located<Bit>,
+    },
+    /// SET, RST of the bit of an array that a word selects.
+    SetElement {
+        /// SET.
+        on: bool,
+        /// The bit.
+        bit: Located<Element>,
     },
     /// CNT, CNTDN.
     Counter {
@@ -90,14 +100,35 @@ pub(crate) enum Action {
         /// The number to be stored.
         source: Source,
         /// The word that it is stored in.
-        to: Located<Word>,
+        to: Located<Place>,
     },
     /// MATH.
     Math {
         /// The word or bit that the result is stored in.
         target: Located<Target>,
+        /// The index of the target, if that is an array.
+        index: Option<Box<Formula>>,
         /// The expression.
         formula: Box<Formula>,
+    },
+    /// COPY.
+    Copy {
+        /// The array that is read.
+        from: Located<Array>,
+        /// The one that is written, of the same kind and length.
+        to: Located<Array>,
+    },
+    /// FILL.
+    Fill {
+        /// The value.
+        value: Located<Filling>,
+        /// The array.
+        to: Located<Array>,
+    },
+    /// SR.
+    Shift {
+        /// The bits.
+        bits: Located<Run>,
     },
     /// RUN.
     Run {
@@ -220,8 +251,8 @@ impl Action {
         let block = || given.get("block");
         Some(match mnemonic {
             M::Out => Action::coil(Coil::Out, given)?,
-            M::Set => Action::coil(Coil::Set, given)?,
-            M::Rst => Action::coil(Coil::Rst, given)?,
+            M::Set => Action::set(true, given)?,
+            M::Rst => Action::set(false, given)?,
             M::Pd => Action::coil(Coil::Pd, given)?,
             M::Nd => Action::coil(Coil::Nd, given)?,
             M::Ponoff => Action::coil(Coil::Ponoff, given)?,
@@ -232,7 +263,10 @@ impl Action {
             M::Rstct => Action::Reset { structure: given.get("ct")? },
             M::Rstt => Action::Reset { structure: given.get("t")? },
             // The resolver adds the expression.
-            M::Math => Action::Math { target: given.get("target")?, formula: Box::default() },
+            M::Math => {
+                let target = given.get("target")?;
+                Action::Math { target, index: None, formula: Box::default() }
+            }
             M::Res => Action::Reset { structure: given.get("n")? },
             M::Ondtmr => Action::delay_timer(Delay::On, given)?,
             M::Offdtmr => Action::delay_timer(Delay::Off, given)?,
@@ -246,6 +280,9 @@ impl Action {
             M::Move => Action::store(Source::Value(given.get("a")?), given)?,
             M::Add => Action::store(Source::Sum(given.get("a")?, given.get("b")?), given)?,
             M::Sub => Action::store(Source::Difference(given.get("a")?, given.get("b")?), given)?,
+            M::Copy => Action::Copy { from: given.get("from")?, to: given.get("to")? },
+            M::Fill => Action::Fill { value: given.get("value")?, to: given.get("to")? },
+            M::Sr => Action::Shift { bits: given.get("bits")? },
             M::Run => Action::Run { block: block()? },
             M::Restart => Action::Restart { block: block()? },
             M::Halt => Action::Halt { block: block()? },
@@ -263,6 +300,13 @@ impl Action {
 
     fn coil(coil: Coil, given: &OperandList) -> Option<Action> {
         Some(Action::Coil { coil, bit: given.get("bit")? })
+    }
+
+    fn set(on: bool, given: &OperandList) -> Option<Action> {
+        match given.get("bit") {
+            Some(bit) => Some(Action::SetElement { on, bit }),
+            None => Action::coil(if on { Coil::Set } else { Coil::Rst }, given),
+        }
     }
 
     fn counter(counts: Direction, given: &OperandList) -> Option<Action> {
@@ -299,6 +343,7 @@ impl Action {
         let none = OperandList::default();
         match self {
             Action::Coil { coil: _, bit } => none.with("bit", *bit),
+            Action::SetElement { on: _, bit } => none.with("bit", *bit),
             Action::Counter { counts: _, ct, preset } => {
                 none.with("ct", *ct).with("preset", *preset)
             }
@@ -323,7 +368,10 @@ impl Action {
                 .zip(source.values())
                 .fold(none, |all, (name, value)| all.with(name, value))
                 .with("to", *to),
-            Action::Math { target, formula: _ } => none.with("target", *target),
+            Action::Math { target, index: _, formula: _ } => none.with("target", *target),
+            Action::Copy { from, to } => none.with("from", *from).with("to", *to),
+            Action::Fill { value, to } => none.with("value", *value).with("to", *to),
+            Action::Shift { bits } => none.with("bits", *bits),
             Action::Run { block } | Action::Restart { block } | Action::Halt { block } => {
                 none.with("block", *block)
             }
@@ -344,6 +392,9 @@ impl Action {
 
     /// The bit that it writes: a coil's, or the output of a delay timer.
     pub fn written_bit(&self) -> Option<Located<Bit>> {
+        if matches!(self, Action::Fill { .. }) {
+            return None;
+        }
         self.first()
     }
 
@@ -373,12 +424,18 @@ impl Instruction {
 mod tests {
     use super::*;
     use crate::isa::instruction::{self, OperandKind, Spec};
+    use crate::isa::{BitSpace, Space, Word};
+
+    const ARRAY: Array = Array { space: Space::Bit(BitSpace::C), first: 0, count: 2 };
 
     /// Operands as the resolver would find them.
     fn given(spec: &Spec) -> OperandList {
         let operand = |kind| match kind {
             OperandKind::WritableBit => OperandValue::Bit(Bit::Stage(StageId(0))),
             OperandKind::WritableWord | OperandKind::Target => OperandValue::Word(Word::Pre(0)),
+            OperandKind::Array | OperandKind::WritableArray => OperandValue::Array(ARRAY),
+            OperandKind::Shifted => OperandValue::Run(Run { array: ARRAY, down: false }),
+            OperandKind::Filling => OperandValue::Bit(Bit::Stage(StageId(0))),
             OperandKind::Counter => OperandValue::Structure(Structure::Counter(0)),
             OperandKind::Timer => OperandValue::Structure(Structure::Timer(0)),
             OperandKind::Sensaphone => OperandValue::Structure(Structure::Sensaphone(0)),

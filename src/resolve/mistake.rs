@@ -38,6 +38,19 @@ impl Mistake {
     }
 }
 
+/// The help for a name in the notation of another controller.
+pub(super) fn habit(name: &str) -> Option<String> {
+    let help = match name.to_ascii_uppercase().as_str() {
+        "AND" => "write `&`",
+        "OR" => "write `|`",
+        "NOT" => "write `!`",
+        "TRUE" | "ON" | "ALWAYS" => "write `$On`",
+        "FALSE" | "OFF" | "NEVER" => "write `$Off`",
+        _ => return None,
+    };
+    Some(help.to_owned())
+}
+
 /// The help for an unknown name that is not in a file, where a file has the help to declare it.
 const WHERE_NAMES_ARE: &str = "tags are under [tags] of the ladder, and the shell completes them \
                                after `rungd completions`; an address reads `D0`";
@@ -47,6 +60,11 @@ pub(crate) fn sentence(finding: &Finding) -> String {
     let Some(help) = finding.help_text() else { return finding.message.clone() };
     let help = if help.starts_with("declare") { WHERE_NAMES_ARE } else { &*help };
     format!("{} ({help})", finding.message)
+}
+
+/// A mistake with a help.
+pub(super) fn mistake(code: Code, message: String, help: String) -> Mistake {
+    new(code, message, Some(help))
 }
 
 pub(super) fn new(code: Code, message: String, help: Option<String>) -> Mistake {

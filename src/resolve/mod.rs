@@ -5,14 +5,20 @@
 //! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
 //! I/O.
 
+pub(crate) mod array;
+mod array_actions;
+mod array_tags;
 mod contact;
 mod declare;
 pub(crate) mod formula;
+mod formula_elements;
 mod formula_resolver;
+mod index;
 pub mod instruction;
 pub mod layers;
 pub(crate) mod mistake;
 mod operand;
+mod operand_array;
 mod operand_list;
 pub(crate) mod operands;
 mod order;
@@ -208,6 +214,7 @@ impl<'a> Resolver<'a> {
         for (tag, used) in program.tags.iter_mut().zip(&self.used) {
             tag.used = *used;
         }
+        self.share_uses(&mut program.tags);
         program.operands = self.operands();
         program.constants = std::mem::take(&mut self.constants);
         program.constants.sort_unstable();
@@ -249,6 +256,9 @@ impl<'a> Resolver<'a> {
                 if let Some(tag) = found.tag {
                     self.used[tag] = true;
                 }
+                if let Some(index) = &found.index {
+                    self.note_index(index, span);
+                }
                 Some(found.thing)
             }
             Err(mistake) => {
@@ -256,6 +266,21 @@ impl<'a> Resolver<'a> {
                 let finding = mistake.finding(span);
                 self.findings.extend(finding.map(|finding| self.layers.near(finding, name)));
                 None
+            }
+        }
+    }
+
+    /// Notes the word or constant that is an index.
+    fn note_index(&mut self, name: &str, span: Span) {
+        if let Some(thing) = self.look_up(name, span) {
+            match thing {
+                Thing::Constant(..) => self.note_constant(name, span),
+                Thing::Address(address) => self.note(name, span, address),
+                Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_)
+                | Thing::Array(_)
+                | Thing::Element(_) => {}
             }
         }
     }
@@ -273,6 +298,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn mark_used(&mut self, name: &str) {
+        let name = name.split('[').next().unwrap_or(name);
         if let Some(tag) = self.scope.tag_index(name) {
             self.used[tag] = true;
         }
@@ -297,6 +323,12 @@ impl<'a> Resolver<'a> {
                 self.named.push((span, NamedOperand { name, address }));
             }
         }
+    }
+
+    /// The name of the file of a place.
+    fn file_name(&self, span: Span) -> &'a str {
+        let file = (span.file.0 - self.options.first_file.0) as usize;
+        self.files.get(file).map_or("", |file| file.name.as_str())
     }
 
     /// The text of a place.

@@ -1,6 +1,7 @@
 //! Resolves instructions: checks each operand against the instruction table. Called by `rung`.
 
 use super::Resolver;
+use super::contact::of_array;
 use super::declare::BUILT_IN;
 use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
 use super::program::BlockKind;
@@ -53,6 +54,7 @@ impl Resolver<'_> {
             }
         }
         let mnemonic = spec.mnemonic;
+        whole &= self.arrays_fit(&operands, spec);
         whole.then(|| {
             let action = Action::new(mnemonic, &operands);
             let action = action.expect("the table asks for the operands that the action has");
@@ -102,11 +104,29 @@ impl Resolver<'_> {
     ) -> Option<OperandValue> {
         let mut structure = |like| self.structure(atom, like, spec).map(OperandValue::Structure);
         match row.kind {
-            OperandKind::WritableBit => self.writable_bit(atom, spec).map(OperandValue::Bit),
+            OperandKind::WritableBit => match self.selected(atom, true, spec) {
+                Some(found) => found,
+                None => self.writable_bit(atom, spec).map(OperandValue::Bit),
+            },
             // The text of MATH has no operands; `math` resolves its target.
             OperandKind::WritableWord | OperandKind::Target => {
-                self.writable_word(atom, spec).map(OperandValue::Word)
+                match self.selected(atom, false, spec) {
+                    Some(found) => found,
+                    None => self.writable_word(atom, spec).map(OperandValue::Word),
+                }
             }
+            OperandKind::Array => {
+                self.run(atom, spec, true).map(|run| OperandValue::Array(run.array))
+            }
+            OperandKind::WritableArray => {
+                let run = self.run(atom, spec, true)?;
+                self.writable_run(run, atom, spec).map(|run| OperandValue::Array(run.array))
+            }
+            OperandKind::Shifted => {
+                let run = self.run(atom, spec, false)?;
+                self.writable_run(run, atom, spec).and_then(|run| self.shifted(run, atom))
+            }
+            OperandKind::Filling => self.filling(atom),
             OperandKind::Counter => structure(Structure::Counter(0)),
             OperandKind::Timer => structure(Structure::Timer(0)),
             OperandKind::Sensaphone => structure(Structure::Sensaphone(0)),
@@ -167,7 +187,17 @@ impl Resolver<'_> {
     pub(super) fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
         let (name, thing) = self.thing(atom, "a bit")?;
         let Thing::Address(address @ Address::Bit(bit)) = thing else {
-            let help = format!("`{}` writes a bit: `Y0`, `C0`, or a tag of one", spec.name);
+            let help = match thing {
+                Thing::Array(array) => of_array(name, array),
+                Thing::Address(_)
+                | Thing::Constant(..)
+                | Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_)
+                | Thing::Element(_) => {
+                    format!("`{}` writes a bit: `Y0`, `C0`, or a tag of one", spec.name)
+                }
+            };
             self.wrong_kind(name, atom.span, thing, "a bit", &help);
             return None;
         };
@@ -204,11 +234,13 @@ impl Resolver<'_> {
                     format!("its words are `{name}.ACC` and `{name}.PRE`")
                 }
                 Thing::Address(Address::Structure(_)) => format!("its word is `{name}.Acc`"),
+                Thing::Array(array) => of_array(name, array),
                 Thing::Address(Address::Bit(_) | Address::Word(_))
                 | Thing::Constant(..)
                 | Thing::Real(_)
                 | Thing::Block(_)
                 | Thing::Device(_)
+                | Thing::Element(_)
                     if spec.mnemonic == Mnemonic::Math =>
                 {
                     "its target is a word or a bit: `MATH D0 = …`".to_owned()
@@ -217,7 +249,8 @@ impl Resolver<'_> {
                 | Thing::Constant(..)
                 | Thing::Real(_)
                 | Thing::Block(_)
-                | Thing::Device(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
+                | Thing::Device(_)
+                | Thing::Element(_) => format!("`{}` writes to a word: `to=D0`", spec.name),
             };
             self.wrong_kind(name, atom.span, thing, "a word", &help);
             return None;
@@ -397,6 +430,9 @@ fn kind_words(kind: OperandKind) -> &'static str {
         OperandKind::WritableBit => "a bit",
         OperandKind::WritableWord => "a word",
         OperandKind::Target => "a word or bit",
+        OperandKind::Array | OperandKind::WritableArray => "an array",
+        OperandKind::Shifted => "an array of bits",
+        OperandKind::Filling => "a value",
         OperandKind::Counter => "a counter",
         OperandKind::Timer => "a timer",
         OperandKind::Sensaphone => "a Sensaphone counter",

@@ -3,16 +3,48 @@
 //! The resolver makes a list of what it has checked, and `instruction` makes an action of it, and a
 //! list of an action again, for questions that apply to every action.
 
-pub(crate) use super::value::Value;
+use super::array::{Array, Element, Run};
+pub(crate) use super::value::{Filling, Value};
 use crate::isa::{Bit, BlockId, StageId, Structure, Word};
 use crate::source::span::Located;
 
 /// The word or bit that MATH stores in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub(crate) enum Target {
+    /// A word.
     Word(Word),
+    /// A bit.
     Bit(Bit),
+    /// An element of this array; the MATH has an index.
+    Array(Array),
+}
+
+impl Target {
+    /// Whether it holds a real.
+    pub fn is_real(self) -> bool {
+        match self {
+            Target::Word(word) => word.is_real(),
+            Target::Bit(_) => false,
+            Target::Array(array) => array.is_real(),
+        }
+    }
+
+    /// Whether it is a bit.
+    pub fn is_bit(self) -> bool {
+        match self {
+            Target::Word(_) => false,
+            Target::Bit(_) => true,
+            Target::Array(array) => array.is_bits(),
+        }
+    }
+}
+
+/// The word that MOVE, ADD and SUB store in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub(crate) enum Place {
+    Word(Word),
+    Element(Element),
 }
 
 /// An operand of any type.
@@ -25,6 +57,12 @@ pub(crate) enum OperandValue {
     Structure(Structure),
     Block(BlockId),
     Stage(StageId),
+    /// An element that a word selects, of bits or words.
+    Element(Element),
+    /// A whole array.
+    Array(Array),
+    /// The bits that SR shifts.
+    Run(Run),
 }
 
 /// A type of operand.
@@ -54,10 +92,13 @@ impl OperandType for Target {
         match operand {
             OperandValue::Bit(bit) => Some(Target::Bit(bit)),
             OperandValue::Word(word) => Some(Target::Word(word)),
+            OperandValue::Array(array) => Some(Target::Array(array)),
             OperandValue::Value(_)
             | OperandValue::Structure(_)
             | OperandValue::Block(_)
-            | OperandValue::Stage(_) => None,
+            | OperandValue::Stage(_)
+            | OperandValue::Element(_)
+            | OperandValue::Run(_) => None,
         }
     }
 
@@ -65,6 +106,54 @@ impl OperandType for Target {
         match self {
             Target::Bit(bit) => OperandValue::Bit(bit),
             Target::Word(word) => OperandValue::Word(word),
+            Target::Array(array) => OperandValue::Array(array),
+        }
+    }
+}
+
+impl OperandType for Place {
+    fn of(operand: OperandValue) -> Option<Place> {
+        match operand {
+            OperandValue::Word(word) => Some(Place::Word(word)),
+            OperandValue::Element(element) => Some(Place::Element(element)),
+            OperandValue::Bit(_)
+            | OperandValue::Value(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_)
+            | OperandValue::Array(_)
+            | OperandValue::Run(_) => None,
+        }
+    }
+
+    fn operand(self) -> OperandValue {
+        match self {
+            Place::Word(word) => OperandValue::Word(word),
+            Place::Element(element) => OperandValue::Element(element),
+        }
+    }
+}
+
+impl OperandType for Filling {
+    fn of(operand: OperandValue) -> Option<Filling> {
+        match operand {
+            OperandValue::Value(value) => Some(Filling::Value(value)),
+            OperandValue::Bit(bit) => Some(Filling::Bit(bit)),
+            OperandValue::Element(element) => Some(Filling::Element(element)),
+            OperandValue::Word(_)
+            | OperandValue::Structure(_)
+            | OperandValue::Block(_)
+            | OperandValue::Stage(_)
+            | OperandValue::Array(_)
+            | OperandValue::Run(_) => None,
+        }
+    }
+
+    fn operand(self) -> OperandValue {
+        match self {
+            Filling::Value(value) => OperandValue::Value(value),
+            Filling::Bit(bit) => OperandValue::Bit(bit),
+            Filling::Element(element) => OperandValue::Element(element),
         }
     }
 }
@@ -76,6 +165,9 @@ operand_types! {
     Structure Structure;
     Block BlockId;
     Stage StageId;
+    Element Element;
+    Array Array;
+    Run Run;
 }
 
 /// Operands with their names in the instruction table.

@@ -68,6 +68,11 @@ pub(crate) fn resolve_operands(scope: &Scope, text: &Text) -> Result<Operands, F
     let written = text.text.trim();
     let finding = |message: String| Finding::new(Code::Controller, text.span, message);
     let Some((low, high)) = written.split_once("..") else {
+        if let Thing::Array(array) = look_up(scope, written, text.span)? {
+            let (first, count) = (array.element(0), array.count);
+            let (text, span) = (written.to_owned(), text.span);
+            return Ok(Operands { first, count, text, is_placed: false, span });
+        }
         let first = element(scope, written, text.span)?;
         let (text, span) = (written.to_owned(), text.span);
         let is_placed = scope.places().at(first).is_some();
@@ -118,6 +123,14 @@ fn element(scope: &Scope, name: &str, span: Span) -> Result<Address, Finding> {
         Thing::Address(address) => Ok(address),
         Thing::Constant(value, _) => constant(value.to_string()),
         Thing::Real(real) => constant(real.to_string()),
+        Thing::Array(array) => wrong(
+            format!("`{name}` is an array, not a bit or word"),
+            format!("name an element, `{name}[0]`, or the array alone: {array}"),
+        ),
+        Thing::Element(_) => wrong(
+            format!("the index of `{name}` is a word"),
+            "an element has a constant index here".to_owned(),
+        ),
         Thing::Device(_) => wrong(
             format!("`{name}` is a device"),
             format!("its bits are `{name}.Ok`, `{name}.Stale`"),

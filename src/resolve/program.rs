@@ -5,6 +5,7 @@
 //! every part that a finding may point at. If a ladder has an error, parts with mistakes are left
 //! out; then the program is checked, but never lowered or run.
 
+use super::array::{Array, Element};
 pub(crate) use super::instruction::{Action, Instruction, Value};
 use super::layers::Layers;
 pub use super::places::Places;
@@ -138,6 +139,8 @@ pub(crate) struct Branch {
 pub(crate) enum Contact {
     /// A bit.
     Bit(Bit, Span),
+    /// The bit of an array that a word selects.
+    Element(Element, Span),
     /// `!`.
     Not(Box<Contact>, Span),
     /// `&`: two or more.
@@ -175,6 +178,27 @@ pub struct Tag {
     pub(crate) spare: bool,
     /// Whether the ladder names it.
     pub used: bool,
+    /// Its array, if it is an element: the program has a tag for each, `recipe[3]`.
+    pub(crate) of_array: Option<OfArray>,
+}
+
+/// The place of an element in its array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct OfArray {
+    /// The array.
+    pub array: Array,
+    /// The number of the element.
+    pub at: u32,
+}
+
+impl Tag {
+    /// The name of the array that it is an element of; else its own name.
+    pub(crate) fn array_name(&self) -> &str {
+        match self.of_array {
+            Some(_) => self.name.split('[').next().unwrap_or(&self.name),
+            None => &self.name,
+        }
+    }
 }
 
 /// The meaning of a tag.
@@ -186,6 +210,8 @@ pub(crate) enum TagMeaning {
     Constant(i32, Written),
     /// `value`, a real.
     Real(Real),
+    /// `at` with `count`; in the scope only: each element has a tag in the program.
+    Array(Array),
 }
 
 /// A bit or word, with the name that the ladder first uses for it.
@@ -256,6 +282,7 @@ impl Contact {
     pub fn span(&self) -> Span {
         match self {
             Contact::Bit(_, span)
+            | Contact::Element(_, span)
             | Contact::Not(_, span)
             | Contact::All(_, span)
             | Contact::Any(_, span)

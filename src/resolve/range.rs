@@ -60,6 +60,11 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);
     }
+    let whole = scope.look_up(text.text.trim()).map(|found| found.thing);
+    if let Ok(Thing::Array(array)) = whole {
+        let (space, first, last) = (array.space, array.first, array.first + array.count - 1);
+        return Ok(Range { space, first, last, span: text.span });
+    }
     let (low, high) = match text.text.split_once("..") {
         Some((low, high)) => (low.trim(), high.trim()),
         None => (text.text.trim(), text.text.trim()),

@@ -299,6 +299,7 @@ fn leg_meant(key: &str, missing: &[LegName], last: bool) -> Option<LegName> {
         "down" | "cd" | "dec" => "dn",
         "cu" | "inc" | "count" => "up",
         "enable" | "run" | "in" => "en",
+        "clock" | "shift" => "clk",
         other => other,
     };
     let near = missing

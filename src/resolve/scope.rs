@@ -7,11 +7,13 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
+use super::array::{Array, Element};
 use super::mistake::{
-    LISTED_MAX, Mistake, address_mistake, member_mistake, members_of, new, sentence, unknown_member,
+    LISTED_MAX, Mistake, address_mistake, habit, member_mistake, members_of, new, sentence,
+    unknown_member,
 };
 use super::places::Places;
-use super::program::{BlockKind, Program, TagMeaning, Written};
+use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
 use crate::source::finding::Code;
@@ -86,6 +88,10 @@ pub(crate) enum Thing {
     Block(BlockId),
     /// A field device.
     Device(DeviceId),
+    /// A whole array, or a slice of one.
+    Array(Array),
+    /// The element of an array that a word selects.
+    Element(Element),
 }
 
 /// The result of a look-up.
@@ -95,6 +101,8 @@ pub(crate) struct Found {
     pub thing: Thing,
     /// The index of the tag in the program, if the name is a tag.
     pub tag: Option<usize>,
+    /// The name of a word or constant in its index.
+    pub index: Option<String>,
 }
 
 impl Scope {
@@ -118,7 +126,13 @@ impl Scope {
         let mut scope = Scope::new(program.sizes.clone());
         scope.places = program.places.clone();
         for (at, tag) in program.tags.iter().enumerate() {
-            scope.add_tag(&tag.name, at, Some(tag.meaning));
+            match tag.of_array {
+                None => scope.add_tag(&tag.name, at, Some(tag.meaning)),
+                Some(OfArray { array, at: 0 }) => {
+                    scope.add_tag(tag.array_name(), at, Some(TagMeaning::Array(array)));
+                }
+                Some(_) => {}
+            }
         }
         for block in &program.blocks {
             let stages = block.stages.iter().map(|stage| (stage.name.clone(), stage.id)).collect();
@@ -187,6 +201,11 @@ impl Scope {
         self.tags.get(base).filter(|(_, meaning)| meaning.is_some()).map(|(index, _)| *index)
     }
 
+    /// A tag's index in the program, and its meaning; `None` for one with a mistake.
+    pub(super) fn tag(&self, name: &str) -> Option<(usize, Option<TagMeaning>)> {
+        self.tags.get(name).copied()
+    }
+
     pub(super) fn block(&self, name: &str) -> Option<&BlockNames> {
         self.blocks.get(name)
     }
@@ -218,6 +237,16 @@ impl Scope {
             Ok(Found { thing: Thing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
             }
+            Ok(Found { thing: Thing::Array(array), .. }) => {
+                let last = array.count - 1;
+                Err(format!(
+                    "`{name}` is an array: name an element, `{name}[0]` to `{name}[{last}]`"
+                ))
+            }
+            Ok(Found { thing: Thing::Element(element), .. }) => {
+                let last = element.array.count - 1;
+                Err(format!("the index of `{name}` is a word: name an element, from 0 to {last}"))
+            }
             Ok(Found { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
@@ -233,10 +262,13 @@ impl Scope {
     /// # Errors
     /// The mistake in the name.
     pub(crate) fn look_up(&self, name: &str) -> Result<Found, Mistake> {
+        if name.contains('[') {
+            return self.indexed(name);
+        }
         match address_text::parse(name, &self.sizes) {
             Ok(address) => {
                 let Some(name) = self.places.name(address) else {
-                    return Ok(Found { thing: Thing::Address(address), tag: None });
+                    return Ok(Found::new(Thing::Address(address)));
                 };
                 let message =
                     format!("`{name}` lies at `{address}`, and is known by its name alone");
@@ -248,7 +280,7 @@ impl Scope {
         if let Some((base, member)) = self.tag_of(name) {
             let (index, meaning) = self.tags[base];
             let thing = self.of_tag(base, meaning.ok_or(Mistake::Reported)?, member)?;
-            return Ok(Found { thing, tag: Some(index) });
+            return Ok(Found { thing, tag: Some(index), index: None });
         }
         let (base, member) = match name.split_once('.') {
             Some((base, member)) => (base, Some(member)),
@@ -256,10 +288,10 @@ impl Scope {
         };
         if let Some(block) = self.blocks.get(base) {
             let thing = of_block(base, block, member, self.searched_max)?;
-            return Ok(Found { thing, tag: None });
+            return Ok(Found::new(thing));
         }
         if let Some(id) = self.devices.get(base) {
-            return Ok(Found { thing: of_device(base, *id, member)?, tag: None });
+            return Ok(Found::new(of_device(base, *id, member)?));
         }
         Err(self.unknown(base, member))
     }
@@ -275,6 +307,7 @@ impl Scope {
                 TagMeaning::Address(address) => Thing::Address(address),
                 TagMeaning::Constant(value, written) => Thing::Constant(value, written),
                 TagMeaning::Real(real) => Thing::Real(real),
+                TagMeaning::Array(array) => Thing::Array(array),
             });
         };
         let what = match meaning {
@@ -287,6 +320,7 @@ impl Scope {
                 None => format!("it is {address}"),
             },
             TagMeaning::Constant(..) | TagMeaning::Real(_) => "it is a constant".to_owned(),
+            TagMeaning::Array(array) => format!("it is the array {array}"),
         };
         let message = format!("`{base}` has no members: {what}");
         Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
@@ -373,17 +407,10 @@ fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(letters)
 }
 
-/// The help for a name in the notation of another controller.
-fn habit(name: &str) -> Option<String> {
-    let help = match name.to_ascii_uppercase().as_str() {
-        "AND" => "write `&`",
-        "OR" => "write `|`",
-        "NOT" => "write `!`",
-        "TRUE" | "ON" | "ALWAYS" => "write `$On`",
-        "FALSE" | "OFF" | "NEVER" => "write `$Off`",
-        _ => return None,
-    };
-    Some(help.to_owned())
+impl Found {
+    fn new(thing: Thing) -> Found {
+        Found { thing, tag: None, index: None }
+    }
 }
 
 fn of_device(base: &str, id: DeviceId, member: Option<&str>) -> Result<Thing, Mistake> {

@@ -1,6 +1,6 @@
 //! Resolves tags: the meaning of each, and whether its keys fit that meaning. Called by `declare`.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::Resolver;
 use super::declare::kept;
@@ -16,8 +16,12 @@ use crate::source::span::{Located, Span};
 impl Resolver<'_> {
     /// Resolves a tag and adds it to the program; returns its meaning.
     pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
+        if let Some(count) = &tag.count {
+            return self.array_tag(tag, count, program);
+        }
         let meaning = self.meaning(tag)?;
         self.misfits(tag, meaning);
+        self.no_list(tag);
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
         let (initial, min, max) = (cell(&tag.initial), cell(&tag.min), cell(&tag.max));
@@ -33,13 +37,14 @@ impl Resolver<'_> {
             log_changes: tag.log.is_some(),
             spare: tag.spare.as_ref().is_some_and(|spare| spare.value),
             used: false,
+            of_array: None,
         };
         self.ranges(&resolved);
         program.tags.push(resolved);
         Some(meaning)
     }
 
-    fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {
+    pub(super) fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {
         let name = &tag.name.text;
         if let Some(kind) = &tag.kind {
             let other = tag.at.as_ref().map(|at| ("at", at.span));
@@ -96,9 +101,11 @@ impl Resolver<'_> {
     }
 
     /// Reports keys that do not fit the tag's meaning.
-    fn misfits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) {
+    pub(super) fn misfits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) {
         let (bit, word, read_only, what) = match meaning {
-            TagMeaning::Constant(..) | TagMeaning::Real(_) => (false, false, true, "a constant"),
+            TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => {
+                (false, false, true, "a constant")
+            }
             TagMeaning::Address(Address::Bit(bit)) => (true, false, !bit_has_initial(bit), "a bit"),
             TagMeaning::Address(Address::Word(word)) => (false, true, !word.writable(), "a word"),
             TagMeaning::Address(Address::Structure(_)) => (false, false, true, "a structure"),
@@ -132,13 +139,18 @@ impl Resolver<'_> {
     }
 
     /// The content of the tag's cell for a value of `initial`, `min` or `max`.
-    fn tag_value(&mut self, value: &Located<Constant>, meaning: TagMeaning) -> Option<(i32, Span)> {
+    pub(super) fn tag_value(
+        &mut self,
+        value: &Located<Constant>,
+        meaning: TagMeaning,
+    ) -> Option<(i32, Span)> {
         let (cell, misfit) = match meaning {
             TagMeaning::Address(Address::Bit(_)) => bit_cell(value.value),
             TagMeaning::Address(Address::Word(word)) if word.is_real() => real_cell(value.value),
             TagMeaning::Address(Address::Word(_) | Address::Structure(_))
             | TagMeaning::Constant(..)
-            | TagMeaning::Real(_) => whole_cell(value.value),
+            | TagMeaning::Real(_)
+            | TagMeaning::Array(_) => whole_cell(value.value),
         };
         if cell.is_none() {
             self.find(Finding::new(Code::WrongType, value.span, misfit));
@@ -147,7 +159,7 @@ impl Resolver<'_> {
     }
 
     /// Checks that `min` <= `initial` <= `max`, and that all lie within the location's range.
-    fn ranges(&mut self, tag: &Tag) {
+    pub(super) fn ranges(&mut self, tag: &Tag) {
         if let TagMeaning::Address(address @ Address::Word(word)) = tag.meaning {
             let (least, most) = word.range();
             for (n, span) in [tag.min, tag.max, tag.initial].into_iter().flatten() {
@@ -173,9 +185,10 @@ impl Resolver<'_> {
         {
             let [low, high] = [low, high].map(|cell| match tag.meaning {
                 TagMeaning::Address(Address::Word(word)) => word.text(cell),
-                TagMeaning::Address(_) | TagMeaning::Constant(..) | TagMeaning::Real(_) => {
-                    cell.to_string()
-                }
+                TagMeaning::Address(_)
+                | TagMeaning::Constant(..)
+                | TagMeaning::Real(_)
+                | TagMeaning::Array(_) => cell.to_string(),
             });
             let finding = Finding::new(Code::OutOfRange, high_span, message);
             self.find(finding.related(low_span, format!("{low} here, {high} there")));
@@ -185,12 +198,14 @@ impl Resolver<'_> {
     /// Reports two tags of one location with different `initial`, `min` or `max`.
     pub(super) fn check_aliases(&mut self, program: &Program) {
         let mut first: HashMap<(Address, &str), (i32, Span)> = HashMap::new();
+        // Two arrays may share many elements: one finding for each value is enough.
+        let mut found = HashSet::new();
         for tag in &program.tags {
             let TagMeaning::Address(address) = tag.meaning else { continue };
             for (key, value) in [("initial", tag.initial), ("min", tag.min), ("max", tag.max)] {
                 let Some((n, span)) = value else { continue };
                 let (other, place) = *first.entry((address, key)).or_insert((n, span));
-                if other != n {
+                if other != n && found.insert((span, place)) {
                     let message = format!("`{key}` of `{address}` is given twice, differently");
                     let finding = Finding::new(Code::TagKey, span, message);
                     self.find(finding.related(place, "another tag of this address says this"));

@@ -1,6 +1,7 @@
 //! A number in a resolved program: a constant or a word. Used by contacts and instructions.
 
-use crate::isa::{Real, Word};
+use super::array::Element;
+use crate::isa::{Bit, Real, Word};
 use crate::source::atom::Written;
 
 /// A number: a constant or a location.
@@ -12,6 +13,19 @@ pub enum Value {
     Real(Real),
     /// A word, read again at every execution.
     Word(Word),
+    /// The word of an array that another word selects, both read again at every execution.
+    Element(Element),
+}
+
+/// What FILL writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filling {
+    /// To words; to bits the constant 0 or 1.
+    Value(Value),
+    /// To bits: a bit.
+    Bit(Bit),
+    /// To bits: the bit that a word selects.
+    Element(Element),
 }
 
 impl Value {
@@ -21,6 +35,7 @@ impl Value {
             Value::Const(..) => false,
             Value::Real(_) => true,
             Value::Word(word) => word.is_real(),
+            Value::Element(element) => element.array.is_real(),
         }
     }
 
@@ -30,9 +45,11 @@ impl Value {
             (Value::Const(a, _), Value::Const(b, _)) => a == b,
             (Value::Real(a), Value::Real(b)) => a == b,
             (Value::Word(a), Value::Word(b)) => a == b,
-            (Value::Const(..), Value::Real(_) | Value::Word(_))
-            | (Value::Real(_), Value::Const(..) | Value::Word(_))
-            | (Value::Word(_), Value::Const(..) | Value::Real(_)) => false,
+            (Value::Element(a), Value::Element(b)) => a == b,
+            (Value::Const(..), Value::Real(_) | Value::Word(_) | Value::Element(_))
+            | (Value::Real(_), Value::Const(..) | Value::Word(_) | Value::Element(_))
+            | (Value::Word(_), Value::Const(..) | Value::Real(_) | Value::Element(_))
+            | (Value::Element(_), Value::Const(..) | Value::Real(_) | Value::Word(_)) => false,
         }
     }
 }

@@ -52,7 +52,9 @@ pub(super) fn owners(program: &Program) -> Vec<(String, RetainedElement)> {
     for (text, element) in &mut owners {
         match presets.get(element) {
             Some(Value::Const(preset, _)) => *text = format!("{text}{WITH_PRESET}{preset}"),
-            Some(Value::Word(_)) => *text = format!("{text}{WITH_PRESET}{FROM_LOCATION}"),
+            Some(Value::Word(_) | Value::Element(_)) => {
+                *text = format!("{text}{WITH_PRESET}{FROM_LOCATION}")
+            }
             Some(Value::Real(_)) | None => {}
         }
     }

@@ -69,12 +69,13 @@ fn atom(rest: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         number_length(1 + rest[1..].find(tail).unwrap_or(rest.len() - 1), rest)
     } else if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let length = name_length(rest);
-        length + element_length(&rest[..length], &rest[length..])
+        let length = length + element_length(&rest[..length], &rest[length..]);
+        length + index_length(&rest[length..], span.part(at + length, at + rest.len()))?
     } else {
         return Err(stray(rest, first, at, span));
     };
     let place = span.part(at, at + length);
-    let mut atom = Atom::parse(&rest[..length], place);
+    let mut atom = Atom::parse(&without_spaces_in_index(&rest[..length]), place);
     if let Err(finding) = &mut atom
         && finding.code == Code::InstructionSyntax
     {
@@ -114,6 +115,24 @@ fn element_length(name: &str, behind: &str) -> usize {
     let counter = number(behind).unwrap_or(0);
     let element = if counter > 0 { number(&behind[counter..]) } else { None };
     counter + element.unwrap_or(0)
+}
+
+/// The length of the index behind a name: `[3]`, `[step]`; else 0.
+fn index_length(behind: &str, span: Span) -> Parsed<usize> {
+    if !behind.starts_with('[') {
+        return Ok(0);
+    }
+    match behind.find(']') {
+        Some(end) => Ok(end + 1),
+        None => Err(Finding::new(Code::ContactSyntax, span, "`]` is missing")),
+    }
+}
+
+fn without_spaces_in_index(word: &str) -> String {
+    match word.split_once('[') {
+        Some((name, index)) => format!("{name}[{}", index.replace([' ', '\t'], "")),
+        None => word.to_owned(),
+    }
 }
 
 /// The finding for a character that begins no contact.

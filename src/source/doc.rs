@@ -23,7 +23,7 @@ pub struct Doc<'a> {
 }
 
 /// A string of a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Text {
     /// The string's value.
     pub text: String,

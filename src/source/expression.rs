@@ -13,6 +13,8 @@ use crate::isa::Real;
 pub struct Formula {
     /// The name that stands before the `=`.
     pub target: Located<String>,
+    /// The index of the target.
+    pub index: Option<Expression>,
     /// What stands behind it.
     pub expression: Expression,
 }
@@ -46,6 +48,8 @@ pub enum PartKind {
     Unary(Unary),
     /// An operator with two operands, and the place of its sign.
     Binary(Binary, Span),
+    /// The element of an array; its index stands before it.
+    Element(Located<String>),
     /// A function by its name, and the number of its arguments.
     Call(Located<String>, u32),
 }

@@ -83,9 +83,18 @@ fn operand(rest: &str, first: char, span: Span) -> Result<(Token, usize), Findin
     if first.is_ascii_alphabetic() || first == '$' || first == '_' {
         let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '.'));
         let length = 1 + rest[1..].find(tail).unwrap_or(rest.len() - 1);
-        return Ok((Token::Operand(PartKind::Name(rest[..length].to_owned())), length));
+        let length = length + slice_length(&rest[length..]);
+        let name = rest[..length].replace([' ', '\t'], "");
+        return Ok((Token::Operand(PartKind::Name(name)), length));
     }
     Err(stray(rest, first, span))
+}
+
+/// The length of the slice behind a name, `[0..6]`, which is part of it; else 0.
+fn slice_length(behind: &str) -> usize {
+    let Some(inner) = behind.strip_prefix('[') else { return 0 };
+    let end = inner.find(['[', ']']).filter(|end| inner[..*end].contains(".."));
+    end.filter(|end| inner[*end..].starts_with(']')).map_or(0, |end| end + 2)
 }
 
 /// The length of a number or duration, with the exponent of a real.

@@ -23,17 +23,25 @@ pub(super) fn parse_formula(
     findings: &mut Vec<Finding>,
 ) -> Option<Formula> {
     let mut warnings = Vec::new();
-    let parsed = split(text, span).and_then(|(target, at)| {
-        let place = span.part(at, text.len());
-        let expression = parse(&text[at..], place, &mut warnings)?;
-        Ok(Formula { target, expression })
+    let parsed = split(text, span).and_then(|(target, index, at)| {
+        let part = |(from, to): (usize, usize)| (&text[from..to], span.part(from, to));
+        let index = index.map(|index| {
+            let (text, place) = part(index);
+            parse(text, place, &mut warnings)
+        });
+        let index = index.transpose()?;
+        let (text, place) = part((at, text.len()));
+        let expression = parse(text, place, &mut warnings)?;
+        Ok(Formula { target, index, expression })
     });
     findings.append(&mut warnings);
     parsed.map_err(|finding| findings.push(finding)).ok()
 }
 
-/// The target, and where the expression begins.
-fn split(text: &str, span: Span) -> Parsed<(Located<String>, usize)> {
+/// The target, the place of its index, and where the expression begins.
+type Split = (Located<String>, Option<(usize, usize)>, usize);
+
+fn split(text: &str, span: Span) -> Parsed<Split> {
     let error = |place, message: &str| Finding::new(Code::ExpressionSyntax, place, message);
     let form = "its form is `MATH target = expression`: `MATH level = (raw - 6400) / 51`";
     let Some(at) = assignment(text) else {
@@ -46,9 +54,18 @@ fn split(text: &str, span: Span) -> Parsed<(Located<String>, usize)> {
     if name.is_empty() {
         return Err(error(place, "MATH lacks its target").help(form));
     }
-    if let Some(bracket) = name.find('[') {
-        return Err(index(place.part(bracket, name.len())));
-    }
+    let (name, index) = match name.split_once('[') {
+        None => (name, None),
+        Some((base, rest)) if rest.ends_with(']') && !rest.contains("..") => {
+            let from = start + base.len() + 1;
+            (base.trim_end(), Some((from, from + rest.len() - 1)))
+        }
+        Some(_) => {
+            let help = "the target is one element: `MATH recipe[step] = …`";
+            return Err(error(place, &format!("`{name}` is no target")).help(help));
+        }
+    };
+    let place = span.part(start, start + name.len().max(1));
     if let Some(word) = name.strip_suffix([':', '+', '-', '*', '/']) {
         let sign = &name[word.len()..];
         let message = format!("`{sign}=` is no sign here");
@@ -65,7 +82,7 @@ fn split(text: &str, span: Span) -> Parsed<(Located<String>, usize)> {
         let help = "the target is the name of a word or bit: `MATH D0 = D1 + 1`";
         return Err(error(place, &message).help(help));
     }
-    Ok((Located { value: name.to_owned(), span: place }, at + 1))
+    Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
 }
 
 /// The first `=` outside brackets that is no part of `==`.
@@ -84,12 +101,6 @@ fn assignment(text: &str) -> Option<usize> {
         at += 1;
     }
     None
-}
-
-/// The finding for an index.
-fn index(place: Span) -> Finding {
-    let finding = Finding::new(Code::ExpressionSyntax, place, "an index is not supported");
-    finding.help("there are no arrays: name the word itself")
 }
 
 /// Parses an expression; `span` is the place of its first byte to its last.
@@ -127,7 +138,16 @@ enum Waiting {
     Unary(Unary, Span),
     Binary(Binary, Span),
     Group(Span),
-    Call { name: Located<String>, arguments: u32, open: Span },
+    Call {
+        name: Located<String>,
+        arguments: u32,
+        open: Span,
+    },
+    /// The index of an element.
+    Index {
+        name: Located<String>,
+        open: Span,
+    },
 }
 
 struct Parser<'a> {
@@ -164,6 +184,11 @@ impl Parser<'_> {
                 self.wait(Waiting::Call { name, arguments: 0, open: place }, place)?;
                 Ok(false)
             }
+            Token::Operand(PartKind::Name(name)) if behind == Some(&Token::Index) => {
+                let name = Located { value: name.clone(), span: place };
+                self.wait(Waiting::Index { name, open: place }, place)?;
+                Ok(false)
+            }
             Token::Operand(kind) => {
                 self.constant_fits(kind, place)?;
                 self.operand(Part { kind: kind.clone(), span: place });
@@ -180,9 +205,10 @@ impl Parser<'_> {
             Token::Sign(Binary::Add) => {
                 Err(self.error(place, "a value has no `+` before it").help("take the `+` away"))
             }
-            Token::Sign(_) | Token::Close | Token::Comma => Err(self.missing(place)),
-            Token::Index => Err(index(place)),
-            Token::IndexEnd => Err(self.error(place, "`]` closes nothing")),
+            Token::Sign(_) | Token::Close | Token::Comma | Token::IndexEnd => {
+                Err(self.missing(place))
+            }
+            Token::Index => Err(self.no_array(place)),
         }
     }
 
@@ -202,12 +228,42 @@ impl Parser<'_> {
             Token::Open if self.opens_call(place) => Ok(true),
             Token::Close => self.close(place).map(|()| false),
             Token::Comma => self.argument(place).map(|()| true),
-            Token::Index => Err(index(place)),
-            Token::IndexEnd => Err(self.error(place, "`]` closes nothing")),
+            Token::Index if self.opens_index(place) => Ok(true),
+            Token::Index => Err(self.no_array(place)),
+            Token::IndexEnd => self.close_index(place).map(|()| false),
             Token::Operand(_) | Token::Open | Token::Prefix(_) => {
                 Err(self.no_operator(token, place))
             }
         }
+    }
+
+    fn no_array(&self, place: Span) -> Finding {
+        self.error(place, "an index without an array before it")
+            .help("an index stands behind the name of an array: `recipe[step + 1]`")
+    }
+
+    /// Whether the innermost bracket is an index whose `[` is this one.
+    fn opens_index(&mut self, place: Span) -> bool {
+        if let Some(Waiting::Index { name, open }) = self.waiting.last_mut()
+            && *open == name.span
+        {
+            *open = place;
+            return true;
+        }
+        false
+    }
+
+    /// `]`: an index is complete.
+    fn close_index(&mut self, place: Span) -> Parsed<()> {
+        self.settle(|_| true)?;
+        let Some(Waiting::Index { name, .. }) = self.waiting.pop() else {
+            return Err(self.error(place, "`]` closes nothing, or closes it too early"));
+        };
+        self.depth -= 1;
+        self.operands.pop();
+        let span = name.span.to(place);
+        self.operand(Part { kind: PartKind::Element(name), span });
+        Ok(())
     }
 
     fn no_operator(&self, token: &Token, place: Span) -> Finding {
@@ -345,7 +401,7 @@ impl Parser<'_> {
                 let span = name.span.to(place);
                 self.operand(Part { kind: PartKind::Call(name, arguments), span });
             }
-            Some(Waiting::Unary(..) | Waiting::Binary(..)) | None => {
+            Some(Waiting::Unary(..) | Waiting::Binary(..) | Waiting::Index { .. }) | None => {
                 return Err(self.error(place, "`)` closes nothing, or closes it too early"));
             }
         }
@@ -364,6 +420,7 @@ impl Parser<'_> {
             Some(
                 Waiting::Group(open)
                 | Waiting::Call { open, .. }
+                | Waiting::Index { open, .. }
                 | Waiting::Unary(_, open)
                 | Waiting::Binary(_, open),
             ) => Err(self.error(self.end(), "`)` is missing").related(*open, "opened here")),

@@ -26,6 +26,7 @@ fn tree(expression: &Expression) -> String {
                 let right = operands.pop().unwrap();
                 format!("({} {} {right})", operands.pop().unwrap(), operator.sign())
             }
+            PartKind::Element(name) => format!("{}[{}]", name.value, operands.pop().unwrap()),
             PartKind::Call(name, count) => {
                 let arguments = operands.split_off(operands.len() - *count as usize);
                 format!("{}({})", name.value, arguments.join(", "))
@@ -160,6 +161,9 @@ fn calls_and_names() {
     check("min(a, -b, c.Acc) + $100ms", expect!["(min(a, (-b), c.Acc) + $100ms)"]);
     check("sqrt (abs(x))", expect!["sqrt(abs(x))"]);
     check("f()", expect!["f()"]);
+    check("a[b + 1] * -c[0]", expect!["(a[(b + 1)] * (-c[0]))"]);
+    check("a [b[c[2]]] ** 2", expect!["(a[b[c[2]]] ** 2)"]);
+    check("sum(a[0..3], b[ 1 .. 2 ], c)", expect!["sum(a[0..3], b[1..2], c)"]);
     check("min", expect!["min"]);
     check(
         "f(a,)",
@@ -192,12 +196,7 @@ fn calls_and_names() {
         expression-syntax 1..2 a comma outside a call
           a Sensaphone element is written `N0.ACC` here, a real `12.5`"#]],
     );
-    check(
-        "recipe[3]",
-        expect![[r#"
-        expression-syntax 6..7 an index is not supported
-          there are no arrays: name the word itself"#]],
-    );
+    check("recipe[3]", expect!["recipe[3]"]);
 }
 
 #[test]
@@ -382,17 +381,12 @@ fn the_target_ends_at_the_first_assignment() {
         expression-syntax 0..4 `D0 <` is no target
           the target is the name of a word or bit: `MATH D0 = D1 + 1`"#]],
     );
-    check(
-        "recipe[a == b] = 1",
-        expect![[r#"
-        expression-syntax 6..14 an index is not supported
-          there are no arrays: name the word itself"#]],
-    );
+    check("recipe[a == b] = 1", expect!["recipe: 1"]);
     check(
         "recipe[a = b] = 1",
         expect![[r#"
-        expression-syntax 6..13 an index is not supported
-          there are no arrays: name the word itself"#]],
+            expression-syntax 9..10 `=` in an expression
+              a compare is `==`; one MATH stores in one target"#]],
     );
     check(
         "5 = 1",

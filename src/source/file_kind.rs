@@ -5,6 +5,9 @@
 use super::reader::{self, Table};
 use super::span::{FileId, Span};
 
+/// What the name of a file of the library begins with: `lib:pid`.
+pub(crate) const LIBRARY: &str = "lib:";
+
 /// Whether a text is a controller file rather than a ladder file. `false` if it is not TOML.
 pub fn is_controller(source: &str) -> bool {
     reader::document(source, FileId(0), |root| is_controller_root(&root)).0.unwrap_or(false)

@@ -232,6 +232,7 @@ findings! {
     DurationAsCount "duration-as-count" Warning
         "A duration where a counter wants a number of counts.";
     MixedAndOr "mixed-and-or" Warning "`&` and `|` are mixed without parentheses.";
+    EdgeInClk "edge-in-clk" Warning "An edge contact stands in the `clk` leg of SR.";
     MixedOperators "mixed-operators" Warning
         "Operators of an expression that are easily misread are mixed without parentheses.";
     IntegerDivisionIntoReal "integer-division-into-real" Warning

@@ -116,6 +116,10 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
         };
         return Err(Box::new(error(message).help(help)));
     }
+    if word.matches('[').count() != word.matches(']').count() {
+        let finding = error("an index is one word with its name".to_owned());
+        return Err(Box::new(finding.help("write it without spaces: `recipe[3]`, `recipe[step]`")));
+    }
     if word.contains(',') && !is_element(word) {
         let finding = error("operands are separated by spaces".to_owned());
         return Err(Box::new(finding.help(comma_help(word, mnemonic))));
@@ -176,5 +180,5 @@ fn comma_help(word: &str, mnemonic: &str) -> String {
 }
 
 fn allowed(c: char) -> bool {
-    c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | ',' | '$' | ':' | '=')
+    c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | ',' | '$' | ':' | '=' | '[' | ']')
 }

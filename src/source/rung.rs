@@ -90,7 +90,8 @@ pub struct Branch {
 }
 
 const RUNG_NAME: &str = r#"{"pattern":"^([a-z0-9]+(-[a-z0-9]+)*|[A-Za-z][A-Za-z0-9_]*)$"}"#;
-const LEGS: &str = r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en"]}}"#;
+const LEGS: &str =
+    r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en","data","clk"]}}"#;
 /// A JSON Schema of a rung: `when`, `leg` or `use`.
 const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]},
             {"required":["use","name"]}],

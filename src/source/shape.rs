@@ -45,6 +45,8 @@ pub enum ValueForm {
     Duration,
     /// A number, a duration, `true` or `false`.
     Constant,
+    /// A constant, or an array of constants.
+    Constants,
     /// A string or a number.
     Scalar,
     /// An array of strings.

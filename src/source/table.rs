@@ -44,6 +44,9 @@ pub struct NamedTable<'a> {
     pub table: Option<Table<'a>>,
 }
 
+/// One constant, or a list of constants with its place.
+pub type OneOrList = (Option<Located<Constant>>, Option<Located<Vec<Located<Constant>>>>);
+
 /// One table, and the keys that were asked for.
 pub struct Table<'a> {
     doc: Doc<'a>,
@@ -240,23 +243,34 @@ impl<'a> Table<'a> {
     /// A constant: an integer, `true` or `false`, or a string that holds a constant.
     pub fn constant(&mut self, key: Key) -> Option<Located<Constant>> {
         let value = self.get(key, ValueForm::Constant)?;
+        self.constant_of(value, key.name)
+    }
+
+    /// One constant, or a list of constants.
+    pub fn constants(&mut self, key: Key) -> OneOrList {
+        let Some(value) = self.get(key, ValueForm::Constants) else { return (None, None) };
+        let DeValue::Array(array) = value.get_ref() else {
+            return (self.constant_of(value, key.name), None);
+        };
+        let each = array.iter().filter_map(|item| self.constant_of(item, key.name)).collect();
+        (None, Some(Located { value: each, span: self.doc.span(value.span()) }))
+    }
+
+    fn constant_of(&self, value: Value<'a>, key: &str) -> Option<Located<Constant>> {
         let span = self.doc.span(value.span());
         match value.get_ref() {
             DeValue::Boolean(on) => Some(Located { value: Constant::Bit(*on), span }),
             DeValue::Integer(_) => {
-                let integer = self.integer(key, (i32::MIN.into(), i32::MAX.into()))?;
-                let value = Constant::Integer(i32::try_from(integer.value).ok()?);
-                Some(Located { value, span })
+                let integer = self.number(value, key, (i32::MIN.into(), i32::MAX.into()))?;
+                Some(Located { value: Constant::Integer(i32::try_from(integer).ok()?), span })
             }
             DeValue::Float(float) => {
                 let text = Text { text: float.as_str().to_owned(), span, exact: true };
-                self.constant_text(key.name, &text)
+                self.constant_text(key, &text)
             }
-            DeValue::String(text) => {
-                self.constant_text(key.name, &self.doc.text(text, value.span()))
-            }
+            DeValue::String(text) => self.constant_text(key, &self.doc.text(text, value.span())),
             _ => {
-                self.doc.wrong_type(value, &self.what(key.name), "a number or a duration");
+                self.doc.wrong_type(value, &self.what(key), "a number or a duration");
                 None
             }
         }

@@ -7,20 +7,24 @@ use super::reader::{Constant, NamedTable, Table, Text};
 use super::span::Located;
 
 /// A tag.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Tag {
     /// Its name.
     pub name: Text,
     /// `at`.
     pub at: Option<Text>,
+    /// `count`, of an array.
+    pub count: Option<Located<i64>>,
     /// `type`.
     pub kind: Option<Text>,
     /// `value`.
     pub value: Option<Located<Constant>>,
     /// `doc`.
     pub doc: Option<String>,
-    /// `initial`.
+    /// `initial`, one value.
     pub initial: Option<Located<Constant>>,
+    /// `initial`, a list.
+    pub initials: Option<Located<Vec<Located<Constant>>>>,
     /// `min`.
     pub min: Option<Located<Constant>>,
     /// `max`.
@@ -38,20 +42,7 @@ pub struct Tag {
 impl Tag {
     /// A tag whose mistake is reported at its declaration.
     fn unreadable(name: Text) -> Tag {
-        Tag {
-            name,
-            at: None,
-            kind: None,
-            value: None,
-            doc: None,
-            initial: None,
-            min: None,
-            max: None,
-            alarm: None,
-            log: None,
-            spare: None,
-            has_meaning: true,
-        }
+        Tag { name, has_meaning: true, ..Tag::default() }
     }
 
     /// A tag with a `type` and nothing else.
@@ -64,6 +55,9 @@ impl Tag {
 /// The name of a tag; the grammar in `docs/language.md`.
 const TAG_NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 const TAG_TYPES: &str = r#"{"enum":["bit","int","word","real","timer","counter","sensaphone"]}"#;
+
+/// The number of elements of an array.
+const COUNT: (i64, i64) = (2, 4096);
 
 /// Reads the tags of a table.
 pub(super) fn read_all(root: &mut Table<'_>, tags: Key) -> Vec<Tag> {
@@ -88,9 +82,17 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
     table.together(
         r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
     );
+    let at = table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."));
+    let count = table.integer(key("count", "An array of so many neighbours from `at` on."), COUNT);
+    let initial = key(
+        "initial",
+        "Its value after a cold start; else 0, OFF. An array takes a list too, one for each.",
+    );
+    let (initial, initials) = table.constants(initial);
     let tag = Tag {
         name,
-        at: table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`.")),
+        at,
+        count,
         kind: table.string(
             key("type", "What it is; rungd gives it a place in memory, and it has no address.")
                 .limited(TAG_TYPES),
@@ -98,7 +100,8 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>) -> Tag {
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
-        initial: table.constant(key("initial", "Its value after a cold start; else 0, OFF.")),
+        initial,
+        initials,
         min: table.constant(key(
             "min",
             "A write from outside below this is refused; a write by the ladder is limited to it.",

@@ -1,5 +1,6 @@
 //! The engine by itself, and held against a model of its own.
 
+mod arrays;
 mod events;
 mod forces;
 mod layout;

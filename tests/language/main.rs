@@ -7,6 +7,7 @@ mod docs_language;
 mod findings_pages;
 mod findings_shown;
 mod instruction_pages;
+mod library;
 mod load;
 mod schemas;
 mod ui;

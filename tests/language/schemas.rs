@@ -166,7 +166,9 @@ fn a_real_stands_where_a_constant_does() {
     for tag in ["value = 2.5", "at = \"R0\", initial = -0.5, min = -1e3, max = 20"] {
         assert!(ladder(&format!("[tags]\na = {{ {tag} }}")), "{tag}");
     }
-    assert!(!ladder("[tags]\na = { at = \"R0\", initial = [2.5] }"), "an array");
+    assert!(ladder("[tags]\na = { at = \"R0\", count = 2, initial = [2.5, 1] }"), "an array");
+    assert!(!ladder("[tags]\na = { at = \"R0\", count = 1 }"), "an array of one element");
+    assert!(!ladder("[tags]\na = { at = \"R0\", min = [2.5] }"), "a list of limits");
     let device = |driver: &str, row: &str| {
         let text = format!(
             "ladder = [\"a.toml\"]\n[memory]\nR = 64\n[[device]]\nname = \"d\"\n\

@@ -7,6 +7,7 @@ use super::kind::{Kind, Wanted};
 use super::pending::Argument;
 use crate::isa::{Address, Mnemonic, Structure as Of};
 use crate::resolve::Resolver;
+use crate::resolve::array::Element;
 use crate::resolve::scope::Thing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
@@ -38,6 +39,7 @@ impl Resolver<'_> {
         let spec = Mnemonic::Out.spec();
         match (argument.kind.wanted(), thing) {
             (Wanted::Bit, Thing::Address(Address::Bit(_)))
+            | (Wanted::Array, Thing::Array(_))
             | (Wanted::Whole, Thing::Constant(..))
             | (Wanted::Real, Thing::Real(_))
             | (Wanted::Timer, Thing::Address(Address::Structure(Of::Timer(_))))
@@ -46,6 +48,11 @@ impl Resolver<'_> {
             (Wanted::WrittenBit, Thing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }
+            (Wanted::Bit, Thing::Element(element)) => element.array.is_bits(),
+            (Wanted::Whole, Thing::Element(Element { array, .. })) => {
+                !array.is_bits() && !array.is_real()
+            }
+            (Wanted::Real, Thing::Element(element)) => element.array.is_real(),
             (Wanted::Whole, Thing::Address(Address::Word(word))) if !word.is_real() => true,
             (Wanted::Real, Thing::Address(Address::Word(word))) if word.is_real() => true,
             (Wanted::WrittenWhole, Thing::Address(Address::Word(word))) if !word.is_real() => {
@@ -70,7 +77,9 @@ impl Resolver<'_> {
             | Thing::Constant(..)
             | Thing::Real(_)
             | Thing::Block(_)
-            | Thing::Device(_) => self.kind_words(thing),
+            | Thing::Device(_)
+            | Thing::Array(_)
+            | Thing::Element(_) => self.kind_words(thing),
         };
         let message = format!(
             "`{}` of `{}` is {wanted}, and `{atom}` is {what}",

@@ -173,6 +173,8 @@ impl Wanted {
             OperandKind::WritableBit => Wanted::WrittenBit,
             OperandKind::WritableWord => Wanted::WrittenWord,
             OperandKind::Target => Wanted::Target,
+            OperandKind::Array | OperandKind::WritableArray | OperandKind::Shifted => Wanted::Array,
+            OperandKind::Filling => Wanted::Operand,
             OperandKind::Counter => Wanted::Counter,
             OperandKind::Timer => Wanted::Timer,
             OperandKind::Sensaphone => Wanted::Sensaphone,

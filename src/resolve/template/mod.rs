@@ -19,8 +19,9 @@ mod trial;
 
 use super::Resolver;
 use super::layers::Layers;
+use crate::source::file_kind::LIBRARY;
 use crate::source::ladder::{Entry, Ladder, Template};
-use crate::source::span::FileId;
+use crate::source::span::{FileId, Span};
 use declared::{Templates, uses};
 use expand::Expansion;
 
@@ -46,11 +47,14 @@ impl Resolver<'_> {
         for (file, ladder) in ladders {
             plain.push((file, expansion.ladder(ladder, &mut used)));
         }
-        findings.extend(templates.unused(&used));
+        let of_library = |span: Span| self.file_name(span).starts_with(LIBRARY);
+        let unused = templates.unused(&used);
+        findings.extend(unused.into_iter().filter(|finding| !of_library(finding.span)));
+        let own: Vec<bool> = templates.all.iter().map(|of| !of_library(of.template.span)).collect();
         // Those that nothing uses come first: their trials write out what they use.
         for is_used in [false, true] {
             for (at, declared) in templates.all.iter().enumerate() {
-                if used[at] == is_used && !expansion.written[at] {
+                if own[at] && used[at] == is_used && !expansion.written[at] {
                     self.trials.extend(expansion.trial(declared));
                 }
             }

@@ -132,6 +132,9 @@ impl<'t> Rewrite<'_, 't> {
     /// A name that must stay a name; `None` if it has a mistake, which is reported.
     fn name(&mut self, name: &Located<String>, wanted: Wanted) -> Option<Located<String>> {
         let at = self.place(name.span);
+        if name.value.contains('[') {
+            return Some(Located { value: self.indexed(&name.value, at)?, span: at });
+        }
         let Some(argument) = self.argument(&name.value, at, wanted) else {
             return Some(Located { value: self.whole(&name.value), span: at });
         };
@@ -141,11 +144,35 @@ impl<'t> Rewrite<'_, 't> {
         Some(Located { value, span: atom.span })
     }
 
+    /// An element or slice: its array and what stands in its brackets may be parameters.
+    fn indexed(&mut self, name: &str, at: Span) -> Option<String> {
+        let (array, rest) = name.split_once('[')?;
+        let array = self.named(array, at, Wanted::Array)?;
+        let mut ends = Vec::new();
+        for end in rest.trim_end_matches(']').split("..") {
+            ends.push(match end.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
+                true => end.to_owned(),
+                false => self.named(end, at, Wanted::Whole)?,
+            });
+        }
+        Some(format!("{array}[{}]", ends.join("..")))
+    }
+
+    /// A name, or what was given for it, as a text.
+    fn named(&mut self, name: &str, at: Span, wanted: Wanted) -> Option<String> {
+        let Some(argument) = self.argument(name, at, wanted) else { return Some(self.whole(name)) };
+        let (own, _, behind) = argument.ok()?;
+        self.atom_given(own, behind, at).map(|atom| atom.to_string())
+    }
+
     pub fn atom(&mut self, atom: &Atom, wanted: Wanted) -> Option<Atom> {
         let at = self.place(atom.span);
         let AtomKind::Name(name) = &atom.kind else {
             return Some(Atom { kind: atom.kind.clone(), span: at });
         };
+        if name.contains('[') {
+            return Some(Atom { kind: AtomKind::Name(self.indexed(name, at)?), span: at });
+        }
         match self.argument(name, at, wanted) {
             None => Some(Atom { kind: AtomKind::Name(self.whole(name)), span: at }),
             Some(argument) => {
@@ -255,12 +282,22 @@ impl<'t> Rewrite<'_, 't> {
 
     fn formula(&mut self, formula: &Formula) -> Option<Formula> {
         self.room.take(formula.expression.parts.len())?;
-        let target = self.name(&formula.target, Wanted::Target);
-        let parts = formula.expression.parts.iter().map(|part| self.part(part));
+        let wanted = if formula.index.is_some() { Wanted::Array } else { Wanted::Target };
+        let target = self.name(&formula.target, wanted);
+        let index = match &formula.index {
+            Some(index) => Some(self.expression(index)?),
+            None => None,
+        };
+        let expression = self.expression(&formula.expression);
+        Some(Formula { target: target?, index, expression: expression? })
+    }
+
+    fn expression(&mut self, expression: &Expression) -> Option<Expression> {
+        let parts = expression.parts.iter().map(|part| self.part(part));
         // All of them, so that every mistake is reported.
         let parts: Vec<Option<Part>> = parts.collect();
         let parts = parts.into_iter().collect::<Option<Vec<_>>>()?;
-        Some(Formula { target: target?, expression: Expression { parts } })
+        Some(Expression { parts })
     }
 
     fn part(&mut self, part: &Part) -> Option<Part> {
@@ -276,6 +313,7 @@ impl<'t> Rewrite<'_, 't> {
                 };
                 return Some(Part { kind, span: atom.span });
             }
+            PartKind::Element(name) => PartKind::Element(self.name(name, Wanted::Array)?),
             PartKind::Integer(n) => PartKind::Integer(*n),
             PartKind::Real(real) => PartKind::Real(*real),
             PartKind::Unary(operator) => PartKind::Unary(*operator),

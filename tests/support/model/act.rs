@@ -8,6 +8,10 @@ impl Sim<'_> {
         match value {
             Value::Const(number) => number,
             Value::At(loc) => self.memory.get(loc),
+            Value::Element(array, index) => {
+                let loc = array.element(self.memory.get(index));
+                loc.map_or(0, |loc| self.memory.get(loc))
+            }
         }
     }
 
@@ -15,6 +19,7 @@ impl Sim<'_> {
     pub fn contact(&mut self, contact: &Contact) -> bool {
         match contact {
             Contact::Bit(loc) => self.memory.bit(*loc),
+            Contact::Element(array, index) => self.value(Value::Element(*array, *index)) != 0,
             Contact::Edge { rising, of, history } => {
                 let on = self.contact(of);
                 if *rising { self.edge(*history, on) } else { self.falling_edge(*history, on) }
@@ -46,9 +51,10 @@ impl Sim<'_> {
         let history = instr.history[0];
         match &instr.op {
             Op::Out(bit) => self.memory.put_bit(*bit, power),
-            Op::Set(bit) if power => self.memory.put_bit(*bit, true),
-            Op::Rst(bit) if power => self.memory.put_bit(*bit, false),
+            Op::Set(bit) if power => self.write(*bit, 1),
+            Op::Rst(bit) if power => self.write(*bit, 0),
             Op::Set(_) | Op::Rst(_) => {}
+            Op::Sr(bits) => self.shift(bits, history, legs),
             Op::Pd(bit) => {
                 let on = self.edge(history, power);
                 self.memory.put_bit(*bit, on);
@@ -86,7 +92,10 @@ impl Sim<'_> {
             }
             Op::Entask(task, Some(every)) => {
                 if power {
-                    let every = self.value(*every);
+                    let every = match self.running(*task) {
+                        true => 0,
+                        false => self.read(*every),
+                    };
                     self.start_task(*task, Some(every));
                 } else {
                     self.stop_block(*task);
@@ -103,9 +112,20 @@ impl Sim<'_> {
             Op::Rstct(ct) => self.rstct(*ct),
             Op::Rstt(t) => self.rstt(*t),
             Op::Res(n) => self.res(*n),
-            Op::Move(value, to) => self.memory.put(*to, self.value(*value)),
-            Op::Add(a, b, to) => self.memory.put(*to, self.value(*a) + self.value(*b)),
-            Op::Sub(a, b, to) => self.memory.put(*to, self.value(*a) - self.value(*b)),
+            Op::Move(value, to) => {
+                let value = self.read(*value);
+                self.write(*to, value);
+            }
+            Op::Add(a, b, to) => {
+                let sum = self.read(*a) + self.read(*b);
+                self.write(*to, sum);
+            }
+            Op::Sub(a, b, to) => {
+                let difference = self.read(*a) - self.read(*b);
+                self.write(*to, difference);
+            }
+            Op::Copy(from, to) => self.copy(*from, *to),
+            Op::Fill(value, to) => self.fill(*value, *to),
             Op::Math(target, expr) => self.math(*target, expr),
             Op::Run(program) => self.start_program(*program),
             Op::Halt(target) => {
@@ -145,6 +165,8 @@ impl Sim<'_> {
             Op::Ctu(n, _) => self.sensaphone_end(*n, true, instr),
             Op::Ctd(n, _) => self.sensaphone_end(*n, false, instr),
             Op::Entask(task, Some(_)) => self.stop_block(*task),
+            // Its history stays.
+            Op::Sr(_) => {}
             _ => self.forget(instr),
         }
     }

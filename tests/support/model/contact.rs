@@ -47,7 +47,7 @@ impl Reader<'_> {
 
     fn word(&mut self) -> Result<String, String> {
         self.skip();
-        let inside = |c: char| c.is_ascii_alphanumeric() || "_$.,:-".contains(c);
+        let inside = |c: char| c.is_ascii_alphanumeric() || "_$.,:-[]".contains(c);
         let end = self.rest.find(|c| !inside(c)).unwrap_or(self.rest.len());
         let (word, rest) = self.rest.split_at(end);
         self.rest = rest;
@@ -95,7 +95,10 @@ impl Reader<'_> {
                 return Ok(Contact::Compare(left, compare, right));
             }
         }
-        Ok(Contact::Bit(self.names.place(&word)?))
+        Ok(match self.names.element(&word) {
+            Some((array, index)) => Contact::Element(array, index),
+            None => Contact::Bit(self.names.place(&word)?),
+        })
     }
 
     fn close(&mut self, contact: Contact) -> Result<Contact, String> {

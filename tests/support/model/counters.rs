@@ -18,12 +18,13 @@ struct Presets {
 }
 
 impl Sim<'_> {
-    fn counter_presets(&self, ct: usize) -> (CounterKind, Presets) {
+    fn counter_presets(&mut self, ct: usize) -> (CounterKind, Presets) {
         let Some(def) = self.program.counters.get(&ct) else {
             return (CounterKind::Cnt, Presets { up: None, down: None });
         };
-        let up = def.up.map(|value| self.value(value));
-        (def.kind, Presets { up, down: def.down.map(|value| self.value(value)) })
+        let (kind, up, down) = (def.kind, def.up, def.down);
+        let up = up.map(|value| self.read(value));
+        (kind, Presets { up, down: down.map(|value| self.read(value)) })
     }
 
     /// The value of a counter in reset.
@@ -84,10 +85,10 @@ impl Sim<'_> {
     }
 
     pub fn counter_end(&mut self, ct: usize, instr: &Instr) {
-        let (kind, presets) = self.counter_presets(ct);
-        if kind == CounterKind::Udcg {
+        if self.program.counters.get(&ct).is_some_and(|def| def.kind == CounterKind::Udcg) {
             return;
         }
+        let (kind, presets) = self.counter_presets(ct);
         self.forget(instr);
         self.counters.insert(ct, CounterState { pending: false, loaded: true });
         let acc = Self::counter_reset_value(kind, &presets);
@@ -111,8 +112,8 @@ impl Sim<'_> {
         power: bool,
     ) {
         let at = |member| Loc::of(Area::N, n, member);
-        if let Some(Value::At(loc)) = preset {
-            let preset = self.memory.get(loc);
+        if let Some(preset @ (Value::At(_) | Value::Element(..))) = preset {
+            let preset = self.read(preset);
             self.memory.put(at(Member::Pre), preset);
         }
         let (enabled, mine, other, last, next) = match up {

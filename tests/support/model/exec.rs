@@ -388,7 +388,7 @@ impl<'a> Sim<'a> {
             Contact::All(items) | Contact::Any(items) => {
                 items.iter().for_each(|item| self.forget_contact(item));
             }
-            Contact::Bit(_) | Contact::Compare(..) => {}
+            Contact::Bit(_) | Contact::Element(..) | Contact::Compare(..) => {}
         }
     }
 }

@@ -24,7 +24,7 @@ impl Pool {
     /// A name that can stand in an expression.
     fn name_without_comma(&mut self, address: &str) -> String {
         let name = self.name(address);
-        if name.contains(',') { address.to_string() } else { name }
+        if name.contains([',', '[']) { address.to_string() } else { name }
     }
 
     fn formula(&mut self, depth: usize, wanted: Wanted) -> String {
@@ -110,7 +110,7 @@ impl Pool {
             }
             1 => {
                 let bit = self.bit();
-                if bit.contains([',', '-']) { "$On".to_string() } else { bit }
+                if bit.contains([',', '-', '[']) { "$On".to_string() } else { bit }
             }
             2 => {
                 let number = self.number();

@@ -12,6 +12,7 @@ enum Forced {
     Single(String),
     Counter(&'static str, usize),
     Timer(&'static str, usize),
+    Shift(String),
 }
 
 /// Where it must stand: a block, and 0 for its own rungs or the number of a Stage.
@@ -29,6 +30,7 @@ pub fn generate(seed: u64) -> Case {
         tags: BTreeMap::new(),
         constants: Vec::new(),
         limits: BTreeMap::new(),
+        arrays: Vec::new(),
         block_bits: Vec::new(),
     };
     let tags = tags(&mut pool);
@@ -111,6 +113,15 @@ fn tags(pool: &mut Pool) -> Vec<Tag> {
             let operand = !["CT0", "T0", "N0"].contains(&at);
             tags.push(Tag { name: name.to_string(), body, operand });
             pool.tags.insert(at.to_string(), name.to_string());
+        }
+    }
+    for (name, area, count) in
+        [("row", "D", 3), ("regs", "V", 2), ("bits", "C", 3), ("ins", "X", 4)]
+    {
+        if pool.rng.chance(45) {
+            let body = format!("at = \"{area}0\", count = {count}");
+            tags.push(Tag { name: name.to_string(), body, operand: false });
+            pool.arrays.push((name, area, count));
         }
     }
     if pool.rng.chance(40) {
@@ -231,6 +242,10 @@ fn forced(
             all.push((home(pool, elements), Forced::Single(text)));
         }
     }
+    for _ in 0..pool.rng.weighted(&[60, 30, 10]) {
+        let text = format!("SR {}", pool.shifted());
+        all.push((home(pool, elements), Forced::Shift(text)));
+    }
     for (number, block) in blocks.iter().enumerate() {
         for text in starters(pool, block) {
             let mut at = home(pool, elements);
@@ -325,6 +340,7 @@ fn forced_rung(pool: &mut Pool, forced: Forced, spot: &mut Spot, targets: &Targe
             };
             (pool.counter(mnemonic, n), legs)
         }
+        Forced::Shift(text) => (text, &["data", "clk", "rst"]),
         Forced::Timer(mnemonic, n) => {
             let text = pool.timer(mnemonic, n, spot.driven);
             if mnemonic != "TMRA" && mnemonic != "TMRADOWN" {

@@ -3,7 +3,7 @@
 use super::math;
 use super::names::Names;
 use super::place::{Area, Loc};
-use super::program::{CounterDef, CounterKind, Instr, Op, Program, TimerDef, TimerKind, Value};
+use super::program::{CounterDef, CounterKind, Instr, Op, Program, TimerDef, TimerKind, To, Value};
 use std::collections::BTreeMap;
 
 /// The words of one instruction.
@@ -21,6 +21,7 @@ pub fn legs_of(mnemonic: &str) -> &'static [&'static str] {
         "UDC" => &["up", "dn", "rst"],
         "UDCG" => &["up", "dn"],
         "TMRA" | "TMRADOWN" => &["en", "rst"],
+        "SR" => &["data", "clk", "rst"],
         _ => &[],
     }
 }
@@ -76,8 +77,15 @@ impl Words<'_> {
         self.keys.get(key).copied().ok_or_else(|| format!("`{key}=` is missing"))
     }
 
-    fn target(&self) -> Result<Loc, String> {
-        self.names.place(self.key("to")?)
+    fn target(&self) -> Result<To, String> {
+        self.to(self.key("to")?)
+    }
+
+    fn to(&self, word: &str) -> Result<To, String> {
+        match self.names.element(word) {
+            Some((array, index)) => Ok(To::Element(array, index)),
+            None => self.names.place(word).map(To::At),
+        }
     }
 
     fn optional(&self, key: &str) -> Result<Option<Value>, String> {
@@ -164,8 +172,13 @@ impl Words<'_> {
     fn plain(&self, mnemonic: &str) -> Result<Op, String> {
         Ok(match mnemonic {
             "OUT" => Op::Out(self.place(0)?),
-            "SET" => Op::Set(self.place(0)?),
-            "RST" => Op::Rst(self.place(0)?),
+            "SET" => Op::Set(self.to(self.operand(0)?)?),
+            "RST" => Op::Rst(self.to(self.operand(0)?)?),
+            "COPY" => {
+                Op::Copy(self.names.array(self.operand(0)?)?, self.names.array(self.key("to")?)?)
+            }
+            "FILL" => Op::Fill(self.value(0)?, self.names.array(self.key("to")?)?),
+            "SR" => Op::Sr(self.names.run(self.operand(0)?)?),
             "PD" => Op::Pd(self.place(0)?),
             "ND" => Op::Nd(self.place(0)?),
             "PONOFF" => Op::Ponoff(self.place(0)?),

@@ -149,6 +149,7 @@ impl Reader<'_> {
         Ok(match self.names.value(word)? {
             Value::Const(number) => Expr::Integer(i128::from(number)),
             Value::At(loc) => Expr::At(loc),
+            Value::Element(..) => return Err(format!("`{word}`: no element in MATH yet")),
         })
     }
 }

@@ -128,6 +128,12 @@ impl Pool {
             }
             kind @ (1 | 2 | 5) => {
                 let mnemonic = ["", "SET", "RST", "", "", "PONOFF"][kind];
+                if kind != 5
+                    && self.rng.chance(15)
+                    && let Some(element) = self.element(true, true)
+                {
+                    return format!("{mnemonic} {element}");
+                }
                 let bit = self.written_bit();
                 format!("{mnemonic} {}", self.name(&bit))
             }
@@ -155,8 +161,15 @@ impl Pool {
         if self.rng.chance(45) {
             return self.math();
         }
+        if self.rng.chance(16) {
+            return self.whole_arrays();
+        }
         let target = self.written_word();
         let target = self.name(&target);
+        let target = match self.element(false, true).filter(|_| self.rng.chance(12)) {
+            Some(element) => element,
+            None => target,
+        };
         let value = self.value();
         match self.rng.weighted(&[45, 35, 20]) {
             0 => format!("MOVE {value} to={target}"),

@@ -2,10 +2,12 @@
 //! obvious; a generator of random programs; a shrinker for those that differ.
 
 mod act;
+mod arrays;
 pub mod case;
 pub mod clock;
 mod contact;
 mod counters;
+mod drawn_arrays;
 mod exec;
 mod formulas;
 pub mod generate;

@@ -1,7 +1,7 @@
 //! Words of the language: integers, durations, addresses, nicknames, tags, blocks and stages.
 
 use super::place::{Area, Loc, Member};
-use super::program::Value;
+use super::program::{Array, Value};
 use std::collections::BTreeMap;
 
 pub fn integer(word: &str) -> Option<i64> {
@@ -137,6 +137,7 @@ fn numbered_element(word: &str) -> Option<Loc> {
 pub struct Names {
     pub places: BTreeMap<String, Loc>,
     pub constants: BTreeMap<String, i64>,
+    pub arrays: BTreeMap<String, Array>,
     /// Each block's name and the names of its Stages.
     pub blocks: Vec<(String, Vec<String>)>,
 }
@@ -149,6 +150,9 @@ impl Names {
     fn find(&self, word: &str) -> Option<Loc> {
         if let Some(name) = word.strip_prefix('$') {
             return nickname(name);
+        }
+        if word.contains('[') {
+            return self.constant_element(word);
         }
         if let Some(loc) = numbered_element(word).or_else(|| self.places.get(word).copied()) {
             return Some(loc);
@@ -175,6 +179,9 @@ impl Names {
         let constant = integer(word).or_else(|| duration(word));
         if let Some(number) = constant.or_else(|| self.constants.get(word).copied()) {
             return Ok(Value::Const(number));
+        }
+        if let Some((array, index)) = self.element(word) {
+            return Ok(Value::Element(array, index));
         }
         self.place(word).map(Value::At)
     }

@@ -4,7 +4,7 @@ use super::contact::contact;
 use super::instruction::{instruction, legs_of};
 use super::names::Names;
 use super::place::{Area, Loc, Member};
-use super::program::{Block, Branch, Contact, Instr, Kind, Op, Program, Rung, Value};
+use super::program::{Array, Block, Branch, Contact, Instr, Kind, Op, Program, Rung, Value};
 use super::tree::{Table, Tree, parse};
 
 pub struct Loaded {
@@ -81,7 +81,7 @@ fn number(value: &Tree, names: &Names) -> Result<i64, String> {
         Tree::Bool(on) => Some(i64::from(*on)),
         Tree::Text(text) => match names.value(text)? {
             Value::Const(number) => Some(number),
-            Value::At(_) => None,
+            Value::At(_) | Value::Element(..) => None,
         },
         _ => None,
     };
@@ -100,6 +100,10 @@ fn tags(file: &Table, names: &mut Names, program: &mut Program) -> Result<(), St
             continue;
         }
         let loc = names.place(&string(tag, "at")?)?;
+        if let Some(Tree::Number(count)) = tag.get("count") {
+            array(name, tag, Array { first: loc, count: *count as usize }, names, program)?;
+            continue;
+        }
         names.places.insert(name.clone(), loc);
         let (mut low, mut high) = loc.range();
         if let Some(min) = tag.get("min") {
@@ -110,6 +114,35 @@ fn tags(file: &Table, names: &mut Names, program: &mut Program) -> Result<(), St
         }
         program.limits.push((loc, low, high));
         if let Some(initial) = tag.get("initial") {
+            program.initial.push((loc, number(initial, names)?));
+        }
+    }
+    Ok(())
+}
+
+/// An array: its elements are at the places behind the first.
+fn array(
+    name: &str,
+    tag: &Table,
+    array: Array,
+    names: &mut Names,
+    program: &mut Program,
+) -> Result<(), String> {
+    names.arrays.insert(name.to_string(), array);
+    for at in 0..array.count {
+        let loc = Loc::whole(array.first.area, array.first.index + at);
+        let (low, high) = loc.range();
+        let (min, max) = (tag.get("min"), tag.get("max"));
+        if min.is_some() || max.is_some() {
+            let low = min.map_or(Ok(low), |min| number(min, names))?;
+            let high = max.map_or(Ok(high), |max| number(max, names))?;
+            program.limits.push((loc, low, high));
+        }
+        let initial = match tag.get("initial") {
+            Some(Tree::List(list)) => list.get(at),
+            other => other,
+        };
+        if let Some(initial) = initial {
             program.initial.push((loc, number(initial, names)?));
         }
     }

@@ -72,6 +72,8 @@ pub struct Pool {
     /// Named constants.
     pub constants: Vec<String>,
     pub limits: BTreeMap<String, (i64, i64)>,
+    /// Arrays: their names, with the area and the number of elements, from its first place on.
+    pub arrays: Vec<(&'static str, &'static str, usize)>,
     /// The bits of blocks: Stages, `.Running`, `.Done`.
     pub block_bits: Vec<String>,
 }
@@ -85,7 +87,7 @@ impl Pool {
             return tag.clone();
         }
         let Some((structure, member)) = address.split_once('.') else {
-            return address.to_string();
+            return self.as_element(address);
         };
         if self.rng.chance(50)
             && let Some(tag) = self.tags.get(structure)
@@ -129,6 +131,11 @@ impl Pool {
     }
 
     pub fn bit(&mut self) -> String {
+        if self.rng.chance(5)
+            && let Some(element) = self.element(true, false)
+        {
+            return element;
+        }
         let inputs = self.rng.chance(self.lively);
         let address = match self.rng.weighted(&[6, 16, 10, 4, 3, 14, 14, 7, 10, 16]) {
             _ if inputs => self.indexed("X"),
@@ -174,6 +181,11 @@ impl Pool {
     }
 
     pub fn word(&mut self) -> String {
+        if self.rng.chance(8)
+            && let Some(element) = self.element(false, false)
+        {
+            return element;
+        }
         let address = match self.rng.weighted(&[90, 6, 4]) {
             0 => self.written_word(),
             1 => self.rng.pick(&WORD_NICKNAMES).to_string(),

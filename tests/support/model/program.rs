@@ -8,6 +8,22 @@ use std::collections::BTreeMap;
 pub enum Value {
     Const(i64),
     At(Loc),
+    /// The word or bit of an array that a word selects.
+    Element(Array, Loc),
+}
+
+/// Neighbours of one area.
+#[derive(Clone, Copy, Debug)]
+pub struct Array {
+    pub first: Loc,
+    pub count: usize,
+}
+
+/// What an instruction writes.
+#[derive(Clone, Copy, Debug)]
+pub enum To {
+    At(Loc),
+    Element(Array, Loc),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +39,8 @@ pub enum Compare {
 #[derive(Clone, Debug)]
 pub enum Contact {
     Bit(Loc),
+    /// The bit of an array that a word selects.
+    Element(Array, Loc),
     /// `history` numbers the edge history that this contact has for itself.
     Edge {
         rising: bool,
@@ -38,8 +56,8 @@ pub enum Contact {
 #[derive(Clone, Debug)]
 pub enum Op {
     Out(Loc),
-    Set(Loc),
-    Rst(Loc),
+    Set(To),
+    Rst(To),
     Pd(Loc),
     Nd(Loc),
     Ponoff(Loc),
@@ -50,9 +68,12 @@ pub enum Op {
     Ctu(usize, Option<Value>),
     Ctd(usize, Option<Value>),
     Res(usize),
-    Move(Value, Loc),
-    Add(Value, Value, Loc),
-    Sub(Value, Value, Loc),
+    Move(Value, To),
+    Add(Value, Value, To),
+    Sub(Value, Value, To),
+    Copy(Array, Array),
+    Fill(Value, Array),
+    Sr(Vec<Loc>),
     Math(Loc, Expr),
     Run(usize),
     Restart(usize),

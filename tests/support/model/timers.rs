@@ -35,9 +35,12 @@ impl Sim<'_> {
         preset.unwrap_or(0).max(0)
     }
 
-    fn timer_reset_value(&self, t: usize) -> i64 {
+    fn timer_reset_value(&mut self, t: usize) -> i64 {
         match self.timer_kind(t) {
-            TimerKind::Tmrdown | TimerKind::Tmradown => self.timer_preset(t),
+            TimerKind::Tmrdown | TimerKind::Tmradown => {
+                self.note_preset(t);
+                self.timer_preset(t)
+            }
             _ => 0,
         }
     }
@@ -60,7 +63,15 @@ impl Sim<'_> {
         }
     }
 
+    /// Reads the preset, which may be an element outside of its array.
+    fn note_preset(&mut self, t: usize) {
+        if let Some(preset) = self.program.timers.get(&t).map(|def| def.preset) {
+            self.read(preset);
+        }
+    }
+
     pub fn timer_run(&mut self, t: usize, legs: &[bool]) {
+        self.note_preset(t);
         let leg = legs.first().copied().unwrap_or(false);
         let rst = legs.get(1).copied().unwrap_or(false);
         let mut state = self.timers.get(&t).cloned().unwrap_or_default();
@@ -181,12 +192,14 @@ impl Sim<'_> {
         }
         let state = TimerState { loaded: true, ..TimerState::default() };
         self.timers.insert(t, state);
-        self.timer_put(t, self.timer_reset_value(t), RESET);
+        let acc = self.timer_reset_value(t);
+        self.timer_put(t, acc, RESET);
         self.timer_output(t, false);
     }
 
     pub fn rstt(&mut self, t: usize) {
-        self.timer_put(t, self.timer_reset_value(t), RESET);
+        let acc = self.timer_reset_value(t);
+        self.timer_put(t, acc, RESET);
         self.timers.entry(t).or_default().pending = true;
     }
 }

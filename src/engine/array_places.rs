@@ -1,0 +1,161 @@
+//! The operands of operations on arrays: an element as a target, limits of elements, the forms of
+//! COPY and SR.
+//!
+//! `math` stores in an element, `arrays` uses the rest. Behaviour: `docs/semantics.md`, section 9.
+
+use super::integer;
+use super::memory::View;
+use super::mishap::{Mishap, Mishaps};
+use super::reach::Reach;
+use super::role::{
+    BitOwn, BitWritten, BitsWritten, Cells, Role, Touches, WordRead, WordWritten, WordsWritten,
+};
+use crate::isa::Real;
+
+/// The element that a formula stores in.
+#[derive(Clone, Copy, Debug)]
+pub struct PutAt {
+    /// The cell of element 0.
+    pub first: u32,
+    /// The number of elements.
+    pub count: u16,
+    /// Its elements.
+    pub kind: Elements,
+    /// Whether each element has limits of its own.
+    pub each: bool,
+    /// The word with the number of the element.
+    pub index: u32,
+    /// The word of the lower limit of element 0, or of all; of bits without meaning.
+    pub limits: u32,
+}
+
+/// What the elements of an array are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Elements {
+    /// Bits.
+    Bits,
+    /// Words of 0 to 65535.
+    Unsigned,
+    /// Words of signed integers.
+    Integers,
+    /// Words of reals.
+    Reals,
+}
+
+/// The limits of the elements of an array, in private words: the lower, then the upper one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The word of the lower limit of element 0.
+    pub first: u32,
+    /// Whether each element has limits of its own.
+    pub each: bool,
+}
+
+impl Limits {
+    /// The limits of an element.
+    #[inline(always)]
+    pub(super) fn of<R: Reach>(self, view: &View<R>, element: u32) -> (i32, i32) {
+        let at = self.first + if self.each { 2 * element } else { 0 };
+        (view.word(WordRead(at)), view.word(WordRead(at + 1)))
+    }
+}
+
+/// A result that is to be stored.
+#[derive(Clone, Copy)]
+pub(super) enum Stored {
+    Integer(i64),
+    Real(f64),
+}
+
+impl Stored {
+    /// The integer, truncated towards zero.
+    fn whole(self) -> i64 {
+        match self {
+            Stored::Integer(n) => n,
+            Stored::Real(x) => x as i64,
+        }
+    }
+}
+
+impl PutAt {
+    fn array(&self) -> Cells {
+        Cells { first: self.first, count: self.count.into() }
+    }
+
+    /// Stores a result; outside of the array nothing, which is a mishap.
+    pub(super) fn put<R: Reach>(&self, view: &mut View<R>, value: Stored, noted: &mut Mishaps) {
+        let index = view.word(WordRead(self.index));
+        let Some(cell) = self.array().cell(index) else {
+            return noted.note(Mishap::IndexError);
+        };
+        let content = match (self.kind, value) {
+            (Elements::Bits, Stored::Integer(n)) => {
+                return view.put_bit(BitWritten(cell), u8::from(n != 0));
+            }
+            (Elements::Bits, Stored::Real(x)) => {
+                return view.put_bit(BitWritten(cell), u8::from(x != 0.0));
+            }
+            (Elements::Unsigned, value) => integer::within(value.whole(), 0, 65535, noted).into(),
+            (Elements::Integers, value) => {
+                integer::within(value.whole(), i32::MIN, i32::MAX, noted).into()
+            }
+            (Elements::Reals, value) => {
+                let x = match value {
+                    Stored::Integer(n) => n as f64,
+                    Stored::Real(x) => x,
+                };
+                let (nearest, beyond) = Real::stored(x);
+                if beyond {
+                    noted.note(Mishap::Overflow);
+                }
+                i64::from(nearest.cell())
+            }
+        };
+        let limits = Limits { first: self.limits, each: self.each };
+        let (low, high) = limits.of(view, index.cast_unsigned());
+        view.put_word(WordWritten(cell), content.clamp(low.into(), high.into()) as i32);
+    }
+}
+
+impl Role for PutAt {
+    fn touches(&self, t: &mut Touches) {
+        WordRead(self.index).touches(t);
+        match self.kind {
+            Elements::Bits => BitsWritten(self.array()).touches(t),
+            Elements::Unsigned | Elements::Integers | Elements::Reals => {
+                WordsWritten(self.array()).touches(t);
+            }
+        }
+    }
+}
+
+/// How words are copied: the types of both sides, and the limits of the target's elements.
+#[derive(Clone, Copy, Debug)]
+pub struct WordForm {
+    /// Whether the words that are read hold reals.
+    pub from_real: bool,
+    /// Whether the words that are written hold reals.
+    pub to_real: bool,
+    /// The limits of the elements.
+    pub limits: Limits,
+}
+
+/// The state and direction of SR.
+#[derive(Clone, Copy, Debug)]
+pub struct Shift {
+    /// The edge history of CLK.
+    pub history: BitOwn,
+    /// Whether the last cell is the first bit.
+    pub down: bool,
+}
+
+impl Role for Shift {
+    fn touches(&self, t: &mut Touches) {
+        self.history.touches(t);
+    }
+}
+
+/// The limits are constants.
+impl Role for WordForm {
+    fn touches(&self, _: &mut Touches) {}
+}

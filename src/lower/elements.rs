@@ -1,0 +1,176 @@
+//! Elements of arrays that a word selects.
+//!
+//! A contact or compare reads one by an operation of its own, right before it. An instruction that
+//! acts needs the status bit and the log of a wrong index too: it becomes a MATH, or has one read
+//! its operand for it.
+
+use super::assembler::Assembler;
+use crate::engine::PassStep;
+use crate::engine::ops::{
+    BitOwn, BitWritten, BitsRead, Elements, Leg, Math, Op, PickBit, PickWord, Power, Put, PutAt,
+    Target, WordRead, WordWritten, WordsRead,
+};
+use crate::isa::status::st;
+use crate::isa::{Bit, BitSpace, Space};
+use crate::resolve::array::{Array, Element};
+use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
+use crate::resolve::instruction::{Place, Source, Value};
+
+impl Assembler<'_> {
+    /// The power of a bit that a word selects; outside of the array OFF.
+    pub fn picked_bit(&mut self, element: Element) -> Power {
+        let from = BitsRead(self.cells(element.array));
+        let index = WordRead(self.layout.word(element.index).0);
+        let cell = self.private_bit();
+        self.op(Op::PickBit(PickBit { cell: BitOwn(cell), from, index }));
+        Power::of(cell)
+    }
+
+    /// A word that a word selects; outside of the array 0.
+    pub fn picked_word(&mut self, element: Element) -> WordRead {
+        let from = WordsRead(self.cells(element.array));
+        let index = WordRead(self.layout.word(element.index).0);
+        let cell = self.private_word(0);
+        self.op(Op::PickWord(PickWord { cell: WordWritten(cell), from, index }));
+        WordRead(cell)
+    }
+
+    /// A preset as its owner reads it, at every execution and, if `in_pass`, in the pass too.
+    pub fn owner_preset(&mut self, value: Value, in_pass: bool) -> WordRead {
+        let Value::Element(element) = value else { return self.value(value) };
+        let on = self.on();
+        let (math, cell) = self.reading(element, on);
+        self.op(Op::Math(math));
+        if in_pass {
+            let pick = self.pick(math);
+            self.terminates(PassStep::Pick(pick));
+        }
+        cell
+    }
+
+    /// A bit that a word selects, read while a leg is ON.
+    pub fn bit_while(&mut self, element: Element, leg: Leg) -> u32 {
+        let cell = self.private_bit();
+        let parts = vec![Part::Word(element.index), Part::Element(element.array)];
+        let math = self.formula_into(Put::Bit(BitWritten(cell)), &Formula { parts }, leg);
+        self.op(Op::Math(Math { quiet: true, ..math }));
+        cell
+    }
+
+    /// A value as an instruction reads it while its leg is ON.
+    pub fn value_while(&mut self, value: Value, leg: Leg) -> WordRead {
+        let Value::Element(element) = value else { return self.value(value) };
+        let (math, cell) = self.reading(element, leg);
+        self.op(Op::Math(math));
+        cell
+    }
+
+    /// The interval of an ENTASK, and the MATH that reads it when the Task is enabled.
+    pub fn interval(&mut self, value: Value) -> (WordRead, Option<u32>) {
+        let Value::Element(element) = value else { return (self.value(value), None) };
+        let on = self.on();
+        let (math, cell) = self.reading(element, on);
+        (cell, Some(self.pick(math)))
+    }
+
+    /// A MATH that reads an element into a private word.
+    fn reading(&mut self, element: Element, leg: Leg) -> (Math, WordRead) {
+        let cell = self.private_word(0);
+        let parts = vec![Part::Word(element.index), Part::Element(element.array)];
+        let (min, max) = (i32::MIN, i32::MAX);
+        let to = Target { word: WordWritten(cell), min, max };
+        let put = match element.array.is_real() {
+            true => Put::Real(to),
+            false => Put::Word { to, low: min, high: max },
+        };
+        let math = self.formula_into(put, &Formula { parts }, leg);
+        (Math { quiet: true, ..math }, WordRead(cell))
+    }
+
+    /// The leg that is `$On`.
+    fn on(&self) -> Leg {
+        Leg::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::ON)).0))
+    }
+
+    /// MOVE, ADD and SUB with an element among their operands or as their target.
+    pub fn store_elements(&mut self, source: Source, to: Place, leg: Leg) -> Op {
+        let mut parts = Vec::new();
+        let mut of = NumberType::Integer;
+        for value in source.values() {
+            of = of.with(push(&mut parts, value.value));
+        }
+        match source {
+            Source::Value(_) => {}
+            Source::Sum(..) => parts.push(Part::Binary(Binary::Add, of)),
+            Source::Difference(..) => parts.push(Part::Binary(Binary::Subtract, of)),
+        }
+        let put = match to {
+            Place::Word(word) => self.put_in_word(word),
+            Place::Element(element) => {
+                let index = self.layout.word(element.index).0;
+                self.put_at(element.array, index)
+            }
+        };
+        let math = self.formula_into(put, &Formula { parts }, leg);
+        Op::Math(Math { quiet: true, ..math })
+    }
+
+    /// SET and RST of a bit that a word selects.
+    pub fn set_element(&mut self, on: bool, element: Element, leg: Leg) -> Op {
+        let index = self.layout.word(element.index).0;
+        let put = self.put_at(element.array, index);
+        let parts = vec![Part::Integer(i64::from(on))];
+        let math = self.formula_into(put, &Formula { parts }, leg);
+        Op::Math(Math { quiet: true, ..math })
+    }
+
+    /// The target of a MATH with an index, which is evaluated first.
+    pub fn math_element(&mut self, array: Array, index: &Formula, leg: Leg) -> Put {
+        let cell = match index.parts[..] {
+            [Part::Word(word)] => self.layout.word(word).0,
+            _ => {
+                let cell = self.private_word(0);
+                let math = self.formula_into(Put::Index(WordWritten(cell)), index, leg);
+                self.op(Op::Math(math));
+                cell
+            }
+        };
+        self.put_at(array, cell)
+    }
+
+    fn put_at(&mut self, array: Array, index: u32) -> Put {
+        let cells = self.cells(array);
+        let kind = match array.space {
+            Space::Bit(_) => Elements::Bits,
+            _ if array.is_real() => Elements::Reals,
+            _ if array.first_word().is_some_and(|word| word.range().0 == 0) => Elements::Unsigned,
+            Space::Word(_) | Space::Counter | Space::Timer | Space::Sensaphone => {
+                Elements::Integers
+            }
+        };
+        let limits = self.array_limits(array);
+        Put::At(PutAt {
+            first: cells.first,
+            count: cells.count as u16,
+            kind,
+            each: limits.each,
+            index,
+            limits: limits.first,
+        })
+    }
+}
+
+/// Adds the parts of a value; returns its type.
+fn push(parts: &mut Vec<Part>, value: Value) -> NumberType {
+    match value {
+        Value::Const(n, _) => parts.push(Part::Integer(n.into())),
+        Value::Real(real) => parts.push(Part::Real(real)),
+        Value::Word(word) => parts.push(Part::Word(word)),
+        Value::Element(element) => {
+            parts.push(Part::Word(element.index));
+            parts.push(Part::Element(element.array));
+            return type_of_array(element.array);
+        }
+    }
+    if value.is_real() { NumberType::Real } else { NumberType::Integer }
+}

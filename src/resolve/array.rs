@@ -1,0 +1,106 @@
+//! Arrays: neighbouring bits or words of one space, and elements that a word selects.
+//!
+//! The scope makes them of names (`recipe`, `recipe[0..6]`, `recipe[step]`); contacts, instructions
+//! and formulas hold them. An element with a constant index is a plain address.
+
+use std::fmt;
+
+use crate::isa::{Address, Bit, Space, Word};
+
+/// Neighbouring bits or words of one space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Array {
+    /// The space.
+    pub space: Space,
+    /// The number of element 0, as written.
+    pub first: u32,
+    /// The number of elements; at least 1.
+    pub count: u32,
+}
+
+/// The element of an array whose number a word holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Element {
+    /// The array.
+    pub array: Array,
+    /// The word that holds the number of the element; from 0.
+    pub index: Word,
+}
+
+/// Bits that SR shifts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// The bits.
+    pub array: Array,
+    /// Whether the last one is the first that takes the state of `data`.
+    pub down: bool,
+}
+
+impl Array {
+    /// The address of an element.
+    pub fn element(&self, at: u32) -> Address {
+        self.space.address(self.first + at)
+    }
+
+    /// All addresses, element 0 first.
+    pub fn addresses(&self) -> impl Iterator<Item = Address> + use<> {
+        let Array { space, first, count } = *self;
+        (first..first + count).map(move |n| space.address(n))
+    }
+
+    /// The elements `low..=high`.
+    pub fn slice(&self, low: u32, high: u32) -> Array {
+        Array { first: self.first + low, count: high - low + 1, ..*self }
+    }
+
+    /// Whether it is of bits.
+    pub fn is_bits(&self) -> bool {
+        matches!(self.element(0), Address::Bit(_))
+    }
+
+    /// Whether it is of reals.
+    pub fn is_real(&self) -> bool {
+        matches!(self.element(0), Address::Word(word) if word.is_real())
+    }
+
+    /// Element 0, of an array of bits.
+    pub fn first_bit(&self) -> Option<Bit> {
+        if let Address::Bit(bit) = self.element(0) { Some(bit) } else { None }
+    }
+
+    /// Element 0, of an array of words.
+    pub fn first_word(&self) -> Option<Word> {
+        if let Address::Word(word) = self.element(0) { Some(word) } else { None }
+    }
+
+    /// Whether a program may write its elements.
+    pub fn is_writable(&self) -> bool {
+        match self.element(0) {
+            Address::Bit(bit) => bit.writable_by_ladder(),
+            Address::Word(word) => word.writable(),
+            Address::Structure(_) => false,
+        }
+    }
+}
+
+impl fmt::Display for Array {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}..{}", self.element(0), self.element(self.count - 1))
+    }
+}
+
+impl fmt::Display for Run {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Run { array, down } = self;
+        match down {
+            true => write!(f, "{}..{}", array.element(array.count - 1), array.element(0)),
+            false => array.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Element {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}[{}]", self.array, self.index)
+    }
+}

@@ -1,0 +1,140 @@
+//! Arrays in MATH: elements with an index that is an expression, and whole arrays among the
+//! arguments of `sum`, `min` and `max`.
+//!
+//! Part of `formula_resolver`. An element with a constant index becomes a plain word or bit.
+
+use super::Resolver;
+use super::array::Array;
+use super::contact::of_array;
+use super::formula::{Formula, NumberType, Part, Unary, type_of_array};
+use super::formula_resolver::{Form, Operand, Walk};
+use super::instruction::Target;
+use super::scope::Thing;
+use crate::isa::{Address, Spec};
+use crate::source::expression as written;
+use crate::source::finding::{Code, Finding};
+use crate::source::span::{Located, Span};
+
+impl Resolver<'_> {
+    /// A target with an index; one with a constant index is a plain word or bit.
+    pub(super) fn math_element(
+        &mut self,
+        name: &Located<String>,
+        index: &written::Expression,
+        spec: &'static Spec,
+    ) -> Option<(Located<Target>, Option<Formula>)> {
+        let array = self.array_of(name);
+        let index = self.expression(index);
+        let (array, (index, whole)) = (array?, index?);
+        if !self.whole_number(whole) {
+            return None;
+        }
+        let element = |at: i64| format!("{}[{at}]", name.value);
+        if let Some((at, _)) = constant(&index.parts) {
+            return Some((self.plain_target(element(at), name.span, spec)?, None));
+        }
+        if !array.is_writable() {
+            // Gives the finding of any of its elements.
+            self.plain_target(element(0), name.span, spec);
+            return None;
+        }
+        Some((Located { value: Target::Array(array), span: name.span }, Some(index)))
+    }
+
+    /// A name in an expression: one value, or a whole array.
+    pub(super) fn name(&mut self, walk: &mut Walk, name: &str, span: Span) {
+        let array = match self.scope.look_up(name).map(|found| found.thing) {
+            Ok(Thing::Array(array)) => Some(array),
+            Ok(_) | Err(_) => None,
+        };
+        let Some(array) = array else {
+            match self.operand_of(name, span) {
+                Some((part, operand)) => walk.push(part, operand),
+                // The type of an unknown name cannot be wrong.
+                None => walk.unknown(span),
+            }
+            return;
+        };
+        // Marks its tag as used.
+        self.look_up(name, span);
+        let parts = array.addresses().map(|address| match address {
+            Address::Bit(bit) => Part::Bit(bit),
+            Address::Word(word) => Part::Word(word),
+            Address::Structure(_) => unreachable!("arrays are of bits or words"),
+        });
+        walk.parts.extend(parts);
+        let elements = Some(array.count);
+        walk.operands.push(Operand { elements, ..Operand::new(type_of_array(array), span) });
+    }
+
+    /// `name[index]`, the index being the last operand.
+    pub(super) fn element_of(&mut self, walk: &mut Walk, name: &Located<String>, span: Span) {
+        let Some(index) = walk.operands.pop() else { return };
+        self.one_value(walk, index);
+        let array = self.array_of(name).filter(|_| self.whole_number(index));
+        let Some(array) = array else {
+            walk.whole = false;
+            walk.operands.push(Operand::new(NumberType::Integer, span));
+            return;
+        };
+        if let Some((at, parts)) = constant(&walk.parts) {
+            walk.parts.truncate(walk.parts.len() - parts);
+            match self.operand_of(&format!("{}[{at}]", name.value), span) {
+                Some((part, operand)) => walk.push(part, operand),
+                None => walk.unknown(span),
+            }
+            return;
+        }
+        let form = if array.is_bits() { Form::Bit } else { Form::Other };
+        let operand = Operand { form, ..Operand::new(type_of_array(array), span) };
+        walk.push(Part::Element(array), operand);
+    }
+
+    /// The array of a name; its tag is used.
+    fn array_of(&mut self, name: &Located<String>) -> Option<Array> {
+        let thing = self.look_up(&name.value, name.span)?;
+        if let Thing::Array(array) = thing {
+            return Some(array);
+        }
+        let message = format!("`{}` is no array: it has no elements", name.value);
+        let finding = Finding::new(Code::OperandType, name.span, message);
+        self.find(finding.help("declare a tag with `count`: `{ at = \"D10\", count = 7 }`"));
+        None
+    }
+
+    /// Whether an index is a whole number; else a finding.
+    fn whole_number(&mut self, index: Operand) -> bool {
+        if index.of == NumberType::Integer {
+            return true;
+        }
+        let text = self.text(index.span);
+        let finding = Finding::new(Code::OperandType, index.span, "an index is a whole number");
+        let help = format!("write `round({text})` or `trunc({text})`");
+        self.find(finding.label("a real").help(help));
+        false
+    }
+
+    /// Reports a whole array where one value is wanted.
+    pub(super) fn one_value(&mut self, walk: &mut Walk, operand: Operand) {
+        if operand.elements.is_none() {
+            return;
+        }
+        walk.whole = false;
+        let name = self.text(operand.span).to_owned();
+        let thing = self.scope.look_up(&name.replace(' ', "")).map(|found| found.thing);
+        let Ok(Thing::Array(array)) = thing else { return };
+        let message = format!("`{name}` is an array, not a value");
+        let finding = Finding::new(Code::OperandType, operand.span, message);
+        let help = format!("{}; `sum`, `min` and `max` take whole arrays", of_array(&name, array));
+        self.find(finding.label("a value belongs here").help(help));
+    }
+}
+
+/// A constant at the end of an expression, and the number of its parts.
+fn constant(parts: &[Part]) -> Option<(i64, usize)> {
+    match parts {
+        [.., Part::Integer(n), Part::Unary(Unary::Minus, _)] => Some((-n, 2)),
+        [.., Part::Integer(n)] => Some((*n, 1)),
+        _ => None,
+    }
+}

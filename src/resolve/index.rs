@@ -1,0 +1,158 @@
+//! Looks up names with an index or a slice: `recipe[3]`, `recipe[step]`, `recipe[0..6]`.
+//!
+//! Part of the scope. A constant index gives a plain address, any other an element whose number is
+//! read at run time.
+
+use super::array::{Array, Element};
+use super::mistake::{Mistake, mistake};
+use super::program::TagMeaning;
+use super::scope::{Found, Scope, Thing};
+use crate::isa::Address;
+use crate::source::finding::Code;
+
+/// An index: a constant, or a name of a word.
+enum Index<'n> {
+    Constant(u32, Option<&'n str>),
+    Word(&'n str),
+}
+
+impl Scope {
+    /// Looks up a name that has a `[`.
+    pub(super) fn indexed(&self, name: &str) -> Result<Found, Mistake> {
+        let (base, rest) = name.split_once('[').unwrap_or((name, ""));
+        let base = base.trim_end();
+        let (first, array) = self.array(base)?;
+        let Some(index) = rest.trim_end().strip_suffix(']') else {
+            let message = format!("`{name}` does not end with its index");
+            let help = format!("one element is `{base}[0]`; elements have no members");
+            return Err(mistake(Code::UnknownName, message, help));
+        };
+        if let Some((low, high)) = index.split_once("..") {
+            return self.slice((base, first, array), (low.trim(), high.trim()));
+        }
+        Ok(match self.index(base, array, index.trim())? {
+            Index::Constant(at, named) => Found {
+                thing: Thing::Address(array.element(at)),
+                tag: Some(first + at as usize),
+                index: named.map(str::to_owned),
+            },
+            Index::Word(word) => Found {
+                thing: Thing::Element(self.selected(array, word)?),
+                tag: Some(first),
+                index: Some(word.to_owned()),
+            },
+        })
+    }
+
+    /// An array by its name, and the index of the tag of element 0.
+    fn array(&self, base: &str) -> Result<(usize, Array), Mistake> {
+        if let Some((index, meaning)) = self.tag(base) {
+            let meaning = meaning.ok_or(Mistake::Reported)?;
+            if let TagMeaning::Array(array) = meaning {
+                return Ok((index, array));
+            }
+        }
+        // An unknown name has a finding of its own.
+        self.look_up(base)?;
+        let message = format!("`{base}` is no array: it has no elements");
+        let help = format!("write `{base}`, or declare a tag with `count`");
+        Err(mistake(Code::OperandType, message, help))
+    }
+
+    fn slice(
+        &self,
+        (base, first, array): (&str, usize, Array),
+        (low, high): (&str, &str),
+    ) -> Result<Found, Mistake> {
+        let mut ends = [0; 2];
+        for (end, text) in ends.iter_mut().zip([low, high]) {
+            let Index::Constant(at, _) = self.index(base, array, text)? else {
+                let message = format!("the ends of a slice are constants, not `{text}`");
+                let last = array.count - 1;
+                return Err(mistake(
+                    Code::OperandType,
+                    message,
+                    format!("write `{base}[0..{last}]`"),
+                ));
+            };
+            *end = at;
+        }
+        let [from, to] = ends;
+        if from > to {
+            let message = "a slice goes from low to high".to_owned();
+            return Err(mistake(
+                Code::OutOfRange,
+                message,
+                format!("write `{base}[{high}..{low}]`"),
+            ));
+        }
+        let thing = Thing::Array(array.slice(from, to));
+        Ok(Found { thing, tag: Some(first), index: None })
+    }
+
+    fn index<'n>(&self, base: &str, array: Array, text: &'n str) -> Result<Index<'n>, Mistake> {
+        let last = array.count - 1;
+        if text.is_empty() {
+            let message = format!("the index of `{base}` is missing");
+            return Err(mistake(
+                Code::OperandType,
+                message,
+                format!("it has the elements 0 to {last}"),
+            ));
+        }
+        let digits = text.strip_prefix('-').unwrap_or(text);
+        let (number, named) = if digits.starts_with(|c: char| c.is_ascii_digit()) {
+            (whole(text).ok_or_else(|| no_index(text))?, None)
+        } else if text.contains(|c: char| !(c.is_ascii_alphanumeric() || "_.$".contains(c))) {
+            return Err(no_index(text));
+        } else {
+            match self.look_up(text)?.thing {
+                Thing::Constant(value, _) => (i64::from(value), Some(text)),
+                Thing::Address(Address::Word(word)) if !word.is_real() => {
+                    return Ok(Index::Word(text));
+                }
+                Thing::Address(_)
+                | Thing::Element(_)
+                | Thing::Array(_)
+                | Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_) => return Err(no_index(text)),
+            }
+        };
+        match u32::try_from(number).ok().filter(|at| *at <= last) {
+            Some(at) => Ok(Index::Constant(at, named)),
+            None => {
+                let message = format!("`{base}` has the elements 0 to {last}, not {number}");
+                let help = format!("the last one is `{base}[{last}]`");
+                Err(mistake(Code::OutOfRange, message, help))
+            }
+        }
+    }
+
+    fn selected(&self, array: Array, word: &str) -> Result<Element, Mistake> {
+        match self.look_up(word)?.thing {
+            Thing::Address(Address::Word(index)) => Ok(Element { array, index }),
+            Thing::Address(_)
+            | Thing::Element(_)
+            | Thing::Array(_)
+            | Thing::Constant(..)
+            | Thing::Real(_)
+            | Thing::Block(_)
+            | Thing::Device(_) => Err(no_index(word)),
+        }
+    }
+}
+
+fn whole(text: &str) -> Option<i64> {
+    match text.strip_prefix("0x") {
+        Some(digits) => i64::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
+    }
+}
+
+fn no_index(text: &str) -> Mistake {
+    let message = format!("`{text}` is no index");
+    let help = "an index is a whole number or a word of whole numbers: `recipe[3]`, \
+                `recipe[step]`; MATH computes one: `MATH step = …`";
+    mistake(Code::OperandType, message, help.to_owned())
+}

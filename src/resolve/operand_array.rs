@@ -1,0 +1,215 @@
+//! Operands that are arrays, or elements of arrays.
+//!
+//! Called by `operand`. An element with a constant index is a plain bit or word; one that a word
+//! selects is a target of SET, RST, MOVE, ADD and SUB.
+
+use super::Resolver;
+use super::array::{Array, Element, Run};
+use super::instruction::{Filling, OperandList, OperandValue, Value};
+use super::scope::Thing;
+use crate::isa::{Address, Mnemonic, Space, Spec};
+use crate::source::atom::{Atom, AtomKind};
+use crate::source::finding::{Code, Finding};
+use crate::source::span::{Located, Span};
+
+impl Resolver<'_> {
+    /// A target that a word selects; `None` for any other operand.
+    pub(super) fn selected(
+        &mut self,
+        atom: &Atom,
+        bits: bool,
+        spec: &Spec,
+    ) -> Option<Option<OperandValue>> {
+        let name = atom.name().filter(|name| name.contains('['))?;
+        let element = match self.scope.look_up(name).map(|found| found.thing) {
+            Ok(Thing::Element(element)) if element.array.is_bits() == bits => element,
+            Ok(_) | Err(_) => return None,
+        };
+        // Marks its tag as used, and notes the index.
+        self.look_up(name, atom.span);
+        Some(self.element_target(atom, element, spec))
+    }
+
+    fn element_target(
+        &mut self,
+        atom: &Atom,
+        element: Element,
+        spec: &Spec,
+    ) -> Option<OperandValue> {
+        let base = atom.name()?.split('[').next()?;
+        if !element.array.is_writable() {
+            // Gives the finding of any of its elements.
+            let first = Atom { kind: AtomKind::Name(format!("{base}[0]")), span: atom.span };
+            match element.array.is_bits() {
+                true => drop(self.writable_bit(&first, spec)),
+                false => drop(self.writable_word(&first, spec)),
+            }
+            return None;
+        }
+        if !element.array.is_bits() || matches!(spec.mnemonic, Mnemonic::Set | Mnemonic::Rst) {
+            return Some(OperandValue::Element(element));
+        }
+        let name = spec.name;
+        let message = format!("the bit of `{name}` has a constant index");
+        let finding = Finding::new(Code::OperandType, atom.span, message);
+        self.find(finding.label("a moving index would leave bits behind").help(format!(
+            "write `{name} {base}[0]`, or SET and RST `{atom}`; MATH stores a bit too: `MATH \
+             {atom} = …`"
+        )));
+        None
+    }
+
+    /// A whole array, a slice, or a range of addresses; `up`: only one that runs up.
+    pub(super) fn run(&mut self, atom: &Atom, spec: &Spec, up: bool) -> Option<Run> {
+        let Some(name) = atom.name() else {
+            self.no_array(atom, spec, "a constant");
+            return None;
+        };
+        let range = name.split_once("..").filter(|_| !name.contains('['));
+        let Some((low, high)) = range else {
+            return match self.look_up(name, atom.span)? {
+                Thing::Array(array) => Some(Run { array, down: false }),
+                thing @ (Thing::Address(_)
+                | Thing::Constant(..)
+                | Thing::Real(_)
+                | Thing::Block(_)
+                | Thing::Device(_)
+                | Thing::Element(_)) => {
+                    let what = self.kind_words(thing);
+                    self.no_array(atom, spec, what);
+                    None
+                }
+            };
+        };
+        let (first, last) = (self.end(low, atom.span)?, self.end(high, atom.span)?);
+        if first.0 != last.0 {
+            let message = format!("the ends of `{name}` lie in two memory blocks");
+            self.find(Finding::new(Code::OperandType, atom.span, message));
+            return None;
+        }
+        let down = first.1 > last.1;
+        if down && up {
+            let message = format!("`{name}` runs down");
+            let finding = Finding::new(Code::OutOfRange, atom.span, message);
+            self.find(finding.help(format!("write `{high}..{low}`")));
+            return None;
+        }
+        let (from, to) = (first.1.min(last.1), first.1.max(last.1));
+        Some(Run { array: Array { space: first.0, first: from, count: to - from + 1 }, down })
+    }
+
+    /// An end of a range.
+    fn end(&mut self, name: &str, span: Span) -> Option<(Space, u32)> {
+        let plain = |address: &Address| match address {
+            Address::Bit(_) | Address::Word(_) => true,
+            Address::Structure(_) => false,
+        };
+        let thing = self.look_up(name, span)?;
+        let address = match thing {
+            Thing::Address(address) => Some(address).filter(plain),
+            Thing::Constant(..)
+            | Thing::Real(_)
+            | Thing::Block(_)
+            | Thing::Device(_)
+            | Thing::Array(_)
+            | Thing::Element(_) => None,
+        };
+        let end = address.and_then(Space::of);
+        if end.is_none() {
+            let what = self.kind_words(thing);
+            let message = format!("a range ends at bits or words, not at `{name}`, {what}");
+            let finding = Finding::new(Code::OperandType, span, message);
+            self.find(finding.help("write `C0..C7` or `D0..D9`"));
+        }
+        end
+    }
+
+    fn no_array(&mut self, atom: &Atom, spec: &Spec, what: &str) {
+        let message = format!("`{atom}` is {what}, not an array");
+        let finding = Finding::new(Code::OperandType, atom.span, message);
+        self.find(finding.label("an array belongs here").help(format!(
+            "`{}` works on an array, a slice `recipe[0..6]`, or a range: `D0..D9`",
+            spec.name
+        )));
+    }
+
+    /// A run that a program may write; else the finding of its first element.
+    pub(super) fn writable_run(&mut self, run: Run, atom: &Atom, spec: &Spec) -> Option<Run> {
+        if run.array.is_writable() {
+            return Some(run);
+        }
+        let first = run.array.element(0).to_string();
+        let first = Atom { kind: AtomKind::Name(first), span: atom.span };
+        match run.array.is_bits() {
+            true => drop(self.writable_bit(&first, spec)),
+            false => drop(self.writable_word(&first, spec)),
+        }
+        None
+    }
+
+    pub(super) fn shifted(&mut self, run: Run, atom: &Atom) -> Option<OperandValue> {
+        if run.array.is_bits() {
+            return Some(OperandValue::Run(run));
+        }
+        let message = format!("`{atom}` is of words: a shift register is of bits");
+        let finding = Finding::new(Code::OperandType, atom.span, message);
+        self.find(finding.help("write `SR C0..C7`, or name an array of bits"));
+        None
+    }
+
+    /// What FILL writes: a bit, or a value.
+    pub(super) fn filling(&mut self, atom: &Atom) -> Option<OperandValue> {
+        let thing = atom.name().map(|name| self.scope.look_up(name).map(|found| found.thing));
+        match (thing, atom.name()) {
+            (Some(Ok(Thing::Address(address @ Address::Bit(bit)))), Some(name)) => {
+                self.look_up(name, atom.span);
+                self.note(name, atom.span, address);
+                Some(OperandValue::Bit(bit))
+            }
+            (Some(Ok(Thing::Element(element))), Some(name)) if element.array.is_bits() => {
+                self.look_up(name, atom.span);
+                Some(OperandValue::Element(element))
+            }
+            _ => self.value(atom).map(OperandValue::Value),
+        }
+    }
+
+    /// Whether the arrays of COPY and FILL fit each other; else a finding.
+    pub(super) fn arrays_fit(&mut self, operands: &OperandList, spec: &Spec) -> bool {
+        let Some(to) = operands.get::<Array>("to") else { return true };
+        if let Some(from) = operands.get::<Array>("from") {
+            return self.copy_fits(from, to);
+        }
+        let Some(value) = operands.get::<Filling>("value") else { return true };
+        let fits = match value.value {
+            Filling::Bit(_) | Filling::Element(_) => to.value.is_bits(),
+            Filling::Value(Value::Const(0 | 1, _)) => true,
+            Filling::Value(_) => !to.value.is_bits(),
+        };
+        if !fits {
+            let (what, help) = match to.value.is_bits() {
+                true => ("bits", "bits take `0`, `1` or a bit"),
+                false => ("words", "words take a constant or a word"),
+            };
+            let message = format!("`{}` of {what} takes no such value", spec.name);
+            self.find(Finding::new(Code::OperandType, value.span, message).help(help));
+        }
+        fits
+    }
+
+    fn copy_fits(&mut self, from: Located<Array>, to: Located<Array>) -> bool {
+        let kind = |array: Array| if array.is_bits() { "bits" } else { "words" };
+        let (a, b) = (from.value, to.value);
+        let message = if a.is_bits() != b.is_bits() {
+            format!("`COPY` of {} to {}", kind(a), kind(b))
+        } else if a.count != b.count {
+            format!("`COPY` of {} elements to {}", a.count, b.count)
+        } else {
+            return true;
+        };
+        let finding = Finding::new(Code::OperandType, to.span, message);
+        let help = format!("both are of one kind and equally long: {} and {}", a.count, b.count);
+        self.find(finding.related(from.span, "from here").help(help));
+        false
+    }
+}

@@ -1,0 +1,74 @@
+//! The templates of `config/lib/`, as a plant uses them: every file checks without a finding, alone
+//! and in use.
+
+use std::path::PathBuf;
+
+use rungd::load;
+
+/// One use of every template.
+const PLANT: &str = r#"
+[tags]
+level    = { at = "R0", initial = 20.0 }
+hand     = { at = "R1" }
+setpoint = { at = "R2", initial = 50.0 }
+raw      = { at = "D0", initial = 12000 }
+
+[[program]]
+name = "Main"
+rung = [
+  { use = "Debounce", name = "d", with = { raw = "X0" } },
+  { use = "Flasher", name = "f", with = { wanted = "X1", bright = "200ms" } },
+  { use = "HourMeter", name = "h", with = { running = "X2", service = 3, done = "X3" } },
+  { use = "LeadLag2", name = "l2", with = { first = "X4", second = "X5", ready1 = "X6", ready2 = "X7", run1 = "Y0", run2 = "Y1" } },
+  { use = "LeadLag3", name = "l3", with = { first = "X4", second = "X5", ready1 = "X6", ready2 = "X7", ready3 = "$On", run1 = "Y2", run2 = "Y3", run3 = "Y4" } },
+  { use = "Alternate", name = "alt", with = { wanted = "X4", one = "Y5", other = "Y6" } },
+  { use = "AnalogIn", name = "a", with = { raw = "raw", low = 0, high = 100 } },
+  { use = "Ramp", name = "r", with = { target = "setpoint", up = 10, down = 20 } },
+  { use = "Hysteresis", name = "hy", with = { value = "a.value", high = 60, low = 40 } },
+  { use = "HysteresisInt", name = "hi", with = { value = "raw", high = 6000, low = 4000 } },
+  { use = "Pid", name = "p", with = { value = "level", setpoint = "setpoint", hand = "hand", gain = 2, reset = 5, by_hand = "X8" } },
+  { use = "FirstOut", name = "fo", with = { alarm1 = "X9", alarm2 = "X10", ack = "X11" } },
+]
+"#;
+
+const LIBRARY: [&str; 10] = [
+    "alternate",
+    "debounce",
+    "first-out",
+    "flasher",
+    "hour-meter",
+    "hysteresis",
+    "lead-lag",
+    "pid",
+    "ramp",
+    "scaling",
+];
+
+#[test]
+fn every_template_is_used_without_a_finding() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("library");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let plant = folder.join("plant.toml");
+    std::fs::write(&plant, PLANT).expect("writable");
+    let paths = LIBRARY.iter().map(|name| PathBuf::from(format!("lib:{name}")));
+    let paths: Vec<PathBuf> = paths.chain([plant]).collect();
+    let loaded = load::ladder_files(&paths).expect("all are there");
+    assert!(loaded.findings.is_empty(), "{:#?}", loaded.findings);
+    let all = LIBRARY.map(|name| format!("\"lib:{name}\"")).join(", ");
+    let controller = folder.join("controller.toml");
+    std::fs::write(&controller, format!("ladder = [{all}, \"plant.toml\"]\n")).expect("writable");
+    let loaded = load::controller_file(&controller).expect("readable");
+    assert!(loaded.program.is_some(), "{:#?}", loaded.findings);
+}
+
+#[test]
+fn the_library_is_the_folder_and_an_unknown_name_is_told() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("config/lib");
+    let files = std::fs::read_dir(folder).expect("the folder");
+    let names = files.map(|f| f.expect("readable").path().file_stem().unwrap().to_owned());
+    let mut names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+    names.sort();
+    assert_eq!(names, LIBRARY);
+    let error = load::ladder_files(&["lib:pdi".into()]).expect_err("it is unknown");
+    assert_eq!(error.to_string(), "the library has no `pdi`: did you mean `pid`?");
+}

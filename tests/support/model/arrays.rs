@@ -1,0 +1,126 @@
+//! Arrays: elements that a word selects, COPY, FILL and SR.
+
+use super::exec::Sim;
+use super::names::Names;
+use super::place::{Area, Loc};
+use super::program::{Array, To, Value};
+
+const INDEX_ERROR: usize = 13;
+
+impl Array {
+    /// The place of an element.
+    pub fn element(self, index: i64) -> Option<Loc> {
+        let at = usize::try_from(index).ok().filter(|at| *at < self.count)?;
+        Some(Loc::whole(self.first.area, self.first.index + at))
+    }
+
+    fn each(self) -> impl Iterator<Item = Loc> {
+        (0..self.count).map(move |at| Loc::whole(self.first.area, self.first.index + at))
+    }
+}
+
+impl Sim<'_> {
+    fn wrong_index(&mut self) {
+        self.memory.put_bit(Loc::whole(Area::St, INDEX_ERROR), true);
+    }
+
+    /// A value that an instruction reads as it acts.
+    pub fn read(&mut self, value: Value) -> i64 {
+        if let Value::Element(array, index) = value
+            && array.element(self.memory.get(index)).is_none()
+        {
+            self.wrong_index();
+        }
+        self.value(value)
+    }
+
+    /// Writes a word or bit that may be an element.
+    pub fn write(&mut self, to: To, value: i64) {
+        match to {
+            To::At(loc) => self.memory.put(loc, value),
+            To::Element(array, index) => match array.element(self.memory.get(index)) {
+                Some(loc) => self.memory.put(loc, value),
+                None => self.wrong_index(),
+            },
+        }
+    }
+
+    pub fn copy(&mut self, from: Array, to: Array) {
+        let values: Vec<i64> = from.each().map(|loc| self.memory.get(loc)).collect();
+        to.each().zip(values).for_each(|(loc, value)| self.memory.put(loc, value));
+    }
+
+    pub fn fill(&mut self, value: Value, to: Array) {
+        let value = self.read(value);
+        to.each().for_each(|loc| self.memory.put(loc, value));
+    }
+
+    pub fn shift(&mut self, bits: &[Loc], history: usize, legs: &[bool]) {
+        let leg = |n: usize| legs.get(n).copied().unwrap_or(false);
+        let rises = self.edge(history, leg(1));
+        if leg(2) {
+            bits.iter().for_each(|bit| self.memory.put_bit(*bit, false));
+        } else if rises {
+            let mut before = leg(0);
+            for bit in bits {
+                let now = self.memory.bit(*bit);
+                self.memory.put_bit(*bit, before);
+                before = now;
+            }
+        }
+    }
+}
+
+impl Names {
+    /// `row[step]`: the array, and the place of the word.
+    pub fn element(&self, word: &str) -> Option<(Array, Loc)> {
+        let (name, index) = word.strip_suffix(']')?.split_once('[')?;
+        let array = self.arrays.get(name)?;
+        Some((*array, self.place(index).ok()?))
+    }
+
+    /// `row[2]`.
+    pub fn constant_element(&self, word: &str) -> Option<Loc> {
+        let (name, index) = word.strip_suffix(']')?.split_once('[')?;
+        let index = match self.value(index).ok()? {
+            Value::Const(number) => number,
+            Value::At(_) | Value::Element(..) => return None,
+        };
+        self.arrays.get(name)?.element(index)
+    }
+
+    /// A whole array, a slice or a range; the places in order.
+    pub fn run(&self, word: &str) -> Result<Vec<Loc>, String> {
+        if let Some(array) = self.arrays.get(word) {
+            return Ok(array.each().collect());
+        }
+        let missing = || format!("`{word}` is no array");
+        let (low, high) = match word.split_once('[') {
+            None => word.split_once("..").ok_or_else(missing)?,
+            Some((name, ends)) => {
+                let (low, high) =
+                    ends.trim_end_matches(']').split_once("..").ok_or_else(missing)?;
+                let array = self.arrays.get(name).ok_or_else(missing)?;
+                let end = |text: &str| text.parse().ok().and_then(|at| array.element(at));
+                let (low, high) = (end(low).ok_or_else(missing)?, end(high).ok_or_else(missing)?);
+                return Ok(between(low, high));
+            }
+        };
+        Ok(between(self.place(low)?, self.place(high)?))
+    }
+
+    /// A run that goes up.
+    pub fn array(&self, word: &str) -> Result<Array, String> {
+        let run = self.run(word)?;
+        Ok(Array { first: run[0], count: run.len() })
+    }
+}
+
+fn between(low: Loc, high: Loc) -> Vec<Loc> {
+    let at = |index| Loc::whole(low.area, index);
+    if low.index <= high.index {
+        (low.index..=high.index).map(at).collect()
+    } else {
+        (high.index..=low.index).rev().map(at).collect()
+    }
+}
