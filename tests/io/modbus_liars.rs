@@ -368,8 +368,7 @@ async fn every_lie_over_a_serial_line_is_trouble_that_passes() {
     let again = "no answer in 400 ms";
     recovers(&mut client, again).await;
     for (words, answer) in RTU_LIES {
-        // A machine that is too busy for the short timeout hides a lie: then it is told again. A
-        // unit that rests after that is not asked.
+        // A busy machine hides a lie: then it is told again. A unit that rests is not asked.
         let told = async {
             loop {
                 if script.lock().unwrap().is_empty() {
@@ -418,8 +417,7 @@ async fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
     }
     // The answer to the first question comes while the same is asked again, and the answer to that
     // while the second register is.
-    lie(&script, |_, _| Lie::After(TIMEOUT * 3 / 2));
-    lie(&script, |_, _| Lie::After(TIMEOUT / 5));
+    [TIMEOUT * 3 / 2, TIMEOUT / 5].map(|late| lie(&script, move |_, _| Lie::After(late)));
     assert!(exchange(&mut client).await.is_err());
     let mut wells = 0;
     while wells < 5 {
