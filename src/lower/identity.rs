@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
+use crate::resolve::array::Element;
 use crate::resolve::places::Places;
 use crate::resolve::program::{Action, BlockKind, Instruction, Program, Rung, TagMeaning, Value};
 
@@ -201,6 +202,11 @@ impl Identity {
     /// A word's name in every version of the program.
     pub(super) fn word(&self, word: Word) -> String {
         self.places.say(Address::Word(word))
+    }
+
+    /// The name of an element that a word selects. Its words stay apart, so that each can be renamed.
+    pub(crate) fn element(&self, element: &Element) -> String {
+        format!("{} by {}", element.array, self.word(element.index))
     }
 
     /// The same, with other texts of rungs and histories.

@@ -33,7 +33,7 @@ fn contacts(identity: &Identity, of: &[Contact], between: &str) -> String {
 fn contact(identity: &Identity, of: &Contact) -> String {
     match of {
         Contact::Bit(bit, _) => identity.bit(*bit),
-        Contact::Element(element, _) => element.to_string(),
+        Contact::Element(element, _) => identity.element(element),
         Contact::Not(inner, _) => format!("!{}", grouped(identity, inner)),
         Contact::All(all, _) => contacts(identity, all, " & "),
         Contact::Any(any, _) => contacts(identity, any, " | "),
@@ -76,7 +76,7 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
                 }
                 OperandValue::Block(block) => identity.block(block).name.clone(),
                 OperandValue::Stage(stage) => identity.stage(stage),
-                OperandValue::Element(element) => element.to_string(),
+                OperandValue::Element(element) => identity.element(&element),
                 OperandValue::Array(array) => array.to_string(),
                 OperandValue::Run(run) => run.to_string(),
             };
@@ -114,6 +114,6 @@ fn value(identity: &Identity, of: Value) -> String {
         Value::Const(value, _) => value.to_string(),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => identity.word(word),
-        Value::Element(element) => element.to_string(),
+        Value::Element(element) => identity.element(&element),
     }
 }

@@ -282,7 +282,7 @@ pub(super) fn preset(identity: &Identity, value: Value, is_time: bool) -> String
         Value::Const(value, _) => say(value, is_time),
         Value::Real(real) => real.to_string(),
         Value::Word(word) => identity.places.say(Address::Word(word)),
-        Value::Element(element) => element.to_string(),
+        Value::Element(element) => identity.element(&element),
     }
 }
 

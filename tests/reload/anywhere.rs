@@ -81,11 +81,35 @@ impl Loaded {
     }
 }
 
-/// Addresses that a tag names stay as they are; so does `N,0`.
+/// The numbers of an address: `D12` is 12 in D.
+fn number(address: &str) -> Option<(&str, usize)> {
+    let (letters, digits) = address.split_at(address.find(|c: char| c.is_ascii_digit())?);
+    Some((letters, digits.parse().ok()?))
+}
+
+/// The addresses within ranges and arrays: they stay neighbours.
+fn neighbours(case: &Case, ladder: &str) -> Vec<String> {
+    let words = ladder.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.'));
+    let ranges = words.filter_map(|word| {
+        let (low, high) = word.split_once("..")?;
+        let ((letters, a), (_, b)) = (number(low)?, number(high)?);
+        Some((letters, a.min(b), a.max(b)))
+    });
+    let arrays = case.tags.iter().filter_map(|tag| {
+        let (at, count) = tag.body.strip_prefix("at = \"")?.split_once("\", count = ")?;
+        let (letters, first) = number(at)?;
+        Some((letters, first, first + count.parse::<usize>().ok()? - 1))
+    });
+    let runs = ranges.chain(arrays);
+    runs.flat_map(|(letters, a, b)| (a..=b).map(move |n| format!("{letters}{n}"))).collect()
+}
+
+/// Addresses that a tag names stay as they are; so do neighbours, and `N,0`.
 fn fixed(case: &Case, ladder: &str) -> Vec<String> {
     let strings = case.tags.iter().flat_map(|tag| tag.body.split('"'));
     let bases = strings.filter_map(|text| text.split('.').next());
     let mut fixed: Vec<String> = bases.map(str::to_owned).collect();
+    fixed.extend(neighbours(case, ladder));
     if ladder.contains("N,") {
         fixed.extend((0..64).map(|n| format!("N{n}")));
     }
