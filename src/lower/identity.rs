@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
-use crate::resolve::array::Element;
+use crate::resolve::array::{Array, Element, Run};
 use crate::resolve::places::Places;
 use crate::resolve::program::{Action, BlockKind, Instruction, Program, Rung, TagMeaning, Value};
 
@@ -204,9 +204,28 @@ impl Identity {
         self.places.say(Address::Word(word))
     }
 
-    /// The name of an element that a word selects. Its words stay apart, so that each can be renamed.
+    /// The name of an element that a word selects. Its words stay apart: each can be renamed.
     pub(crate) fn element(&self, element: &Element) -> String {
-        format!("{} by {}", element.array, self.word(element.index))
+        format!("{} by {}", self.array(element.array), self.word(element.index))
+    }
+
+    /// The name of an array or slice; of one that has no address, the tag's.
+    pub(crate) fn array(&self, array: Array) -> String {
+        match self.places.at(array.element(0)) {
+            None => array.to_string(),
+            Some((place, 0)) if place.count == array.count => place.name.clone(),
+            Some((place, first)) => {
+                format!("{}[{first}..{}]", place.name, first + array.count - 1)
+            }
+        }
+    }
+
+    /// The name of what SR shifts.
+    pub(crate) fn run(&self, run: Run) -> String {
+        match run.down {
+            true => run.to_string(),
+            false => self.array(run.array),
+        }
     }
 
     /// The same, with other texts of rungs and histories.
@@ -229,7 +248,7 @@ impl Identity {
         let operand = bit.or_else(|| Some(self.block(block?.value).name.clone()));
         let shifted = || {
             let Action::Shift { bits } = &instruction.action else { return None };
-            Some(bits.value.to_string())
+            Some(self.run(bits.value))
         };
         let operand = operand.or_else(shifted).unwrap_or_default();
         format!("{} {operand}", instruction.mnemonic.spec().name)

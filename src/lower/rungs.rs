@@ -77,8 +77,8 @@ fn body(identity: &Identity, of: &[Instruction]) -> String {
                 OperandValue::Block(block) => identity.block(block).name.clone(),
                 OperandValue::Stage(stage) => identity.stage(stage),
                 OperandValue::Element(element) => identity.element(&element),
-                OperandValue::Array(array) => array.to_string(),
-                OperandValue::Run(run) => run.to_string(),
+                OperandValue::Array(array) => identity.array(array),
+                OperandValue::Run(run) => identity.run(run),
             };
             format!(" {name}={said}")
         });
@@ -101,7 +101,7 @@ fn formula(identity: &Identity, of: &Formula) -> String {
         Part::Real(real) => format!(" {real:?}"),
         Part::Word(word) => format!(" {}", identity.word(*word)),
         Part::Bit(bit) => format!(" {}", identity.bit(*bit)),
-        Part::Element(array) => format!(" {array}[]"),
+        Part::Element(array) => format!(" {}[]", identity.array(*array)),
         Part::Unary(operator, _) => format!(" {operator:?}"),
         Part::Binary(operator, _) => format!(" {operator:?}"),
         Part::Call(function, count, _) => format!(" {}/{count}", function.spec().name),

@@ -24,13 +24,6 @@ impl Resolver<'_> {
         count: &Located<i64>,
         program: &mut Program,
     ) -> Option<TagMeaning> {
-        if let Some(kind) = &tag.kind {
-            let message = "`count` goes with `at`, not with `type`";
-            let finding = Finding::new(Code::TagKey, count.span, message);
-            let help = "write `at` with the address of element 0 in place of `type`";
-            self.find(finding.related(kind.span, "`type` is here").help(help));
-            return None;
-        }
         let meaning = self.meaning(tag)?;
         let array = self.array(tag, meaning, count)?;
         self.misfits(tag, meaning);

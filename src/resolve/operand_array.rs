@@ -7,6 +7,7 @@ use super::Resolver;
 use super::array::{Array, Element, Run};
 use super::instruction::{Filling, OperandList, OperandValue, Value};
 use super::scope::Thing;
+use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Mnemonic, Space, Spec};
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
@@ -104,6 +105,12 @@ impl Resolver<'_> {
             Address::Bit(_) | Address::Word(_) => true,
             Address::Structure(_) => false,
         };
+        if let Err(AddressError::NotAnAddress) = address_text::parse(name, &self.options.sizes) {
+            let message = format!("a range ends at addresses, not at `{name}`");
+            let finding = Finding::new(Code::OperandType, span, message);
+            self.find(finding.help("write `C0..C7`, or declare an array: a tag with `count`"));
+            return None;
+        }
         let thing = self.look_up(name, span)?;
         let address = match thing {
             Thing::Address(address) => Some(address).filter(plain),

@@ -60,7 +60,7 @@ impl Resolver<'_> {
         for tag in ladders.iter().flat_map(|(_, ladder)| &ladder.tags) {
             let Some(at) = &tag.at else { continue };
             let Some(element) = element(&at.text, sizes) else { continue };
-            used.add(element, 1);
+            used.add(element, count_of(tag));
             tags.insert(tag.name.text.as_str(), element);
         }
         for rung in ladders.iter().flat_map(|(_, ladder)| rungs(ladder)) {
@@ -153,8 +153,13 @@ fn wish(tag: &ladder::Tag) -> Option<Wish> {
         return None;
     }
     let space = space_of(tag.kind.as_ref()?)?;
-    // An array (`count`) wants as many elements.
-    Some(Wish { name: tag.name.text.clone(), space, count: 1, is_array: false })
+    let is_array = tag.count.is_some();
+    Some(Wish { name: tag.name.text.clone(), space, count: count_of(tag), is_array })
+}
+
+/// The number of elements of a tag.
+fn count_of(tag: &ladder::Tag) -> u32 {
+    tag.count.as_ref().and_then(|count| u32::try_from(count.value).ok()).unwrap_or(1)
 }
 
 fn space_of(kind: &Text) -> Option<Space> {
@@ -191,9 +196,21 @@ fn add_words(used: &mut Used, text: &str, sizes: &MemorySizes) {
             Some(_) | None => element(word, sizes),
         };
         if let Some(found) = found.filter(|(space, _)| type_of(*space).is_some()) {
-            used.add(found, 1);
+            let last = range_end(behind, sizes).filter(|last| last.0 == found.0);
+            let (low, high) = match last {
+                Some(last) => (found.1.min(last.1), found.1.max(last.1)),
+                None => (found.1, found.1),
+            };
+            used.add((found.0, low), high - low + 1);
         }
     }
+}
+
+/// The address behind the `..` of a range.
+fn range_end(behind: &str, sizes: &MemorySizes) -> Option<(Space, u32)> {
+    let end = behind.strip_prefix("..")?;
+    let length = end.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(end.len());
+    element(&end[..length], sizes)
 }
 
 #[cfg(test)]
@@ -215,5 +232,7 @@ mod tests {
         check("CNT CT7 preset=N,3,6 N , 4", &["CT7", "N3", "N4"]);
         check("D0x xD1 D_2 C-1 X4 level.D9", &["D9"]);
         check("N,x N N,", &[]);
+        check("COPY D3..D5 to=D8..D9", &["D3", "D4", "D5", "D8", "D9"]);
+        check("SR C2..C0", &["C0", "C1", "C2"]);
     }
 }
