@@ -417,8 +417,8 @@ async fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
     }
     // The answer to the first question comes while the same is asked again, and the answer to that
     // while the second register is.
-    let late = [TIMEOUT * 3 / 2, TIMEOUT / 5];
-    late.into_iter().for_each(|late| lie(&script, move |_, _| Lie::After(late)));
+    lie(&script, |_, _| Lie::After(TIMEOUT * 3 / 2));
+    lie(&script, |_, _| Lie::After(TIMEOUT / 5));
     assert!(exchange(&mut client).await.is_err());
     let mut wells = 0;
     while wells < 5 {
