@@ -1,9 +1,8 @@
 //! `rungd explain`: explains an instruction from the instruction table, a function of MATH, a
-//! finding from its page, or an event of the log from the catalogue.
+//! finding from its page, or an event of the log from the catalogue; prints a file of the library.
 
 use std::fmt::Write as _;
 
-use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
@@ -13,17 +12,20 @@ use crate::isa::function::{FUNCTIONS, FunctionSpec, ResultType};
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
 use crate::load::library;
+use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{self, Code, Severity};
-use crate::source::nearest::nearest;
+use crate::source::nearest::did_you_mean;
 
 /// Explains an instruction (`CNT`), a function (`sqrt`), a finding (`missing-leg`) or an event
 /// (`alarm-on`)
 ///
 /// Without a name, lists all of them. An event is found by its code (`RUNGD-0301`), too. For an
-/// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd.
+/// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd. For
+/// `lib:pid`, prints that file of the library of templates.
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
-    /// A mnemonic, the name of a function or a finding, or the name or code of an event
+    /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of the
+    /// library (`lib:pid`)
     #[arg(value_name = "NAME")]
     name: Option<String>,
 }
@@ -32,24 +34,13 @@ pub(crate) struct ExplainArgs {
 ///
 /// # Errors
 /// Standard output cannot be written.
-pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
+pub(crate) fn explain(args: &ExplainArgs) -> anyhow::Result<Exit> {
     let text = match &args.name {
         None => list(),
-        Some(name) => match explanation(name) {
-            Some(text) => text,
-            None => {
-                let known = instruction::TABLE.iter().map(|spec| spec.name);
-                let known = known.chain(FUNCTIONS.iter().map(|spec| spec.name));
-                let known = known.chain(finding::TABLE.iter().map(|row| row.name));
-                let known = known.chain(events::all().map(|event| event.name));
-                let near = nearest(name, known);
-                let help = near
-                    .map_or("`rungd explain` lists what can be explained".to_owned(), |near| {
-                        format!("did you mean `{near}`?")
-                    });
-                say(&format!(
-                    "rungd: no instruction, function, finding or event is called `{name}`: {help}\n"
-                ));
+        Some(name) => match named(name) {
+            Ok(text) => text,
+            Err(mistake) => {
+                say(&format!("rungd: {mistake}\n"));
                 return Ok(Exit::Usage);
             }
         },
@@ -58,14 +49,25 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
+/// The text for a name; an error is the sentence about one that has none.
+fn named(name: &str) -> Result<String, String> {
+    if let Some(file) = library::text(name) {
+        return file.map(str::to_owned).map_err(|(message, help)| format!("{message}: {help}"));
+    }
+    explanation(name).ok_or_else(|| {
+        let known = instruction::TABLE.iter().map(|spec| spec.name);
+        let known = known.chain(FUNCTIONS.iter().map(|spec| spec.name));
+        let known = known.chain(finding::TABLE.iter().map(|row| row.name));
+        let known = known.chain(events::all().map(|event| event.name));
+        let help = did_you_mean(name, known)
+            .unwrap_or_else(|| "`rungd explain` lists what can be explained".to_owned());
+        format!("no instruction, function, finding or event is called `{name}`: {help}")
+    })
+}
+
 /// The text for a mnemonic or function in any case, a finding's name, an event's name or code, or a
 /// mnemonic of other controllers.
 pub(crate) fn explanation(name: &str) -> Option<String> {
-    if let Some(text) = library::text(name) {
-        return Some(
-            text.map_or_else(|(message, help)| format!("{message}: {help}\n"), str::to_owned),
-        );
-    }
     if let Some(mnemonic) = Mnemonic::from_name(&name.to_ascii_uppercase()) {
         return Some(of_instruction(mnemonic.spec()));
     }
@@ -92,6 +94,12 @@ fn list() -> String {
     text.push_str("\nFunctions of MATH:\n");
     for spec in FUNCTIONS {
         let _ = writeln!(text, "  {:<36} {}", spec.form(), spec.summary);
+    }
+    text.push_str("\nLibrary:\n");
+    for (name, file) in library::FILES {
+        let head = file.lines().map_while(|line| line.strip_prefix("# "));
+        let about = head.collect::<Vec<_>>().join(" ");
+        let _ = writeln!(text, "  {:<24} {about}", format!("{LIBRARY}{name}"));
     }
     for (title, severity) in [("Errors", Severity::Error), ("Warnings", Severity::Warning)] {
         let _ = writeln!(text, "\n{title}:");

@@ -102,6 +102,7 @@ fn the_command_line_has_its_own_code() {
     check(&["check", "--deny", "errors", "x.toml"], 2, "--deny");
     check(&["explain", "CNTT"], 2, "did you mean `CNT`?");
     check(&["explain", "blorp"], 2, "`blorp`: `rungd explain` lists what can be explained");
+    check(&["explain", "lib:pod"], 2, "the library has no `pod`: did you mean `pid`?");
 }
 
 #[test]
