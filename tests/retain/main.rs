@@ -15,6 +15,7 @@ mod run;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod metronome;
     pub mod needs;
     pub mod process;
