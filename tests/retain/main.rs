@@ -10,6 +10,7 @@ mod named;
 mod places;
 mod reals;
 mod run;
+mod shifts;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]
