@@ -1,7 +1,8 @@
 //! `[retain] tags`: the tags that patterns name, as ranges of their elements.
 //!
 //! Called by [`super`], beside the ranges. In a pattern `*` stands for any part of a name; tags
-//! with an address and tags with a `type` are named alike.
+//! with an address and tags with a `type` are named alike. The name of an array stands for all of
+//! its elements.
 //!
 //! ```toml
 //! # passes: all tags that begin with `total_`, and one by its name
@@ -24,8 +25,10 @@ pub(super) fn resolve(
 ) -> Vec<Range> {
     let mut ranges = Vec::new();
     for pattern in patterns {
-        let tags = program.tags.iter().filter(|tag| fits(&pattern.text, &tag.name));
-        let tags: Vec<&Tag> = tags.collect();
+        let is_named = |tag: &&Tag| {
+            [tag.name.as_str(), tag.array_name()].into_iter().any(|name| fits(&pattern.text, name))
+        };
+        let tags: Vec<&Tag> = program.tags.iter().filter(is_named).collect();
         let found: Vec<Range> =
             tags.iter().filter_map(|tag| range(program, tag, pattern)).collect();
         match tags.first() {
@@ -57,7 +60,7 @@ fn nothing(pattern: &Text, program: &Program) -> Finding {
             (format!("no tag is called `{text}`"), "name tags here; addresses stand in `ranges`")
         }
     };
-    let names = KnownNames::new(program.tags.iter().map(|tag| tag.name.as_str()));
+    let names = KnownNames::new(program.tags.iter().map(Tag::array_name));
     Finding::new(Code::UnknownName, pattern.span, message).help(help).near(text, &names)
 }
 
