@@ -9,6 +9,7 @@ mod field;
 mod gpio_hardware;
 mod liars;
 mod local_device;
+mod lift_station;
 mod local_rig;
 mod modbus_clients;
 mod modbus_devices;
@@ -26,6 +27,7 @@ mod simulated_device;
 mod simulated_lag;
 mod simulated_plant;
 mod simulated_plant_page;
+mod temperature_loop;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]

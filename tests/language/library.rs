@@ -58,6 +58,7 @@ fn every_template_is_used_without_a_finding() {
     let controller = folder.join("controller.toml");
     std::fs::write(&controller, format!("ladder = [{all}, \"plant.toml\"]\n")).expect("writable");
     let loaded = load::controller_file(&controller).expect("readable");
+    assert_eq!(loaded.program.as_ref().map(|program| &*program.name), Some("plant"));
     assert!(loaded.program.is_some(), "{:#?}", loaded.findings);
 }
 
