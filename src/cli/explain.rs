@@ -24,8 +24,8 @@ use crate::source::nearest::did_you_mean;
 /// `lib:pid`, prints that file of the library of templates.
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
-    /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of the
-    /// library (`lib:pid`)
+    /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of
+    /// the library (`lib:pid`)
     #[arg(value_name = "NAME")]
     name: Option<String>,
 }

@@ -1,8 +1,8 @@
 //! `[retain] tags`: the tags that patterns name, as ranges of their elements.
 //!
 //! Called by [`super`], beside the ranges. In a pattern `*` stands for any part of a name; tags
-//! with an address and tags with a `type` are named alike. An array's name stands for all of its
-//! elements.
+//! with an address and tags with a `type` are named alike. The name of an array stands for all of
+//! its elements.
 //!
 //! ```toml
 //! # passes: all tags that begin with `total_`, and one by its name
@@ -25,10 +25,10 @@ pub(super) fn resolve(
 ) -> Vec<Range> {
     let mut ranges = Vec::new();
     for pattern in patterns {
-        let is_named =
-            |name: &str| fits(&pattern.text, name) || fits(&pattern.text, of_element(name));
-        let tags = program.tags.iter().filter(|tag| is_named(&tag.name));
-        let tags: Vec<&Tag> = tags.collect();
+        let is_named = |tag: &&Tag| {
+            [tag.name.as_str(), tag.array_name()].into_iter().any(|name| fits(&pattern.text, name))
+        };
+        let tags: Vec<&Tag> = program.tags.iter().filter(is_named).collect();
         let found: Vec<Range> =
             tags.iter().filter_map(|tag| range(program, tag, pattern)).collect();
         match tags.first() {
@@ -60,7 +60,7 @@ fn nothing(pattern: &Text, program: &Program) -> Finding {
             (format!("no tag is called `{text}`"), "name tags here; addresses stand in `ranges`")
         }
     };
-    let names = KnownNames::new(program.tags.iter().map(|tag| of_element(&tag.name)));
+    let names = KnownNames::new(program.tags.iter().map(Tag::array_name));
     Finding::new(Code::UnknownName, pattern.span, message).help(help).near(text, &names)
 }
 
@@ -75,11 +75,6 @@ fn not_retained(pattern: &Text, tag: &Tag) -> Finding {
     let message = format!("`{}` cannot be retained: {what}", tag.name);
     let finding = Finding::new(Code::RetainRange, pattern.span, message);
     finding.help("name tags of C, MC, MI, V, D, R, MHR, MIR, CT, T, N, or with a `type`")
-}
-
-/// The name of an element's array; any other name itself.
-fn of_element(name: &str) -> &str {
-    name.split_once('[').map_or(name, |(array, _)| array)
 }
 
 /// Whether a name has the form of a pattern. The time is at most the product of their lengths.
@@ -108,38 +103,6 @@ fn fits(pattern: &str, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::resolve::{LoadOptions, load_ladders};
-    use crate::source::span::{FileId, SourceFile, Span};
-
-    #[test]
-    fn an_arrays_name_is_all_of_its_elements() {
-        let text = r#"
-            [tags]
-            good    = { type = "int", count = 3 }
-            total_a = { at = "D5", count = 2 }
-            total_b = { at = "D9" }
-            [[program]]
-            name = "Main"
-            rung = [{ when = ["X0"], do = ["ADD good[0] total_a[1] to=total_b"] }]
-        "#;
-        let source = SourceFile { name: "a.toml".into(), text: text.into() };
-        let (program, findings) = load_ladders(&[source], &LoadOptions::default());
-        let program = program.unwrap_or_else(|| panic!("{findings:#?}"));
-        let named = |pattern: &str| {
-            let span = Span { file: FileId(0), start: 0, end: 1 };
-            let patterns = [Text { text: pattern.to_owned(), span, exact: false }];
-            let mut findings = Vec::new();
-            let ranges = resolve(&patterns, &program, &mut findings);
-            (ranges.iter().map(|range| range.last - range.first + 1).sum::<u32>(), findings)
-        };
-        for (pattern, elements) in
-            [("good", 3), ("good[1]", 1), ("total_*", 3), ("total_a", 2), ("total_b", 1)]
-        {
-            assert_eq!(named(pattern), (elements, vec![]), "{pattern}");
-        }
-        let (_, findings) = named("goot");
-        assert_eq!(findings[0].help_text().as_deref(), Some("did you mean `good`?"));
-    }
 
     #[test]
     fn a_star_is_any_part_of_a_name() {

@@ -2,7 +2,8 @@
 //!
 //! Built once for a program by `lower`, from the memory sizes and the numbers of blocks and Stages.
 //! The public bits are followed by the program's own bits (histories, powers), the public words by
-//! its constants.
+//! its constants. The histories of SR are the last public bits: they have no address, but retentive
+//! memory reads them in the image.
 
 use super::image::{BitCell, WordCell};
 use super::record::RECORD;
@@ -30,6 +31,7 @@ pub struct Layout {
     stages: u32,
     running: u32,
     done: u32,
+    shifts: u32,
     bits: u32,
     v: u32,
     d: u32,
@@ -91,6 +93,7 @@ impl Layout {
             stages,
             running,
             done,
+            shifts: bits,
             bits,
             v,
             d,
@@ -104,6 +107,16 @@ impl Layout {
             sensaphone_pre,
             words,
         }
+    }
+
+    /// The same layout with a history for each of so many SRs.
+    pub fn with_shifts(self, count: u32) -> Layout {
+        Layout { bits: self.shifts + count, ..self }
+    }
+
+    /// The cell of an SR's history.
+    pub fn shift_history(&self, number: u32) -> BitCell {
+        BitCell(self.shifts + number)
     }
 
     /// The number of public bits.
@@ -166,7 +179,7 @@ impl Layout {
         }
     }
 
-    /// The address of a cell; `None` for the bits of Stages and blocks.
+    /// The address of a cell; `None` for the bits of Stages and blocks, and for histories.
     pub fn address(&self, cell: Cell) -> Option<Address> {
         self.space_address(cell).or_else(|| match cell {
             Cell::Bit(BitCell(at)) => {

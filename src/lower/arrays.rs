@@ -26,7 +26,7 @@ impl Assembler<'_> {
         }
         let Action::Shift { bits } = action else { unreachable!("the caller asks for arrays") };
         let text = self.identity.edge_instruction(instruction);
-        let history = self.kept_history(text);
+        let history = self.shift_history(bits.value, text);
         let legs = [LegName::Data, LegName::Clk, LegName::Rst].map(|name| legs.leg(name));
         self.shift(bits.value, legs, history)
     }

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::identity::{Identity, Site};
+use super::identity::{Identity, ShiftRegister, Site};
 use super::schedule;
 use crate::engine::ops::{
     And2, AnyWord, BitOwn, Cells, Leg, Limits, Math, Op, Power, Powers, Reads, StageList, Step,
@@ -13,7 +13,7 @@ use crate::engine::{
     self, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables, WordCell,
 };
 use crate::isa::{Address, Bit, BitSpace, BlockId, StageId, Structure, Word};
-use crate::resolve::array::Array;
+use crate::resolve::array::{Array, Run};
 use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
 
 pub(super) struct Assembler<'p> {
@@ -49,7 +49,9 @@ pub(super) struct Assembler<'p> {
 impl<'p> Assembler<'p> {
     pub fn new(program: &'p Program, window: usize) -> Assembler<'p> {
         let (blocks, stages) = (program.blocks.len() as u32, program.stages.len() as u32);
-        let layout = Layout::new(&program.sizes, blocks, stages);
+        let is_shift = |(_, one): &(_, &Instruction)| matches!(one.action, Action::Shift { .. });
+        let shifts = program.instructions().filter(is_shift).count() as u32;
+        let layout = Layout::new(&program.sizes, blocks, stages).with_shifts(shifts);
         let mut assembler = Assembler {
             bits: layout.bit_count(),
             words: layout.word_count(),
@@ -111,16 +113,20 @@ impl<'p> Assembler<'p> {
 
     /// Allots the private bit of an edge history. The termination pass turns it OFF.
     pub fn history(&mut self, text: String) -> BitOwn {
-        let history = self.kept_history(text);
-        self.terminates(PassStep::HistoryOff(history.0));
-        history
-    }
-
-    /// Allots the private bit of an edge history that the termination pass does not change.
-    pub fn kept_history(&mut self, text: String) -> BitOwn {
         let cell = self.private_bit();
         self.identity.history(BitCell(cell), &self.site, text);
+        self.terminates(PassStep::HistoryOff(cell));
         BitOwn(cell)
+    }
+
+    /// Allots the history of an SR's CLK: the termination pass does not change it, and retentive
+    /// memory keeps it.
+    pub fn shift_history(&mut self, bits: Run, text: String) -> BitOwn {
+        let cell = self.layout.shift_history(self.identity.shifts.len() as u32);
+        let block = self.site.element.block;
+        self.identity.shifts.push(ShiftRegister { bits, cell, block });
+        self.identity.history(cell, &self.site, text);
+        BitOwn(cell.0)
     }
 
     /// The word that holds a constant.

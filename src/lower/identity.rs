@@ -3,7 +3,7 @@
 //!
 //! `lower` collects it and stores it in `Symbols`. A reload compares the identities of the old and
 //! the new program. The names do not contain cell numbers, because each lowering gives out its own.
-//! Retentive memory does not use these names.
+//! Retentive memory uses the shift registers alone.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -26,6 +26,8 @@ pub struct Identity {
     pub owners: Vec<Owner>,
     /// Edge histories outside structures, in file order.
     pub histories: Vec<History>,
+    /// SRs, in file order; their histories are in `histories` too.
+    pub(crate) shifts: Vec<ShiftRegister>,
     /// Rungs, in file order.
     pub rungs: Vec<RungText>,
     /// Bits that instructions write.
@@ -88,6 +90,17 @@ pub struct History {
     /// Its name in every version of the program: the block, the rung's name or else the text, and a
     /// number that tells equal ones apart: `Main/count-bottles/0`, `Main//rise(X0)/1`.
     pub key: String,
+}
+
+/// An SR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ShiftRegister {
+    /// Its bits.
+    pub bits: Run,
+    /// The history of CLK, a public cell.
+    pub cell: BitCell,
+    /// Its block.
+    pub block: BlockId,
 }
 
 /// A rung: its element, its name, and its text in addresses.

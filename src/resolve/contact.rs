@@ -156,7 +156,9 @@ impl Resolver<'_> {
 
 /// The help for an array where one element is wanted.
 pub(super) fn of_array(name: &str, array: Array) -> String {
-    let name = name.split('[').next().unwrap_or(name);
+    if let Some((array, _)) = name.split_once('[') {
+        return format!("name one element: `{array}[3]`, or `{array}[step]` by a word");
+    }
     let last = array.count - 1;
     format!("name one element, `{name}[0]` to `{name}[{last}]`, or `{name}[step]` by a word")
 }

@@ -4,7 +4,7 @@
 //! Part of `formula_resolver`. An element with a constant index becomes a plain word or bit.
 
 use super::Resolver;
-use super::array::Array;
+use super::array::{Array, Element};
 use super::contact::of_array;
 use super::formula::{Formula, NumberType, Part, Unary, type_of_array};
 use super::formula_resolver::{Form, Operand, Walk};
@@ -41,10 +41,36 @@ impl Resolver<'_> {
         Some((Located { value: Target::Array(array), span: name.span }, Some(index)))
     }
 
+    /// A target that a word selects, with its index; a template's argument is named so.
+    pub(super) fn math_selected(
+        &mut self,
+        name: &Located<String>,
+        spec: &'static Spec,
+    ) -> Option<(Located<Target>, Option<Formula>)> {
+        let Ok(Thing::Element(element)) = self.scope.look_up(&name.value).map(|f| f.thing) else {
+            return Some((self.plain_target(name.value.clone(), name.span, spec)?, None));
+        };
+        // Marks its tag as used, and notes the index.
+        self.look_up(&name.value, name.span);
+        if !element.array.is_writable() {
+            let base = name.value.split('[').next().unwrap_or_default();
+            self.plain_target(format!("{base}[0]"), name.span, spec);
+            return None;
+        }
+        let index = Formula { parts: vec![Part::Word(element.index)] };
+        Some((Located { value: Target::Array(element.array), span: name.span }, Some(index)))
+    }
+
     /// A name in an expression: one value, or a whole array.
     pub(super) fn name(&mut self, walk: &mut Walk, name: &str, span: Span) {
         let array = match self.scope.look_up(name).map(|found| found.thing) {
             Ok(Thing::Array(array)) => Some(array),
+            Ok(Thing::Element(Element { array, index })) => {
+                self.look_up(name, span);
+                walk.parts.push(Part::Word(index));
+                walk.push(Part::Element(array), element(array, span));
+                return;
+            }
             Ok(_) | Err(_) => None,
         };
         let Some(array) = array else {
@@ -63,8 +89,8 @@ impl Resolver<'_> {
             Address::Structure(_) => unreachable!("arrays are of bits or words"),
         });
         walk.parts.extend(parts);
-        let elements = Some(array.count);
-        walk.operands.push(Operand { elements, ..Operand::new(type_of_array(array), span) });
+        let whole = Some(array);
+        walk.operands.push(Operand { whole, ..Operand::new(type_of_array(array), span) });
     }
 
     /// `name[index]`, the index being the last operand.
@@ -85,9 +111,7 @@ impl Resolver<'_> {
             }
             return;
         }
-        let form = if array.is_bits() { Form::Bit } else { Form::Other };
-        let operand = Operand { form, ..Operand::new(type_of_array(array), span) };
-        walk.push(Part::Element(array), operand);
+        walk.push(Part::Element(array), element(array, span));
     }
 
     /// The array of a name; its tag is used.
@@ -116,18 +140,20 @@ impl Resolver<'_> {
 
     /// Reports a whole array where one value is wanted.
     pub(super) fn one_value(&mut self, walk: &mut Walk, operand: Operand) {
-        if operand.elements.is_none() {
-            return;
-        }
+        let Some(array) = operand.whole else { return };
         walk.whole = false;
         let name = self.text(operand.span).to_owned();
-        let thing = self.scope.look_up(&name.replace(' ', "")).map(|found| found.thing);
-        let Ok(Thing::Array(array)) = thing else { return };
         let message = format!("`{name}` is an array, not a value");
         let finding = Finding::new(Code::OperandType, operand.span, message);
         let help = format!("{}; `sum`, `min` and `max` take whole arrays", of_array(&name, array));
         self.find(finding.label("a value belongs here").help(help));
     }
+}
+
+/// An element as an operand.
+fn element(array: Array, span: Span) -> Operand {
+    let form = if array.is_bits() { Form::Bit } else { Form::Other };
+    Operand { form, ..Operand::new(type_of_array(array), span) }
 }
 
 /// A constant at the end of an expression, and the number of its parts.

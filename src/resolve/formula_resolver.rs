@@ -5,7 +5,7 @@
 #![deny(clippy::wildcard_enum_match_arm)]
 
 use super::Resolver;
-use super::array::Element;
+use super::array::{Array, Element};
 use super::contact::of_array;
 use super::formula::{Binary, Formula, NumberType, Part, Unary, type_of};
 use super::instruction::{Action, Instruction, Target};
@@ -29,8 +29,8 @@ pub(super) struct Operand {
     pub division: Option<(Span, [Span; 2])>,
     /// What the warning of a complement asks.
     pub form: Form,
-    /// The number of elements of a whole array, each of which is a part.
-    pub elements: Option<u32>,
+    /// A whole array, each element of which is a part.
+    pub whole: Option<Array>,
 }
 
 /// The form of an operand, for the warning of a complement.
@@ -43,7 +43,7 @@ pub(super) enum Form {
 
 impl Operand {
     pub fn new(of: NumberType, span: Span) -> Operand {
-        Operand { of, span, division: None, form: Form::Other, elements: None }
+        Operand { of, span, division: None, form: Form::Other, whole: None }
     }
 }
 
@@ -73,8 +73,7 @@ impl Resolver<'_> {
         if let Some(index) = &formula.index {
             return self.math_element(name, index, spec);
         }
-        let target = self.plain_target(name.value.clone(), name.span, spec)?;
-        Some((target, None))
+        self.math_selected(name, spec)
     }
 
     /// A target without an index, or with a constant one.
@@ -281,7 +280,8 @@ impl Resolver<'_> {
         if !function.takes_arrays() {
             arguments.iter().for_each(|operand| self.one_value(walk, *operand));
         }
-        let count = arguments.iter().map(|operand| operand.elements.unwrap_or(1)).sum();
+        let count =
+            arguments.iter().map(|operand| operand.whole.map_or(1, |array| array.count)).sum();
         walk.push(Part::Call(function, count, of), whole);
     }
 }

@@ -19,8 +19,14 @@ enum Index<'n> {
 impl Scope {
     /// Looks up a name that has a `[`.
     pub(super) fn indexed(&self, name: &str) -> Result<Found, Mistake> {
-        let (base, rest) = name.split_once('[').unwrap_or((name, ""));
-        let base = base.trim_end();
+        // Of a template's argument that is a slice: `recipe[2..4][0]`.
+        let of_slice = name.rsplit_once("][").map(|(slice, _)| (slice.len() + 1, slice.len() + 2));
+        let (end, begin) = match (of_slice, name.find('[')) {
+            (Some(of_slice), _) => of_slice,
+            (None, Some(at)) => (at, at + 1),
+            (None, None) => (name.len(), name.len()),
+        };
+        let (base, rest) = (name[..end].trim_end(), &name[begin..]);
         let (first, array) = self.array(base)?;
         let Some(index) = rest.trim_end().strip_suffix(']') else {
             let message = format!("`{name}` does not end with its index");
@@ -53,10 +59,21 @@ impl Scope {
             }
         }
         // An unknown name has a finding of its own.
-        self.look_up(base)?;
+        if let Found { thing: Thing::Array(array), tag: Some(tag), .. } = self.look_up(base)? {
+            return Ok((tag, array));
+        }
         let message = format!("`{base}` is no array: it has no elements");
         let help = format!("write `{base}`, or declare a tag with `count`");
         Err(mistake(Code::OperandType, message, help))
+    }
+
+    /// The name of an element by its array, if the name has a slice: of `recipe[2..4][0]` it is
+    /// `recipe[2]`.
+    pub(super) fn element_name(&self, name: &str, element: Address) -> Option<String> {
+        let (base, _) = name.split_once('[').filter(|_| name.contains("]["))?;
+        let (_, array) = self.array(base).ok()?;
+        let at = array.addresses().position(|address| address == element)?;
+        Some(format!("{base}[{at}]"))
     }
 
     fn slice(
@@ -87,7 +104,7 @@ impl Scope {
             ));
         }
         let thing = Thing::Array(array.slice(from, to));
-        Ok(Found { thing, tag: Some(first), index: None })
+        Ok(Found { thing, tag: Some(first + from as usize), index: None })
     }
 
     fn index<'n>(&self, base: &str, array: Array, text: &'n str) -> Result<Index<'n>, Mistake> {
@@ -123,7 +140,10 @@ impl Scope {
             Some(at) => Ok(Index::Constant(at, named)),
             None => {
                 let message = format!("`{base}` has the elements 0 to {last}, not {number}");
-                let help = format!("the last one is `{base}[{last}]`");
+                let help = match base.contains('[') {
+                    true => format!("the last one is number {last} of the slice"),
+                    false => format!("the last one is `{base}[{last}]`"),
+                };
                 Err(mistake(Code::OutOfRange, message, help))
             }
         }

@@ -326,6 +326,7 @@ impl<'a> Resolver<'a> {
             Address::Bit(_) | Address::Word(_) => {
                 // `N,0,6` would be three columns.
                 let name = if name.contains(',') { address.to_string() } else { name.to_owned() };
+                let name = self.scope.element_name(&name, address).unwrap_or(name);
                 self.named.push((span, NamedOperand { name, address }));
             }
         }

@@ -54,8 +54,7 @@ impl Resolver<'_> {
         let message = format!("the bit of `{name}` has a constant index");
         let finding = Finding::new(Code::OperandType, atom.span, message);
         self.find(finding.label("a moving index would leave bits behind").help(format!(
-            "write `{name} {base}[0]`, or SET and RST `{atom}`; MATH stores a bit too: `MATH \
-             {atom} = …`"
+            "write `{base}[0]`, or SET and RST `{atom}`; MATH stores a bit too: `MATH {atom} = …`"
         )));
         None
     }

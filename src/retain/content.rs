@@ -35,6 +35,9 @@ const TERMINATED: u8 = 1;
 /// Flag of a tag: its name is its only address; rungd has chosen the element.
 const PLACED: u8 = 1;
 
+/// Flag of the owner of bits, an SR: the last state of its CLK was ON.
+const CLK_ON: u8 = 1;
+
 /// The most elements that the reader accepts: more than all of memory.
 const ELEMENTS_MAX: u64 = 1 << 20;
 
@@ -87,8 +90,11 @@ pub struct Content {
     pub tags: Vec<(String, RetainedElement)>,
     /// The elements whose only address is the name of their tag.
     pub placed: HashSet<RetainedElement>,
-    /// The owner of each structure: the instruction and its block.
+    /// The owner of each structure, and of the first bit that an SR shifts: the instruction and its
+    /// block.
     pub owners: HashMap<RetainedElement, String>,
+    /// The SRs whose CLK was ON, by their first bits and their texts.
+    pub clocks: HashSet<(RetainedElement, String)>,
     /// The elements that the program of this image terminates at a stop.
     pub terminated: HashSet<RetainedElement>,
 }
@@ -169,33 +175,75 @@ pub fn address(element: RetainedElement) -> String {
     format!("{}{}", element.space.name(), element.number)
 }
 
-/// The bytes before the values. They are the same in every image until the program changes.
-pub(super) fn preamble(
-    runs: &[Run],
-    (tags, placed): (&[(String, RetainedElement)], &HashSet<RetainedElement>),
-    owners: &[(String, RetainedElement)],
-) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    put_u32(&mut bytes, runs.len());
+/// The lists before the values.
+pub(super) struct Lists<'a> {
+    pub runs: &'a [Run],
+    pub tags: &'a [(String, RetainedElement)],
+    /// The elements whose only address is the name of their tag.
+    pub placed: &'a HashSet<RetainedElement>,
+    pub owners: &'a [(String, RetainedElement)],
+    /// SRs: their texts and first bits.
+    pub shifts: &'a [(String, RetainedElement)],
+}
+
+/// The bytes before the values. They are the same in every image until the program changes, but for
+/// the states of clocks.
+#[derive(Clone, Debug)]
+pub(super) struct Preamble {
+    bytes: Vec<u8>,
+    /// The place of each SR's flags.
+    clocks: Vec<usize>,
+}
+
+impl Preamble {
+    pub(super) fn new(lists: &Lists<'_>) -> Preamble {
+        let mut bytes = Vec::new();
+        put_runs(&mut bytes, lists.runs);
+        put_u32(&mut bytes, lists.tags.len());
+        for tag in lists.tags {
+            put_text(&mut bytes, tag, if lists.placed.contains(&tag.1) { PLACED } else { 0 });
+        }
+        put_u32(&mut bytes, lists.owners.len() + lists.shifts.len());
+        lists.owners.iter().for_each(|owner| put_text(&mut bytes, owner, 0));
+        let mut clocks = Vec::new();
+        for shift in lists.shifts {
+            clocks.push(bytes.len() + 1);
+            put_text(&mut bytes, shift, 0);
+        }
+        Preamble { bytes, clocks }
+    }
+
+    /// Puts the bytes into an empty buffer, with the states of the clocks in the order of the SRs.
+    pub(super) fn put(&self, into: &mut Vec<u8>, clocks: impl Iterator<Item = u8>) {
+        into.extend_from_slice(&self.bytes);
+        for (at, clock) in self.clocks.iter().zip(clocks) {
+            into[*at] = if clock == 0 { 0 } else { CLK_ON };
+        }
+    }
+
+    /// The number of its bytes.
+    pub(super) fn len(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+fn put_runs(bytes: &mut Vec<u8>, runs: &[Run]) {
+    put_u32(bytes, runs.len());
     for run in runs {
         let flags = if run.terminated { TERMINATED } else { 0 };
         bytes.extend_from_slice(&[number_of(run.space), flags, 0, 0]);
         bytes.extend_from_slice(&run.first.to_le_bytes());
         bytes.extend_from_slice(&run.count.to_le_bytes());
     }
-    for (list, placed) in [(tags, placed), (owners, &HashSet::new())] {
-        put_u32(&mut bytes, list.len());
-        for (text, element @ RetainedElement { space, number }) in list {
-            let length = u16::try_from(text.len()).expect("names are shorter than 64 KiB");
-            let flags = if placed.contains(element) { PLACED } else { 0 };
-            bytes.extend_from_slice(&[number_of(*space), flags]);
-            bytes.extend_from_slice(&length.to_le_bytes());
-            bytes.extend_from_slice(&number.to_le_bytes());
-            bytes.extend_from_slice(text.as_bytes());
-            bytes.resize(bytes.len().next_multiple_of(4), 0);
-        }
-    }
-    bytes
+}
+
+fn put_text(bytes: &mut Vec<u8>, (text, element): &(String, RetainedElement), flags: u8) {
+    let length = u16::try_from(text.len()).expect("names are shorter than 64 KiB");
+    bytes.extend_from_slice(&[number_of(element.space), flags]);
+    bytes.extend_from_slice(&length.to_le_bytes());
+    bytes.extend_from_slice(&element.number.to_le_bytes());
+    bytes.extend_from_slice(text.as_bytes());
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
 }
 
 fn put_u32(bytes: &mut Vec<u8>, count: usize) {
@@ -218,9 +266,17 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
         }
         runs.push(run);
     }
-    let (tags, placed) = reader.texts()?;
-    let (owners, _) = reader.texts()?;
-    let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
+    let tags = reader.texts()?;
+    let placed = |text: &Text| (text.flags & PLACED != 0).then_some(text.element);
+    let placed = tags.iter().filter_map(placed).collect();
+    let tags = tags.into_iter().map(|tag| (tag.text, tag.element)).collect();
+    let (mut owners, mut clocks) = (HashMap::new(), HashSet::new());
+    for Text { text, element, flags } in reader.texts()? {
+        if matches!(element.space, Space::Bit(_)) && flags & CLK_ON != 0 {
+            clocks.insert((element, text.clone()));
+        }
+        owners.insert(element, text);
+    }
     let (mut elements, mut terminated) = (Vec::new(), HashSet::new());
     for run in runs {
         for number in run.first..run.first + run.count {
@@ -231,12 +287,16 @@ pub fn read(bytes: &[u8]) -> Option<Content> {
             elements.push((element, reader.value(run.space)?));
         }
     }
-    let content = Content { elements, tags, placed, owners, terminated };
+    let content = Content { elements, tags, placed, owners, clocks, terminated };
     (reader.at == bytes.len()).then_some(content)
 }
 
-/// Texts with their elements, and the elements that have the flag.
-type Texts = (Vec<(String, RetainedElement)>, HashSet<RetainedElement>);
+/// The name of a tag, or of an owner.
+struct Text {
+    text: String,
+    element: RetainedElement,
+    flags: u8,
+}
 
 struct ByteReader<'a> {
     bytes: &'a [u8],
@@ -258,8 +318,8 @@ impl<'a> ByteReader<'a> {
         self.take(4)?.try_into().ok().map(i32::from_le_bytes)
     }
 
-    fn texts(&mut self) -> Option<Texts> {
-        let (mut texts, mut placed) = (Vec::new(), HashSet::new());
+    fn texts(&mut self) -> Option<Vec<Text>> {
+        let mut texts = Vec::new();
         for _ in 0..self.u32()? {
             let head = self.take(4)?;
             let space = space_of(head[0])?;
@@ -268,12 +328,9 @@ impl<'a> ByteReader<'a> {
             let text = self.take(length.next_multiple_of(4))?;
             let text = std::str::from_utf8(&text[..length]).ok()?;
             let element = RetainedElement { space, number };
-            texts.push((text.to_owned(), element));
-            if head[1] & PLACED != 0 {
-                placed.insert(element);
-            }
+            texts.push(Text { text: text.to_owned(), element, flags: head[1] });
         }
-        Some((texts, placed))
+        Some(texts)
     }
 
     fn value(&mut self, space: Space) -> Option<RetainedValue> {
@@ -308,11 +365,17 @@ mod tests {
         let level = RetainedElement { space: Space::Word(WordSpace::D), number: 4 };
         let tags = [("level".to_owned(), level)];
         let placed = HashSet::from([level]);
-        let mut bytes = preamble(&runs, (&tags, &placed), &[]);
+        let c9 = RetainedElement { space: Space::Bit(BitSpace::C), number: 9 };
+        let shifts = ["SR in Main", "SR in Main, 2"].map(|text| (text.to_owned(), c9));
+        let lists =
+            Lists { runs: &runs, tags: &tags, placed: &placed, owners: &[], shifts: &shifts };
+        let mut bytes = Vec::new();
+        Preamble::new(&lists).put(&mut bytes, [0, 1].into_iter());
         bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);
         let content = read(&bytes).unwrap();
         assert_eq!(content.elements[1].1.word, -2);
         assert_eq!((&content.tags[..], &content.placed), (&tags[..], &placed));
+        assert_eq!(content.clocks, HashSet::from([(c9, shifts[1].0.clone())]));
         for cut in 0..bytes.len() {
             assert_eq!(read(&bytes[..cut]), None, "cut at {cut}");
         }
@@ -330,7 +393,11 @@ mod tests {
     fn values_out_of_range_are_the_nearest_in_it_and_of_an_element_in_two_runs_the_later_counts() {
         let run =
             |count| Run { space: Space::Word(WordSpace::V), first: 3, count, terminated: false };
-        let mut bytes = preamble(&[run(2), run(1)], (&[], &HashSet::new()), &[]);
+        let mut bytes = Vec::new();
+        let placed = HashSet::new();
+        let runs = [run(2), run(1)];
+        let lists = Lists { runs: &runs, tags: &[], placed: &placed, owners: &[], shifts: &[] };
+        Preamble::new(&lists).put(&mut bytes, std::iter::empty());
         [-5, 70_000, 9].iter().for_each(|word: &i32| bytes.extend(word.to_le_bytes()));
         let content = read(&bytes).unwrap();
         let words: Vec<_> =

@@ -1,12 +1,14 @@
 //! The use of retained elements by a program: the owners of structures, the presets that the ladder
-//! states for Sensaphone counters, and the elements that a stop terminates.
+//! states for Sensaphone counters, its SRs, and the elements that a stop terminates.
 //!
 //! `plan` stores these with every image, so that the next program can tell what has changed.
 
 use std::collections::{HashMap, HashSet};
 
-use super::content::{RetainedElement, element_of};
+use super::content::{Content, RetainedElement, element_of};
+use crate::engine::{BitCell, Cell};
 use crate::isa::Address;
+use crate::lower::identity::Identity;
 use crate::resolve::program::{Action, Program, Value};
 
 /// The text between an owner and the preset that it states.
@@ -66,5 +68,54 @@ pub(super) fn preset(owner: &str) -> Option<Preset> {
     match owner.rsplit_once(WITH_PRESET)?.1 {
         FROM_LOCATION => Some(Preset::Location),
         constant => constant.parse().ok().map(Preset::Constant),
+    }
+}
+
+/// The SRs all of whose bits are retained: the history of CLK is retained with them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shifts {
+    /// `SR in Main`, with the first bit in the direction of the shift; a further SR of this bit and
+    /// block has a number.
+    pub texts: Vec<(String, RetainedElement)>,
+    /// The cells of their histories.
+    pub clocks: Vec<BitCell>,
+}
+
+impl Shifts {
+    pub fn new(identity: &Identity, is_kept: impl Fn(&RetainedElement) -> bool) -> Shifts {
+        let mut shifts = Shifts::default();
+        let mut seen: HashMap<(String, RetainedElement), u32> = HashMap::new();
+        for shift in &identity.shifts {
+            let mut bits: Vec<_> = shift.bits.array.addresses().map(element_of).collect();
+            if shift.bits.down {
+                bits.reverse();
+            }
+            let Some(Some(first)) = bits.first() else { continue };
+            if !bits.iter().flatten().all(&is_kept) || bits.contains(&None) {
+                continue;
+            }
+            let text = format!("SR in {}", identity.block(shift.block).name);
+            let count = seen.entry((text.clone(), *first)).or_default();
+            *count += 1;
+            let text = if *count == 1 { text } else { format!("{text}, {count}") };
+            shifts.texts.push((text, *first));
+            shifts.clocks.push(shift.cell);
+        }
+        shifts
+    }
+
+    /// The histories that an image gives; `from` is the element of the image that gives an element
+    /// its value.
+    pub fn restore(
+        &self,
+        found: &Content,
+        from: impl Fn(RetainedElement) -> Option<RetainedElement>,
+    ) -> Vec<(Cell, i32)> {
+        let was_on = |(text, first): &(String, RetainedElement)| {
+            from(*first).is_some_and(|from| found.clocks.contains(&(from, text.clone())))
+        };
+        let each = self.texts.iter().zip(&self.clocks);
+        let on = each.filter(|(shift, _)| was_on(shift));
+        on.map(|(_, clock)| (Cell::Bit(*clock), 1)).collect()
     }
 }

@@ -10,11 +10,11 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{
-    self, Content, RECORD_BYTES, RetainedElement, RetainedValue, Run, address, element_of, range,
-    type_name, value_bytes,
+    self, Content, Lists, Preamble, RECORD_BYTES, RetainedElement, RetainedValue, Run, address,
+    element_of, range, type_name, value_bytes,
 };
 use super::limits::Limits;
-use super::owners::{Preset, owners, preset, terminated};
+use super::owners::{Preset, Shifts, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::{Address, Space, Structure, Word};
 use crate::lower::Symbols;
@@ -31,7 +31,8 @@ pub struct RetainPlan {
     /// The elements whose only address is the name of their tag.
     placed: HashSet<RetainedElement>,
     owners: HashMap<RetainedElement, String>,
-    preamble: Vec<u8>,
+    shifts: Shifts,
+    preamble: Preamble,
 }
 
 /// The effect of an image that was found.
@@ -78,10 +79,19 @@ impl RetainPlan {
         let is_placed =
             |at: &RetainedElement| program.places.at(at.space.address(at.number)).is_some();
         let placed = tags.iter().map(|(_, element)| *element).filter(is_placed).collect();
-        let preamble = content::preamble(&runs, (&tags, &placed), &owners);
+        let shifts = Shifts::new(&symbols.identity, is_kept);
+        let lists = Lists {
+            runs: &runs,
+            tags: &tags,
+            placed: &placed,
+            owners: &owners,
+            shifts: &shifts.texts,
+        };
+        let preamble = Preamble::new(&lists);
         let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
         let limits = Limits::new(program, symbols, element_of);
-        RetainPlan { layout: symbols.layout.clone(), limits, runs, tags, placed, owners, preamble }
+        let layout = symbols.layout.clone();
+        RetainPlan { layout, limits, runs, tags, placed, owners, shifts, preamble }
     }
 
     /// The retained ranges in order, then the tags without an address: `C0..C7 D100 shift`.
@@ -126,7 +136,8 @@ impl RetainPlan {
     /// Puts the content for an image into a buffer.
     pub fn gather(&self, bits: &[u8], words: &[i32], into: &mut Vec<u8>) {
         into.clear();
-        into.extend_from_slice(&self.preamble);
+        let clock = |clock: &BitCell| bits[clock.0 as usize];
+        self.preamble.put(into, self.shifts.clocks.iter().map(clock));
         for run in &self.runs {
             let cells = |first: u32| first as usize..(first + run.count) as usize;
             match run.space.address(run.first) {
@@ -192,6 +203,8 @@ impl RetainPlan {
                 self.put(&mut restoration, element, &value, owner);
             }
         }
+        let from = |element| source(element, &then, &now, &values);
+        restoration.puts.extend(self.shifts.restore(found, from));
         for (element, _) in &found.elements {
             if !taken.contains(element) {
                 drops.push((*element, self.why(*element, &then, &now)));

@@ -123,6 +123,10 @@ fn index_length(behind: &str, span: Span) -> Parsed<usize> {
         return Ok(0);
     }
     match behind.find(']') {
+        Some(end) if behind[1..end].contains('[') => {
+            let finding = Finding::new(Code::ContactSyntax, span, "an element is no index");
+            Err(finding.help("MATH computes an index: `MATH step = …`, then `recipe[step]`"))
+        }
         Some(end) => Ok(end + 1),
         None => Err(Finding::new(Code::ContactSyntax, span, "`]` is missing")),
     }

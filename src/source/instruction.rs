@@ -116,7 +116,11 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<Operand, Box<Findin
         };
         return Err(Box::new(error(message).help(help)));
     }
-    if word.matches('[').count() != word.matches(']').count() {
+    if word.contains("][") {
+        let finding = error("an element has one index".to_owned());
+        return Err(Box::new(finding.help("count from element 0 of the whole array: `recipe[3]`")));
+    }
+    if word.matches('[').count() != word.matches(']').count() || word.starts_with('[') {
         let finding = error("an index is one word with its name".to_owned());
         return Err(Box::new(finding.help("write it without spaces: `recipe[3]`, `recipe[step]`")));
     }

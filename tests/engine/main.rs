@@ -4,6 +4,7 @@ mod arrays;
 mod events;
 mod forces;
 mod layout;
+mod library;
 mod math;
 mod properties;
 mod restarts;

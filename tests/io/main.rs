@@ -19,6 +19,7 @@ mod modbus_hostile;
 mod modbus_liars;
 mod modbus_live;
 mod modbus_outputs;
+mod modbus_serial_liars;
 mod modbus_sweep;
 mod modbus_torn;
 mod oracle;
@@ -35,6 +36,7 @@ mod temperature_loop;
 #[path = "../support"]
 mod support {
     pub mod bench;
+    pub mod calm;
     pub mod live;
     pub mod metronome;
     pub mod modbus;

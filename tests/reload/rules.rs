@@ -256,6 +256,26 @@ fn instructions_with_a_history_keep_it() {
 }
 
 #[test]
+fn the_clock_of_an_sr_keeps_its_history() {
+    let legs = "leg.data = [\"$On\"], leg.clk = [\"X0\"], leg.rst = [\"$Off\"]";
+    let rungs = |more: &str, bits: &str| {
+        format!("rung = [ {more} {{ name = \"belt\", {legs}, do = [\"SR {bits}\"] }} ]")
+    };
+    main_with(&rungs("", "C0..C3"))
+        .scan(&[("X0", 1)])
+        .main(&rungs(ON, "C0..C3"))
+        .scan(&[])
+        .holds([("C0", 1), ("C1", 0)])
+        .main(&rungs(ON, "C0..C7"))
+        .scan(&[])
+        .holds([("C0", 1), ("C1", 0)])
+        .scan(&[("X0", 0)])
+        .main(&rungs("", "C0..C7"))
+        .scan(&[("X0", 1)])
+        .holds([("C0", 1), ("C1", 1), ("C2", 0)]);
+}
+
+#[test]
 fn an_output_that_nothing_drives_any_more_goes_off_and_set_bits_stay() {
     main_with("rung = [ { when = [\"$On\"], do = [\"OUT Y0\", \"SET C5\", \"OUT Y1\"] } ]")
         .scans(1)

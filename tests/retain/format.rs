@@ -11,17 +11,22 @@ use rungd::retain::format::{Geometry, Stamp, put_slot};
 use rungd::retain::slots::{Slots, survey};
 
 /// A content by hand, as the page has it: D3 and the tag `level` in D4, which has no address; C5 of
-/// an OUT, CT0 of a UDCG, R7.
+/// an OUT, CT0 of a UDCG, R7; an SR from C5 on, whose CLK was ON, and another one.
 fn content() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut put = |numbers: &[u32]| numbers.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
     put(&[4, 5, 3, 2, 1 | 1 << 8, 5, 1, 8, 0, 1, 11, 7, 1]);
     put(&[1, 5 | 1 << 8 | 5 << 16, 4]);
     bytes.extend(b"level\0\0\0");
-    bytes.extend(1_u32.to_le_bytes());
-    bytes.extend((8_u32 | 12 << 16).to_le_bytes());
-    bytes.extend(0_u32.to_le_bytes());
-    bytes.extend(b"UDCG in Main");
+    bytes.extend(3_u32.to_le_bytes());
+    let owners =
+        [(8, 0, 0, &b"UDCG in Main"[..]), (1, 1, 5, b"SR in Main"), (1, 0, 5, b"SR in Main, 2")];
+    for (kind, flags, number, text) in owners {
+        bytes.extend((kind | flags << 8 | (text.len() as u32) << 16).to_le_bytes());
+        bytes.extend(u32::to_le_bytes(number));
+        bytes.extend(text);
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    }
     bytes.extend((-2_i32).to_le_bytes());
     bytes.extend(400_i32.to_le_bytes());
     bytes.push(1);
@@ -35,10 +40,11 @@ fn content() -> Vec<u8> {
 fn the_reader_of_the_page_reads_what_is_written() {
     let content = content();
     let read = rungd::retain::content::read(&content).expect("it is as the page says");
-    assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (5, 1, 1));
+    assert_eq!((read.elements.len(), read.tags.len(), read.owners.len()), (5, 1, 2));
     assert_eq!(read.placed.into_iter().collect::<Vec<_>>(), [read.tags[0].1]);
     let c5 = RetainedElement { space: Space::Bit(BitSpace::C), number: 5 };
     assert_eq!(read.terminated.into_iter().collect::<Vec<_>>(), [c5]);
+    assert_eq!(read.clocks.into_iter().collect::<Vec<_>>(), [(c5, "SR in Main".to_owned())]);
     let geometry = Geometry::for_content(content.len(), 77);
     let disk = disk::Handle::new(512, geometry.file_bytes() as usize);
     let mut slots = Slots::format(disk.clone(), geometry).unwrap();
@@ -62,7 +68,8 @@ fn the_reader_of_the_page_reads_what_is_written() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(
         String::from_utf8_lossy(&output.stdout),
-        "image 5 of scan 40\nD3 -2\nlevel 400\nC5 1 OFF or reset at a stop\nCT0 7 0 0 0 0 1 0 0 0\nR7 -2.5\n"
+        "image 5 of scan 40\nD3 -2\nlevel 400\nC5 1 OFF or reset at a stop\nCT0 7 0 0 0 0 1 0 0 0\n\
+         R7 -2.5\nSR in Main: CLK was ON, first bit C5\n"
     );
 }
 

@@ -10,11 +10,13 @@ mod named;
 mod places;
 mod reals;
 mod run;
+mod shifts;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod metronome;
     pub mod needs;
     pub mod process;

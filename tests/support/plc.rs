@@ -28,7 +28,12 @@ pub fn plc(main: &str) -> Plc {
 
 /// The same engine, not started yet.
 pub fn stopped(main: &str) -> Plc {
-    let program = run::load(&format!("[[program]]\nname = \"Main\"\n{main}\n"));
+    of_ladder(&format!("[[program]]\nname = \"Main\"\n{main}\n"))
+}
+
+/// The engine of a whole ladder file, not started yet.
+pub fn of_ladder(ladder: &str) -> Plc {
+    let program = run::load(ladder);
     let program = program.unwrap_or_else(|errors| panic!("{errors}"));
     let (engine_program, symbols) = lower(&program);
     let engine = Engine::new(engine_program);

@@ -8,6 +8,7 @@ use super::pending::Argument;
 use crate::isa::{Address, Mnemonic, Structure as Of};
 use crate::resolve::Resolver;
 use crate::resolve::array::Element;
+use crate::resolve::range::is_range;
 use crate::resolve::scope::Thing;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
@@ -35,6 +36,10 @@ impl Resolver<'_> {
 
     fn is_right(&mut self, argument: &Argument, atom: &Atom) -> bool {
         let AtomKind::Name(name) = &atom.kind else { return true };
+        if argument.kind == Kind::Array && is_range(name) && !name.contains('[') {
+            self.range_given(argument, atom);
+            return false;
+        }
         let Some(thing) = self.look_up(name, atom.span) else { return false };
         let spec = Mnemonic::Out.spec();
         match (argument.kind.wanted(), thing) {
@@ -53,6 +58,12 @@ impl Resolver<'_> {
                 !array.is_bits() && !array.is_real()
             }
             (Wanted::Real, Thing::Element(element)) => element.array.is_real(),
+            (Wanted::WrittenWhole | Wanted::WrittenReal, Thing::Element(Element { array, .. }))
+                if !array.is_bits()
+                    && array.is_real() == (argument.kind.wanted() == Wanted::WrittenReal) =>
+            {
+                self.selected(atom, false, Mnemonic::Move.spec()).flatten().is_some()
+            }
             (Wanted::Whole, Thing::Address(Address::Word(word))) if !word.is_real() => true,
             (Wanted::Real, Thing::Address(Address::Word(word))) if word.is_real() => true,
             (Wanted::WrittenWhole, Thing::Address(Address::Word(word))) if !word.is_real() => {
@@ -66,6 +77,15 @@ impl Resolver<'_> {
                 false
             }
         }
+    }
+
+    fn range_given(&mut self, argument: &Argument, atom: &Atom) {
+        let (parameter, template) = (&argument.parameter, &argument.template);
+        let message = format!("`{parameter}` of `{template}` is an array, and `{atom}` is a range");
+        let finding = Finding::new(Code::TemplateArgument, atom.span, message);
+        self.find(finding.label("an array belongs here").help(
+            "declare a tag for these addresses, `at` the first and with `count`, and give its name",
+        ));
     }
 
     fn wrong_argument(&mut self, argument: &Argument, atom: &Atom, thing: Thing) {
@@ -91,6 +111,10 @@ impl Resolver<'_> {
             }
             (Kind::Real, Thing::Constant(value, _)) => {
                 format!("write the constant as a real: `value = {value}.0`")
+            }
+            (Kind::Output, Thing::Element(_)) => {
+                let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
+                format!("a moving index would leave bits behind: give `{base}[0]`")
             }
             (_, Thing::Address(Address::Structure(structure))) => {
                 let members = structure.members().join("`, `.");

@@ -42,8 +42,8 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
     let word = text.text.trim();
     let begin = text.text.len() - text.text.trim_start().len();
     let span = span.part(begin, begin + word.len());
-    let legal = |c: char| c.is_ascii_alphanumeric() || "_-.,$:".contains(c);
-    if word.is_empty() || !word.chars().all(legal) {
+    let legal = |c: char| c.is_ascii_alphanumeric() || "_-.,$:[]".contains(c);
+    if word.is_empty() || !word.chars().all(legal) || !is_indexed_once(word) {
         let finding = error(format!("`{word}` is not {}", kind.words()));
         let help = format!("write one name or constant: `\"{}\"`", kind.example());
         return Err(Box::new(finding.help(match contact_parser::parse(word, span) {
@@ -55,6 +55,17 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
     }
     let atom = Atom::parse(word, span).map_err(Box::new)?;
     typed(kind, atom).map(Given::Atom)
+}
+
+/// Whether a word has no index, or one at its end.
+fn is_indexed_once(word: &str) -> bool {
+    match word.split_once(['[', ']']) {
+        None => true,
+        Some((name, _)) => {
+            let index = word[name.len()..].strip_prefix('[').and_then(|i| i.strip_suffix(']'));
+            index.is_some_and(|index| !index.is_empty() && !index.contains(['[', ']']))
+        }
+    }
 }
 
 /// The constant as the parameter's type has it.

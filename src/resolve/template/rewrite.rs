@@ -305,7 +305,12 @@ impl<'t> Rewrite<'_, 't> {
         let kind = match &part.kind {
             PartKind::Name(name) => {
                 let atom = Atom { kind: AtomKind::Name(name.clone()), span: part.span };
-                let atom = self.atom(&atom, Wanted::Operand)?;
+                // Functions take whole arrays; the resolver knows where.
+                let wanted = match self.instance.of.parameter(name) {
+                    Some((_, Kind::Array)) => Wanted::Array,
+                    Some(_) | None => Wanted::Operand,
+                };
+                let atom = self.atom(&atom, wanted)?;
                 let kind = match atom.kind {
                     AtomKind::Name(name) => PartKind::Name(name),
                     AtomKind::Integer(n) | AtomKind::Duration(n) => PartKind::Integer(n.into()),

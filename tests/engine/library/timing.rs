@@ -1,0 +1,154 @@
+//! Debounce, flasher, hour meter: what goes by time.
+
+use super::{Bench, bench};
+
+fn debounce(delays: &str) -> Bench {
+    let uses =
+        format!("{{ use = \"Debounce\", name = \"d\", with = {{ raw = \"X0\"{delays} }} }},");
+    bench("debounce", "", &uses)
+}
+
+#[test]
+fn a_bounce_shorter_than_the_time_gives_nothing() {
+    let mut d = debounce("");
+    for _ in 0..20 {
+        d.set("X0", 1).run(40);
+        assert!(!d.on("d.on"), "each bounce begins the time anew");
+        d.set("X0", 0).run(10);
+        assert!(!d.on("d.on"));
+    }
+}
+
+#[test]
+fn both_edges_come_after_their_times() {
+    let mut d = debounce(", on_delay = \"50ms\", off_delay = \"30ms\"");
+    assert!(!d.set("X0", 1).run(50).on("d.on"), "50 ms are over at the next scan");
+    assert!(d.scan().on("d.on"));
+    for _ in 0..20 {
+        d.set("X0", 0).run(20);
+        assert!(d.on("d.on"));
+        assert!(d.set("X0", 1).run(10).on("d.on"));
+    }
+    assert!(d.set("X0", 0).run(30).on("d.on"));
+    assert!(!d.scan().on("d.on"));
+    assert!(!d.run(1_000).on("d.on"));
+}
+
+#[test]
+fn a_debounce_without_times_follows() {
+    let mut d = debounce(", on_delay = \"0ms\", off_delay = \"0ms\"");
+    for state in [1, 0, 0, 1, 1, 0, 1] {
+        assert_eq!(d.set("X0", state).scan().int("d.on"), i64::from(state));
+    }
+}
+
+fn flasher(bright: &str, dark: &str) -> Bench {
+    let uses = format!(
+        "{{ use = \"Flasher\", name = \"f\", \
+         with = {{ wanted = \"X0\", bright = \"{bright}\", dark = \"{dark}\" }} }},"
+    );
+    bench("flasher", "", &uses)
+}
+
+#[test]
+fn a_flasher_begins_bright_and_keeps_both_times() {
+    let mut f = flasher("50ms", "30ms");
+    assert!(!f.run(100).on("f.lit"), "it is not wanted");
+    f.set("X0", 1);
+    let lit: String = (0..24).map(|_| if f.scan().on("f.lit") { '1' } else { '0' }).collect();
+    assert_eq!(lit, "111110001111100011111000");
+    assert!(!f.set("X0", 0).scan().on("f.lit"));
+    assert!(f.set("X0", 1).scan().on("f.lit"), "it begins bright again");
+}
+
+/// 60 periods of 1 s are a minute, whatever the scans are.
+#[test]
+fn a_flasher_does_not_drift() {
+    for period in [1, 7, 10, 30, 90] {
+        let mut f = flasher("300ms", "700ms").period(period);
+        f.set("X0", 1);
+        let (scans, rises) = f.watch("f.lit", 60_000);
+        let lit_ms = u64::from(scans) * period;
+        assert_eq!(rises, 60, "scans of {period} ms");
+        assert!(lit_ms.abs_diff(18_000) <= period * 5, "scans of {period} ms: {lit_ms} ms");
+    }
+}
+
+#[test]
+fn two_flashers_of_the_same_contact_flash_together() {
+    let uses = r#"
+        { use = "Flasher", name = "f", with = { wanted = "X0" } },
+        { use = "Flasher", name = "g", with = { wanted = "X0" } },"#;
+    let mut both = bench("flasher", "", uses).period(30);
+    both.set("X0", 1);
+    for _ in 0..1_000 {
+        both.scan();
+        assert_eq!(both.on("f.lit"), both.on("g.lit"));
+    }
+}
+
+#[test]
+fn a_flasher_with_no_dark_time_stays_lit_and_with_no_bright_time_dark() {
+    for (bright, dark, lit) in [("500ms", "0ms", true), ("0ms", "500ms", false)] {
+        let mut f = flasher(bright, dark);
+        f.set("X0", 1);
+        for _ in 0..200 {
+            assert_eq!(f.scan().on("f.lit"), lit);
+        }
+    }
+    let mut f = flasher("0ms", "0ms");
+    assert!(!f.set("X0", 1).run(100).on("$DivideByZero"));
+}
+
+fn hour_meter(hour: &str) -> Bench {
+    let uses = format!(
+        "{{ use = \"HourMeter\", name = \"h\", \
+         with = {{ running = \"X0\", service = 3, done = \"X1\", hour = \"{hour}\" }} }},"
+    );
+    bench("hour-meter", "", &uses)
+}
+
+#[test]
+fn an_hour_meter_counts_only_while_running() {
+    let mut h = hour_meter("1s");
+    assert_eq!(h.run(5_000).int("h.hours"), 0);
+    h.set("X0", 1).run(1_500).set("X0", 0).run(10_000);
+    assert_eq!((h.int("h.hours"), h.int("h.part.Acc")), (1, 490), "one scan to see it run");
+    h.set("X0", 1).run(520).set("X0", 0).run(1_000);
+    assert_eq!(h.int("h.hours"), 2, "the part of an hour is kept");
+}
+
+/// 200 of its hours, of 1 s each, with scans that do not divide a second.
+#[test]
+fn an_hour_meter_does_not_drift() {
+    for period in [7, 10, 30, 300] {
+        let mut h = hour_meter("1s").period(period);
+        h.set("X0", 1).run(200_000 + period);
+        let total = h.int("h.hours") * 1_000 + h.int("h.part.Acc");
+        assert!(total.abs_diff(200_000) <= period, "scans of {period} ms: {total} ms");
+    }
+}
+
+#[test]
+fn an_hour_meter_keeps_the_part_of_an_hour_over_a_stop() {
+    let mut h = hour_meter("1h").period(1_000);
+    h.set("X0", 1);
+    for _ in 0..10 {
+        h.run(600_000).restart();
+    }
+    assert_eq!(h.int("h.hours"), 1, "ten times ten minutes, {} ms", h.int("h.part.Acc"));
+    assert!(h.int("h.part.Acc") >= 2_380_000, "a scan is lost at each start");
+}
+
+#[test]
+fn service_is_due_until_it_is_done() {
+    let mut h = hour_meter("1s");
+    h.set("X0", 1).run(2_990);
+    assert_eq!((h.int("h.since"), h.on("h.due")), (2, false));
+    h.run(40);
+    assert_eq!((h.int("h.since"), h.on("h.due")), (3, true));
+    h.set("X1", 1).scan().set("X1", 0).scan();
+    assert_eq!((h.int("h.since"), h.on("h.due"), h.int("h.hours")), (0, false, 3));
+    h.run(1_000);
+    assert_eq!((h.int("h.since"), h.int("h.hours")), (1, 4));
+}
