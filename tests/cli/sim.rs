@@ -383,7 +383,11 @@ fn findings_go_to_standard_error_and_only_errors_refuse() {
 fn a_controller_file_is_told_which_ladders_to_give() {
     let place = Place::new("controller");
     place.write("plant.toml", "ladder = [\"lib:pid\", \"count.toml\"]\n");
-    place.refused("plant.toml --scans 1", 78, "give the ladders that it names: `lib:pid count.toml`");
+    place.refused(
+        "plant.toml --scans 1",
+        78,
+        "give the ladders that it names: `lib:pid count.toml`",
+    );
 }
 
 #[test]
