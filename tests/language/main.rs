@@ -10,6 +10,7 @@ mod instruction_pages;
 mod library;
 mod load;
 mod schemas;
+mod template_limits;
 mod ui;
 mod validator;
 
