@@ -32,8 +32,8 @@ pub fn read(args: &ReadArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// One line per operand: name, address, value, whether it is forced. A tag that is known by its name
-/// alone has no address.
+/// One line per operand: name, address, value, whether it is forced. A tag that is known by its
+/// name alone has no address.
 pub fn table(values: &[ShownValue]) -> String {
     let name =
         |value: &ShownValue| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();

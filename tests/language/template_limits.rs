@@ -1,6 +1,6 @@
-//! Templates that stand for more than any memory holds: nested ten thousand deep, in circles,
-//! with contacts and arrays that grow. All end in findings, in a time that
-//! is held against that of a plain ladder.
+//! Templates that stand for more than any memory holds: nested ten thousand deep, in circles, with
+//! contacts and arrays that grow. All end in findings, in a time that is held against that of a
+//! plain ladder.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
