@@ -26,6 +26,7 @@ mod watchdog_fault;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod journal;
     pub mod live;
     pub mod metronome;

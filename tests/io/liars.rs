@@ -212,3 +212,40 @@ pub fn pty() -> (File, String) {
     };
     (master, name.to_str().unwrap().to_owned())
 }
+
+pub type Answer = fn(&[u8], &[u8]) -> Lie;
+
+/// The right answer with a byte changed.
+pub fn with(answer: &[u8], at: usize, byte: u8) -> Vec<u8> {
+    let mut bytes = answer.to_vec();
+    bytes[at] = byte;
+    bytes
+}
+
+pub fn honest() -> Script {
+    Arc::new(Mutex::new(Vec::new()))
+}
+
+pub fn lie(script: &Script, lie: impl Fn(&[u8], &[u8]) -> Lie + Send + 'static) {
+    script.lock().unwrap().push(Box::new(lie));
+}
+
+/// How long a client waits for an answer to this lie.
+pub fn patience(words: &str) -> Duration {
+    if words.contains("in 400 ms") { TIMEOUT } else { PATIENT }
+}
+
+/// An exchange with a peer that is honest now. Only a client with the short timeout may need a
+/// second attempt, where the machine is too busy for it.
+pub async fn recovers<L: rungd::io::modbus_client::Link>(client: &mut Client<L>, words: &str) {
+    loop {
+        match exchange(client).await {
+            Ok(inputs) => return assert_eq!(inputs, [1000, 1001], "{words}"),
+            Err(trouble) => {
+                let is_late = trouble.reason.contains("in 400 ms");
+                assert!(is_late && patience(words) == TIMEOUT, "{words}: {trouble}");
+            }
+        }
+        client.connect().await.unwrap();
+    }
+}

@@ -17,6 +17,7 @@ mod modbus_hostile;
 mod modbus_liars;
 mod modbus_live;
 mod modbus_outputs;
+mod modbus_serial_liars;
 mod modbus_sweep;
 mod modbus_torn;
 mod oracle;
@@ -32,6 +33,7 @@ mod simulated_plant_page;
 #[path = "../support"]
 mod support {
     pub mod bench;
+    pub mod calm;
     pub mod live;
     pub mod metronome;
     pub mod modbus;

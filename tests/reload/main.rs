@@ -18,6 +18,7 @@ mod types;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod case;
     pub mod live;
     pub mod metronome;

@@ -16,6 +16,7 @@ mod shifts;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod metronome;
     pub mod needs;
     pub mod process;

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
+use crate::support::calm::calm;
 use serde_json::Value;
 
 /// The longest wait of a test for an event that should come within milliseconds.
@@ -47,7 +48,7 @@ pub fn folder(ladder: &str, controller: &str) -> PathBuf {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("ladder.toml"), ladder).unwrap();
     let socket = if controller.contains("[operator]") { "" } else { "operator.socket = \"s\"\n" };
-    let controller = format!("ladder = [\"ladder.toml\"]\n{socket}{controller}");
+    let controller = calm(&format!("ladder = [\"ladder.toml\"]\n{socket}{controller}"));
     std::fs::write(folder.join("controller.toml"), controller).unwrap();
     folder
 }

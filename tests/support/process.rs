@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
+use crate::support::calm::calm;
 use crate::support::metronome;
 #[allow(unused_imports)]
 pub use crate::support::needs::{Need, not_installed, skip};
@@ -35,7 +36,7 @@ impl Plant {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("ladder.toml"), ladder).unwrap();
-        let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
+        let controller = calm(&format!("ladder = [\"ladder.toml\"]\n{controller}"));
         std::fs::write(folder.join("controller.toml"), controller).unwrap();
         Plant(folder)
     }
