@@ -8,6 +8,7 @@ mod findings_pages;
 mod findings_shown;
 mod instruction_pages;
 mod library;
+mod library_pages;
 mod load;
 mod schemas;
 mod template_limits;
