@@ -1,10 +1,17 @@
 //! `rungd explain`: explains an instruction from the instruction table, a function of MATH, a
-//! finding from its page, or an event of the log from the catalogue; prints a file of the library.
+//! finding from its page, or an event of the log from the catalogue; prints a file of the library
+//! below its page.
 
 use std::fmt::Write as _;
 
 use clap::Args;
 
+mod library_page;
+mod page;
+
+pub use self::library_page::facts as library_facts;
+use self::library_page::of_library;
+use self::page::{indented, section, wrapped};
 use super::exit::Exit;
 use super::terminal::{print, say};
 use crate::events::{self, Event, Limit};
@@ -21,7 +28,7 @@ use crate::source::nearest::did_you_mean;
 ///
 /// Without a name, lists all of them. An event is found by its code (`RUNGD-0301`), too. For an
 /// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd. For
-/// `lib:pid`, prints that file of the library of templates.
+/// `lib:pid`, prints that file of the library of templates, with its page as comments.
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
     /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of
@@ -51,8 +58,9 @@ pub(crate) fn explain(args: &ExplainArgs) -> anyhow::Result<Exit> {
 
 /// The text for a name; an error is the sentence about one that has none.
 fn named(name: &str) -> Result<String, String> {
-    if let Some(file) = library::text(name) {
-        return file.map(str::to_owned).map_err(|(message, help)| format!("{message}: {help}"));
+    if let Some(file) = library::named(name) {
+        let mistake = |(message, help)| format!("{message}: {help}");
+        return file.map(of_library).map_err(mistake);
     }
     explanation(name).ok_or_else(|| {
         let known = instruction::TABLE.iter().map(|spec| spec.name);
@@ -96,10 +104,8 @@ fn list() -> String {
         let _ = writeln!(text, "  {:<36} {}", spec.form(), spec.summary);
     }
     text.push_str("\nLibrary:\n");
-    for (name, file) in library::FILES {
-        let head = file.lines().map_while(|line| line.strip_prefix("# "));
-        let about = head.collect::<Vec<_>>().join(" ");
-        let _ = writeln!(text, "  {:<24} {about}", format!("{LIBRARY}{name}"));
+    for file in library::FILES {
+        let _ = writeln!(text, "  {:<24} {}", format!("{LIBRARY}{}", file.name), file.head().0);
     }
     for (title, severity) in [("Errors", Severity::Error), ("Warnings", Severity::Warning)] {
         let _ = writeln!(text, "\n{title}:");
@@ -178,13 +184,6 @@ pub fn facts(spec: &Spec) -> String {
     let _ = writeln!(text, "termination  {}", termination(spec));
     let _ = writeln!(text, "source       {}", spec.source);
     text
-}
-
-/// A section of a page with its heading; empty if the page has no section with this title.
-fn section(page: &str, title: &str) -> String {
-    let from = page.find(&format!("\n## {title}\n")).map_or(page.len(), |at| at + 1);
-    let end = page[from..].find("\n## ").map_or(page.len(), |at| from + at + 1);
-    page[from..end].to_owned()
 }
 
 /// The page of a finding without the marks for its test, and without the blank lines around them.
@@ -316,26 +315,6 @@ fn example(spec: &Spec) -> String {
     }
     lines.push(format!("{:<7} = [\"{}\"]", "do", words.join(" ")));
     lines.join("\n") + "\n"
-}
-
-fn indented(text: &str) -> String {
-    text.lines().map(|line| format!("  {line}\n")).collect()
-}
-
-fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let last = lines.len() - 1;
-        if !lines[last].is_empty() && lines[last].len() + 1 + word.len() > width {
-            lines.push(word.to_owned());
-            continue;
-        }
-        if !lines[last].is_empty() {
-            lines[last].push(' ');
-        }
-        lines[last].push_str(word);
-    }
-    lines
 }
 
 #[cfg(test)]

@@ -1,32 +1,63 @@
 //! The templates of `config/lib/`, embedded in the program: `lib:pid` in the place of a ladder
-//! file's path. `rungd explain lib:pid` prints one.
+//! file's path. `rungd explain lib:pid` prints one with its page, `docs/lib/pid.md`.
 
 use crate::source::file_kind::LIBRARY;
 use crate::source::nearest::did_you_mean;
 
-/// The files, each with its name and text.
-pub(crate) const FILES: [(&str, &str); 10] = [
-    ("alternate", include_str!("../../config/lib/alternate.toml")),
-    ("debounce", include_str!("../../config/lib/debounce.toml")),
-    ("first-out", include_str!("../../config/lib/first-out.toml")),
-    ("flasher", include_str!("../../config/lib/flasher.toml")),
-    ("hour-meter", include_str!("../../config/lib/hour-meter.toml")),
-    ("hysteresis", include_str!("../../config/lib/hysteresis.toml")),
-    ("lead-lag", include_str!("../../config/lib/lead-lag.toml")),
-    ("pid", include_str!("../../config/lib/pid.toml")),
-    ("ramp", include_str!("../../config/lib/ramp.toml")),
-    ("scaling", include_str!("../../config/lib/scaling.toml")),
-];
+/// A file of the library.
+pub(crate) struct LibraryFile {
+    /// Its name behind `lib:`.
+    pub(crate) name: &'static str,
+    /// The file: templates.
+    pub(crate) text: &'static str,
+    /// Its page.
+    pub(crate) page: &'static str,
+}
 
-/// The text of `lib:NAME`; `None`: the name is a path.
+macro_rules! files {
+    ($($name:literal)*) => {
+        /// The files by name.
+        pub(crate) const FILES: &[LibraryFile] = &[$(LibraryFile {
+            name: $name,
+            text: include_str!(concat!("../../config/lib/", $name, ".toml")),
+            page: include_str!(concat!("../../docs/lib/", $name, ".md")),
+        }),*];
+    };
+}
+
+files! {
+    "alternate"
+    "debounce"
+    "first-out"
+    "flasher"
+    "hour-meter"
+    "hysteresis"
+    "lead-lag"
+    "pid"
+    "ramp"
+    "scaling"
+}
+
+impl LibraryFile {
+    /// The comment that begins the file, as one sentence or more; and the file behind it.
+    pub(crate) fn head(&self) -> (String, &'static str) {
+        let is_comment = |line: &&str| line.starts_with("# ");
+        let lines = self.text.split_inclusive('\n').take_while(is_comment);
+        let bytes = lines.clone().map(str::len).sum();
+        let words: Vec<&str> = lines.map(|line| line[2..].trim_end()).collect();
+        (words.join(" "), &self.text[bytes..])
+    }
+}
+
+/// The file that `lib:NAME` names; `None`: the name is a path.
 ///
 /// # Errors
 /// There is no such file: the sentence, and the help.
-pub(crate) fn text(path: &str) -> Option<Result<&'static str, (String, String)>> {
+pub(crate) fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, String)>> {
     let name = path.strip_prefix(LIBRARY)?;
-    let found = FILES.iter().find(|(of, _)| *of == name).map(|(_, text)| *text);
+    let found = FILES.iter().find(|file| file.name == name);
     Some(found.ok_or_else(|| {
-        let names = || FILES.iter().map(|(of, _)| *of);
+        let names = || FILES.iter().map(|file| file.name);
         let list = names().map(|of| format!("`{LIBRARY}{of}`")).collect::<Vec<_>>().join(", ");
         let help = did_you_mean(name, names()).unwrap_or_else(|| format!("there is {list}"));
         (format!("the library has no `{name}`"), help)

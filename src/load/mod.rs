@@ -60,9 +60,9 @@ impl Input {
     /// # Errors
     /// It cannot be read.
     pub fn read(path: &Path) -> Result<Input> {
-        if let Some(text) = path.to_str().and_then(library::text) {
-            let text = text.map_err(|(message, help)| anyhow!("{message}: {help}"))?;
-            return Input::of(path, Ok(text.as_bytes().to_vec()));
+        if let Some(file) = path.to_str().and_then(library::named) {
+            let file = file.map_err(|(message, help)| anyhow!("{message}: {help}"))?;
+            return Input::of(path, Ok(file.text.as_bytes().to_vec()));
         }
         Input::of(path, read_bytes(path))
     }
@@ -209,7 +209,8 @@ impl Loaded {
             if self.progress.is_over() {
                 return false;
             }
-            if let Some(text) = library::text(&name.text) {
+            if let Some(file) = library::named(&name.text) {
+                let text = file.map(|file| file.text);
                 whole &= self.add_library(name, text, &mut seen);
                 continue;
             }

@@ -23,6 +23,8 @@ pub struct Template {
     pub rungs: Vec<Entry>,
     /// Its stages; a template with stages is the body of a Program.
     pub stages: Vec<Stage<Entry>>,
+    /// `doc`.
+    pub doc: Option<String>,
 }
 
 /// A parameter.
@@ -34,6 +36,8 @@ pub struct Parameter {
     pub kind: Option<Text>,
     /// `default`; a number without quotes as a text too.
     pub default: Option<Text>,
+    /// `doc`.
+    pub doc: Option<String>,
 }
 
 /// The types of parameters.
@@ -54,8 +58,8 @@ pub(super) fn read(mut table: Table<'_>) -> Template {
             let stages = key("stage", "Its stages: then it is the body of a program.");
             rung::read_stages(table.tables(stages, "a stage"))
         },
+        doc: table.string(key("doc", "What it does.")).map(|doc| doc.text),
     };
-    table.string(key("doc", "What it does."));
     table.finish();
     template
 }
@@ -76,14 +80,16 @@ fn read_parameters(table: &mut Table<'_>) -> Vec<Parameter> {
 }
 
 fn read_parameter(NamedTable { name, table }: NamedTable<'_>) -> Parameter {
-    let Some(mut table) = table else { return Parameter { name, kind: None, default: None } };
+    let Some(mut table) = table else {
+        return Parameter { name, kind: None, default: None, doc: None };
+    };
     let kind = key("type", "What may be given for it.").limited(TYPES);
     let parameter = Parameter {
         name,
         kind: table.required_string(kind),
         default: table.scalar(key("default", "What it is where a use does not give it.")),
+        doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
     };
-    table.string(key("doc", "What it is."));
     table.finish();
     parameter
 }

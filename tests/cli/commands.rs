@@ -107,7 +107,11 @@ fn the_command_line_has_its_own_code() {
 
 #[test]
 fn explanations_go_to_standard_output() {
-    for (name, said) in [("cnt", "CNT ct preset=v"), ("missing-leg", "# missing-leg")] {
+    for (name, said) in [
+        ("cnt", "CNT ct preset=v"),
+        ("missing-leg", "# missing-leg"),
+        ("lib:pid", "# lib:pid: A PID controller"),
+    ] {
         let output = rungd(&["explain", name]);
         assert_eq!(output.status.code(), Some(0));
         assert!(text(&output.stdout).contains(said), "{name}");

@@ -31,7 +31,7 @@ rung = [
 ]
 "#;
 
-const LIBRARY: [&str; 10] = [
+pub const LIBRARY: [&str; 10] = [
     "alternate",
     "debounce",
     "first-out",

@@ -8,8 +8,10 @@ mod findings_pages;
 mod findings_shown;
 mod instruction_pages;
 mod library;
+mod library_pages;
 mod load;
 mod schemas;
+mod template_limits;
 mod ui;
 mod validator;
 

@@ -1,0 +1,234 @@
+//! `docs/lib/`: one page a file of the library. Its parameters are those of the file, its example
+//! passes the check with the library, and its timing diagram is what `rungd sim` draws now.
+//!
+//! `UPDATE_PAGES=1 cargo test --test language library_pages` writes titles, parameters, diagrams and
+//! the index.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Once;
+
+use rungd::cli::explain::library_facts;
+use rungd::load;
+
+use crate::library::LIBRARY;
+
+const SECTIONS: [&str; 5] =
+    ["## Behaviour", "## Timing diagram", "## Example", "## Limits", "## See also"];
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/lib")
+}
+
+fn diagram(name: &str, ending: &str) -> PathBuf {
+    folder().join(format!("diagrams/{name}.{ending}"))
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// A page as it stands; where they are to be written, behind that.
+fn page(name: &str) -> String {
+    static WRITTEN: Once = Once::new();
+    WRITTEN.call_once(|| {
+        if std::env::var_os("UPDATE_PAGES").is_some() {
+            write();
+        }
+    });
+    page_now(name)
+}
+
+fn page_now(name: &str) -> String {
+    read(&folder().join(format!("{name}.md")))
+}
+
+fn write() {
+    for name in LIBRARY {
+        fs::write(diagram(name, "svg"), drawn(name)).expect("writable");
+        fs::write(folder().join(format!("{name}.md")), expected(name)).expect("writable");
+    }
+    fs::write(folder().join("README.md"), index()).expect("writable");
+}
+
+/// A page with the part between a mark and `<!-- end -->` replaced.
+fn with_part(page: &str, mark: &str, part: &str) -> String {
+    let (before, behind) = page.split_once(mark).unwrap_or_else(|| panic!("no {mark} in\n{page}"));
+    let (_, after) = behind.split_once("<!-- end -->").expect("a part ends");
+    format!("{before}{mark}\n\n{part}\n<!-- end -->{after}")
+}
+
+/// The comment at the begin of a file of the library.
+fn purpose(name: &str) -> String {
+    let text = read(&folder().join(format!("../../config/lib/{name}.toml")));
+    let head = text.lines().map_while(|line| line.strip_prefix("# "));
+    head.collect::<Vec<_>>().join(" ")
+}
+
+/// A page with all that is not its author's.
+fn expected(name: &str) -> String {
+    let page = page_now(name);
+    let (_, rest) = page.split_once('\n').expect("a page has lines");
+    let page = format!("# lib:{name}: {}\n{rest}", purpose(name).trim_end_matches('.'));
+    let page = with_part(&page, "<!-- form -->", &format!("```text\n{}```\n", library_facts(name)));
+    with_part(&page, "<!-- diagram -->", &picture(name))
+}
+
+/// What the simulator draws.
+fn drawn(name: &str) -> String {
+    let svg = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("lib-{name}.svg"));
+    let output = Command::new(env!("CARGO_BIN_EXE_rungd"))
+        .args(["sim", &format!("lib:{name}")])
+        .arg(diagram(name, "toml"))
+        .arg("--stimulus")
+        .arg(diagram(name, "csv"))
+        .args(read(&diagram(name, "args")).split_whitespace())
+        .arg("--trace")
+        .arg(&svg)
+        .output()
+        .expect("rungd starts");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && errors.is_empty(), "{name}: {errors}");
+    read(&svg)
+}
+
+/// The diagram in its page, with what it is drawn from.
+fn picture(name: &str) -> String {
+    let args = read(&diagram(name, "args"));
+    let ladder = read(&diagram(name, "toml"));
+    let (_, ladder) = ladder.split_once("\n\n").expect("a title, and the ladder");
+    format!(
+        "![Timing diagram of lib:{name}](diagrams/{name}.svg)\n\nThis ladder, drawn in \
+         `docs/lib/diagrams` with\n`rungd sim lib:{name} {name}.toml --stimulus {name}.csv {} \
+         --trace {name}.svg`\n(numbers in parentheses below it are scans):\n\n```toml\n{ladder}```\n",
+        args.trim()
+    )
+}
+
+#[test]
+fn every_file_has_a_page_and_every_page_a_file() {
+    let files = |folder: &Path, ending: &str| {
+        let entries = fs::read_dir(folder).expect("the folder is there");
+        let names = entries.map(|e| e.expect("readable").file_name().into_string().expect("text"));
+        let names = names.filter_map(|name| name.strip_suffix(ending).map(str::to_owned));
+        let mut names: Vec<String> = names.filter(|name| name != "README").collect();
+        names.sort();
+        names
+    };
+    let _ = page(LIBRARY[0]);
+    assert_eq!(files(&folder(), ".md"), LIBRARY);
+    for ending in [".toml", ".csv", ".args", ".svg"] {
+        assert_eq!(files(&folder().join("diagrams"), ending), LIBRARY, "{ending}");
+    }
+}
+
+#[test]
+fn every_page_has_its_sections_in_order() {
+    for name in LIBRARY {
+        let page = page(name);
+        let mut from = 0;
+        for section in SECTIONS {
+            let at = page[from..].find(&format!("\n{section}\n\n"));
+            from += at.unwrap_or_else(|| panic!("{name}: no {section} in its place"));
+        }
+    }
+}
+
+#[test]
+fn titles_parameters_and_diagrams_are_what_the_program_says_now() {
+    let mut stale = Vec::new();
+    for name in LIBRARY {
+        if page(name) != expected(name) {
+            stale.push(format!("{name}.md"));
+        }
+        if read(&diagram(name, "svg")) != drawn(name) {
+            stale.push(format!("{name}.svg"));
+        }
+    }
+    if read(&folder().join("README.md")) != index() {
+        stale.push("README.md".to_owned());
+    }
+    assert!(stale.is_empty(), "not what UPDATE_PAGES=1 writes: {stale:#?}");
+}
+
+/// The parameters and tags explain themselves.
+#[test]
+fn every_parameter_and_tag_is_explained() {
+    for name in LIBRARY {
+        for line in library_facts(name).lines().filter(|line| line.contains("  ")) {
+            let explained = line.rsplit("  ").next().is_some_and(|doc| doc.contains(' '));
+            assert!(explained, "{name}: {line}");
+        }
+    }
+}
+
+#[test]
+fn every_example_passes_the_check_without_a_finding() {
+    let place = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("library-pages");
+    fs::create_dir_all(&place).expect("a folder for the examples");
+    for name in LIBRARY {
+        let page = page(name);
+        let examples: Vec<&str> = page.split("```toml\n").skip(1).collect();
+        assert_eq!(examples.len(), 2, "{name}: the diagram's ladder and an example");
+        for example in examples {
+            let path = place.join(format!("{name}.toml"));
+            fs::write(&path, example.split("```").next().unwrap_or(example)).expect("writable");
+            let files = [PathBuf::from(format!("lib:{name}")), path];
+            let loaded = load::ladder_files(&files).expect("it was written");
+            assert!(loaded.findings.is_empty(), "{name}: {:#?}", loaded.findings);
+        }
+    }
+}
+
+/// What a terminal shows has no links and no blocks, which it could not show.
+#[test]
+fn what_explain_prints_of_a_page_is_plain_text() {
+    for name in LIBRARY {
+        let page = page(name);
+        for section in ["Behaviour", "Limits"] {
+            let (_, text) = page.split_once(&format!("\n## {section}\n")).expect("a section");
+            let text = text.split("\n## ").next().unwrap_or(text);
+            for mark in ["](", "```", "<!--", "|--"] {
+                assert!(!text.contains(mark), "{name}: {mark} in {section}");
+            }
+        }
+    }
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let _ = page(LIBRARY[0]);
+    for name in LIBRARY.into_iter().chain(["README"]) {
+        for link in page_now(name).split("](").skip(1) {
+            let link = link.split(')').next().unwrap_or(link);
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let target = folder().join(file);
+            assert!(target.is_file(), "{name}: {link}");
+            let heading = |line: &str| {
+                let title = line.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");
+                title.chars().filter(|c| c.is_alphanumeric() || *c == '-').collect::<String>()
+            };
+            let text = if anchor.is_empty() { String::new() } else { read(&target) };
+            let mut headings = text.lines().filter(|line| line.starts_with('#'));
+            assert!(anchor.is_empty() || headings.any(|line| heading(line) == anchor), "{link}");
+        }
+    }
+}
+
+fn index() -> String {
+    let mut text = "# The library of templates\n\nThese files are part of the program. A controller \
+                    file names those that it needs before the ladders\nthat use them:\n\n\
+                    ```toml\nladder = [\"lib:debounce\", \"lib:pid\", \"programs/main.toml\"]\n```\n\n\
+                    `rungd check` and `rungd sim` take them as files: `rungd sim lib:pid main.toml`. \
+                    `rungd explain lib:pid`\nprints a file with its page as comments above it; \
+                    to change a template, save that under a name of your own.\nHow \
+                    templates are used is in [language.md](../language.md#templates). What goes by time \
+                    measures it:\nno template needs a certain scan period.\n\n\
+                    | file | |\n|---|---|\n"
+        .to_owned();
+    for name in LIBRARY {
+        text.push_str(&format!("| [lib:{name}]({name}.md) | {} |\n", purpose(name)));
+    }
+    text
+}
