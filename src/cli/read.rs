@@ -32,18 +32,23 @@ pub fn read(args: &ReadArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-/// One line per operand: name, address, value, whether it is forced.
+/// One line per operand: name, address, value, whether it is forced. A tag that is known by its
+/// name alone has no address.
 pub fn table(values: &[ShownValue]) -> String {
     let name =
         |value: &ShownValue| one_line(value.tag.as_ref().unwrap_or(&value.operand)).into_owned();
-    let address = |value: &ShownValue| one_line(&value.address).into_owned();
+    let address = |value: &ShownValue| match value.tag.as_ref() == Some(&value.address) {
+        true => String::new(),
+        false => one_line(&value.address).into_owned(),
+    };
     let wide = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
     let first = wide(&mut values.iter().map(|value| name(value).chars().count()));
     let second = wide(&mut values.iter().map(|value| address(value).chars().count()));
+    let gap = if second == 0 { "" } else { "  " };
     let row = |value: &ShownValue| {
         let forced = if value.forced { "  forced" } else { "" };
         let (name, address) = (name(value), address(value));
-        format!("{name:first$}  {address:second$}  {}{forced}\n", value.value)
+        format!("{name:first$}  {address:second$}{gap}{}{forced}\n", value.value)
     };
     values.iter().map(row).collect()
 }

@@ -62,8 +62,8 @@ impl fmt::Display for ShownValue {
     /// `parts.Acc (CT0.Acc)`, or the address alone.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.tag {
-            Some(tag) => write!(f, "{tag} ({})", self.address),
-            None => f.write_str(&self.address),
+            Some(tag) if *tag != self.address => write!(f, "{tag} ({})", self.address),
+            Some(_) | None => f.write_str(&self.address),
         }
     }
 }

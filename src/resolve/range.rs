@@ -52,6 +52,12 @@ pub(crate) fn is_range(text: &str) -> bool {
     text.contains("..")
 }
 
+/// Whether the two dots of a text stand within brackets.
+fn is_slice(text: &str) -> bool {
+    let before = text.split_once("..").map_or("", |(before, _)| before);
+    before.contains('[') && !before.contains(']')
+}
+
 /// Resolves `A..B`, or a single address or tag.
 ///
 /// # Errors
@@ -60,7 +66,10 @@ pub(crate) fn resolve_range(scope: &Scope, text: &Text) -> Result<Range, Finding
     if let Some(finding) = other_range(scope, text) {
         return Err(finding);
     }
-    let whole = scope.look_up(text.text.trim()).map(|found| found.thing);
+    let whole = look_up(scope, text.text.trim(), text.span);
+    if is_slice(&text.text) {
+        whole.as_ref().map_err(Finding::clone)?;
+    }
     if let Ok(Thing::Array(array)) = whole {
         let (space, first, last) = (array.space, array.first, array.first + array.count - 1);
         return Ok(Range { space, first, last, span: text.span });

@@ -11,6 +11,7 @@ mod library;
 mod library_pages;
 mod load;
 mod schemas;
+mod template_limits;
 mod ui;
 mod validator;
 

@@ -4,6 +4,7 @@ mod anywhere;
 mod back;
 mod blocks;
 mod data;
+mod edited;
 mod live;
 mod properties;
 mod random;
@@ -28,4 +29,5 @@ mod support {
     pub mod run;
     pub mod shown;
     pub mod table;
+    pub mod written_out;
 }

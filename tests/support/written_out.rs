@@ -47,7 +47,10 @@ struct Template {
 }
 
 /// A ladder.
+#[derive(Clone)]
 pub struct Case {
+    /// Lines of tags before the others.
+    more_tags: String,
     templates: Vec<Template>,
     main: Vec<Entry>,
     /// Programs that are templates: name, template, arguments.
@@ -256,12 +259,47 @@ impl Case {
             let row: Vec<&str> = (0..4).map(|_| bit(&mut rng)).collect();
             let _ = writeln!(stimulus, "{scan},{}", row.join(","));
         }
-        Case { templates, main, bodies, stimulus }
+        Case { more_tags: String::new(), templates, main, bodies, stimulus }
+    }
+
+    /// The same with more: tags with a `type`, rungs in the templates, and uses of one more template
+    /// among the rungs. What is new writes to what is new alone.
+    pub fn edited(&self, seed: u64) -> Case {
+        let (mut rng, mut case) = (Rng(seed), self.clone());
+        for n in 0..1 + rng.below(4) {
+            let kind = *rng.of(&["bit", "int", "timer"]);
+            let _ = writeln!(case.more_tags, "a{n} = {{ type = \"{kind}\" }}");
+        }
+        let names =
+            Names { outputs: vec!["more".into()], words: vec!["many".into()], ..of_ladder() };
+        let mut more = Template::default();
+        let extra = rung(&mut rng, &names, 900);
+        more.rungs.push(extra);
+        more.tags.extend([("more".to_owned(), "bit"), ("many".to_owned(), "int")]);
+        let of = case.templates.len();
+        for (at, template) in case.templates.iter_mut().enumerate() {
+            if rng.below(2) == 0 {
+                continue;
+            }
+            template.tags.extend([("more".to_owned(), "bit"), ("many".to_owned(), "int")]);
+            // The names of the template's own are hidden there: only inputs are read.
+            let own = Names { bits: vec!["X3".into()], numbers: vec!["4".into()], ..names.clone() };
+            let place = rng.below(template.rungs.len() + 1);
+            template.rungs.insert(place, rung(&mut rng, &own, 901));
+            let with_uses = Entry::Use { of, name: format!("more{at}"), with: Vec::new() };
+            template.rungs.insert(rng.below(template.rungs.len() + 1), with_uses);
+        }
+        for n in 0..1 + rng.below(3) {
+            let of_more = Entry::Use { of, name: format!("also{n}"), with: Vec::new() };
+            case.main.insert(rng.below(case.main.len() + 1), of_more);
+        }
+        case.templates.push(more);
+        case
     }
 
     /// The ladder's text, with templates.
     pub fn with_templates(&self) -> String {
-        let mut text = head(&[]);
+        let mut text = head(&[]).replace("[tags]\n", &format!("[tags]\n{}", self.more_tags));
         for (at, of) in self.templates.iter().enumerate() {
             let _ = write!(text, "\n[[template]]\nname = \"T{at}\"\n[template.parameters]\n");
             for (name, kind, default) in &of.parameters {

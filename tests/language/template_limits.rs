@@ -1,0 +1,99 @@
+//! Templates that stand for more than any memory holds: nested ten thousand deep, in circles, with
+//! contacts and arrays that grow. All end in findings, in a time that is held against that of a
+//! plain ladder.
+
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+use rungd::resolve::{LoadOptions, load_ladders};
+use rungd::source::finding::Code;
+use rungd::source::span::SourceFile;
+
+const MANY: usize = 10_000;
+
+/// So many templates, each with this rung, which may name the template before it; then Main with
+/// this one.
+fn ladder(count: usize, rung: impl Fn(usize) -> String, main: &str) -> String {
+    let mut text = String::new();
+    for at in 0..count {
+        let _ = writeln!(text, "[[template]]\nname = \"N{at}\"\nrung = [ {} ]", rung(at));
+    }
+    let _ = writeln!(text, "[[program]]\nname = \"Main\"\nrung = [ {main} ]");
+    text
+}
+
+const PLAIN: &str = "{ when = [\"X0\"], do = [\"SET Y0\"] }";
+
+/// Loads a ladder: the names of its errors, each once, and the time.
+fn load(text: String) -> (Vec<Code>, Duration) {
+    let files = [SourceFile { name: "deep.toml".to_owned(), text }];
+    let begin = Instant::now();
+    let (_, findings) = load_ladders(&files, &LoadOptions::default());
+    let time = begin.elapsed();
+    let mut codes: Vec<Code> = findings.iter().map(|finding| finding.code).collect();
+    codes.retain(|code| *code != Code::UnusedTemplate);
+    codes.dedup();
+    (codes, time)
+}
+
+/// The inner use of a template.
+fn uses(at: usize) -> String {
+    format!("{{ use = \"N{at}\", name = \"a\" }}")
+}
+
+#[test]
+fn ten_thousand_templates_in_each_other_are_a_finding_in_no_time() {
+    let plain = format!("{PLAIN}, {{ use = \"N999\", name = \"u\" }}");
+    let (codes, control) = load(ladder(MANY / 10, |_| PLAIN.to_owned(), &plain));
+    assert_eq!(codes, []);
+    let main = uses(MANY - 1);
+    let nested = |at: usize| if at == 0 { PLAIN.to_owned() } else { uses(at - 1) };
+    let circle = |at: usize| uses((at + 1) % MANY);
+    let own = uses;
+    for (how, text, wanted) in [
+        ("nested", ladder(MANY, nested, &main), Code::TemplateSize),
+        ("in a circle", ladder(MANY, circle, &main), Code::TemplateRecursion),
+        ("each in itself", ladder(MANY, own, &main), Code::TemplateRecursion),
+    ] {
+        let (codes, time) = load(text);
+        assert_eq!(codes, [wanted], "{how}");
+        assert!(time < 50 * control + Duration::from_secs(2), "{how}: {time:?}, {control:?}");
+    }
+}
+
+#[test]
+fn what_grows_without_end_ends_in_a_finding() {
+    let grows = |kind: &str, given: &str, body: &str| {
+        let mut text = String::new();
+        for at in 0..30 {
+            let rung = match at {
+                0 => body.to_owned(),
+                _ => format!(
+                    "{{ use = \"N{}\", name = \"a\", with = {{ p = \"{given}\" }} }}",
+                    at - 1
+                ),
+            };
+            let _ = writeln!(
+                text,
+                "[[template]]\nname = \"N{at}\"\nrung = [ {rung} ]\n[template.parameters]\n\
+                 p = {{ type = \"{kind}\" }}\n[template.tags]\nown = {{ type = \"bit\", count = 4096 }}"
+            );
+        }
+        text + "[[program]]\nname = \"Main\"\nrung = [ { use = \"N29\", name = \"u\", with = { p = \"X0\" } } ]\n"
+    };
+    let begin = Instant::now();
+    for (text, wanted) in [
+        // A contact that is twice as long in each.
+        (grows("contact", "p | !p", "{ when = [\"p\"], do = [\"SET Y0\"] }"), Code::TemplateSize),
+        (
+            grows("contact", "!(!(!(!(!(!(p))))))", "{ when = [\"p\"], do = [\"SET Y0\"] }"),
+            Code::TemplateSize,
+        ),
+        // 30 arrays of 4096 bits are more than C has.
+        (grows("bit", "p", "{ when = [\"p\"], do = [\"SET own[0]\"] }"), Code::MemoryFull),
+    ] {
+        let (codes, _) = load(text);
+        assert!(codes.contains(&wanted), "{codes:?} without {wanted:?}");
+    }
+    assert!(begin.elapsed() < Duration::from_secs(60));
+}

@@ -1,0 +1,97 @@
+//! Random ladders with templates, reloaded with edits of the templates, uses among the rungs and tags
+//! with a `type` before the others: what was there before goes on as if nothing had been edited.
+//!
+//! `RUNGD_PROPERTY_TEMPLATES` (12) of them from `RUNGD_PROPERTY_SEED` (1) on.
+
+use crate::support::run::{cell, load, target, value};
+use crate::support::written_out::Case;
+use rungd::calendar::LocalTime;
+use rungd::engine::{Cell, Engine, Program, ScanTimes};
+use rungd::lower::{Symbols, lower};
+use rungd::reload::{ReloadPlan, Side};
+use rungd::sim::stimulus::{Change, Stimulus};
+
+const SCANS: u64 = 60;
+
+/// A program, and the cells of what is compared.
+struct Version {
+    program: Program,
+    symbols: Symbols,
+    stimulus: Stimulus,
+    watch: Vec<Cell>,
+}
+
+impl Version {
+    fn new(ladder: &str, stimulus: &str, watch: &[(String, String)]) -> Version {
+        let program = load(ladder).unwrap_or_else(|error| panic!("{error}\n{ladder}"));
+        let (code, symbols) = lower(&program);
+        let stimulus = Stimulus::parse(stimulus, &|name| target(&program, &symbols, name));
+        let stimulus = stimulus.unwrap_or_else(|error| panic!("{}", error.message));
+        let of = |name| cell(&program, &symbols, name).unwrap_or_else(|error| panic!("{error}"));
+        let watch = watch.iter().map(|(name, _)| of(name)).collect();
+        Version { program: code, symbols, stimulus, watch }
+    }
+
+    fn side(&self) -> Side<'_> {
+        Side { program: &self.program, symbols: &self.symbols }
+    }
+}
+
+/// The values at the end of every scan, with reloads before some of them.
+fn trace(first: &Version, reloads: &[(u64, &Version)]) -> Vec<Vec<i64>> {
+    let mut engine = Engine::new(first.program.clone());
+    engine.start(0);
+    let (mut rows, mut next, mut now) = (Vec::new(), 0, first);
+    for scan in 0..SCANS {
+        for (_, to) in reloads.iter().filter(|(at, _)| *at == scan) {
+            let plan = ReloadPlan::new(now.side(), to.side());
+            let mut successor = Engine::new(to.program.clone());
+            successor.adopt(&mut engine, &plan.transfer, true, &[]);
+            (engine, now) = (successor, to);
+        }
+        engine.begin_scan(scan * 10_000_000, &ScanTimes::default(), &LocalTime::default());
+        for change in now.stimulus.of_scan(scan, &mut next) {
+            match change {
+                Change::Input(n, on) => engine.set_input(n, on),
+                Change::Bit(cell, on) => engine.write_bit(cell, on),
+                Change::Word(cell, value) => engine.write_word(cell, value),
+            }
+        }
+        engine.execute();
+        rows.push(now.watch.iter().map(|cell| value(engine.image(), *cell)).collect());
+    }
+    rows
+}
+
+fn setting(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+#[test]
+fn what_has_a_name_goes_on_over_edits_of_templates_and_around_them() {
+    let first = setting("RUNGD_PROPERTY_SEED", 1);
+    for seed in first..first + setting("RUNGD_PROPERTY_TEMPLATES", 12) {
+        let case = Case::of(seed);
+        let (_, watch) = case.written_out();
+        let texts = [case.with_templates(), case.edited(seed).with_templates()];
+        let [plain, edited] =
+            texts.each_ref().map(|text| Version::new(text, &case.stimulus, &watch));
+        let expected = trace(&plain, &[]);
+        let at = 1 + seed % (SCANS - 20);
+        for (how, found) in [
+            ("edited", trace(&plain, &[(at, &edited)])),
+            ("edited and back", trace(&plain, &[(at, &edited), (at + 7, &plain)])),
+            ("taken away and back", trace(&edited, &[(at, &plain), (at + 1, &edited)])),
+        ] {
+            let Some(scan) = (0..expected.len()).find(|at| expected[*at] != found[*at]) else {
+                continue;
+            };
+            let pairs = watch.iter().zip(expected[scan].iter().zip(&found[scan]));
+            let differ: Vec<_> = pairs.filter(|(_, (a, b))| a != b).collect();
+            panic!(
+                "seed {seed}, {how} at {at}: scan {scan}: {differ:?}\n{}\n---\n{}",
+                texts[0], texts[1]
+            );
+        }
+    }
+}
