@@ -80,8 +80,8 @@ pub(in crate::controller) fn unmapped_outputs(
     let finding = |name: &String| {
         let help = if is_all_simulated {
             format!(
-                "add a row to the map: `{{ from = \"{name}\", to = \"lamp.in\" }}`; for a lamp or a \
-                 horn, a part of kind `delay` takes it"
+                "add a row to the map: `{{ from = \"{name}\", to = \"lamp.in\" }}`; for a lamp or \
+                 a horn, a part of kind `delay` takes it"
             )
         } else {
             format!("add a row to a map: `{{ from = \"{name}\", to = \"…\" }}`, or use a C bit")
