@@ -3,20 +3,24 @@
 use super::exec::Sim;
 use super::names::Names;
 use super::place::{Area, Loc};
-use super::program::Value;
+use super::program::{Array, Target, Value};
 
 #[derive(Clone, Debug)]
 pub enum Expr {
     Integer(i128),
     Real(f64),
     At(Loc),
+    /// An element, with its index.
+    Element(Array, Box<Expr>),
+    /// A whole array, as an argument.
+    Whole(Array),
     Unary(char, Box<Expr>),
     Binary(String, Box<Expr>, Box<Expr>),
     Call(String, Vec<Expr>),
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Number {
+pub enum Number {
     Integer(i128),
     Real(f64),
 }
@@ -44,12 +48,26 @@ const LEVELS: [&[&str]; 11] = [
 ];
 
 /// `target = expression`.
-pub fn read(text: &str, names: &Names) -> Result<(Loc, Expr), String> {
-    let (target, expression) = text.split_once('=').ok_or("MATH without `=`")?;
-    let mut reader = Reader { words: words(expression), at: 0, names };
+pub fn read(text: &str, names: &Names) -> Result<(Target, Expr), String> {
+    let mut depth = 0;
+    let end = text.find(|c: char| {
+        depth += i32::from(c == '[') - i32::from(c == ']');
+        c == '=' && depth == 0
+    });
+    let (target, expression) = text.split_at(end.ok_or("MATH without `=`")?);
+    let target = match expression_of(target, names)? {
+        Expr::At(loc) => Target::At(loc),
+        Expr::Element(array, index) => Target::Element(array, *index),
+        other => return Err(format!("{other:?} is no target")),
+    };
+    Ok((target, expression_of(&expression[1..], names)?))
+}
+
+fn expression_of(text: &str, names: &Names) -> Result<Expr, String> {
+    let mut reader = Reader { words: words(text), at: 0, names };
     let expr = reader.level(0)?;
     match reader.words.get(reader.at) {
-        None => Ok((names.place(target.trim())?, expr)),
+        None => Ok(expr),
         Some(word) => Err(format!("`{word}` is left over in `{text}`")),
     }
 }
@@ -120,9 +138,15 @@ impl Reader<'_> {
         let word = self.peek().to_string();
         self.at += 1;
         if self.take("(") {
-            let mut arguments = vec![self.level(0)?];
-            while self.take(",") {
-                arguments.push(self.level(0)?);
+            let mut arguments = Vec::new();
+            loop {
+                match self.level(0)? {
+                    Expr::Whole(array) => arguments.extend(array.each().map(Expr::At)),
+                    one => arguments.push(one),
+                }
+                if !self.take(",") {
+                    break;
+                }
             }
             return if self.take(")") {
                 Ok(Expr::Call(word, arguments))
@@ -130,7 +154,28 @@ impl Reader<'_> {
                 Err("`)` is missing".to_string())
             };
         }
-        self.operand(&word)
+        match self.names.arrays.get(&word) {
+            Some(array) => self.of_array(*array),
+            None => self.operand(&word),
+        }
+    }
+
+    /// What stands behind the name of an array: nothing, an index, the ends of a slice.
+    fn of_array(&mut self, array: Array) -> Result<Expr, String> {
+        if !self.take("[") {
+            return Ok(Expr::Whole(array));
+        }
+        let found = match self.peek().split_once("..") {
+            Some((low, high)) => {
+                let end = |text: &str| text.parse::<usize>().map_err(|error| error.to_string());
+                let (low, high) = (end(low)?, end(high)?);
+                let first = Loc::whole(array.first.area, array.first.index + low);
+                self.at += 1;
+                Expr::Whole(Array { first, count: high - low + 1 })
+            }
+            None => Expr::Element(array, Box::new(self.level(0)?)),
+        };
+        if self.take("]") { Ok(found) } else { Err("`]` is missing".to_string()) }
     }
 
     fn operand(&self, word: &str) -> Result<Expr, String> {
@@ -148,8 +193,9 @@ impl Reader<'_> {
         }
         Ok(match self.names.value(word)? {
             Value::Const(number) => Expr::Integer(i128::from(number)),
+            Value::Real(real) => Expr::Real(real),
             Value::At(loc) => Expr::At(loc),
-            Value::Element(..) => return Err(format!("`{word}`: no element in MATH yet")),
+            Value::Element(..) => return Err(format!("`{word}` is no word of MATH")),
         })
     }
 }
@@ -160,6 +206,7 @@ fn is_real(expr: &Expr) -> bool {
         Expr::Integer(_) | Expr::Unary('!' | '~', _) => false,
         Expr::Real(_) => true,
         Expr::At(loc) => loc.area == Area::R,
+        Expr::Element(array, _) | Expr::Whole(array) => array.first.area == Area::R,
         Expr::Unary(_, inner) => is_real(inner),
         Expr::Binary(sign, left, right) => {
             let arithmetic = ["+", "-", "*", "/", "%", "**"].contains(&sign.as_str());
@@ -182,7 +229,7 @@ impl Number {
         }
     }
 
-    fn real(self) -> f64 {
+    pub fn real(self) -> f64 {
         match self {
             Number::Integer(n) => n as f64,
             Number::Real(real) => real,
@@ -199,8 +246,14 @@ impl Number {
 
 impl Sim<'_> {
     /// Evaluates and stores.
-    pub fn math(&mut self, target: Loc, expr: &Expr) {
+    pub fn math(&mut self, target: &Target, expr: &Expr) {
+        // The index first; what is wrong with it shows in the store.
+        let found = match target {
+            Target::At(loc) => Some(*loc),
+            Target::Element(array, index) => self.selected(*array, index),
+        };
         let value = self.number(expr);
+        let Some(target) = found else { return self.wrong_index() };
         if target.area == Area::R {
             let single = self.single(value.real());
             return self.memory.put_real(target, single.real() as f32);
@@ -219,6 +272,11 @@ impl Sim<'_> {
         }
         let limited = whole.clamp(i128::from(low), i128::from(high));
         self.memory.put(target, limited as i64);
+    }
+
+    fn selected(&mut self, array: Array, index: &Expr) -> Option<Loc> {
+        let index = self.number(index).integer();
+        array.element(i64::try_from(index).unwrap_or(-1))
     }
 
     fn note(&mut self, bit: usize) {
@@ -255,8 +313,15 @@ impl Sim<'_> {
         match expr {
             Expr::Integer(n) => Number::Integer(*n),
             Expr::Real(real) => Number::Real(*real),
-            Expr::At(loc) if loc.area == Area::R => Number::Real(f64::from(self.memory.real(*loc))),
-            Expr::At(loc) => Number::Integer(i128::from(self.memory.get(*loc))),
+            Expr::At(loc) => self.at(*loc),
+            Expr::Element(array, index) => match self.selected(*array, index) {
+                Some(loc) => self.at(loc),
+                None => {
+                    self.wrong_index();
+                    if is_real(expr) { Number::Real(0.0) } else { Number::Integer(0) }
+                }
+            },
+            Expr::Whole(array) => panic!("{array:?} where one value stands"),
             Expr::Unary(sign, inner) => match (sign, self.number(inner)) {
                 ('!', value) => truth(!value.is_true()),
                 ('~', value) => Number::Integer(i128::from(!(value.integer() as i32))),

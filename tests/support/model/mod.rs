@@ -19,6 +19,7 @@ mod parse;
 mod place;
 mod pool;
 mod program;
+mod reals;
 pub mod rng;
 pub mod shrink;
 mod tables;
