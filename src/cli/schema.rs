@@ -125,6 +125,10 @@ impl Writer {
                 json!({ "anyOf": [one, { "type": "array", "items": one }] })
             }
             ValueForm::Scalar => json!({ "type": ["string", "number"] }),
+            ValueForm::TextOrTexts => json!({ "anyOf": [
+                { "type": "string" },
+                { "type": "array", "items": { "type": "string" } },
+            ] }),
             ValueForm::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             ValueForm::Table(shape) => return self.table(shape),
             ValueForm::Tables(shape) => json!({ "type": "array", "items": self.place(shape) }),

@@ -2,7 +2,9 @@
 //! file's path. `rungd explain lib:pid` prints one with its page, `docs/lib/pid.md`.
 
 use crate::source::file_kind::LIBRARY;
+use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
+use crate::source::span::{SourceFile, Span};
 
 /// A file of the library.
 pub(crate) struct LibraryFile {
@@ -62,4 +64,27 @@ pub(crate) fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, 
         let help = did_you_mean(name, names()).unwrap_or_else(|| format!("there is {list}"));
         (format!("the library has no `{name}`"), help)
     }))
+}
+
+/// The finding, with the library's file in its help if it is about a template that the library has.
+pub(crate) fn offered(finding: Finding, files: &[SourceFile], has_controller: bool) -> Finding {
+    let Span { file, start, end } = finding.span;
+    let Some(file) = files.get(file.0 as usize) else { return finding };
+    let place = file.text.get(start as usize..end as usize).unwrap_or_default();
+    let name = place.trim_matches(['"', '\'']);
+    let header = format!("[[template]]\nname = \"{name}\"\n");
+    let found = FILES.iter().find(|file| file.text.contains(&header));
+    let Some(of) = found.filter(|_| finding.code == Code::UnknownTemplate) else {
+        return finding;
+    };
+    let (whole, path) = (format!("{LIBRARY}{}", of.name), &file.name);
+    let help = if has_controller {
+        format!("it is in the library: add it to `ladder = [\"{whole}\", …]`")
+    } else {
+        format!(
+            "it is in the library: `rungd check {whole} {path}`; in a controller file \
+                 `ladder = [\"{whole}\", …]`"
+        )
+    };
+    finding.near_any(None).help(help)
 }

@@ -280,7 +280,8 @@ impl Loaded {
             return;
         }
         let (program, found) = resolve_ladders(&self.files[first..], &options);
-        self.findings.extend(found);
+        let with_library = |finding| library::offered(finding, &self.files, options.has_controller);
+        self.findings.extend(found.into_iter().map(with_library));
         self.program = program;
     }
 

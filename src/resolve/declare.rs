@@ -78,6 +78,10 @@ impl Resolver<'_> {
         for name in std::mem::take(&mut self.use_names) {
             self.declare_name(&name, Role::Use, &mut names);
         }
+        // Their tags are unknown with their templates, which have a finding.
+        for name in std::mem::take(&mut self.unknown_uses) {
+            self.scope.add_unknown_use(name);
+        }
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
         // A program without a name may be meant as `Main`.

@@ -38,6 +38,7 @@ use std::sync::{Arc, LazyLock};
 
 use crate::isa::{Address, MemorySizes};
 use crate::progress::{Progress, Step};
+use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding, Severity, TABLE};
 use crate::source::ladder::{self, Entry, Ladder};
 use crate::source::nearest::KnownNames;
@@ -155,6 +156,8 @@ struct Resolver<'a> {
     layers: Layers,
     /// The names of the uses in rungs.
     use_names: Vec<Text>,
+    /// The whole names of the uses whose template is unknown.
+    unknown_uses: Vec<String>,
     /// What uses give.
     arguments: Vec<Argument>,
     /// Templates that nothing uses.
@@ -175,6 +178,7 @@ impl<'a> Resolver<'a> {
             constants: Vec::new(),
             layers: Layers::default(),
             use_names: Vec::new(),
+            unknown_uses: Vec::new(),
             arguments: Vec::new(),
             trials: Vec::new(),
         }
@@ -191,10 +195,12 @@ impl<'a> Resolver<'a> {
     /// The program of ladders whose uses are written out.
     fn plain_program(&mut self, ladders: &[(FileId, Ladder)]) -> Program {
         let mut program = Program { sizes: self.options.sizes.clone(), ..Program::default() };
-        let (_, first) = &ladders[0];
+        // The library's files usually stand before the plant's own.
+        let is_own = |(id, _): &&(FileId, Ladder)| !self.file_name(*id).starts_with(LIBRARY);
+        let (id, first) = ladders.iter().find(is_own).unwrap_or(&ladders[0]);
         program.name = match &first.name {
             Some(name) => name.text.clone(),
-            None => file_stem(&self.files[0].name).to_owned(),
+            None => file_stem(self.file_name(*id)).to_owned(),
         };
         program.doc.clone_from(&first.doc);
         for (id, ladder) in ladders {
@@ -326,9 +332,9 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The name of the file of a place.
-    fn file_name(&self, span: Span) -> &'a str {
-        let file = (span.file.0 - self.options.first_file.0) as usize;
+    /// The name of a file.
+    fn file_name(&self, id: FileId) -> &'a str {
+        let file = (id.0 - self.options.first_file.0) as usize;
         self.files.get(file).map_or("", |file| file.name.as_str())
     }
 

@@ -4,7 +4,7 @@
 //! name of a contact or operand here; the controller file's reader, the simulator and the
 //! operator's commands look up the names that they watch or write.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
 
 use super::array::{Array, Element};
@@ -26,6 +26,8 @@ pub struct Scope {
     sizes: MemorySizes,
     places: Places,
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
+    /// The uses of unknown templates.
+    unknown_uses: HashSet<String>,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
     /// The names of all named blocks.
@@ -111,6 +113,7 @@ impl Scope {
             sizes,
             places: Places::default(),
             tags: HashMap::new(),
+            unknown_uses: HashSet::new(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
             block_names: HashMap::new(),
@@ -166,6 +169,18 @@ impl Scope {
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
         self.known = OnceLock::new();
         self.tags.entry(name.to_owned()).or_insert((index, meaning));
+    }
+
+    /// A use whose template is unknown: names of its tags cause no findings.
+    pub(super) fn add_unknown_use(&mut self, name: String) {
+        self.unknown_uses.insert(name);
+    }
+
+    /// Whether a name is that of an unknown use, or lies below one: `own.inner.lit`.
+    fn is_of_unknown_use(&self, base: &str, member: Option<&str>) -> bool {
+        let whole = member.map_or(base.to_owned(), |member| format!("{base}.{member}"));
+        let ends = whole.match_indices('.').map(|(end, _)| end).chain([whole.len()]);
+        ends.into_iter().any(|end| self.unknown_uses.contains(&whole[..end]))
     }
 
     pub(super) fn add_block(&mut self, name: &str, block: BlockNames) {
@@ -330,6 +345,9 @@ impl Scope {
         if base.is_empty() {
             let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
             return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
+        }
+        if self.is_of_unknown_use(base, member) {
+            return Mistake::Reported;
         }
         if let Some(mistake) = self.of_use(base, member) {
             return mistake;

@@ -112,9 +112,11 @@ fn controller_file(root: &mut Table<'_>) -> Finding {
     let names = names.map_or(Vec::new(), |names| names.value);
     let finding =
         Finding::new(Code::Controller, span, "this is a controller file, not a ladder file");
-    match names.first() {
-        Some(name) => finding.help(format!("give the ladder that it names: `{}`", name.text)),
-        None => finding.help("`rungd run` and `rungd check` take it"),
+    let all = names.iter().map(|name| &*name.text).collect::<Vec<_>>().join(" ");
+    match names.len() {
+        1 => finding.help(format!("give the ladder that it names: `{all}`")),
+        2.. => finding.help(format!("give the ladders that it names: `{all}`")),
+        0 => finding.help("`rungd run` and `rungd check` take it"),
     }
 }
 

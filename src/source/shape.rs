@@ -51,6 +51,8 @@ pub enum ValueForm {
     Scalar,
     /// An array of strings.
     Texts,
+    /// A string, or an array of strings.
+    TextOrTexts,
     /// A table.
     Table(Shape),
     /// An array of tables.

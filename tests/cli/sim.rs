@@ -380,6 +380,17 @@ fn findings_go_to_standard_error_and_only_errors_refuse() {
 }
 
 #[test]
+fn a_controller_file_is_told_which_ladders_to_give() {
+    let place = Place::new("controller");
+    place.write("plant.toml", "ladder = [\"lib:pid\", \"count.toml\"]\n");
+    place.refused(
+        "plant.toml --scans 1",
+        78,
+        "give the ladders that it names: `lib:pid count.toml`",
+    );
+}
+
+#[test]
 fn what_time_cannot_count_and_what_has_no_end_is_refused() {
     let place = Place::new("bounds");
     for args in [

@@ -64,12 +64,17 @@ impl Plant {
 
     /// Runs to the end; returns the exit code and the lines of the log.
     pub fn run(&self, arguments: &[&str]) -> (i32, Vec<Value>) {
-        let output = self.command(arguments).args(["--log-format", "json"]).output().unwrap();
-        assert_eq!(output.stdout, b"", "standard output is for results");
-        let text = String::from_utf8(output.stderr).unwrap();
-        let lines = text.lines().map(|line| serde_json::from_str(line).expect(line));
-        (output.status.code().unwrap(), lines.collect())
+        said(self.command(arguments).args(["--log-format", "json"]))
     }
+}
+
+/// What a command comes to that logs JSON: the exit code and the lines of the log.
+pub fn said(command: &mut Command) -> (i32, Vec<Value>) {
+    let output = command.output().unwrap();
+    assert_eq!(output.stdout, b"", "standard output is for results");
+    let text = String::from_utf8(output.stderr).unwrap();
+    let lines = text.lines().map(|line| serde_json::from_str(line).expect(line));
+    (output.status.code().unwrap(), lines.collect())
 }
 
 impl Drop for Plant {

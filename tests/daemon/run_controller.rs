@@ -3,7 +3,8 @@
 use crate::bottling;
 use std::process::Command;
 
-use crate::bottling::{ALIVE, Plant, STOPS, find, message};
+use crate::bottling::{ALIVE, Plant, Running, STOPS, find, message};
+use crate::support::needs::{Need, skip};
 
 #[test]
 fn a_number_of_scans_and_an_orderly_stop() {
@@ -135,18 +136,28 @@ fn the_passes_of_a_stop_turn_outputs_off() {
 
 #[test]
 fn a_scan_longer_than_the_watchdog_is_a_fault() {
-    let plant = Plant::new(&slow_rungs(), "scan.period = \"2ms\"\nscan.watchdog = \"1ms\"\n");
-    let mut running = plant.start(&["--repeat-reason", "150ms"]);
+    if !cfg!(debug_assertions) {
+        return skip(Need::Faults, "a release build has no faults on purpose");
+    }
+    let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\nscan.watchdog = \"500ms\"\n");
+    let stalling = |arguments: &[&str]| {
+        let faults = plant.0.join("faults");
+        std::fs::write(&faults, "stall").unwrap();
+        let mut command = plant.command(arguments);
+        command.args(["--log-format", "json"]).env("RUNGD_FAULTS", faults);
+        command
+    };
+    let mut running = Running::new(&mut stalling(&["--repeat-reason", "150ms"]));
     let fault = running.line("FAULT: a scan");
-    assert_eq!((&fault["level"], &fault["watchdog"]), (&"ERROR".into(), &"1ms".into()));
-    assert!(message(&fault).contains("raise `[scan] watchdog` (it is 1ms, for "), "{fault}");
+    assert_eq!((&fault["level"], &fault["watchdog"]), (&"ERROR".into(), &"500ms".into()));
+    assert!(message(&fault).contains("raise `[scan] watchdog` (it is 500ms, for "), "{fault}");
     assert!(message(&fault).contains(" rungs every 2ms)"), "{fault}");
     running.line("still in FAULT after");
     running.signal("TERM");
     running.line("SIGTERM: ending from FAULT; no further scan comes");
     running.line("rungd ends");
     assert_eq!(running.end().code(), Some(0));
-    let (code, lines) = plant.run(&["--scans", "5"]);
+    let (code, lines) = bottling::said(&mut stalling(&["--scans", "5000"]));
     assert_eq!(code, 75, "with a number of scans, a fault is no success");
     let errors = lines.iter().filter(|line| line["level"] == "ERROR").count();
     assert_eq!(errors, 1, "one fault, one error: {lines:#?}");

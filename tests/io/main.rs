@@ -6,8 +6,10 @@ mod device_live;
 mod device_task;
 mod drivers;
 mod field;
+mod filling_line;
 mod gpio_hardware;
 mod liars;
+mod lift_station;
 mod local_device;
 mod local_rig;
 mod modbus_clients;
@@ -27,6 +29,7 @@ mod simulated_device;
 mod simulated_lag;
 mod simulated_plant;
 mod simulated_plant_page;
+mod temperature_loop;
 
 /// A binary uses a part of what they share.
 #[allow(dead_code)]

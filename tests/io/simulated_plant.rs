@@ -228,6 +228,29 @@ fn what_one_tank_loses_the_next_one_gets() {
 }
 
 #[test]
+fn several_pumps_on_one_tank_have_equal_shares_of_its_rate() {
+    let parts = r#"part = [
+        { name = "p1", kind = "motor" },
+        { name = "p2", kind = "motor" },
+        { name = "p3", kind = "motor" },
+        { name = "flow", kind = "sensor", of = "well.level", range = [0, 1], raw = [0, 5000] },
+        { name = "well", kind = "tank", capacity = 900, initial = 900, drain-rate = 300,
+          fill-rate = 100, drain = ["p1.running", "p2.running", "p3.running"],
+          fill = ["p3.running", "flow.value"] }]"#;
+    let mut bench =
+        bench(parts, &["p1.run", "p2.run", "p3.run"], &["#well.level", "#well.outflow"]);
+    let open = [(1, "p1.run", 1), (1001, "p2.run", 1), (2001, "p3.run", 1)];
+    bench.run(4000, &open);
+    let levels = bench.of("well.level");
+    let at = |ms: u64| levels.iter().rev().find(|(at, _)| *at <= ms).expect("a level").1;
+    // In come 50 a second, from a signal beyond fully open; with the third pump 100. Out go 100 a
+    // pump, in whole thousandths. A motor's answer reaches the tank a millisecond later.
+    assert_eq!([1, 1001, 2001, 3001].map(at), [900, 850, 700, 500]);
+    let flows = [(0, 0), (2, 333), (1002, 666), (2002, 1000)];
+    assert_eq!(bench.of("well.outflow"), flows);
+}
+
+#[test]
 fn a_sensor_has_thresholds_delays_and_a_signal() {
     let parts = format!(
         "{},{}",

@@ -62,6 +62,7 @@ fn every_template_is_used_without_a_finding() {
     let text = format!("ladder = [{all}, \"plant.toml\"]\n[retain]\ntags = {kept}\n");
     std::fs::write(&controller, text).expect("writable");
     let loaded = load::controller_file(&controller).expect("readable");
+    assert_eq!(loaded.program.as_ref().map(|program| &*program.name), Some("plant"));
     assert!(loaded.program.is_some(), "{:#?}", loaded.findings);
     let about = |code: &str| loaded.findings.iter().any(|finding| finding.code.name() == code);
     assert!(!about("retained-but-reset") && !about("retains-nothing"), "{:#?}", loaded.findings);

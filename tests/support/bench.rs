@@ -2,15 +2,13 @@
 #![allow(dead_code)]
 
 use rungd::calendar::LocalTime;
-use rungd::controller::device::{Device, DriverSettings};
+use rungd::controller::device::{Device, DriverSettings, OnLoss};
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::io::plant::Model;
-use rungd::isa::{Address, Bit, BitSpace, Health};
+use rungd::isa::{Address, Bit, BitSpace, Health, Real};
 use rungd::load::Loaded;
 use rungd::lower::{Symbols, lower};
 use rungd::resolve::scope::Scope;
-
-const PERIOD_MS: u64 = 10;
 
 /// The controller and its plant, on the same time grid: a scan sees the plant's inputs of its time.
 pub struct Plant {
@@ -19,7 +17,10 @@ pub struct Plant {
     engine: Engine,
     device: Device,
     model: Model,
+    period_ms: u64,
     pub now_ms: u64,
+    /// The ladder's time of day at time 0, as seconds since 1970.
+    pub clock_s: i64,
     /// The time of the last good exchange.
     good_ms: u64,
 }
@@ -36,7 +37,17 @@ impl Plant {
         let DriverSettings::Simulated(settings) = &device.driver else { panic!("{device:?}") };
         let model = Model::new(settings);
         let scope = Scope::of(&program);
-        Plant { scope, symbols, engine, device, model, now_ms: 0, good_ms: 0 }
+        Plant {
+            scope,
+            symbols,
+            engine,
+            device,
+            model,
+            period_ms: controller.period_ms.into(),
+            now_ms: 0,
+            clock_s: LocalTime::SIMULATED_S,
+            good_ms: 0,
+        }
     }
 
     fn cell(&self, name: &str) -> Cell {
@@ -50,6 +61,17 @@ impl Plant {
             Cell::Bit(bit) => image.bit(bit).into(),
             Cell::Word(word) => image.word(word),
         }
+    }
+
+    /// The value of an R word.
+    pub fn real(&self, name: &str) -> f64 {
+        Real::of_cell(self.value(name)).into()
+    }
+
+    /// Writes a word, as an operator does; of an R word, its cell.
+    pub fn write(&mut self, name: &str, value: i32) {
+        let Cell::Word(word) = self.cell(name) else { panic!("{name} is a bit") };
+        self.engine.write_word(word, value);
     }
 
     pub fn force(&mut self, name: &str, on: bool) {
@@ -72,13 +94,13 @@ impl Plant {
             self.good_ms = self.now_ms;
         }
         let stale = self.now_ms - self.good_ms > u64::from(self.device.loss_after_ms);
-        if stale {
+        if stale && self.device.on_loss == OnLoss::Zero {
             inputs.fill(0);
         }
         self.engine.begin_scan(
             self.now_ms * 1_000_000,
             &ScanTimes::default(),
-            &LocalTime::default(),
+            &LocalTime::of(self.clock_s + (self.now_ms / 1000) as i64),
         );
         for (row, value) in self.device.inputs.iter().zip(inputs) {
             match (row.address, self.symbols.layout.cell(row.address)) {
@@ -94,7 +116,7 @@ impl Plant {
             self.engine.write_bit(bit, on);
         }
         self.engine.execute();
-        self.now_ms += PERIOD_MS;
+        self.now_ms += self.period_ms;
     }
 
     /// Scans up to a time; calls `look` after each scan.

@@ -3,7 +3,7 @@
 /// The text of a controller file, with a watchdog of 30 s where it names none: the usual 200 ms
 /// are soon over for a process that waits for one of two busy cores.
 pub fn calm(controller: &str) -> String {
-    if controller.contains("watchdog = ") {
+    if controller.contains("watchdog = \"") {
         return controller.into();
     }
     match controller.split_once("[scan]\n") {

@@ -24,8 +24,8 @@ use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::{Constant, Text};
 
-pub use settings::{Device, DriverSettings};
-pub(crate) use settings::{Input, OnLoss, Output, SafeValue};
+pub use settings::{Device, DriverSettings, OnLoss};
+pub(crate) use settings::{Input, Output, SafeValue};
 pub(crate) use wiring::moved_twice;
 pub(super) use wiring::unmapped_outputs;
 

@@ -18,7 +18,7 @@ pub struct Device {
     /// The time between exchanges, ms; at least 1.
     pub(crate) poll_ms: u32,
     /// The values of its inputs when it is lost.
-    pub(crate) on_loss: OnLoss,
+    pub on_loss: OnLoss,
     /// The age of the last good exchange at which it is lost, ms; at least 1.
     pub loss_after_ms: u32,
     /// The bits and words that it moves, one per point.
@@ -31,7 +31,7 @@ pub struct Device {
 
 /// The values of a lost device's inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum OnLoss {
+pub enum OnLoss {
     /// Inputs keep the values that were read last.
     #[default]
     Hold,

@@ -7,7 +7,7 @@
 
 use super::fault::{Falsifies, Fault};
 use super::part::Part;
-use super::settings::{Command, Effect, Feed, Plant, PointId};
+use super::settings::{Command, Drive, Effect, Feed, Plant, PointId, opening};
 use crate::io::scaling::Scaling;
 
 /// The most ticks that one step catches up with. If the process stood still for longer, the plant
@@ -109,7 +109,8 @@ impl Model {
         let is_lost = self.is_lost();
         let is_fault = |point: PointId| point.0 as usize >= self.first_fault;
         for command in self.commands.iter().filter(|command| !is_lost || is_fault(command.point)) {
-            if let Feed::Output(at) = command.feed
+            // An output drives a command alone.
+            if let Some(&Drive { feed: Feed::Output(at), .. }) = command.drives.first()
                 && let (Some(known), Some(now)) = (self.outputs.get_mut(at), outputs.get(at))
             {
                 let number = self.output_scaling[at].to_integer(*now);
@@ -124,19 +125,29 @@ impl Model {
 
     fn tick(&mut self) {
         self.before.copy_from_slice(&self.values);
-        for Command { point, feed, gain } in &self.commands {
-            let value = match *feed {
-                Feed::Output(at) => self.outputs[at],
-                Feed::Point(from) => self.before[from.0 as usize],
-                Feed::Fixed(value) => value,
+        for Command { point, drives } in &self.commands {
+            self.values[point.0 as usize] = match drives.as_slice() {
+                [drive] => self.driven(drive),
+                shares => {
+                    let opened = |drive| self.driven(drive).clamp(0, opening::FULL);
+                    shares.iter().map(opened).sum::<i32>() / shares.len().max(1) as i32
+                }
             };
-            self.values[point.0 as usize] = value.saturating_mul(*gain);
         }
         self.falsify(Falsifies::Command);
         for (first, part) in &mut self.parts {
             part.tick(self.time_ms, &mut self.values[*first..]);
         }
         self.falsify(Falsifies::Report);
+    }
+
+    fn driven(&self, Drive { feed, gain }: &Drive) -> i32 {
+        let value = match *feed {
+            Feed::Output(at) => self.outputs[at],
+            Feed::Point(from) => self.before[from.0 as usize],
+            Feed::Fixed(value) => value,
+        };
+        value.saturating_mul(*gain)
     }
 
     fn falsify(&mut self, what: Falsifies) {

@@ -38,12 +38,19 @@ pub struct Plant {
     pub(crate) output_scaling: Vec<Scaling>,
 }
 
-/// A command's value: the feed's value times the gain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A command's value: the mean of what drives it. Of several pumps each has an equal share.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Command {
     /// The command.
     pub(crate) point: PointId,
-    /// Its driver.
+    /// At least one; more than one for an opening only.
+    pub(crate) drives: Vec<Drive>,
+}
+
+/// A share of a command's value: the feed's value times the gain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Drive {
+    /// The driver.
     pub(crate) feed: Feed,
     /// 1, or the value of a fully open valve if a bit opens it.
     pub(crate) gain: i32,

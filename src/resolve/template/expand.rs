@@ -32,6 +32,8 @@ pub(super) struct Expansion<'t> {
     pub arguments: Vec<Argument>,
     /// The names of the uses that stand in ladders.
     pub names: Vec<Text>,
+    /// The whole names of the uses whose template is unknown, so that nobody knows their tags.
+    pub unknown: Vec<String>,
     /// By the numbers of the templates: whether one of their uses is written out.
     pub written: Vec<bool>,
     room: Room,
@@ -52,6 +54,7 @@ impl<'t> Expansion<'t> {
             findings: Vec::new(),
             arguments: Vec::new(),
             names: Vec::new(),
+            unknown: Vec::new(),
             written: vec![false; templates.all.len()],
             room: Room::new(),
             tags: Vec::new(),
@@ -142,7 +145,13 @@ impl<'t> Expansion<'t> {
 
     /// A use with its arguments. Adds its own tags.
     fn instance(&mut self, of: &Use, giver: Giver<'_, 't>, is_body: bool) -> Option<Instance<'t>> {
-        let number = self.templates.of(of)?;
+        let Some(number) = self.templates.of(of) else {
+            self.unknown.extend(of.name.as_ref().map(|name| match giver {
+                Some(giver) => format!("{}.{}", giver.name, name.text),
+                None => name.text.clone(),
+            }));
+            return None;
+        };
         let declared = &self.templates.all[number];
         let name = of.name.as_ref()?;
         if !declared.is_usable || self.room.is_over() {

@@ -47,7 +47,7 @@ impl Resolver<'_> {
         for (file, ladder) in ladders {
             plain.push((file, expansion.ladder(ladder, &mut used)));
         }
-        let of_library = |span: Span| self.file_name(span).starts_with(LIBRARY);
+        let of_library = |span: Span| self.file_name(span.file).starts_with(LIBRARY);
         let unused = templates.unused(&used);
         findings.extend(unused.into_iter().filter(|finding| !of_library(finding.span)));
         let own: Vec<bool> = templates.all.iter().map(|of| !of_library(of.template.span)).collect();
@@ -68,6 +68,7 @@ impl Resolver<'_> {
         findings.append(&mut expansion.findings);
         self.arguments = std::mem::take(&mut expansion.arguments);
         self.use_names = std::mem::take(&mut expansion.names);
+        self.unknown_uses = std::mem::take(&mut expansion.unknown);
         self.layers = expansion.layers;
         self.findings.extend(findings);
         plain

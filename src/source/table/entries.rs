@@ -37,6 +37,15 @@ impl<'a> Table<'a> {
         integers.collect()
     }
 
+    /// A string, or an array of strings; none if the key is absent.
+    pub fn string_or_strings(&mut self, key: Key) -> Vec<Text> {
+        let Some(value) = self.get(key, ValueForm::TextOrTexts) else { return Vec::new() };
+        if let DeValue::String(text) = value.get_ref() {
+            return vec![self.doc.text(text, value.span())];
+        }
+        self.strings_of(value, key.name, "").map(|texts| texts.value).unwrap_or_default()
+    }
+
     /// All entries as strings or bare numbers, by key and in file order (the form of `with`).
     /// `None` for a value of another type, which is reported.
     pub fn scalars(&mut self, any: Key) -> Vec<(Text, Option<Text>)> {

@@ -31,8 +31,8 @@ pub struct WrittenPart {
     pub name: Option<Text>,
     /// `kind`, where it is one.
     pub kind: Option<PartKind>,
-    /// Keys that name the point that drives a command.
-    pub driven: Vec<(&'static str, Text)>,
+    /// Keys that name the points that drive a command: one, or several for an opening.
+    pub driven: Vec<(&'static str, Vec<Text>)>,
     /// Its durations, ms, by key.
     pub times: Vec<(&'static str, Located<i32>)>,
     /// Its numbers, by key.
@@ -104,6 +104,8 @@ const FAULT_NAME: &str = r#"{"pattern":"^[a-z][A-Za-z0-9_]*$"}"#;
 enum PartKeyForm {
     /// The point that drives the command of this name.
     Driven,
+    /// The points that drive the opening of this name together.
+    DrivenTogether,
     Time,
     Number(i64, i64),
     Pair,
@@ -116,7 +118,7 @@ const NUMBER: i64 = i32::MAX as i64;
 
 /// The keys of a part beside `name`, `kind` and `invert`, and the kinds of part that have them.
 const KEYS: [(Key, PartKeyForm, &[PartKind]); 30] = {
-    use PartKeyForm::{Driven, Number, Pair, Places, Time};
+    use PartKeyForm::{Driven, DrivenTogether, Number, Pair, Places, Time};
     use PartKind::{Conveyor, Delay, Lag, Motor, Pulse, Sensor, Tank};
     [
         (
@@ -142,8 +144,16 @@ const KEYS: [(Key, PartKeyForm, &[PartKind]); 30] = {
             Driven,
             &[Conveyor],
         ),
-        (key("fill", "A tank's: the point of the plant that opens its inlet."), Driven, &[Tank]),
-        (key("drain", "A tank's: the point of the plant that opens its outlet."), Driven, &[Tank]),
+        (
+            key("fill", "A tank's: the point of the plant that opens its inlet, or several."),
+            DrivenTogether,
+            &[Tank],
+        ),
+        (
+            key("drain", "A tank's: the point of the plant that opens its outlet, or several."),
+            DrivenTogether,
+            &[Tank],
+        ),
         (
             key("after", "How long its command must be ON before it comes ON."),
             Time,
@@ -328,7 +338,10 @@ impl WrittenPart {
     fn read(&mut self, table: &mut Table<'_>, key: Key, form: &PartKeyForm) {
         match form {
             PartKeyForm::Driven => {
-                self.driven.extend(table.string(key).map(|text| (key.name, text)))
+                self.driven.extend(table.string(key).map(|text| (key.name, vec![text])))
+            }
+            PartKeyForm::DrivenTogether => {
+                self.driven.push((key.name, table.string_or_strings(key)));
             }
             PartKeyForm::Time => self.times.extend(table.duration(key).map(|ms| (key.name, ms))),
             PartKeyForm::Number(min, max) => {

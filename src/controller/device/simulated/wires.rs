@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::super::driver::{Direction, Row};
 use super::keys::{self as written, FaultKind, Keys};
 use super::points::{FAULT, Holds, Point, Points, Role};
-use crate::io::plant::settings::{Command, Effect, FaultSettings, Feed, PointId, opening};
+use crate::io::plant::settings::{Command, Drive, Effect, FaultSettings, Feed, PointId, opening};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -48,12 +48,12 @@ pub fn commands(
     for part in &keys.parts {
         let Some(name) = &part.name else { continue };
         for (command, from) in &part.driven {
-            wires.by_point(&format!("{}.{command}", name.text), from);
+            wires.by_points(&format!("{}.{command}", name.text), from);
         }
     }
     for fault in &keys.faults {
         if let (Some(name), Some(from)) = (&fault.name, &fault.when) {
-            wires.by_point(&format!("{FAULT}.{}", name.text), from);
+            wires.by_points(&format!("{FAULT}.{}", name.text), std::slice::from_ref(from));
         }
     }
     wires.finish()
@@ -73,26 +73,40 @@ impl Wires<'_> {
         if point.holds == Holds::Bit && row.is_words() {
             return self.findings.push(row.find(format!("`{}` is a bit", point.name)));
         }
-        let gain = gain(point, !row.is_words());
-        self.enter(Command { point: id, feed: Feed::Output(at), gain }, row.points.span);
+        let drive = Drive { feed: Feed::Output(at), gain: gain(point, !row.is_words()) };
+        self.enter(Command { point: id, drives: vec![drive] }, row.points.span);
     }
 
-    fn by_point(&mut self, command: &str, from: &Text) {
+    fn by_points(&mut self, command: &str, from: &[Text]) {
+        let Some(first) = from.first() else { return };
         // A command is missing if its part has a finding of its own.
-        let text = Text { text: command.to_owned(), span: from.span, exact: false };
+        let text = Text { text: command.to_owned(), span: first.span, exact: false };
         let Ok((id, point)) = self.points.find(&text) else { return };
+        let drives: Vec<Drive> =
+            from.iter().filter_map(|from| self.drive(command, point, from)).collect();
+        if drives.len() == from.len() {
+            self.enter(Command { point: id, drives }, first.span);
+        }
+    }
+
+    /// What a point of the plant gives a command; none with a finding.
+    fn drive(&mut self, command: &str, point: &Point, from: &Text) -> Option<Drive> {
         let (source, told) = match self.points.find(from) {
             Ok(found) => found,
-            Err(finding) => return self.findings.push(finding),
+            Err(finding) => {
+                self.findings.push(finding);
+                return None;
+            }
         };
         if point.holds == Holds::Bit && told.holds != Holds::Bit {
             let message = format!("`{}` is a number, and `{command}` is a bit", told.name);
             let help = "a part of kind `sensor` turns a number into a bit";
             let finding = Finding::new(Code::Controller, from.span, message);
-            return self.findings.push(finding.help(help));
+            self.findings.push(finding.help(help));
+            return None;
         }
         let gain = gain(point, told.holds == Holds::Bit);
-        self.enter(Command { point: id, feed: Feed::Point(source), gain }, from.span);
+        Some(Drive { feed: Feed::Point(source), gain })
     }
 
     fn enter(&mut self, command: Command, span: Span) {
@@ -112,7 +126,7 @@ impl Wires<'_> {
             let fixed = match (self.feeds.get(&id.0), point.role) {
                 (_, Role::Told) => continue,
                 (Some((command, _)), _) => {
-                    commands.push(*command);
+                    commands.push(command.clone());
                     continue;
                 }
                 (None, Role::Command(fixed)) => fixed,
@@ -121,7 +135,8 @@ impl Wires<'_> {
                     0
                 }
             };
-            commands.push(Command { point: id, feed: Feed::Fixed(fixed), gain: 1 });
+            let drive = Drive { feed: Feed::Fixed(fixed), gain: 1 };
+            commands.push(Command { point: id, drives: vec![drive] });
         }
         (commands, found)
     }
