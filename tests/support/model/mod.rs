@@ -13,6 +13,7 @@ mod formulas;
 pub mod generate;
 mod instruction;
 mod math;
+mod math_read;
 mod menu;
 mod names;
 mod parse;
