@@ -5,6 +5,8 @@
 use std::fmt::Write as _;
 
 use clap::Args;
+use clap::builder::StyledStr;
+use clap_complete::engine::{ArgValueCandidates, CompletionCandidate};
 
 mod library_page;
 mod page;
@@ -33,7 +35,7 @@ use crate::source::nearest::did_you_mean;
 pub(crate) struct ExplainArgs {
     /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of
     /// the library (`lib:pid`)
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "NAME", add = ArgValueCandidates::new(candidates))]
     name: Option<String>,
 }
 
@@ -63,14 +65,27 @@ fn named(name: &str) -> Result<String, String> {
         return file.map(of_library).map_err(mistake);
     }
     explanation(name).ok_or_else(|| {
-        let known = instruction::TABLE.iter().map(|spec| spec.name);
-        let known = known.chain(FUNCTIONS.iter().map(|spec| spec.name));
-        let known = known.chain(finding::TABLE.iter().map(|row| row.name));
-        let known = known.chain(events::all().map(|event| event.name));
-        let help = did_you_mean(name, known)
+        let help = did_you_mean(name, known())
             .unwrap_or_else(|| "`rungd explain` lists what can be explained".to_owned());
         format!("no instruction, function, finding or event is called `{name}`: {help}")
     })
+}
+
+/// Everything with a name but the library.
+fn known() -> impl Iterator<Item = &'static str> {
+    let known = instruction::TABLE.iter().map(|spec| spec.name);
+    let known = known.chain(FUNCTIONS.iter().map(|spec| spec.name));
+    let known = known.chain(finding::TABLE.iter().map(|row| row.name));
+    known.chain(events::all().map(|event| event.name))
+}
+
+/// What the shell offers.
+fn candidates() -> Vec<CompletionCandidate> {
+    let library = library::FILES.iter().map(|file| {
+        let about = StyledStr::from(file.head().0);
+        CompletionCandidate::new(format!("{LIBRARY}{}", file.name)).help(Some(about))
+    });
+    known().map(CompletionCandidate::new).chain(library).collect()
 }
 
 /// The text for a mnemonic or function in any case, a finding's name, an event's name or code, or a

@@ -56,7 +56,7 @@ fn split(text: &str, span: Span) -> Parsed<Split> {
     }
     let (name, index) = match name.split_once('[') {
         None => (name, None),
-        Some((base, rest)) if rest.ends_with(']') && !rest.contains("..") => {
+        Some((base, rest)) if rest.ends_with(']') && !is_slice(rest) => {
             let from = start + base.len() + 1;
             (base.trim_end(), Some((from, from + rest.len() - 1)))
         }
@@ -83,6 +83,11 @@ fn split(text: &str, span: Span) -> Parsed<Split> {
         return Err(error(place, &message).help(help));
     }
     Ok((Located { value: name.to_owned(), span: place }, index, at + 1))
+}
+
+/// Whether the text behind a `[` is the ends of a slice; an index may have slices in its brackets.
+fn is_slice(rest: &str) -> bool {
+    rest.split(['[', '(', ']']).next().is_some_and(|ends| ends.contains(".."))
 }
 
 /// The first `=` outside brackets that is no part of `==`.

@@ -41,13 +41,13 @@ fn a_first_project_passes_the_check_and_runs() {
          Run it with `cd plant/line1 && rungd run controller.toml`; Ctrl-C stops it.\n\
          In a second shell there, `rungd status` tells how it is.\n"
     );
-    for file in ["controller.toml", "programs/main.toml"] {
-        let path = format!("plant/line1/{file}");
-        let output = rungd(&["check", "--deny", "warnings", &path], &folder);
+    let controller = "plant/line1/controller.toml";
+    for files in [&[controller][..], &["lib:flasher", "plant/line1/programs/main.toml"]] {
+        let output = rungd(&[&["check", "--deny", "warnings"], files].concat(), &folder);
         assert_eq!(said(&output.stderr), "0 errors, 0 warnings\n");
         assert_eq!(output.status.code(), Some(0));
     }
-    let output = rungd(&["run", "plant/line1/controller.toml", "--scans", "130"], &folder);
+    let output = rungd(&["run", controller, "--scans", "130"], &folder);
     let log = said(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{log}");
     assert!(log.contains("motor is ON"), "{log}");
@@ -128,14 +128,23 @@ fn its_ladder_does_what_its_readme_says() {
                     7,,,1\n8,,,0\n9,,,1\n10,,,0\n11,,,1\n12,,,0\n";
     fs::write(folder.join("eye.csv"), stimulus).expect("a file");
     let watch = ["--watch", "motor,parts.Acc,batch_lamp,no_parts", "--scans", "13"];
-    let args = [&["sim", "programs/main.toml", "--stimulus", "eye.csv"][..], &watch].concat();
-    let output = rungd(&args, &folder);
+    let sim = ["sim", "lib:flasher", "programs/main.toml", "--stimulus"];
+    let output = rungd(&[&sim[..], &["eye.csv"], &watch].concat(), &folder);
     let trace = said(&output.stdout);
     let rows: Vec<&str> = trace.lines().collect();
     assert_eq!(rows[1], "0,0,0,0,0,0", "{trace}");
     assert_eq!(rows[2], "1,10,1,0,0,0", "{trace}");
     assert_eq!(rows[11], "10,100,1,4,0,0", "{trace}");
     assert_eq!(rows[12], "11,110,0,5,1,0", "{trace}");
+    // Without parts: after three seconds the lamp is bright for 200 ms of each second.
+    fs::write(folder.join("none.csv"), "scan,start,stop_ok\n0,0,1\n1,1,\n2,0,\n").expect("a file");
+    let watch = ["--watch", "no_parts,trouble", "--scans", "500"];
+    let output = rungd(&[&sim[..], &["none.csv"], &watch].concat(), &folder);
+    let trace = said(&output.stdout);
+    let lamp: Vec<bool> = trace.lines().skip(1).map(|row| row.ends_with(",1,1")).collect();
+    let bright: Vec<usize> = (1..500).filter(|&at| lamp[at] && !lamp[at - 1]).collect();
+    assert_eq!(bright, [301, 401], "{trace}");
+    assert_eq!(lamp.iter().filter(|&&lit| lit).count(), 40);
 }
 
 #[test]

@@ -101,6 +101,9 @@ fn bash_completes_commands_and_kinds() {
     };
     assert_eq!(complete("rungd sch", "sch"), ["schema"]);
     assert_eq!(complete("rungd schema ''", ""), ["ladder", "controller", "--help"]);
+    assert_eq!(complete("rungd explain sqr", "sqr"), ["sqrt"]);
+    let library = complete("rungd explain lib", "lib");
+    assert!(library.contains(&"lib:pid".to_owned()) && library.len() == 10, "{library:?}");
     let all = complete("rungd ''", "");
     assert!(all.contains(&"run".to_owned()) && !all.contains(&"man".to_owned()), "{all:?}");
 }

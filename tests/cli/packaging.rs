@@ -1,4 +1,5 @@
 //! What the package says of the libraries in it: their licences' texts, and the bill of materials.
+//! It has every page, with its diagrams.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -65,4 +66,36 @@ fn the_package_lists_no_file_twice() {
     assets.lines().for_each(|line| *times.entry(line).or_default() += 1);
     times.retain(|_, times| *times > 1);
     assert!(times.is_empty(), "{times:#?}");
+}
+
+/// `*` in an asset's name stands for one file's name, `**/*` for files in any folder below.
+fn takes(asset: &str, path: &str) -> bool {
+    if let Some(folder) = asset.strip_suffix("**/*") {
+        return path.starts_with(folder);
+    }
+    let Some((before, behind)) = asset.split_once('*') else { return asset == path };
+    let name = path.strip_prefix(before).and_then(|rest| rest.strip_suffix(behind));
+    name.is_some_and(|name| !name.contains('/'))
+}
+
+#[test]
+fn every_file_of_the_docs_is_in_the_package() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let assets: Vec<&str> = manifest.split('"').filter(|word| word.starts_with("docs/")).collect();
+    let mut folders = vec![root().join("docs")];
+    let mut missing = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let name = path.strip_prefix(root()).unwrap().display().to_string();
+            if !assets.iter().any(|asset| takes(asset, &name)) {
+                missing.push(name);
+            }
+        }
+    }
+    assert!(missing.is_empty(), "{missing:?}");
 }

@@ -57,8 +57,9 @@ fn every_template_is_used_without_a_finding() {
     let all = LIBRARY.map(|name| format!("\"lib:{name}\"")).join(", ");
     let controller = folder.join("controller.toml");
     // What a plant wants to find again after a restart; none of it is reset by a stop.
-    let kept =
-        r#"["h.hours", "h.since", "h.part", "l2.lead", "l3.lead", "alt.others_turn", "fo.first"]"#;
+    let kept = "h.hours h.since h.part l2.lead l3.lead alt.others_turn fo.first p.out p.integral \
+                r.value";
+    let kept = format!("[\"{}\"]", kept.split_whitespace().collect::<Vec<_>>().join("\", \""));
     let text = format!("ladder = [{all}, \"plant.toml\"]\n[retain]\ntags = {kept}\n");
     std::fs::write(&controller, text).expect("writable");
     let loaded = load::controller_file(&controller).expect("readable");

@@ -209,6 +209,7 @@ fn another_program_keeps_data_memory_and_scans_on() {
 
 fn data(engine: &Engine, of: &Loaded) -> Vec<i32> {
     let first = of.symbols.layout.word(Word::Space(WordSpace::D, 0)).0 as usize;
-    let count = of.symbols.layout.sizes().d as usize;
+    // Behind the addresses that programs name lie the places of tags with a `type`.
+    let count = of.symbols.layout.sizes().d as usize / 2;
     engine.image().words()[first..first + count].to_vec()
 }

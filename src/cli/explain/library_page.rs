@@ -83,7 +83,10 @@ fn of_parameter(parameter: &Parameter) -> [String; 4] {
 /// the template's own affair.
 fn of_tag(tag: &Tag) -> Option<[String; 4]> {
     let kind = tag.kind.as_ref().map_or(String::new(), |kind| kind.text.clone());
-    let alarm = || tag.alarm.as_ref().map(|alarm| format!("Alarm: {}", alarm.text));
+    let alarm = || {
+        let text = &tag.alarm.as_ref()?.text;
+        Some(format!("Alarm: {}", text.trim_start_matches("{name}: ")))
+    };
     let doc = tag.doc.clone().or_else(alarm)?;
     Some([format!(".{}", tag.name.text), kind, String::new(), doc])
 }
@@ -116,7 +119,7 @@ mod tests {
     #[test]
     fn the_page_stands_above_the_file() {
         let text = of_library(library::named("lib:debounce").unwrap().unwrap());
-        assert!(text.starts_with("# lib:debounce: A bit that follows a contact only after"));
+        assert!(text.starts_with("# lib:debounce: A contact without its bounces.\n#\n"));
         let (_, behind) = text.split_once("an off delay in one.\n").unwrap();
         let (facts, _) = behind.split_once("# Example:").unwrap();
         expect_test::expect![[r#"

@@ -16,7 +16,7 @@
 
 use std::collections::HashMap;
 
-use super::settings::Device;
+use super::settings::{Device, DriverSettings};
 use crate::controller::settings::Controller;
 use crate::isa::{Address, Bit, BitSpace, Space};
 use crate::resolve::program::Program;
@@ -75,11 +75,21 @@ pub(in crate::controller) fn unmapped_outputs(
     let lost = program.operands.iter().filter(|operand| is_y(operand.address));
     let lost = lost.filter(|operand| !taken(operand.address));
     let place = controller.devices.first().map_or_else(Span::default, |device| device.span);
+    let simulated = |device: &Device| matches!(device.driver, DriverSettings::Simulated(_));
+    let is_all_simulated = controller.devices.iter().all(simulated);
     let finding = |name: &String| {
+        let help = if is_all_simulated {
+            format!(
+                "add a row to the map: `{{ from = \"{name}\", to = \"lamp.in\" }}`; for a lamp or \
+                 a horn, a part of kind `delay` takes it"
+            )
+        } else {
+            format!("add a row to a map: `{{ from = \"{name}\", to = \"…\" }}`, or use a C bit")
+        };
         let message = format!("`{name}` goes nowhere: no device takes it");
         Finding::new(Code::OutputUnmapped, place, message)
             .label("the devices begin here")
-            .help("add a row to a map: `{ from = \"Y0\", to = \"…\" }`, or use a C bit")
+            .help(help)
     };
     lost.map(|operand| finding(&operand.name)).collect()
 }

@@ -1,12 +1,13 @@
 //! What each instruction does when it executes, and when it terminates; contacts and values.
 
 use super::exec::Sim;
-use super::program::{Compare, Contact, Instr, Op, Value};
+use super::program::{Contact, Instr, Op, Value};
 
 impl Sim<'_> {
     pub fn value(&self, value: Value) -> i64 {
         match value {
             Value::Const(number) => number,
+            Value::Real(real) => panic!("{real} where only integers stand"),
             Value::At(loc) => self.memory.get(loc),
             Value::Element(array, index) => {
                 let loc = array.element(self.memory.get(index));
@@ -24,17 +25,7 @@ impl Sim<'_> {
                 let on = self.contact(of);
                 if *rising { self.edge(*history, on) } else { self.falling_edge(*history, on) }
             }
-            Contact::Compare(left, compare, right) => {
-                let (left, right) = (self.value(*left), self.value(*right));
-                match compare {
-                    Compare::Equal => left == right,
-                    Compare::NotEqual => left != right,
-                    Compare::Less => left < right,
-                    Compare::LessEqual => left <= right,
-                    Compare::Greater => left > right,
-                    Compare::GreaterEqual => left >= right,
-                }
-            }
+            Contact::Compare(left, compare, right) => self.compare(*left, *compare, *right),
             Contact::Not(inner) => !self.contact(inner),
             Contact::All(items) => self.contacts(items).iter().all(|on| *on),
             Contact::Any(items) => self.contacts(items).iter().any(|on| *on),
@@ -113,20 +104,14 @@ impl Sim<'_> {
             Op::Rstt(t) => self.rstt(*t),
             Op::Res(n) => self.res(*n),
             Op::Move(value, to) => {
-                let value = self.read(*value);
-                self.write(*to, value);
+                let number = self.operand(*value);
+                self.store(*to, number);
             }
-            Op::Add(a, b, to) => {
-                let sum = self.read(*a) + self.read(*b);
-                self.write(*to, sum);
-            }
-            Op::Sub(a, b, to) => {
-                let difference = self.read(*a) - self.read(*b);
-                self.write(*to, difference);
-            }
+            Op::Add(a, b, to) => self.sum(*a, *b, *to),
+            Op::Sub(a, b, to) => self.difference(*a, *b, *to),
             Op::Copy(from, to) => self.copy(*from, *to),
             Op::Fill(value, to) => self.fill(*value, *to),
-            Op::Math(target, expr) => self.math(*target, expr),
+            Op::Math(target, expr) => self.math(target, expr),
             Op::Run(program) => self.start_program(*program),
             Op::Halt(target) => {
                 self.stop_block(*target);

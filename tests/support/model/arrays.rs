@@ -14,13 +14,13 @@ impl Array {
         Some(Loc::whole(self.first.area, self.first.index + at))
     }
 
-    fn each(self) -> impl Iterator<Item = Loc> {
+    pub fn each(self) -> impl Iterator<Item = Loc> {
         (0..self.count).map(move |at| Loc::whole(self.first.area, self.first.index + at))
     }
 }
 
 impl Sim<'_> {
-    fn wrong_index(&mut self) {
+    pub fn wrong_index(&mut self) {
         self.memory.put_bit(Loc::whole(Area::St, INDEX_ERROR), true);
     }
 
@@ -46,13 +46,13 @@ impl Sim<'_> {
     }
 
     pub fn copy(&mut self, from: Array, to: Array) {
-        let values: Vec<i64> = from.each().map(|loc| self.memory.get(loc)).collect();
-        to.each().zip(values).for_each(|(loc, value)| self.memory.put(loc, value));
+        let values: Vec<_> = from.each().map(|loc| self.at(loc)).collect();
+        to.each().zip(values).for_each(|(loc, value)| self.store_at(loc, value));
     }
 
     pub fn fill(&mut self, value: Value, to: Array) {
-        let value = self.read(value);
-        to.each().for_each(|loc| self.memory.put(loc, value));
+        let value = self.operand(value);
+        to.each().for_each(|loc| self.store_at(loc, value));
     }
 
     pub fn shift(&mut self, bits: &[Loc], history: usize, legs: &[bool]) {
@@ -84,7 +84,7 @@ impl Names {
         let (name, index) = word.strip_suffix(']')?.split_once('[')?;
         let index = match self.value(index).ok()? {
             Value::Const(number) => number,
-            Value::At(_) | Value::Element(..) => return None,
+            Value::Real(_) | Value::At(_) | Value::Element(..) => return None,
         };
         self.arrays.get(name)?.element(index)
     }

@@ -77,6 +77,8 @@ pub struct Tag {
     pub body: String,
     /// The tag names a bit or a word: it can be watched.
     pub operand: bool,
+    /// The elements that are watched by their names: of an array without an address.
+    pub elements: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -215,6 +217,9 @@ impl Case {
         }
         all.extend(["$1Second", "$ScanCounter", "$Year", "$Month", "$Day"].map(str::to_string));
         all.extend(["$Weekday", "$Hour", "$Minute", "$Second"].map(str::to_string));
+        for tag in &self.tags {
+            all.extend((0..tag.elements).map(|at| format!("{}[{at}]", tag.name)));
+        }
         all.extend(self.tags.iter().filter(|tag| tag.operand).map(|tag| tag.name.clone()));
         all
     }

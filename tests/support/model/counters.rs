@@ -112,7 +112,7 @@ impl Sim<'_> {
         power: bool,
     ) {
         let at = |member| Loc::of(Area::N, n, member);
-        if let Some(preset @ (Value::At(_) | Value::Element(..))) = preset {
+        if let Some(preset @ (Value::Real(_) | Value::At(_) | Value::Element(..))) = preset {
             let preset = self.read(preset);
             self.memory.put(at(Member::Pre), preset);
         }

@@ -1,11 +1,12 @@
 //! Random elements of arrays, runs of neighbours, COPY and FILL.
 
-use super::pool::Pool;
+use super::pool::{DrawnArray, Pool};
 
 impl Pool {
     /// An address as an element of an array, at times.
     pub fn as_element(&mut self, address: &str) -> String {
-        for (name, area, count) in self.arrays.clone() {
+        for array in self.arrays.clone().into_iter().filter(|array| !array.placed) {
+            let DrawnArray { name, area, count, .. } = array;
             let number = address.strip_prefix(area).and_then(|n| n.parse::<usize>().ok());
             if let Some(n) = number.filter(|n| n < &count)
                 && self.rng.chance(40)
@@ -18,14 +19,27 @@ impl Pool {
 
     /// An element that a word selects, of bits or words, that programs read or write.
     pub fn element(&mut self, bits: bool, written: bool) -> Option<String> {
-        let is_bits = |area: &str| ["X", "C"].contains(&area);
-        let fits = |area: &str| is_bits(area) == bits && !(written && area == "X");
-        let all = self.arrays.iter().filter(|(_, area, _)| fits(area));
-        let names: Vec<&str> = all.map(|(name, ..)| *name).collect();
-        if names.is_empty() {
-            return None;
-        }
-        let name = *self.rng.pick(&names);
+        let areas = match (bits, written) {
+            (true, true) => ["C", "C"],
+            (true, false) => ["C", "X"],
+            (false, _) => ["D", "V"],
+        };
+        self.element_of(&areas)
+    }
+
+    /// An element of an array of reals that a word selects.
+    pub fn real_element(&mut self) -> Option<String> {
+        self.element_of(&["R"])
+    }
+
+    fn array_of(&mut self, areas: &[&str]) -> Option<DrawnArray> {
+        let fit = self.arrays.iter().filter(|array| areas.contains(&array.area));
+        let fit: Vec<DrawnArray> = fit.copied().collect();
+        (!fit.is_empty()).then(|| *self.rng.pick(&fit))
+    }
+
+    fn element_of(&mut self, areas: &[&str]) -> Option<String> {
+        let name = self.array_of(areas)?.name;
         let index = match self.rng.weighted(&[40, 20, 15, 15, 10]) {
             0 => self.indexed("D"),
             1 => self.indexed("V"),
@@ -40,15 +54,19 @@ impl Pool {
     fn two(&mut self, bits: bool, written: bool) -> String {
         let mut runs = match bits {
             true => vec!["C0..C1", "C1..C2", "Y0..Y1", "Y1..Y2", "MC1..MC2"],
-            false => vec!["D0..D1", "D1..D2", "V0..V1", "MHR1..MHR2", "MIR1..MIR2"],
+            false => vec!["D0..D1", "D1..D2", "V0..V1", "MHR1..MHR2", "R0..R1", "R1..R2"],
         };
         if bits && !written {
             runs.extend(["X0..X1", "X2..X3", "ST4..ST5"]);
         }
-        for (name, ..) in &self.arrays {
-            match *name {
+        for array in &self.arrays {
+            match array.name {
                 "row" if !bits => runs.extend(["row[0..1]", "row[1..2]"]),
                 "regs" if !bits => runs.push("regs"),
+                "flows" if !bits => runs.extend(["flows[0..1]", "flows[1..2]"]),
+                "t_flows" if !bits => runs.push("t_flows"),
+                "t_row" if !bits => runs.extend(["t_row[0..1]", "t_row[1..2]"]),
+                "t_bits" if bits => runs.extend(["t_bits[0..1]", "t_bits[2..3]"]),
                 "bits" if bits => runs.extend(["bits[0..1]", "bits[1..2]"]),
                 _ => {}
             }
@@ -62,7 +80,7 @@ impl Pool {
         let to = self.two(bits, true);
         match (self.rng.chance(55), bits) {
             (true, _) => format!("COPY {} to={to}", self.two(bits, false)),
-            (false, false) => format!("FILL {} to={to}", self.value()),
+            (false, false) => format!("FILL {} to={to}", self.any_value()),
             (false, true) if self.rng.chance(40) => format!("FILL {} to={to}", self.rng.below(2)),
             (false, true) => format!("FILL {} to={to}", self.bit()),
         }
@@ -70,11 +88,82 @@ impl Pool {
 
     /// What a SR shifts.
     pub fn shifted(&mut self) -> String {
-        let has_array = self.arrays.iter().any(|(name, ..)| *name == "bits");
-        if has_array && self.rng.chance(50) {
-            return "bits".to_string();
+        if self.rng.chance(50)
+            && let Some(array) = self.array_of(&["C"])
+        {
+            return array.name.to_string();
         }
         let runs = ["C0..C2", "C2..C0", "Y0..Y2", "MC2..MC1", "MI1..MI2"];
         self.rng.pick(&runs).to_string()
+    }
+
+    /// A word that may be an R.
+    pub fn any_word(&mut self) -> String {
+        if self.rng.chance(75) {
+            return self.word();
+        }
+        match self.real_element().filter(|_| self.rng.chance(25)) {
+            Some(element) => element,
+            None => {
+                let address = self.indexed("R");
+                self.name(&address)
+            }
+        }
+    }
+
+    /// A value that may be a real.
+    pub fn any_value(&mut self) -> String {
+        let reals = [
+            "0.5",
+            "-1.25",
+            "3.0",
+            "1e3",
+            "2.5e-7",
+            "-1e30",
+            "16777217.0",
+            "0.1",
+            "0.0",
+            "-2.0",
+            "2147483648.0",
+            "3.4028235e38",
+            "65535.5",
+            "1e-45",
+        ];
+        match self.rng.weighted(&[60, 20, 20]) {
+            0 => self.value(),
+            1 => self.rng.pick(&reals).to_string(),
+            _ => self.any_word(),
+        }
+    }
+
+    /// An element in MATH: its index may be an expression, whose text is given.
+    pub fn math_element(
+        &mut self,
+        areas: &[&str],
+        index: impl Fn(&mut Pool) -> String,
+    ) -> Option<String> {
+        let array = self.array_of(areas)?;
+        let area = if self.rng.chance(70) { "D" } else { "V" };
+        let word = self.indexed(area);
+        let count = array.count;
+        let index = match self.rng.weighted(&[25, 25, 20, 15, 15]) {
+            0 => self.rng.below(count).to_string(),
+            1 => word,
+            2 => format!("{word} % {count}"),
+            3 => format!("$ScanCounter % {}", count + 1),
+            _ => format!("{word} + {}", index(self)),
+        };
+        Some(format!("{}[{index}]", array.name))
+    }
+
+    /// A whole array or a slice, as an argument of a function.
+    pub fn math_array(&mut self, areas: &[&str]) -> Option<String> {
+        let array = self.array_of(areas)?;
+        let low = self.rng.below(array.count);
+        let high = low + self.rng.below(array.count - low);
+        Some(match self.rng.chance(50) {
+            true => array.name.to_string(),
+            false => format!("{}[{low}..{high}]", array.name),
+        })
     }
 }

@@ -49,7 +49,7 @@ impl<'a> Sim<'a> {
     pub fn new(program: &'a Program) -> Sim<'a> {
         let mut memory = Memory::default();
         for (loc, value) in &program.initial {
-            memory.put(*loc, *value);
+            memory.put_whole(*loc, *value);
         }
         for (loc, low, high) in &program.limits {
             memory.limits.insert(*loc, (*low, *high));
@@ -94,7 +94,7 @@ impl<'a> Sim<'a> {
         self.now = now;
         self.status(number, last);
         for (loc, value) in inputs.iter().chain(writes) {
-            self.memory.put(*loc, *value);
+            self.memory.put_whole(*loc, *value);
         }
         self.builtin(Kind::FirstScan);
         self.builtin(Kind::TopOfScan);

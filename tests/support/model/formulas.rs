@@ -16,9 +16,26 @@ impl Pool {
             1 => self.indexed("R"),
             _ => self.written_word(),
         };
-        let target = self.name_without_comma(&target);
+        let mut target = self.name_without_comma(&target);
+        if self.rng.chance(12)
+            && let Some(element) = self.math_element(&["D", "V", "C", "R"], Pool::index)
+        {
+            target = element;
+        }
         let depth = 1 + self.rng.below(4);
         format!("MATH {target} = {}", self.formula(depth, Wanted::Any))
+    }
+
+    fn index(&mut self) -> String {
+        self.formula(1, Wanted::Integer)
+    }
+
+    /// The areas of arrays that fit.
+    fn areas(wanted: Wanted) -> &'static [&'static str] {
+        match wanted {
+            Wanted::Integer => &["D", "V", "C", "X"],
+            Wanted::Any => &["D", "V", "C", "X", "R", "R"],
+        }
     }
 
     /// A name that can stand in an expression.
@@ -98,11 +115,27 @@ impl Pool {
         ]);
         let is_rounding = ["round", "floor", "ceil", "trunc"].contains(&name);
         let inner = if is_rounding { Wanted::Any } else { wanted };
-        format!("{name}({})", self.arguments(count, depth, inner))
+        let mut arguments = self.arguments(count, depth, inner);
+        if ["min", "max", "sum"].contains(&name)
+            && self.rng.chance(50)
+            && let Some(array) = self.math_array(Pool::areas(wanted))
+        {
+            arguments = match self.rng.below(3) {
+                0 => array,
+                1 => format!("{array}, {arguments}"),
+                _ => format!("{arguments}, {array}"),
+            };
+        }
+        format!("{name}({arguments})")
     }
 
     fn formula_leaf(&mut self, wanted: Wanted) -> String {
         let any = usize::from(wanted == Wanted::Any);
+        if self.rng.chance(8)
+            && let Some(element) = self.math_element(Pool::areas(wanted), Pool::index)
+        {
+            return element;
+        }
         match self.rng.weighted(&[45, 15, 25, 15 * any, 20 * any]) {
             0 => {
                 let address = self.written_word();

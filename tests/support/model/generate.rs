@@ -3,7 +3,7 @@
 use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
 use super::clock::{BEGIN, Clock};
 use super::menu::{COUNTERS, Spot, TIMERS, Targets, is_drastic, is_reset};
-use super::pool::Pool;
+use super::pool::{DrawnArray, Pool};
 use super::rng::Rng;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -31,6 +31,7 @@ pub fn generate(seed: u64) -> Case {
         constants: Vec::new(),
         limits: BTreeMap::new(),
         arrays: Vec::new(),
+        typed: Vec::new(),
         block_bits: Vec::new(),
     };
     let tags = tags(&mut pool);
@@ -111,29 +112,56 @@ fn tags(pool: &mut Pool) -> Vec<Tag> {
         if pool.rng.chance(45) {
             let body = format!("at = \"{at}\"{}", tag_details(pool, at));
             let operand = !["CT0", "T0", "N0"].contains(&at);
-            tags.push(Tag { name: name.to_string(), body, operand });
+            tags.push(Tag { name: name.to_string(), body, operand, elements: 0 });
             pool.tags.insert(at.to_string(), name.to_string());
         }
     }
     for (name, area, count) in
-        [("row", "D", 3), ("regs", "V", 2), ("bits", "C", 3), ("ins", "X", 4)]
+        [("row", "D", 3), ("regs", "V", 2), ("bits", "C", 3), ("ins", "X", 4), ("flows", "R", 3)]
     {
         if pool.rng.chance(45) {
             let body = format!("at = \"{area}0\", count = {count}");
-            tags.push(Tag { name: name.to_string(), body, operand: false });
-            pool.arrays.push((name, area, count));
+            tags.push(Tag { name: name.to_string(), body, operand: false, elements: 0 });
+            pool.arrays.push(DrawnArray { name, area, count, placed: false });
         }
     }
+    typed_tags(pool, &mut tags);
     if pool.rng.chance(40) {
         let ms = pool.milliseconds();
         let body = match pool.rng.chance(60) {
             true => format!("value = \"{ms}ms\""),
             false => format!("value = {}", pool.rng.range(-4, 9)),
         };
-        tags.push(Tag { name: "limit_c".to_string(), body, operand: false });
+        tags.push(Tag { name: "limit_c".to_string(), body, operand: false, elements: 0 });
         pool.constants.push("limit_c".to_string());
     }
     tags
+}
+
+/// Tags with a `type`: their names stand where addresses do.
+fn typed_tags(pool: &mut Pool, tags: &mut Vec<Tag>) {
+    for (name, kind, area) in [
+        ("t_bit", "bit", "C"),
+        ("t_int", "int", "D"),
+        ("t_word", "word", "V"),
+        ("t_real", "real", "R"),
+    ] {
+        if pool.rng.chance(30) {
+            let details = if area == "C" { String::new() } else { word_details(pool, name) };
+            let body = format!("type = \"{kind}\"{details}");
+            tags.push(Tag { name: name.to_string(), body, operand: true, elements: 0 });
+            pool.typed.push((name, area));
+        }
+    }
+    for (name, kind, area, count) in
+        [("t_row", "int", "D", 3), ("t_bits", "bit", "C", 4), ("t_flows", "real", "R", 2)]
+    {
+        if pool.rng.chance(30) {
+            let body = format!("type = \"{kind}\", count = {count}");
+            tags.push(Tag { name: name.to_string(), body, operand: false, elements: count });
+            pool.arrays.push(DrawnArray { name, area, count, placed: true });
+        }
+    }
 }
 
 fn tag_details(pool: &mut Pool, at: &str) -> String {
@@ -146,13 +174,14 @@ fn tag_details(pool: &mut Pool, at: &str) -> String {
                 _ => String::new(),
             }
         }
-        Some('D' | 'V' | 'M') => word_details(pool, at),
+        Some('D' | 'V' | 'M' | 'R') => word_details(pool, at),
         _ => String::new(),
     }
 }
 
 fn word_details(pool: &mut Pool, at: &str) -> String {
-    let lowest = if at.starts_with('D') { -6 } else { 0 };
+    let lowest =
+        if ["D", "R", "t_int", "t_real"].iter().any(|of| at.starts_with(of)) { -6 } else { 0 };
     let low = pool.rng.range(lowest, 4);
     let high = low + pool.rng.range(0, 12 * pool.period + 4);
     let initial = pool.rng.range(low, high);
@@ -402,9 +431,10 @@ type Rows = Vec<(i64, Vec<Option<i64>>)>;
 fn stimulus(pool: &mut Pool, scans: i64) -> (Vec<String>, Rows) {
     let mut places: Vec<String> = (0..4).map(|n| format!("X{n}")).collect();
     for _ in 0..pool.rng.below(8) {
-        let mut place = match pool.rng.chance(30) {
-            true => pool.written_bit(),
-            false => pool.written_word(),
+        let mut place = match pool.rng.weighted(&[30, 60, 10]) {
+            0 => pool.written_bit(),
+            1 => pool.written_word(),
+            _ => pool.indexed("R"),
         };
         if pool.rng.chance(35)
             && let Some(structure) = pool.owned.last()
@@ -439,8 +469,8 @@ fn stimulus(pool: &mut Pool, scans: i64) -> (Vec<String>, Rows) {
 fn written_value(pool: &mut Pool, place: &str) -> i64 {
     let letters = place.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default();
     let (low, high) = match letters {
-        "V" | "MHR" | "MIR" => (0, 65_535),
-        "D" | "CT" | "T" => (i64::from(i32::MIN), i64::from(i32::MAX)),
+        "V" | "MHR" | "MIR" | "t_word" => (0, 65_535),
+        "D" | "CT" | "T" | "R" | "t_int" | "t_real" => (i64::from(i32::MIN), i64::from(i32::MAX)),
         "N" => (-32_768, 32_767),
         _ => return pool.rng.range(0, 1),
     };

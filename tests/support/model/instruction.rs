@@ -1,6 +1,6 @@
 //! Instructions: `MNEMONIC operand … key=value …`.
 
-use super::math;
+use super::math_read;
 use super::names::Names;
 use super::place::{Area, Loc};
 use super::program::{CounterDef, CounterKind, Instr, Op, Program, TimerDef, TimerKind, To, Value};
@@ -46,7 +46,7 @@ pub fn instruction(
     }
     let op = match text.trim_start().strip_prefix("MATH ") {
         Some(formula) => {
-            let (target, expr) = math::read(formula, names)?;
+            let (target, expr) = math_read::read(formula, names)?;
             return Ok(with_histories(Op::Math(target, expr), program));
         }
         None => all.any(mnemonic, block, program)?,

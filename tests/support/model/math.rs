@@ -1,22 +1,25 @@
-//! MATH, read a second time: a recursive reader, and a recursive evaluation in wide integers.
+//! MATH, evaluated a second time: recursively, in wide integers.
 
 use super::exec::Sim;
-use super::names::Names;
 use super::place::{Area, Loc};
-use super::program::Value;
+use super::program::{Array, Target};
 
 #[derive(Clone, Debug)]
 pub enum Expr {
     Integer(i128),
     Real(f64),
     At(Loc),
+    /// An element, with its index.
+    Element(Array, Box<Expr>),
+    /// A whole array, as an argument.
+    Whole(Array),
     Unary(char, Box<Expr>),
     Binary(String, Box<Expr>, Box<Expr>),
     Call(String, Vec<Expr>),
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Number {
+pub enum Number {
     Integer(i128),
     Real(f64),
 }
@@ -28,138 +31,13 @@ const DIVIDE: usize = 10;
 const OVERFLOW: usize = 11;
 const RANGE: usize = 12;
 
-/// The operators with two operands, from the loosest.
-const LEVELS: [&[&str]; 11] = [
-    &["||"],
-    &["&&"],
-    &["|"],
-    &["^"],
-    &["&"],
-    &["==", "!="],
-    &["<", "<=", ">", ">="],
-    &["<<", ">>", ">>>"],
-    &["+", "-"],
-    &["*", "/", "%"],
-    &["**"],
-];
-
-/// `target = expression`.
-pub fn read(text: &str, names: &Names) -> Result<(Loc, Expr), String> {
-    let (target, expression) = text.split_once('=').ok_or("MATH without `=`")?;
-    let mut reader = Reader { words: words(expression), at: 0, names };
-    let expr = reader.level(0)?;
-    match reader.words.get(reader.at) {
-        None => Ok((names.place(target.trim())?, expr)),
-        Some(word) => Err(format!("`{word}` is left over in `{text}`")),
-    }
-}
-
-fn words(text: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut rest = text.trim_start();
-    while let Some(first) = rest.chars().next() {
-        let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '$' | ':');
-        let mut length = if is_word(first) {
-            rest.find(|c| !is_word(c)).unwrap_or(rest.len())
-        } else {
-            let signs = LEVELS.iter().flat_map(|level| level.iter());
-            let fits = signs.filter(|sign| rest.starts_with(**sign));
-            fits.map(|sign| sign.len()).max().unwrap_or(1)
-        };
-        let is_real = first.is_ascii_digit() && rest[..length].ends_with('e');
-        if is_real && !rest.starts_with("0x") && rest[length..].starts_with('-') {
-            let digits = &rest[length + 1..];
-            length += 1 + digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
-        }
-        words.push(rest[..length].to_string());
-        rest = rest[length..].trim_start();
-    }
-    words
-}
-
-struct Reader<'a> {
-    words: Vec<String>,
-    at: usize,
-    names: &'a Names,
-}
-
-impl Reader<'_> {
-    fn peek(&self) -> &str {
-        self.words.get(self.at).map_or("", String::as_str)
-    }
-
-    fn take(&mut self, word: &str) -> bool {
-        let found = self.peek() == word;
-        self.at += usize::from(found);
-        found
-    }
-
-    fn level(&mut self, level: usize) -> Result<Expr, String> {
-        let Some(signs) = LEVELS.get(level) else { return self.unary() };
-        let mut left = self.level(level + 1)?;
-        while signs.contains(&self.peek()) {
-            let sign = self.peek().to_string();
-            self.at += 1;
-            // A power has its right side to the end of the chain.
-            let right = self.level(if sign == "**" { level } else { level + 1 })?;
-            left = Expr::Binary(sign, Box::new(left), Box::new(right));
-        }
-        Ok(left)
-    }
-
-    fn unary(&mut self) -> Result<Expr, String> {
-        for sign in ['-', '~', '!'] {
-            if self.take(&sign.to_string()) {
-                return Ok(Expr::Unary(sign, Box::new(self.unary()?)));
-            }
-        }
-        if self.take("(") {
-            let inner = self.level(0)?;
-            return if self.take(")") { Ok(inner) } else { Err("`)` is missing".to_string()) };
-        }
-        let word = self.peek().to_string();
-        self.at += 1;
-        if self.take("(") {
-            let mut arguments = vec![self.level(0)?];
-            while self.take(",") {
-                arguments.push(self.level(0)?);
-            }
-            return if self.take(")") {
-                Ok(Expr::Call(word, arguments))
-            } else {
-                Err("`)` is missing".to_string())
-            };
-        }
-        self.operand(&word)
-    }
-
-    fn operand(&self, word: &str) -> Result<Expr, String> {
-        if let Some(digits) = word.strip_prefix("0x") {
-            let bits = u32::from_str_radix(digits, 16).map_err(|error| error.to_string())?;
-            return Ok(Expr::Integer(i128::from(bits as i32)));
-        }
-        if let Ok(number) = word.parse::<i128>() {
-            return Ok(Expr::Integer(number));
-        }
-        let is_number = word.starts_with(|c: char| c.is_ascii_digit());
-        if is_number && word.contains(['.', 'e']) {
-            let real: f32 = word.parse().map_err(|_| format!("`{word}` is no real"))?;
-            return Ok(Expr::Real(f64::from(real)));
-        }
-        Ok(match self.names.value(word)? {
-            Value::Const(number) => Expr::Integer(i128::from(number)),
-            Value::At(loc) => Expr::At(loc),
-            Value::Element(..) => return Err(format!("`{word}`: no element in MATH yet")),
-        })
-    }
-}
-
 /// Whether an expression is real by its own operands.
 fn is_real(expr: &Expr) -> bool {
     match expr {
         Expr::Integer(_) | Expr::Unary('!' | '~', _) => false,
         Expr::Real(_) => true,
         Expr::At(loc) => loc.area == Area::R,
+        Expr::Element(array, _) | Expr::Whole(array) => array.first.area == Area::R,
         Expr::Unary(_, inner) => is_real(inner),
         Expr::Binary(sign, left, right) => {
             let arithmetic = ["+", "-", "*", "/", "%", "**"].contains(&sign.as_str());
@@ -182,7 +60,7 @@ impl Number {
         }
     }
 
-    fn real(self) -> f64 {
+    pub fn real(self) -> f64 {
         match self {
             Number::Integer(n) => n as f64,
             Number::Real(real) => real,
@@ -199,8 +77,14 @@ impl Number {
 
 impl Sim<'_> {
     /// Evaluates and stores.
-    pub fn math(&mut self, target: Loc, expr: &Expr) {
+    pub fn math(&mut self, target: &Target, expr: &Expr) {
+        // The index first; what is wrong with it shows in the store.
+        let found = match target {
+            Target::At(loc) => Some(*loc),
+            Target::Element(array, index) => self.selected(*array, index),
+        };
         let value = self.number(expr);
+        let Some(target) = found else { return self.wrong_index() };
         if target.area == Area::R {
             let single = self.single(value.real());
             return self.memory.put_real(target, single.real() as f32);
@@ -219,6 +103,11 @@ impl Sim<'_> {
         }
         let limited = whole.clamp(i128::from(low), i128::from(high));
         self.memory.put(target, limited as i64);
+    }
+
+    fn selected(&mut self, array: Array, index: &Expr) -> Option<Loc> {
+        let index = self.number(index).integer();
+        array.element(i64::try_from(index).unwrap_or(-1))
     }
 
     fn note(&mut self, bit: usize) {
@@ -255,8 +144,15 @@ impl Sim<'_> {
         match expr {
             Expr::Integer(n) => Number::Integer(*n),
             Expr::Real(real) => Number::Real(*real),
-            Expr::At(loc) if loc.area == Area::R => Number::Real(f64::from(self.memory.real(*loc))),
-            Expr::At(loc) => Number::Integer(i128::from(self.memory.get(*loc))),
+            Expr::At(loc) => self.at(*loc),
+            Expr::Element(array, index) => match self.selected(*array, index) {
+                Some(loc) => self.at(loc),
+                None => {
+                    self.wrong_index();
+                    if is_real(expr) { Number::Real(0.0) } else { Number::Integer(0) }
+                }
+            },
+            Expr::Whole(array) => panic!("{array:?} where one value stands"),
             Expr::Unary(sign, inner) => match (sign, self.number(inner)) {
                 ('!', value) => truth(!value.is_true()),
                 ('~', value) => Number::Integer(i128::from(!(value.integer() as i32))),

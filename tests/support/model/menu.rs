@@ -164,21 +164,20 @@ impl Pool {
         if self.rng.chance(16) {
             return self.whole_arrays();
         }
-        let target = self.written_word();
+        let is_real = self.rng.chance(20);
+        let target = if is_real { self.indexed("R") } else { self.written_word() };
         let target = self.name(&target);
-        let target = match self.element(false, true).filter(|_| self.rng.chance(12)) {
-            Some(element) => element,
-            None => target,
-        };
-        let value = self.value();
+        let element = if is_real { self.real_element() } else { self.element(false, true) };
+        let target = element.filter(|_| self.rng.chance(12)).unwrap_or(target);
+        let value = self.any_value();
         match self.rng.weighted(&[45, 35, 20]) {
             0 => format!("MOVE {value} to={target}"),
             1 => {
-                let other = if self.rng.chance(60) { target.clone() } else { self.value() };
+                let other = if self.rng.chance(60) { target.clone() } else { self.any_value() };
                 format!("ADD {other} {value} to={target}")
             }
             _ => {
-                let other = if self.rng.chance(50) { target.clone() } else { self.value() };
+                let other = if self.rng.chance(50) { target.clone() } else { self.any_value() };
                 format!("SUB {other} {value} to={target}")
             }
         }

@@ -138,6 +138,8 @@ pub struct Names {
     pub places: BTreeMap<String, Loc>,
     pub constants: BTreeMap<String, i64>,
     pub arrays: BTreeMap<String, Array>,
+    /// How many places tags with a `type` have.
+    pub placed: usize,
     /// Each block's name and the names of its Stages.
     pub blocks: Vec<(String, Vec<String>)>,
 }
@@ -179,6 +181,12 @@ impl Names {
         let constant = integer(word).or_else(|| duration(word));
         if let Some(number) = constant.or_else(|| self.constants.get(word).copied()) {
             return Ok(Value::Const(number));
+        }
+        let digits = word.strip_prefix('-').unwrap_or(word);
+        if digits.starts_with(|c: char| c.is_ascii_digit())
+            && let Ok(real) = word.parse::<f32>()
+        {
+            return Ok(Value::Real(f64::from(real)));
         }
         if let Some((array, index)) = self.element(word) {
             return Ok(Value::Element(array, index));

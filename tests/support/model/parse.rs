@@ -81,7 +81,7 @@ fn number(value: &Tree, names: &Names) -> Result<i64, String> {
         Tree::Bool(on) => Some(i64::from(*on)),
         Tree::Text(text) => match names.value(text)? {
             Value::Const(number) => Some(number),
-            Value::At(_) | Value::Element(..) => None,
+            Value::Real(_) | Value::At(_) | Value::Element(..) => None,
         },
         _ => None,
     };
@@ -99,13 +99,19 @@ fn tags(file: &Table, names: &mut Names, program: &mut Program) -> Result<(), St
             names.constants.insert(name.clone(), constant);
             continue;
         }
-        let loc = names.place(&string(tag, "at")?)?;
+        let loc = match tag.get("type").and_then(Tree::as_text) {
+            Some(kind) => placed(kind, tag, names)?,
+            None => names.place(&string(tag, "at")?)?,
+        };
         if let Some(Tree::Number(count)) = tag.get("count") {
             array(name, tag, Array { first: loc, count: *count as usize }, names, program)?;
             continue;
         }
         names.places.insert(name.clone(), loc);
-        let (mut low, mut high) = loc.range();
+        let (mut low, mut high) = match loc.area {
+            Area::R => (i64::MIN, i64::MAX),
+            _ => loc.range(),
+        };
         if let Some(min) = tag.get("min") {
             low = number(min, names)?;
         }
@@ -118,6 +124,21 @@ fn tags(file: &Table, names: &mut Names, program: &mut Program) -> Result<(), St
         }
     }
     Ok(())
+}
+
+/// The first place of a tag with a `type`: beyond all addresses.
+fn placed(kind: &str, tag: &Table, names: &mut Names) -> Result<Loc, String> {
+    let area = match kind {
+        "bit" => Area::C,
+        "int" => Area::D,
+        "word" => Area::V,
+        "real" => Area::R,
+        kind => return Err(format!("`type = {kind:?}` is not known")),
+    };
+    let loc = Loc::whole(area, 1_000_000 + names.placed);
+    let count = tag.get("count").map_or(Ok(1), |count| number(count, names))?;
+    names.placed += count as usize;
+    Ok(loc)
 }
 
 /// An array: its elements are at the places behind the first.

@@ -90,8 +90,24 @@ impl Memory {
 
     /// Writes an R: never -0.
     pub fn put_real(&mut self, loc: Loc, value: f32) {
+        let (low, high) = self.limits.get(&loc).copied().unwrap_or((i64::MIN, i64::MAX));
+        let mut value = value;
+        if low != i64::MIN {
+            value = value.max(low as f32);
+        }
+        if high != i64::MAX {
+            value = value.min(high as f32);
+        }
         let bits = if value == 0.0 { 0 } else { value.to_bits() };
-        self.put(loc, i64::from(bits as i32));
+        self.values.insert(loc, i64::from(bits as i32));
+    }
+
+    /// Writes a whole number: a cold start, a stimulus.
+    pub fn put_whole(&mut self, loc: Loc, value: i64) {
+        match loc.area {
+            Area::R => self.put_real(loc, value as f32),
+            _ => self.put(loc, value),
+        }
     }
 
     /// As a trace shows it.

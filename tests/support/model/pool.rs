@@ -60,6 +60,16 @@ const WORD_NICKNAMES: [&str; 10] = [
 
 const OPERATORS: [&str; 8] = ["==", "!=", "<", "<=", ">", ">=", "<", ">="];
 
+/// An array; with an address it begins at the first place of its area.
+#[derive(Clone, Copy)]
+pub struct DrawnArray {
+    pub name: &'static str,
+    pub area: &'static str,
+    pub count: usize,
+    /// It has a `type` instead of an address.
+    pub placed: bool,
+}
+
 pub struct Pool {
     pub rng: Rng,
     pub period: i64,
@@ -72,8 +82,9 @@ pub struct Pool {
     /// Named constants.
     pub constants: Vec<String>,
     pub limits: BTreeMap<String, (i64, i64)>,
-    /// Arrays: their names, with the area and the number of elements, from its first place on.
-    pub arrays: Vec<(&'static str, &'static str, usize)>,
+    pub arrays: Vec<DrawnArray>,
+    /// Tags with a `type`, each with the area that it is like.
+    pub typed: Vec<(&'static str, &'static str)>,
     /// The bits of blocks: Stages, `.Running`, `.Done`.
     pub block_bits: Vec<String>,
 }
@@ -111,6 +122,10 @@ impl Pool {
     }
 
     pub fn indexed(&mut self, area: &str) -> String {
+        let typed = self.typed.iter().find(|(_, like)| *like == area).map(|(name, _)| *name);
+        if let Some(name) = typed.filter(|_| self.rng.chance(25)) {
+            return name.to_string();
+        }
         let found = AREAS.iter().find(|(name, _, _)| *name == area);
         let (first, count) = found.map_or((0, 1), |(_, first, count)| (*first, *count));
         format!("{area}{}", first + self.rng.below(count))
@@ -263,8 +278,8 @@ impl Pool {
 
     fn compare(&mut self) -> Expr {
         let (left, right) = match self.rng.chance(90) {
-            true => (self.word(), self.value()),
-            false => (self.value(), self.word()),
+            true => (self.any_word(), self.any_value()),
+            false => (self.any_value(), self.any_word()),
         };
         let operator = *self.rng.pick(&OPERATORS);
         let space = if self.rng.chance(70) { " " } else { "" };

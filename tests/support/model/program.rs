@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug)]
 pub enum Value {
     Const(i64),
+    Real(f64),
     At(Loc),
     /// The word or bit of an array that a word selects.
     Element(Array, Loc),
@@ -24,6 +25,13 @@ pub struct Array {
 pub enum To {
     At(Loc),
     Element(Array, Loc),
+}
+
+/// What MATH writes.
+#[derive(Clone, Debug)]
+pub enum Target {
+    At(Loc),
+    Element(Array, Expr),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +82,7 @@ pub enum Op {
     Copy(Array, Array),
     Fill(Value, Array),
     Sr(Vec<Loc>),
-    Math(Loc, Expr),
+    Math(Target, Expr),
     Run(usize),
     Restart(usize),
     Halt(usize),

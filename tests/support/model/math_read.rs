@@ -1,0 +1,174 @@
+//! MATH, read a second time: a recursive reader.
+
+use super::math::Expr;
+use super::names::Names;
+use super::place::Loc;
+use super::program::{Array, Target, Value};
+
+/// The operators with two operands, from the loosest.
+const LEVELS: [&[&str]; 11] = [
+    &["||"],
+    &["&&"],
+    &["|"],
+    &["^"],
+    &["&"],
+    &["==", "!="],
+    &["<", "<=", ">", ">="],
+    &["<<", ">>", ">>>"],
+    &["+", "-"],
+    &["*", "/", "%"],
+    &["**"],
+];
+
+/// `target = expression`.
+pub fn read(text: &str, names: &Names) -> Result<(Target, Expr), String> {
+    let mut depth = 0;
+    let end = text.find(|c: char| {
+        depth += i32::from(c == '[') - i32::from(c == ']');
+        c == '=' && depth == 0
+    });
+    let (target, expression) = text.split_at(end.ok_or("MATH without `=`")?);
+    let target = match expression_of(target, names)? {
+        Expr::At(loc) => Target::At(loc),
+        Expr::Element(array, index) => Target::Element(array, *index),
+        other => return Err(format!("{other:?} is no target")),
+    };
+    Ok((target, expression_of(&expression[1..], names)?))
+}
+
+fn expression_of(text: &str, names: &Names) -> Result<Expr, String> {
+    let mut reader = Reader { words: words(text), at: 0, names };
+    let expr = reader.level(0)?;
+    match reader.words.get(reader.at) {
+        None => Ok(expr),
+        Some(word) => Err(format!("`{word}` is left over in `{text}`")),
+    }
+}
+
+fn words(text: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    let mut rest = text.trim_start();
+    while let Some(first) = rest.chars().next() {
+        let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '$' | ':');
+        let mut length = if is_word(first) {
+            rest.find(|c| !is_word(c)).unwrap_or(rest.len())
+        } else {
+            let signs = LEVELS.iter().flat_map(|level| level.iter());
+            let fits = signs.filter(|sign| rest.starts_with(**sign));
+            fits.map(|sign| sign.len()).max().unwrap_or(1)
+        };
+        let is_real = first.is_ascii_digit() && rest[..length].ends_with('e');
+        if is_real && !rest.starts_with("0x") && rest[length..].starts_with('-') {
+            let digits = &rest[length + 1..];
+            length += 1 + digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+        }
+        words.push(rest[..length].to_string());
+        rest = rest[length..].trim_start();
+    }
+    words
+}
+
+struct Reader<'a> {
+    words: Vec<String>,
+    at: usize,
+    names: &'a Names,
+}
+
+impl Reader<'_> {
+    fn peek(&self) -> &str {
+        self.words.get(self.at).map_or("", String::as_str)
+    }
+
+    fn take(&mut self, word: &str) -> bool {
+        let found = self.peek() == word;
+        self.at += usize::from(found);
+        found
+    }
+
+    fn level(&mut self, level: usize) -> Result<Expr, String> {
+        let Some(signs) = LEVELS.get(level) else { return self.unary() };
+        let mut left = self.level(level + 1)?;
+        while signs.contains(&self.peek()) {
+            let sign = self.peek().to_string();
+            self.at += 1;
+            // A power has its right side to the end of the chain.
+            let right = self.level(if sign == "**" { level } else { level + 1 })?;
+            left = Expr::Binary(sign, Box::new(left), Box::new(right));
+        }
+        Ok(left)
+    }
+
+    fn unary(&mut self) -> Result<Expr, String> {
+        for sign in ['-', '~', '!'] {
+            if self.take(&sign.to_string()) {
+                return Ok(Expr::Unary(sign, Box::new(self.unary()?)));
+            }
+        }
+        if self.take("(") {
+            let inner = self.level(0)?;
+            return if self.take(")") { Ok(inner) } else { Err("`)` is missing".to_string()) };
+        }
+        let word = self.peek().to_string();
+        self.at += 1;
+        if self.take("(") {
+            let mut arguments = Vec::new();
+            loop {
+                match self.level(0)? {
+                    Expr::Whole(array) => arguments.extend(array.each().map(Expr::At)),
+                    one => arguments.push(one),
+                }
+                if !self.take(",") {
+                    break;
+                }
+            }
+            return if self.take(")") {
+                Ok(Expr::Call(word, arguments))
+            } else {
+                Err("`)` is missing".to_string())
+            };
+        }
+        match self.names.arrays.get(&word) {
+            Some(array) => self.of_array(*array),
+            None => self.operand(&word),
+        }
+    }
+
+    /// What stands behind the name of an array: nothing, an index, the ends of a slice.
+    fn of_array(&mut self, array: Array) -> Result<Expr, String> {
+        if !self.take("[") {
+            return Ok(Expr::Whole(array));
+        }
+        let found = match self.peek().split_once("..") {
+            Some((low, high)) => {
+                let end = |text: &str| text.parse::<usize>().map_err(|error| error.to_string());
+                let (low, high) = (end(low)?, end(high)?);
+                let first = Loc::whole(array.first.area, array.first.index + low);
+                self.at += 1;
+                Expr::Whole(Array { first, count: high - low + 1 })
+            }
+            None => Expr::Element(array, Box::new(self.level(0)?)),
+        };
+        if self.take("]") { Ok(found) } else { Err("`]` is missing".to_string()) }
+    }
+
+    fn operand(&self, word: &str) -> Result<Expr, String> {
+        if let Some(digits) = word.strip_prefix("0x") {
+            let bits = u32::from_str_radix(digits, 16).map_err(|error| error.to_string())?;
+            return Ok(Expr::Integer(i128::from(bits as i32)));
+        }
+        if let Ok(number) = word.parse::<i128>() {
+            return Ok(Expr::Integer(number));
+        }
+        let is_number = word.starts_with(|c: char| c.is_ascii_digit());
+        if is_number && word.contains(['.', 'e']) {
+            let real: f32 = word.parse().map_err(|_| format!("`{word}` is no real"))?;
+            return Ok(Expr::Real(f64::from(real)));
+        }
+        Ok(match self.names.value(word)? {
+            Value::Const(number) => Expr::Integer(i128::from(number)),
+            Value::Real(real) => Expr::Real(real),
+            Value::At(loc) => Expr::At(loc),
+            Value::Element(..) => return Err(format!("`{word}` is no word of MATH")),
+        })
+    }
+}
