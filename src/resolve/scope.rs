@@ -358,7 +358,7 @@ impl Scope {
             let help = format!("a stage is named with its program: `{block}.{base}`");
             return new(Code::UnknownName, message, Some(help));
         }
-        let help = habit(base).unwrap_or_else(|| self.instead(base));
+        let help = habit(base).unwrap_or_else(|| self.instead(base, member));
         let near = Some(Near::new(base, self.known()).searching_at_most(self.searched_max));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
     }
@@ -380,13 +380,20 @@ impl Scope {
     }
 
     /// The help for a name that is near no known one.
-    fn instead(&self, base: &str) -> String {
+    fn instead(&self, base: &str, member: Option<&str>) -> String {
         if base.contains(',') {
             return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"
                 .to_owned();
         }
         if is_name(base) {
-            return format!("declare it: `{base} = {{ at = \"C0\" }}` under [tags]");
+            let (first, others) = match member {
+                None => ("bit", "\"int\", \"real\""),
+                Some(_) => ("timer", "\"counter\""),
+            };
+            return format!(
+                "declare it under [tags]: `{base} = {{ type = \"{first}\" }}`, or {others}; \
+                 or with an address: `at = \"…\"`"
+            );
         }
         if let Some((low, high)) = base.split_once('-') {
             let together = format!("{low}{high}");

@@ -6,6 +6,7 @@
 //! would.
 #![allow(dead_code)]
 
+use crate::support::calm::calm;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -42,7 +43,7 @@ impl Plant {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("ladder.toml"), ladder(rungs)).unwrap();
-        let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
+        let controller = calm(&format!("ladder = [\"ladder.toml\"]\n{controller}"));
         std::fs::write(folder.join("controller.toml"), controller).unwrap();
         Plant(folder)
     }

@@ -1,5 +1,6 @@
 //! The log in the systemd journal: the real binary, with a socket in journald's place.
 
+use crate::support::calm::calm;
 use crate::support::journal;
 use std::fs;
 use std::io::Read;
@@ -29,7 +30,7 @@ rung = [
 /// `rungd run` of a plant in the folder; the log goes to the journal at the socket.
 fn command(folder: &Path, socket: &Path, controller: &str, arguments: &[&str]) -> Command {
     fs::write(folder.join("ladder.toml"), LADDER).unwrap();
-    let controller = format!("ladder = [\"ladder.toml\"]\n{controller}");
+    let controller = calm(&format!("ladder = [\"ladder.toml\"]\n{controller}"));
     fs::write(folder.join("controller.toml"), controller).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.arg("run").arg(folder.join("controller.toml"));

@@ -4,6 +4,7 @@
 //! Where a test needs a refusal, the binary runs under limits that refuse: as `nobody`, or with
 //! `prlimit`. These limits may need root. Without root, the permissions of an ordinary user decide.
 
+use crate::support::calm::calm;
 use crate::support::needs::{Need, skip};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +23,7 @@ fn plant(realtime: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(name);
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("ladder.toml"), LADDER).unwrap();
-    let controller = format!("ladder = [\"ladder.toml\"]\n[realtime]\n{realtime}");
+    let controller = calm(&format!("ladder = [\"ladder.toml\"]\n[realtime]\n{realtime}"));
     std::fs::write(folder.join("controller.toml"), controller).unwrap();
     // A copy, since other users may have no access to the build's folder.
     std::fs::copy(env!("CARGO_BIN_EXE_rungd"), folder.join("rungd")).unwrap();

@@ -159,22 +159,29 @@ class Serving:
         self.selector = selectors.DefaultSelector()
         self.listeners, self.connections = {}, {}
         for device in devices:
+            self.bind(device)
             self.open(device)
 
-    def open(self, device):
-        listener = socket.create_server(device.address)
+    def bind(self, device):
+        """Its port is its own, even while nobody listens: then connections are refused."""
+        listener = socket.socket()
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(device.address)
         device.address = listener.getsockname()
         self.listeners[device] = listener
+
+    def open(self, device):
+        listener = self.listeners[device]
+        listener.listen()
         self.selector.register(listener, selectors.EVENT_READ, (self.accept, device))
 
     def close(self, device):
         """As a device without power: nobody listens, connections are gone."""
-        listener = self.listeners.pop(device, None)
-        if listener:
-            self.selector.unregister(listener)
-            listener.close()
+        self.selector.unregister(self.listeners[device])
+        self.listeners[device].close()
+        self.bind(device)
         for peer in [p for p, (owner, _) in self.connections.items() if owner is device]:
-            # RST, so that the port is free at once.
+            # RST, so that the client knows at once.
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             self.drop(peer)
 
