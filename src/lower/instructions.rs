@@ -99,7 +99,8 @@ impl Assembler<'_> {
             }
             Action::UpDownCounter { has_reset_leg, ct, up_preset, dn_preset } => {
                 let presets = (*up_preset, *dn_preset);
-                let rule = up_down_rule(presets, |preset| self.owner_preset(preset, true));
+                let rule =
+                    up_down_rule(presets, |preset| self.owner_preset(preset, *has_reset_leg));
                 let rst = if *has_reset_leg { legs.leg(LegName::Rst) } else { self.off() };
                 return Some(self.counter(ct.value, rule, legs, rst));
             }
