@@ -55,14 +55,27 @@ impl Peer {
 
     /// Waits until the peer has told this.
     fn told(&mut self, line: &str) {
+        let is = |told: &str| told == line;
+        assert!(self.tells_in_time(is), "the peer never told {line:?}: {:#?}", self.seen);
+    }
+
+    /// Waits until the peer has told that a watchdog's register was written so often or more.
+    fn fed(&mut self, register: &str, times: u32) {
+        let count = |told: &str| told.strip_prefix(register)?.parse::<u32>().ok();
+        let is = |told: &str| count(told).is_some_and(|count| count >= times);
+        assert!(self.tells_in_time(is), "{register:?} not {times} times: {:#?}", self.seen);
+    }
+
+    fn tells_in_time(&mut self, wanted: impl Fn(&str) -> bool) -> bool {
         let deadline = Instant::now() + PATIENCE;
-        while let Ok(told) = self.lines.recv_timeout(deadline - Instant::now()) {
+        while let Ok(told) = self.lines.recv_timeout(deadline.duration_since(Instant::now())) {
+            let is = wanted(&told);
             self.seen.push(told);
-            if self.seen.last().is_some_and(|told| told == line) {
-                return;
+            if is {
+                return true;
             }
         }
-        panic!("the peer never told {line:?}: {:#?}", self.seen);
+        false
     }
 
     /// How much it tells of this within a time.
@@ -226,7 +239,7 @@ fn bits_and_numbers_go_there_and_back_over_tcp() {
     peer.told("1 holding 40 65528");
     peer.set("2 holding 50 1234");
     peer.told("2 holding 60 1234");
-    peer.told("1 holding 99 10");
+    peer.fed("1 holding 99 ", 10);
     // Y1 is safe ON, D11 safe 15, which is (15 - 5) * 4 / 10 = 4; D10 safe 0; V10 holds.
     rungd.stop();
     let told =
