@@ -30,7 +30,8 @@ use crate::source::nearest::did_you_mean;
 ///
 /// Without a name, lists all of them. An event is found by its code (`RUNGD-0301`), too. For an
 /// instruction of other controllers (`TON`, `XIC`), prints its equivalent in a ladder of rungd. For
-/// `lib:pid`, prints that file of the library of templates, with its page as comments.
+/// `lib:pid`, or a template in it (`Pid`), prints that file of the library, with its page as
+/// comments.
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
     /// A mnemonic, the name of a function or a finding, the name or code of an event, or a file of
@@ -64,7 +65,8 @@ fn named(name: &str) -> Result<String, String> {
         let mistake = |(message, help)| format!("{message}: {help}");
         return file.map(of_library).map_err(mistake);
     }
-    explanation(name).ok_or_else(|| {
+    let template = || library::of_template(name).map(of_library);
+    explanation(name).or_else(template).ok_or_else(|| {
         let help = did_you_mean(name, known())
             .unwrap_or_else(|| "`rungd explain` lists what can be explained".to_owned());
         format!("no instruction, function, finding or event is called `{name}`: {help}")

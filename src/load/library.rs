@@ -66,15 +66,19 @@ pub(crate) fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, 
     }))
 }
 
+/// The file that declares a template.
+pub(crate) fn of_template(name: &str) -> Option<&'static LibraryFile> {
+    let header = format!("[[template]]\nname = \"{name}\"\n");
+    FILES.iter().find(|file| file.text.contains(&header))
+}
+
 /// The finding, with the library's file in its help if it is about a template that the library has.
 pub(crate) fn offered(finding: Finding, files: &[SourceFile], has_controller: bool) -> Finding {
     let Span { file, start, end } = finding.span;
     let Some(file) = files.get(file.0 as usize) else { return finding };
     let place = file.text.get(start as usize..end as usize).unwrap_or_default();
     let name = place.trim_matches(['"', '\'']);
-    let header = format!("[[template]]\nname = \"{name}\"\n");
-    let found = FILES.iter().find(|file| file.text.contains(&header));
-    let Some(of) = found.filter(|_| finding.code == Code::UnknownTemplate) else {
+    let Some(of) = of_template(name).filter(|_| finding.code == Code::UnknownTemplate) else {
         return finding;
     };
     let (whole, path) = (format!("{LIBRARY}{}", of.name), &file.name);

@@ -111,6 +111,7 @@ fn explanations_go_to_standard_output() {
         ("cnt", "CNT ct preset=v"),
         ("missing-leg", "# missing-leg"),
         ("lib:pid", "# lib:pid: A PID controller"),
+        ("LeadLag3", "# lib:lead-lag: "),
     ] {
         let output = rungd(&["explain", name]);
         assert_eq!(output.status.code(), Some(0));

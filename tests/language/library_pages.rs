@@ -157,7 +157,8 @@ fn titles_parameters_and_diagrams_are_what_the_program_says_now() {
 fn every_parameter_and_tag_is_explained() {
     for name in LIBRARY {
         for line in library_facts(name).lines().filter(|line| line.contains("  ")) {
-            let explained = line.rsplit("  ").next().is_some_and(|doc| doc.contains(' '));
+            let doc = line.rsplit("  ").next().unwrap_or_default();
+            let explained = doc.contains(' ') && !doc.trim_start().starts_with("or ");
             assert!(explained, "{name}: {line}");
         }
     }
