@@ -19,6 +19,7 @@
 use std::collections::HashSet;
 
 use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::resolve::program::TagMeaning;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
 
@@ -31,7 +32,7 @@ use super::writers::Writable;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let (writes, writable) = (writes(context), Writable::new(context));
     let mut structures = HashSet::new();
-    for (address, span) in reads(context) {
+    for (address, span) in reads(context).into_iter().chain(alarms(context)) {
         if is_always_written(address) || writes.contains_key(&address) || writable.holds(address) {
             continue;
         }
@@ -43,6 +44,17 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
             findings.push(without_owner(context, (address, structure), span));
         }
     }
+}
+
+/// The bits of alarms that no rung reads: the log reads them.
+fn alarms(context: &Context) -> Vec<(Address, Span)> {
+    let read: HashSet<Address> = reads(context).into_iter().map(|(address, _)| address).collect();
+    let tags = context.program.tags.iter().filter(|tag| tag.alarm.is_some());
+    let bits = tags.filter_map(|tag| match tag.meaning {
+        TagMeaning::Address(address) => Some((address, tag.span)),
+        TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
+    });
+    bits.filter(|(address, _)| !read.contains(address)).collect()
 }
 
 /// Whether the controller itself writes it, or another rule judges it.
@@ -107,6 +119,32 @@ mod tests {
 
     fn check(ladder: &str, expected: Expect) {
         check_only(Code::NeverWritten, ladder, expected);
+    }
+
+    #[test]
+    fn an_alarm_that_nothing_sets() {
+        check(
+            r#"
+            [tags]
+            jam = { at = "C0", alarm = "Jammed" }
+            late = { at = "T0.Done", alarm = "Late" }
+            hot = { at = "C1", alarm = "Hot" }
+            eye = { at = "X0", alarm = "Eye" }
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["eye"], do = ["OUT hot"] } ]
+            "#,
+            expect![[r#"
+                2:1 never-written
+                  nothing in the ladder writes `jam` (C0)
+                    write it in the ladder; or if an operator sets it, say so by `initial =
+                    false` in tag `jam`
+                    check the controller file to know what devices and Modbus clients write
+                3:1 never-written
+                  `late` never changes: no instruction owns `T0`
+                    add the instruction, such as `TMR T0 preset=1s`
+            "#]],
+        );
     }
 
     #[test]
