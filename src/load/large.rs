@@ -140,6 +140,23 @@ fn a_text_of_contacts_or_an_instruction_has_a_greatest_length() {
     }
 }
 
+/// Each element of a whole array in a formula becomes a step.
+#[test]
+fn the_whole_arrays_of_all_formulas_have_a_greatest_size() {
+    let head = format!("[tags]\na = {{ type = \"int\", count = 4000 }}\n{MAIN}");
+    let math = |sums: usize| {
+        let sum = vec!["sum(a)"; sums].join(" + ");
+        format!("when = [\"$On\"]\ndo = [\"MATH D0 = {sum}\"]")
+    };
+    let sums = [100, 150, 1, 5000];
+    let loaded = load(&format!("{head}{}", rungs(sums.len(), |k| math(sums[k]))));
+    let [finding] = &loaded.findings[..] else { panic!("{}", shown(&loaded)) };
+    assert!(loaded.program.is_none() && finding.code == Code::FunctionArguments);
+    assert!(finding.message.contains("1000000 elements"), "{}", finding.message);
+    // The third rung: the first two fit exactly.
+    assert!(shown(&loaded).contains("ladder.toml:13:"), "{}", shown(&loaded));
+}
+
 #[test]
 fn no_name_is_longer_than_a_name_may_be() {
     let fits = "n".repeat(128);

@@ -15,6 +15,10 @@ use crate::source::expression as written;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::{Located, Span};
 
+/// The most elements that the whole arrays in all formulas of a program stand for: each becomes a
+/// part of its formula, and then a step.
+const ELEMENTS_MAX: usize = 1_000_000;
+
 impl Resolver<'_> {
     /// A target with an index; one with a constant index is a plain word or bit.
     pub(super) fn math_element(
@@ -83,6 +87,10 @@ impl Resolver<'_> {
         };
         // Marks its tag as used.
         self.look_up(name, span);
+        if !self.has_room(array, span) {
+            walk.unknown(span);
+            return;
+        }
         let parts = array.addresses().map(|address| match address {
             Address::Bit(bit) => Part::Bit(bit),
             Address::Word(word) => Part::Word(word),
@@ -91,6 +99,23 @@ impl Resolver<'_> {
         walk.parts.extend(parts);
         let whole = Some(array);
         walk.operands.push(Operand { whole, ..Operand::new(type_of_array(array), span) });
+    }
+
+    /// Takes room for the elements of a whole array; says once that there is too little.
+    fn has_room(&mut self, array: Array, span: Span) -> bool {
+        let had_room = self.elements <= ELEMENTS_MAX;
+        self.elements = self.elements.saturating_add(array.count as usize);
+        if self.elements <= ELEMENTS_MAX {
+            return true;
+        }
+        if had_room {
+            let message = "the whole arrays in all MATHs stand for more than 1000000 elements";
+            let finding = Finding::new(Code::FunctionArguments, span, message);
+            let help = "calculate each `sum`, `min` or `max` once, in a MATH of its own, and name \
+                        the word with its result elsewhere";
+            self.find(finding.label("no room from here on").help(help));
+        }
+        false
     }
 
     /// `name[index]`, the index being the last operand.

@@ -162,6 +162,8 @@ struct Resolver<'a> {
     arguments: Vec<Argument>,
     /// Templates that nothing uses.
     trials: Vec<Trial>,
+    /// The elements that whole arrays in formulas stand for, so far.
+    elements: usize,
 }
 
 impl<'a> Resolver<'a> {
@@ -181,6 +183,7 @@ impl<'a> Resolver<'a> {
             unknown_uses: Vec::new(),
             arguments: Vec::new(),
             trials: Vec::new(),
+            elements: 0,
         }
     }
 
