@@ -40,12 +40,12 @@ fn main() {
 fn ladder(uses: usize) -> String {
     let mut text = TEMPLATE.to_owned();
     for n in 0..uses {
-        let (x, d, mc) = (n % 256, n % 4096, n + 1);
+        let (x, level, mc) = (n % 256, n % 4000, n + 1);
         let _ = write!(
             text,
             "\n[[program.rung]]\nuse = \"Pump\"\nname = \"p{n}\"\n\
              with = {{ wanted = \"auto & lead == {n}\", feedback = \"X{x}\", motor = \"MC{mc}\", \
-             level = \"D{d}\" }}\n",
+             level = \"levels[{level}]\" }}\n",
         );
     }
     text
@@ -54,7 +54,8 @@ fn ladder(uses: usize) -> String {
 const TEMPLATE: &str = r#"
 [tags]
 auto = { at = "X0" }
-lead = { at = "D0" }
+lead = { at = "D0", initial = 0 }
+levels = { at = "D1", count = 4000, initial = 0 }
 
 [[template]]
 name = "Pump"

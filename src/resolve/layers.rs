@@ -8,7 +8,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::source::finding::{Code, Finding};
+use crate::source::finding::{Code, Finding, Severity};
 use crate::source::nearest::KnownNames;
 use crate::source::span::{FileId, Span};
 
@@ -205,8 +205,12 @@ impl Layers {
             seen.insert(Alike(finding.code, finding.span, related), Vec::new());
         }
         let mut firsts = Vec::new();
+        let mut untold = Vec::new();
         for mut finding in layered {
-            let Some(place) = self.place(finding.span) else { continue };
+            let Some(place) = self.place(finding.span) else {
+                untold.push(finding);
+                continue;
+            };
             self.relate(&mut finding);
             finding.span = place.span;
             let related = finding.related.iter().map(|(span, _)| *span).chain(place.given.clone());
@@ -225,7 +229,22 @@ impl Layers {
             let uses: HashSet<FileId> = seen[&alike].iter().copied().collect();
             self.with_use(finding, &place, uses.len())
         }));
+        self.tell_one_error(untold, &mut told);
         told
+    }
+
+    /// Tells the findings that were held back, if no error is told. They were held back because an
+    /// argument's own finding says the same; a program with parts left out is refused in any case.
+    fn tell_one_error(&self, untold: Vec<Finding>, told: &mut Vec<Finding>) {
+        let is_error = |finding: &Finding| finding.severity() == Severity::Error;
+        if told.iter().any(is_error) {
+            return;
+        }
+        for mut finding in untold.into_iter().filter(is_error) {
+            self.relate(&mut finding);
+            finding.span = self.in_file(finding.span);
+            told.push(finding);
+        }
     }
 
     /// Turns the related places of a finding into places of files.
@@ -310,4 +329,31 @@ fn without(text: &str, name: &str) -> String {
         }
     }
     told + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is told of two findings at an argument marked as wrong, beside others.
+    fn told(others: Vec<Finding>) -> Vec<String> {
+        let mut layers = Layers::default();
+        let given = Span { file: FileId(0), start: 40, end: 45 };
+        let at = Span { file: FileId(0), start: 10, end: 11 };
+        let span = Span { file: layers.add_atom(given.file, at), ..given };
+        layers.mark_wrong(given);
+        let held_back = |code| Finding::new(code, span, "of the argument".to_owned());
+        let mut findings = vec![held_back(Code::OperandType), held_back(Code::UnusedTag)];
+        findings.extend(others);
+        let told = layers.told(findings).into_iter();
+        told.map(|finding| format!("{} at {}", finding.message, finding.span.start)).collect()
+    }
+
+    #[test]
+    fn a_finding_at_a_wrong_argument_is_held_back_only_beside_another_error() {
+        let other = |code| vec![Finding::new(code, Span::default(), "another".to_owned())];
+        assert_eq!(told(other(Code::TemplateArgument)), ["another at 0"]);
+        assert_eq!(told(other(Code::UnusedTag)), ["another at 0", "of the argument at 40"]);
+        assert_eq!(told(Vec::new()), ["of the argument at 40"]);
+    }
 }

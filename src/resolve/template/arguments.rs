@@ -53,11 +53,13 @@ impl Resolver<'_> {
             (Wanted::WrittenBit, Thing::Address(Address::Bit(_))) => {
                 self.writable_bit(atom, spec).is_some()
             }
-            (Wanted::Bit, Thing::Element(element)) => element.array.is_bits(),
-            (Wanted::Whole, Thing::Element(Element { array, .. })) => {
-                !array.is_bits() && !array.is_real()
+            (Wanted::Bit, Thing::Element(element)) if element.array.is_bits() => true,
+            (Wanted::Whole, Thing::Element(Element { array, .. }))
+                if !array.is_bits() && !array.is_real() =>
+            {
+                true
             }
-            (Wanted::Real, Thing::Element(element)) => element.array.is_real(),
+            (Wanted::Real, Thing::Element(element)) if element.array.is_real() => true,
             (Wanted::WrittenWhole | Wanted::WrittenReal, Thing::Element(Element { array, .. }))
                 if !array.is_bits()
                     && array.is_real() == (argument.kind.wanted() == Wanted::WrittenReal) =>
@@ -92,27 +94,31 @@ impl Resolver<'_> {
         let (wanted, example) = (argument.kind.words(), argument.kind.example());
         let what = match thing {
             Thing::Address(Address::Word(word)) if word.is_real() => "a real",
-            Thing::Address(Address::Word(_)) => "an integer word",
+            Thing::Element(element) if element.array.is_real() => "a real",
+            Thing::Element(element) if element.array.is_bits() => "a bit",
+            Thing::Address(Address::Word(_)) | Thing::Element(_) => "an integer word",
             Thing::Address(_)
             | Thing::Constant(..)
             | Thing::Real(_)
             | Thing::Block(_)
             | Thing::Device(_)
-            | Thing::Array(_)
-            | Thing::Element(_) => self.kind_words(thing),
+            | Thing::Array(_) => self.kind_words(thing),
         };
         let message = format!(
             "`{}` of `{}` is {wanted}, and `{atom}` is {what}",
             argument.parameter, argument.template
         );
         let help = match (argument.kind, thing) {
+            (Kind::Real, Thing::Element(element)) if !element.array.is_bits() => {
+                format!("`MOVE {atom} to=R0` in a rung above, and give the R word")
+            }
             (Kind::Real, Thing::Address(Address::Word(_))) => {
                 format!("`MOVE {atom} to=R0` in a rung above, and give the R word")
             }
             (Kind::Real, Thing::Constant(value, _)) => {
                 format!("write the constant as a real: `value = {value}.0`")
             }
-            (Kind::Output, Thing::Element(_)) => {
+            (Kind::Output, Thing::Element(element)) if element.array.is_bits() => {
                 let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
                 format!("a moving index would leave bits behind: give `{base}[0]`")
             }
