@@ -2,6 +2,8 @@
 //! and reloads pending, with the log's reader and the image's readers stalled, over a stop, on
 //! generated ladders and on every shipped one. And its sources name nothing that could make it wait.
 //!
+//! Lowering a long series allocates in proportion to its contacts.
+//!
 //! The scanner runs on the test's own thread with a simulated clock; the allocator counts calls
 //! made on that thread between the begin and the end of a step.
 
@@ -35,29 +37,31 @@ use rungd::source::span::SourceFile;
 
 thread_local! {
     static CALLS: Cell<Option<u64>> = const { Cell::new(None) };
+    static BYTES: Cell<usize> = const { Cell::new(0) };
 }
 
 /// Counts calls on a thread that asked for it.
 struct Counting;
 
-fn count() {
+fn count(bytes: usize) {
+    let _ = BYTES.try_with(|sum| sum.set(sum.get() + bytes));
     let _ = CALLS.try_with(|calls| calls.set(calls.get().map(|n| n + 1)));
 }
 
 // SAFETY: hands everything on to the system's allocator as it came.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
+        count(layout.size());
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        count();
+        count(0);
         unsafe { System.dealloc(at, layout) }
     }
 
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
+        count(size);
         unsafe { System.realloc(at, layout, size) }
     }
 }
@@ -477,4 +481,18 @@ fn the_scan_threads_sources_name_nothing_that_waits() {
             assert_eq!(found, None, "{file}: {line}");
         }
     }
+}
+
+#[test]
+fn lowering_allocates_in_proportion_to_the_contacts_of_a_leg() {
+    let bytes = |contacts: usize| {
+        let when = "\"X0\",".repeat(contacts);
+        let rung = format!("[[program.rung]]\nwhen = [{when}]\ndo = [\"OUT Y0\"]\n");
+        let program = program("series", format!("[[program]]\nname = \"Main\"\n{rung}"));
+        let before = BYTES.get();
+        lower(&program);
+        BYTES.get() - before
+    };
+    let (none, some, many) = (bytes(1), bytes(1000), bytes(4000));
+    assert!(many - none < 6 * (some - none), "{none}, {some}, {many} bytes");
 }

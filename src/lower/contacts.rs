@@ -61,22 +61,28 @@ impl Assembler<'_> {
     }
 
     /// The power that is ON when all of these are; a single power is returned itself.
+    ///
+    /// A loop without copies: a leg may have as many contacts as the memory for programs holds.
     pub fn and(&mut self, powers: &[Power]) -> Power {
-        match *powers {
-            [power] => power,
-            [a, b] => self.gate(|cell| Op::And2(And2 { cell, of: Powers::new([a, b]) })),
-            [a, b, c] => self.gate(|cell| Op::And3(And3 { cell, of: Powers::new([a, b, c]) })),
-            [a, b, c, d] => {
-                self.gate(|cell| Op::And4(And4 { cell, of: Powers::new([a, b, c, d]) }))
+        let Some((&first, mut rest)) = powers.split_first() else {
+            unreachable!("a series of contacts is never empty")
+        };
+        let mut so_far = first;
+        while let [b, c, d, ref others @ ..] = *rest {
+            let of = Powers::new([so_far, b, c, d]);
+            so_far = self.gate(|cell| Op::And4(And4 { cell, of }));
+            rest = others;
+        }
+        match *rest {
+            [b, c] => {
+                let of = Powers::new([so_far, b, c]);
+                self.gate(|cell| Op::And3(And3 { cell, of }))
             }
-            [a, b, c, d, ref rest @ ..] => {
-                let first =
-                    self.gate(|cell| Op::And4(And4 { cell, of: Powers::new([a, b, c, d]) }));
-                let mut powers = vec![first];
-                powers.extend(rest);
-                self.and(&powers)
+            [b] => {
+                let of = Powers::new([so_far, b]);
+                self.gate(|cell| Op::And2(And2 { cell, of }))
             }
-            [] => unreachable!("a series of contacts is never empty"),
+            _ => so_far,
         }
     }
 

@@ -6,9 +6,11 @@ use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 use crate::lower::identity::Identity;
 
-/// Whether either program gives the tag its place; `places` reports these.
+/// Whether either program gives the tag, or the array of an element, its place; `places` reports
+/// these.
 fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
-    names.old.places.named(tag).or(names.new.places.named(tag)).is_some()
+    let whole = tag.split_once('[').map_or(tag, |(array, _)| array);
+    names.old.places.named(whole).or(names.new.places.named(whole)).is_some()
 }
 
 /// Tags with a changed address: the value stays at the old address.

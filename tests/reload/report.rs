@@ -6,7 +6,7 @@
 #[allow(dead_code, unused_imports)]
 use std::collections::HashSet;
 
-use crate::support::model::case::{BUILTIN, Case, Rung};
+use crate::support::model::case::{BUILTIN, Case, Rung, Tag};
 use crate::support::model::generate::generate;
 use crate::support::model::rng::Rng;
 use crate::support::run;
@@ -102,10 +102,36 @@ fn forget(case: &mut Case, name: &str) {
     }
 }
 
+fn tag(name: &str, body: &str) -> Tag {
+    let body = format!("{body}, spare = true");
+    Tag { name: name.to_owned(), body, operand: false, elements: 0 }
+}
+
+/// Arrays with a `type`, which every program has.
+fn with_arrays(mut case: Case) -> Case {
+    case.tags
+        .push(tag("m_bits", "type = \"bit\", count = 4, initial = [true, false, true, false]"));
+    case.tags.push(tag("m_ints", "type = \"int\", count = 3, initial = [100, 7, 3]"));
+    case.tags.push(tag("m_reals", "type = \"real\", count = 2"));
+    case
+}
+
+/// Adds tags that move the places of the arrays.
+fn push_arrays(case: &mut Case, rng: &mut Rng) {
+    for (n, kind) in ["bit", "int", "real"].iter().enumerate() {
+        let count = rng.below(4);
+        if count == 0 {
+            continue;
+        }
+        case.tags.push(tag(&format!("a{n}"), &format!("type = \"{kind}\", count = {count}")));
+    }
+}
+
 /// One of a few edits that can be loaded.
 fn edited(case: &Case, rng: &mut Rng) -> Option<Loaded> {
     (0..20).find_map(|_| {
         let mut other = case.clone();
+        push_arrays(&mut other, rng);
         (0..1 + rng.below(4)).for_each(|_| edit(&mut other, rng));
         Loaded::new(&other)
     })
@@ -124,6 +150,12 @@ struct Swap<'a> {
 impl Swap<'_> {
     fn was_on(&self, bit: Bit) -> bool {
         self.bits[self.old.symbols.layout.bit(bit).0 as usize] != 0
+    }
+
+    /// Whether the engine leaves a tag's value behind.
+    fn leaves(&self, tag: &str) -> bool {
+        let cell = |of: &Loaded| run::cell(&of.program, &of.symbols, tag).expect(tag);
+        self.plan.transfer.cell(cell(self.old)) != Some(cell(self.new))
     }
 
     /// What a line of the report claims holds.
@@ -156,6 +188,7 @@ impl Swap<'_> {
             ["Stage", stage, "is", "gone;", ..] => !old_stage(stage),
             [bit, "is", "not", "driven", .., "goes", "OFF"] => new(bit) == 0,
             ["warning:", bit, "stays", "ON,", ..] => new(bit) == 1,
+            ["tag", tag, "moved", ..] | ["warning:", "tag", tag, "moved", ..] => self.leaves(tag),
             [.., "any", "more"] => true,
             [of, "keeps", ..] | [_, of, "keeps", ..] => {
                 let name = acc(of);
@@ -193,7 +226,10 @@ impl Swap<'_> {
         for n in (0..2048).filter(|_| !gone) {
             for space in [BitSpace::Y, BitSpace::C] {
                 let bit = Bit::Space(space, n);
-                let is_on = self.after.bit(self.new.symbols.layout.bit(bit));
+                // A tag with a `type` takes its bit along.
+                let from = Cell::Bit(self.old.symbols.layout.bit(bit));
+                let to = self.plan.transfer.cell(from);
+                let is_on = matches!(to, Some(Cell::Bit(to)) if self.after.bit(to));
                 let named = says(self.old.symbols.identity.bit(bit) + " ")
                     || report
                         .iter()
@@ -247,7 +283,7 @@ fn a_report_says_what_the_engine_does() {
     let (mut swaps, mut lines, mut otherwise) = (0, 0, 0);
     for seed in first..first + setting("RUNGD_PROPERTY_PROGRAMS", 60) {
         let mut rng = Rng::new(seed ^ 0x5eed);
-        let case = generate(seed);
+        let case = with_arrays(generate(seed));
         let old = Loaded::new(&case).expect("it is generated so");
         let Some(new) = edited(&case, &mut rng) else { continue };
         let plan = ReloadPlan::new(old.side(), new.side());

@@ -212,3 +212,41 @@ fn a_tag_of_a_type_is_not_renamed() {
         .says("tag size is gone, and its value with it")
         .holds([("volume", 12)]);
 }
+
+#[test]
+fn an_array_follows_its_name_without_a_word() {
+    let tags = "bits = { type = \"bit\", count = 4 }\n\
+                recipe = { type = \"int\", count = 3, initial = [100, 7, 3] }";
+    let more =
+        format!("aa = {{ type = \"bit\", initial = true }}\nab = {{ type = \"int\" }}\n{tags}");
+    let rungs = "{ when = [\"bits[D1]\"], do = [\"MOVE recipe[D2] to=D3\"] },";
+    let rungs_more = format!("{rungs}{{ when = [\"aa\"], do = [\"MOVE ab to=D4\"] }},");
+    let after = plc(&ladder(tags, rungs))
+        .scan(&[("recipe[0]", 55)])
+        .force("bits[2]", 1)
+        .reload(&ladder(&more, &rungs_more))
+        .says("aa is new: ON")
+        .holds([("recipe[0]", 55), ("recipe[2]", 3), ("bits[2]", 1)]);
+    assert_eq!(after.forces, [after.plc.cell("bits[2]")]);
+    let about = |line: &&String| line.contains("bits") || line.contains("recipe");
+    assert_eq!(after.report.iter().find(about), None, "{:#?}", after.report);
+    let back = after.reload(&ladder(tags, rungs)).holds([("recipe[0]", 55), ("bits[2]", 1)]);
+    assert_eq!(back.report.iter().find(about), None, "{:#?}", back.report);
+}
+
+#[test]
+fn an_array_at_addresses_that_gets_a_type_has_one_line_and_back() {
+    let at = "tot = { at = \"D100\", count = 3 }";
+    let typed = "tot = { type = \"int\", count = 3 }";
+    let rungs = "{ when = [\"X0\"], do = [\"MOVE tot[D1] to=D3\"] },";
+    let lines = |of: &Reloaded| of.report.iter().filter(|line| line.contains("tot")).count();
+    let there = plc(&ladder(at, rungs)).scan(&[("tot[1]", 7)]).reload(&ladder(typed, rungs));
+    assert_eq!(lines(&there), 1, "{:#?}", there.report);
+    let back = there
+        .says("tag tot has the type `int` instead of the address D100")
+        .holds([("tot[1]", 7)])
+        .reload(&ladder(at, rungs));
+    assert_eq!(lines(&back), 1, "{:#?}", back.report);
+    back.says("tag tot has the address D100 now, which takes over its value")
+        .holds([("tot[1]", 7)]);
+}
