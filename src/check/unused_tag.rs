@@ -45,6 +45,8 @@ fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
     let kind = context.program.places.named(name)?.type_name();
     let message = format!("nothing names tag `{name}`");
     let finding = Finding::new(Code::UnusedTag, tag.span, message).label("unused");
+    // An own tag of a template is declared without the name of the use.
+    let name = name.rsplit('.').next().unwrap_or(name);
     Some(finding.help(format!(
         "delete it, or say that it is meant: `{name} = {{ type = \"{kind}\", spare = true }}`"
     )))

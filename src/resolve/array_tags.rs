@@ -112,7 +112,10 @@ impl Resolver<'_> {
         if let Some(list) = &tag.initials {
             let message = "a list of values does not fit a tag without `count`";
             let finding = Finding::new(Code::TagKey, list.span, message);
-            self.find(finding.help(format!("write `count = {}`, or one value", list.value.len())));
+            self.find(finding.help(match list.value.len() {
+                0 | 1 => "write one value, without brackets".to_owned(),
+                count => format!("write `count = {count}`, or one value"),
+            }));
         }
     }
 

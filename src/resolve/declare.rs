@@ -77,6 +77,7 @@ impl Resolver<'_> {
         }
         for name in std::mem::take(&mut self.use_names) {
             self.declare_name(&name, Role::Use, &mut names);
+            self.scope.add_use(&name.text);
         }
         // Their tags are unknown with their templates, which have a finding.
         for name in std::mem::take(&mut self.unknown_uses) {

@@ -59,11 +59,30 @@ impl Scope {
             }
         }
         // An unknown name has a finding of its own.
-        if let Found { thing: Thing::Array(array), tag: Some(tag), .. } = self.look_up(base)? {
+        let found = self.look_up(base)?;
+        if let Found { thing: Thing::Array(array), tag: Some(tag), .. } = found {
             return Ok((tag, array));
         }
         let message = format!("`{base}` is no array: it has no elements");
-        let help = format!("write `{base}`, or declare a tag with `count`");
+        let help = match found.thing {
+            Thing::Address(Address::Structure(structure)) => {
+                let members = structure.members().join("`, `.");
+                format!("name a member of it, `.{members}`, or declare a tag with `count`")
+            }
+            Thing::Block(_) => {
+                format!("its bit is `{base}.Running`; an array is a tag with `count`")
+            }
+            Thing::Device(_) => {
+                format!(
+                    "its bits are `{base}.Ok` and `{base}.Stale`; an array is a tag with `count`"
+                )
+            }
+            Thing::Address(Address::Bit(_) | Address::Word(_))
+            | Thing::Constant(..)
+            | Thing::Real(_)
+            | Thing::Array(_)
+            | Thing::Element(_) => format!("write `{base}`, or declare a tag with `count`"),
+        };
         Err(mistake(Code::OperandType, message, help))
     }
 

@@ -46,6 +46,7 @@ pub(super) fn habit(name: &str) -> Option<String> {
         "NOT" => "write `!`",
         "TRUE" | "ON" | "ALWAYS" => "write `$On`",
         "FALSE" | "OFF" | "NEVER" => "write `$Off`",
+        "NAN" | "INF" | "INFINITY" => "a constant is a finite number: `1.5`, `-2.5e-7`",
         _ => return None,
     };
     Some(help.to_owned())
@@ -95,6 +96,7 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
                 .then(|| "sizes are set under `[memory]` of the controller file".to_owned());
             new(Code::BeyondMemory, message, help)
         }
+        AddressError::UnknownMember(_) if name.contains("..") => a_range(name),
         AddressError::UnknownMember(&[]) => {
             let message = format!("`{base}` is a single value: it has no members");
             new(Code::UnknownMember, message, Some(format!("write `{base}`")))
@@ -116,6 +118,20 @@ pub(super) fn address_mistake(name: &str, error: AddressError) -> Mistake {
             new(Code::UnknownMember, message, Some(help))
         }
     }
+}
+
+/// The mistake in a range of addresses where one name belongs.
+fn a_range(name: &str) -> Mistake {
+    let (low, high) = name.split_once("..").unwrap_or((name, ""));
+    let letters = low.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = |end: &str| end.strip_prefix(letters)?.parse::<u32>().ok();
+    let count = match (number(low), number(high)) {
+        (Some(from), Some(to)) if from < to => (to - from).saturating_add(1).to_string(),
+        (Some(_) | None, _) => "…".to_owned(),
+    };
+    let message = format!("`{name}` is a range, and one name belongs here");
+    let help = format!("declare an array: a tag with `at = \"{low}\", count = {count}`");
+    new(Code::UnknownName, message, Some(help))
 }
 
 pub(super) fn unknown_member(name: &str, members: &[&str]) -> Mistake {

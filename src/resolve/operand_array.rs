@@ -133,8 +133,9 @@ impl Resolver<'_> {
     fn no_array(&mut self, atom: &Atom, spec: &Spec, what: &str) {
         let message = format!("`{atom}` is {what}, not an array");
         let finding = Finding::new(Code::OperandType, atom.span, message);
+        let range = if spec.mnemonic == Mnemonic::Sr { "C0..C7" } else { "D0..D9" };
         self.find(finding.label("an array belongs here").help(format!(
-            "`{}` works on an array, a slice `recipe[0..6]`, or a range: `D0..D9`",
+            "`{}` works on an array, a slice `recipe[0..6]`, or a range: `{range}`",
             spec.name
         )));
     }

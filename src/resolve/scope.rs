@@ -28,6 +28,8 @@ pub struct Scope {
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
     /// The uses of unknown templates.
     unknown_uses: HashSet<String>,
+    /// The uses in rungs.
+    uses: HashSet<String>,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
     /// The names of all named blocks.
@@ -114,6 +116,7 @@ impl Scope {
             places: Places::default(),
             tags: HashMap::new(),
             unknown_uses: HashSet::new(),
+            uses: HashSet::new(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
             block_names: HashMap::new(),
@@ -174,6 +177,11 @@ impl Scope {
     /// A use whose template is unknown: names of its tags cause no findings.
     pub(super) fn add_unknown_use(&mut self, name: String) {
         self.unknown_uses.insert(name);
+    }
+
+    /// A use in a rung.
+    pub(super) fn add_use(&mut self, name: &str) {
+        self.uses.insert(name.to_owned());
     }
 
     /// Whether a name is that of an unknown use, or lies below one: `own.inner.lit`.
@@ -367,15 +375,21 @@ impl Scope {
     fn of_use(&self, base: &str, member: Option<&str>) -> Option<Mistake> {
         let prefix = format!("{base}.");
         let known = self.known();
-        known.beginning_with(&prefix).next()?;
         let own = KnownNames::new(known.beginning_with(&prefix).take(LISTED_MAX));
+        if own.iter().next().is_none() && !self.uses.contains(base) {
+            return None;
+        }
         let list = own.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let message = match member {
             Some(member) => format!("the use `{base}` has no tag `{member}`"),
             None => format!("`{base}` is a use of a template, not a tag"),
         };
         let near = member.map(|member| Near::new(&format!("{base}.{member}"), &own));
-        let (code, help) = (Code::UnknownName, Some(format!("there is {list}")));
+        let help = match list.is_empty() {
+            true => "its template has no tags of its own".to_owned(),
+            false => format!("there is {list}"),
+        };
+        let (code, help) = (Code::UnknownName, Some(help));
         Some(Mistake::New { code, message, help, near })
     }
 

@@ -122,6 +122,10 @@ impl Resolver<'_> {
                 let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
                 format!("a moving index would leave bits behind: give `{base}[0]`")
             }
+            (_, Thing::Array(_)) => {
+                let base = atom.name().and_then(|name| name.split('[').next()).unwrap_or_default();
+                format!("give one element: `{base}[0]`")
+            }
             (_, Thing::Address(Address::Structure(structure))) => {
                 let members = structure.members().join("`, `.");
                 format!("give a member of it: `.{members}`")

@@ -8,6 +8,7 @@ use std::collections::{HashMap, HashSet};
 use super::kind::{KINDS, Kind};
 use super::{given, texts};
 use crate::resolve::declare::{Role, forbidden};
+use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
 use crate::source::nearest::{KnownNames, did_you_mean};
@@ -162,6 +163,13 @@ impl<'t> Templates<'t> {
         let Some(at) = self.of(of) else {
             let message = format!("there is no template `{}`", name.text);
             let finding = Finding::new(Code::UnknownTemplate, name.span, message);
+            if name.text.starts_with(LIBRARY) {
+                return vec![finding.help(format!(
+                    "`{0}` is a file: put it among the ladders, and name a template of it \
+                     (`rungd explain {0}` shows them)",
+                    name.text
+                ))];
+            }
             let help = format!("declare it: a `[[template]]` with `name = \"{}\"`", name.text);
             return vec![finding.help(help).near(&name.text, &self.known)];
         };

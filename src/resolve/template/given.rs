@@ -42,6 +42,9 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
     let word = text.text.trim();
     let begin = text.text.len() - text.text.trim_start().len();
     let span = span.part(begin, begin + word.len());
+    if let Some(help) = negated(kind, word) {
+        return Err(Box::new(error(format!("`{word}` is not {}", kind.words())).help(help)));
+    }
     let legal = |c: char| c.is_ascii_alphanumeric() || "_-.,$:[]".contains(c);
     if word.is_empty() || !word.chars().all(legal) || !is_indexed_once(word) {
         let finding = error(format!("`{word}` is not {}", kind.words()));
@@ -55,6 +58,18 @@ pub fn read(kind: Kind, text: &Text, by: FileId) -> Result<Given, Box<Finding>> 
     }
     let atom = Atom::parse(word, span).map_err(Box::new)?;
     typed(kind, atom).map(Given::Atom)
+}
+
+/// The help for a name with a minus, given as a number.
+fn negated(kind: Kind, word: &str) -> Option<String> {
+    let name =
+        word.strip_prefix('-').filter(|_| matches!(kind.wanted(), Wanted::Whole | Wanted::Real))?;
+    match name.to_ascii_lowercase().as_str() {
+        "nan" | "inf" | "infinity" => Some("give a finite number: `-2.5e-7`".to_owned()),
+        _ => name.starts_with(|c: char| c.is_ascii_alphabetic()).then(|| {
+            format!("compute it in a rung above, `MATH negated = {word}`, and give `negated`")
+        }),
+    }
 }
 
 /// Whether a word has no index, or one at its end.
