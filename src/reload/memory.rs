@@ -188,6 +188,7 @@ fn tell_new(
 /// Applies a tag's `initial` to an address that the old program does not use. Also reports changed
 /// memory sizes.
 pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new: Side<'_>) {
+    let mut arrays = NewElements::new();
     for (address, value) in &names.new.initial {
         let before = names.moves.before(*address);
         if before.is_some_and(|before| names.old.addresses.contains_key(&before)) {
@@ -201,13 +202,47 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
             None => continue,
         }
         let Some(cell) = old.symbols.layout.cell(*address) else { continue };
-        plan.say_of(names.new.say(*address), OldState::Initial { cell, value: *value });
+        // A place gets no force of the address that it lies at.
+        let state = OldState::Initial { cell, value: *value, forced: before.map(|_| cell) };
+        let tag = names.new.addresses.get(address).cloned().flatten();
+        match tag.as_deref().and_then(|tag| tag.split_once('[')) {
+            Some((array, _)) => {
+                let said = names.new.say(*address);
+                arrays.entry(array.to_owned()).or_default().push((said, state));
+            }
+            None => plan.say_of(names.new.say(*address), state),
+        }
     }
+    tell_arrays(plan, names, arrays);
     let (before, now) = (old.symbols.layout.sizes(), new.symbols.layout.sizes());
     for space in Space::ALL {
         let (before, now) = (space.count(before), space.count(now));
         if before != now {
             plan.say(format!("memory {} {before} → {now}", space.name()));
+        }
+    }
+}
+
+/// The elements of arrays that begin with their `initial`, by the array.
+type NewElements = BTreeMap<String, Vec<(String, OldState)>>;
+
+/// One line for each array with new elements. `places` tells of a place with another `count`.
+fn tell_arrays(plan: &mut ReloadPlan, names: &Pairs<'_>, arrays: NewElements) {
+    for (array, mut elements) in arrays {
+        let (old, new) = (names.old.places.named(&array), names.new.places.named(&array));
+        match elements.len() {
+            _ if old.is_some() && new.is_some() => {}
+            1 => elements.drain(..).for_each(|(said, state)| plan.say_of(said, state)),
+            count => {
+                let text = format!("{array}: {count} elements are new, with their `initial`");
+                let forced = elements.iter().filter_map(|(_, state)| {
+                    let OldState::Initial { forced, .. } = state else { return None };
+                    *forced
+                });
+                let cells = forced.collect();
+                let force = "those that are forced stay as they are".to_owned();
+                plan.say_of(text, OldState::Named { cells, force });
+            }
         }
     }
 }

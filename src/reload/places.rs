@@ -20,7 +20,7 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
             (Some(now), _) if now.space != place.space => {
                 format!("tag {name} was `{was}` and is `{}`: it begins anew", now.type_name())
             }
-            (Some(now), _) if now.is_array != place.is_array || now.count < place.count => {
+            (Some(now), _) if now.is_array != place.is_array || now.count != place.count => {
                 format!("tag {name} has another number of elements")
             }
             (Some(_), _) => continue,

@@ -65,8 +65,8 @@ pub enum OldState {
     Undriven { bit: u32, active: Vec<u32> },
     /// A Program that may begin at its initial Stage: the line appears if it does.
     Starts(Start),
-    /// An address that begins anew.
-    Initial { cell: Cell, value: i32 },
+    /// An address that begins anew; `forced`: the cell whose force it can have, if any.
+    Initial { cell: Cell, value: i32, forced: Option<Cell> },
     /// A tag with a changed address; `begins`: the value that the new address begins with.
     Moved {
         from: Cell,

@@ -188,9 +188,9 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
             }
         }
         OldState::Starts(start) => return seen.starts(start).then(|| text.clone()),
-        OldState::Initial { cell, value } => {
+        OldState::Initial { cell, value, forced } => {
             let value = seen.held(*cell, *value);
-            match seen.is_forced(*cell) {
+            match forced.is_some_and(|cell| seen.is_forced(cell)) {
                 true => format!("{text} is new: {value}, but stays {}", seen.say(*cell)),
                 false => format!("{text} is new: {value}"),
             }

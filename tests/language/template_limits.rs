@@ -97,3 +97,19 @@ fn what_grows_without_end_ends_in_a_finding() {
     }
     assert!(begin.elapsed() < Duration::from_secs(60));
 }
+
+#[test]
+fn a_text_that_grows_by_its_arguments_has_a_limit() {
+    let text = |times: usize| {
+        format!(
+            "[[template]]\nname = \"T\"\n[template.parameters]\nx = {{ type = \"contact\" }}\n\
+             [template.tags]\na = {{ type = \"bit\", alarm = \"{}\" }}\n\
+             [[template.rung]]\nwhen = [\"x\"]\ndo = [\"OUT a\"]\n\
+             [[program]]\nname = \"Main\"\n\
+             rung = [ {{ use = \"T\", name = \"u\", with = {{ x = \"X0 & X1\" }} }} ]",
+            "{x}".repeat(times)
+        )
+    };
+    assert_eq!(load(text(142)).0, []);
+    assert_eq!(load(text(143)).0, [Code::TagKey]);
+}

@@ -250,3 +250,19 @@ fn an_array_at_addresses_that_gets_a_type_has_one_line_and_back() {
     back.says("tag tot has the address D100 now, which takes over its value")
         .holds([("tot[1]", 7)]);
 }
+
+#[test]
+fn an_array_with_new_elements_has_one_line() {
+    let array = |count: u32| format!("recipe = {{ type = \"int\", count = {count}, initial = 9 }}");
+    let rungs = "{ when = [\"X0\"], do = [\"MOVE recipe[D2] to=D3\"] },";
+    let about = |of: &Reloaded| -> Vec<String> {
+        of.report.iter().filter(|line| line.contains("recipe")).cloned().collect()
+    };
+    let new = plc(&ladder("", "")).force("D4095", 5).reload(&ladder(&array(4), rungs));
+    assert_eq!(about(&new), ["recipe: 4 elements are new, with their `initial`"]);
+    let more = new.scan(&[("recipe[1]", 7)]).reload(&ladder(&array(6), rungs));
+    assert_eq!(about(&more), ["tag recipe has another number of elements"]);
+    let less = more.holds([("recipe[1]", 7), ("recipe[5]", 9)]).reload(&ladder(&array(2), rungs));
+    assert_eq!(about(&less), ["tag recipe has another number of elements"]);
+    less.holds([("recipe[1]", 7)]);
+}

@@ -390,11 +390,32 @@ impl<'t> Expansion<'t> {
             let alarm =
                 tag.alarm.as_ref().map(|alarm| Text { text: filled(&alarm.text), ..alarm.clone() });
             let doc = tag.doc.as_ref().map(|doc| filled(doc));
+            let texts = [
+                ("alarm", alarm.as_ref().map(|v| (&v.text, v.span))),
+                ("doc", doc.as_ref().map(|text| (text, tag.name.span))),
+            ];
+            for (key, (text, span)) in texts.iter().filter_map(|(key, of)| Some((key, (*of)?))) {
+                self.findings.extend(too_long(key, &name, text, Span { file: layer, ..span }));
+            }
             let long = alarm.as_ref().map_or(0, |alarm| alarm.text.len());
             let _ = self.room.take(1 + (long + doc.as_ref().map_or(0, String::len)) / 16);
             self.tags.push(moved(Tag { alarm, doc, ..tag.clone() }, name, layer));
         }
     }
+}
+
+/// The most characters of a text with its arguments. It becomes a line of the log.
+const TEXT_MAX: usize = 1000;
+
+fn too_long(key: &str, tag: &str, text: &str, span: Span) -> Option<Finding> {
+    let count = text.chars().count();
+    let tag: String = tag.chars().take(NAME_MAX).collect();
+    let finding = || {
+        let message = format!("the `{key}` of `{tag}` has {count} characters with its arguments");
+        let help = format!("a text has at most {TEXT_MAX}: leave out a long argument in braces");
+        Finding::new(Code::TagKey, span, message).help(help)
+    };
+    (count > TEXT_MAX).then(finding)
 }
 
 /// A tag with its whole name and its places in a layer.
