@@ -87,75 +87,30 @@ macro_rules! operand_types {
     )*};
 }
 
-impl OperandType for Target {
-    fn of(operand: OperandValue) -> Option<Target> {
-        match operand {
-            OperandValue::Bit(bit) => Some(Target::Bit(bit)),
-            OperandValue::Word(word) => Some(Target::Word(word)),
-            OperandValue::Array(array) => Some(Target::Array(array)),
-            OperandValue::Value(_)
-            | OperandValue::Structure(_)
-            | OperandValue::Block(_)
-            | OperandValue::Stage(_)
-            | OperandValue::Element(_)
-            | OperandValue::Run(_) => None,
-        }
-    }
+/// Types that are one of several kinds of operand, whose variants have the same names.
+macro_rules! choices_of_operands {
+    ($($choice:ident: $($variant:ident)*;)*) => {$(
+        impl OperandType for $choice {
+            fn of(operand: OperandValue) -> Option<Self> {
+                $(if let OperandValue::$variant(of) = operand {
+                    return Some($choice::$variant(of));
+                })*
+                None
+            }
 
-    fn operand(self) -> OperandValue {
-        match self {
-            Target::Bit(bit) => OperandValue::Bit(bit),
-            Target::Word(word) => OperandValue::Word(word),
-            Target::Array(array) => OperandValue::Array(array),
+            fn operand(self) -> OperandValue {
+                match self {
+                    $($choice::$variant(of) => OperandValue::$variant(of),)*
+                }
+            }
         }
-    }
+    )*};
 }
 
-impl OperandType for Place {
-    fn of(operand: OperandValue) -> Option<Place> {
-        match operand {
-            OperandValue::Word(word) => Some(Place::Word(word)),
-            OperandValue::Element(element) => Some(Place::Element(element)),
-            OperandValue::Bit(_)
-            | OperandValue::Value(_)
-            | OperandValue::Structure(_)
-            | OperandValue::Block(_)
-            | OperandValue::Stage(_)
-            | OperandValue::Array(_)
-            | OperandValue::Run(_) => None,
-        }
-    }
-
-    fn operand(self) -> OperandValue {
-        match self {
-            Place::Word(word) => OperandValue::Word(word),
-            Place::Element(element) => OperandValue::Element(element),
-        }
-    }
-}
-
-impl OperandType for Filling {
-    fn of(operand: OperandValue) -> Option<Filling> {
-        match operand {
-            OperandValue::Value(value) => Some(Filling::Value(value)),
-            OperandValue::Bit(bit) => Some(Filling::Bit(bit)),
-            OperandValue::Element(element) => Some(Filling::Element(element)),
-            OperandValue::Word(_)
-            | OperandValue::Structure(_)
-            | OperandValue::Block(_)
-            | OperandValue::Stage(_)
-            | OperandValue::Array(_)
-            | OperandValue::Run(_) => None,
-        }
-    }
-
-    fn operand(self) -> OperandValue {
-        match self {
-            Filling::Value(value) => OperandValue::Value(value),
-            Filling::Bit(bit) => OperandValue::Bit(bit),
-            Filling::Element(element) => OperandValue::Element(element),
-        }
-    }
+choices_of_operands! {
+    Target: Bit Word Array;
+    Place: Word Element;
+    Filling: Value Bit Element;
 }
 
 operand_types! {

@@ -6,10 +6,10 @@
 //! index.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 use std::sync::Once;
 
+use crate::page_parts::{assert_in_order, files, read, simulated, update, with_part};
 use rungd::cli::explain::facts;
 use rungd::isa::Spec;
 use rungd::isa::instruction::TABLE;
@@ -43,14 +43,6 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/instructions")
 }
 
-fn update() -> bool {
-    std::env::var_os("UPDATE_PAGES").is_some()
-}
-
-fn read(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
 fn file_name(spec: &Spec) -> String {
     format!("{}.md", spec.name.to_ascii_lowercase())
 }
@@ -78,23 +70,6 @@ fn write() {
     fs::write(folder().join("README.md"), index()).expect("writable");
 }
 
-/// The names of the files in a folder with one ending, without it.
-fn files(folder: &Path, ending: &str) -> Vec<String> {
-    let entries = fs::read_dir(folder).expect("the folder is there");
-    let names = entries.map(|e| e.expect("readable").file_name().to_string_lossy().into_owned());
-    let mut names: Vec<String> =
-        names.filter_map(|name| name.strip_suffix(ending).map(str::to_owned)).collect();
-    names.sort();
-    names
-}
-
-/// A page with the part between a mark and `<!-- end -->` replaced.
-fn with_part(page: &str, mark: &str, part: &str) -> String {
-    let (before, behind) = page.split_once(mark).unwrap_or_else(|| panic!("no {mark} in\n{page}"));
-    let (_, after) = behind.split_once("<!-- end -->").expect("a part ends");
-    format!("{before}{mark}\n\n{part}\n<!-- end -->{after}")
-}
-
 #[test]
 fn every_mnemonic_has_a_page_and_every_page_a_mnemonic() {
     let _ = page(&TABLE[0]);
@@ -111,12 +86,7 @@ fn every_mnemonic_has_a_page_and_every_page_a_mnemonic() {
 #[test]
 fn every_page_has_its_sections_in_order() {
     for spec in TABLE {
-        let page = page(spec);
-        let mut from = 0;
-        for section in SECTIONS {
-            let at = page[from..].find(&format!("\n{section}\n\n"));
-            from += at.unwrap_or_else(|| panic!("{}: no {section} in its place", spec.name));
-        }
+        assert_in_order(spec.name, &page(spec), &SECTIONS);
     }
 }
 
@@ -150,20 +120,8 @@ fn diagram(spec: &Spec, ending: &str) -> PathBuf {
 
 /// What the simulator draws.
 fn drawn(spec: &Spec) -> String {
-    let svg = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{}.svg", spec.name));
-    let output = Command::new(env!("CARGO_BIN_EXE_rungd"))
-        .arg("sim")
-        .arg(diagram(spec, "toml"))
-        .arg("--stimulus")
-        .arg(diagram(spec, "csv"))
-        .args(read(&diagram(spec, "args")).split_whitespace())
-        .arg("--trace")
-        .arg(&svg)
-        .output()
-        .expect("rungd starts");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && errors.is_empty(), "{}: {errors}", spec.name);
-    read(&svg)
+    let name = spec.name.to_ascii_lowercase();
+    simulated(&name, None, &|ending| diagram(spec, ending))
 }
 
 /// The diagram in its page, with what it is drawn from.

@@ -5,14 +5,14 @@
 //! the index.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 use std::sync::Once;
 
 use rungd::cli::explain::library_facts;
 use rungd::load;
 
 use crate::library::LIBRARY;
+use crate::page_parts::{assert_in_order, files, read, simulated, update, with_part};
 
 const SECTIONS: [&str; 5] =
     ["## Behaviour", "## Timing diagram", "## Example", "## Limits", "## See also"];
@@ -25,15 +25,11 @@ fn diagram(name: &str, ending: &str) -> PathBuf {
     folder().join(format!("diagrams/{name}.{ending}"))
 }
 
-fn read(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
 /// A page as it stands; where they are to be written, behind that.
 fn page(name: &str) -> String {
     static WRITTEN: Once = Once::new();
     WRITTEN.call_once(|| {
-        if std::env::var_os("UPDATE_PAGES").is_some() {
+        if update() {
             write();
         }
     });
@@ -50,13 +46,6 @@ fn write() {
         fs::write(folder().join(format!("{name}.md")), expected(name)).expect("writable");
     }
     fs::write(folder().join("README.md"), index()).expect("writable");
-}
-
-/// A page with the part between a mark and `<!-- end -->` replaced.
-fn with_part(page: &str, mark: &str, part: &str) -> String {
-    let (before, behind) = page.split_once(mark).unwrap_or_else(|| panic!("no {mark} in\n{page}"));
-    let (_, after) = behind.split_once("<!-- end -->").expect("a part ends");
-    format!("{before}{mark}\n\n{part}\n<!-- end -->{after}")
 }
 
 /// The comment at the begin of a file of the library.
@@ -77,20 +66,8 @@ fn expected(name: &str) -> String {
 
 /// What the simulator draws.
 fn drawn(name: &str) -> String {
-    let svg = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("lib-{name}.svg"));
-    let output = Command::new(env!("CARGO_BIN_EXE_rungd"))
-        .args(["sim", &format!("lib:{name}")])
-        .arg(diagram(name, "toml"))
-        .arg("--stimulus")
-        .arg(diagram(name, "csv"))
-        .args(read(&diagram(name, "args")).split_whitespace())
-        .arg("--trace")
-        .arg(&svg)
-        .output()
-        .expect("rungd starts");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && errors.is_empty(), "{name}: {errors}");
-    read(&svg)
+    let library = format!("lib:{name}");
+    simulated(name, Some(&library), &|ending| diagram(name, ending))
 }
 
 /// The diagram in its page, with what it is drawn from.
@@ -108,16 +85,10 @@ fn picture(name: &str) -> String {
 
 #[test]
 fn every_file_has_a_page_and_every_page_a_file() {
-    let files = |folder: &Path, ending: &str| {
-        let entries = fs::read_dir(folder).expect("the folder is there");
-        let names = entries.map(|e| e.expect("readable").file_name().into_string().expect("text"));
-        let names = names.filter_map(|name| name.strip_suffix(ending).map(str::to_owned));
-        let mut names: Vec<String> = names.filter(|name| name != "README").collect();
-        names.sort();
-        names
-    };
     let _ = page(LIBRARY[0]);
-    assert_eq!(files(&folder(), ".md"), LIBRARY);
+    let mut pages = files(&folder(), ".md");
+    pages.retain(|name| name != "README");
+    assert_eq!(pages, LIBRARY);
     for ending in [".toml", ".csv", ".args", ".svg"] {
         assert_eq!(files(&folder().join("diagrams"), ending), LIBRARY, "{ending}");
     }
@@ -126,12 +97,7 @@ fn every_file_has_a_page_and_every_page_a_file() {
 #[test]
 fn every_page_has_its_sections_in_order() {
     for name in LIBRARY {
-        let page = page(name);
-        let mut from = 0;
-        for section in SECTIONS {
-            let at = page[from..].find(&format!("\n{section}\n\n"));
-            from += at.unwrap_or_else(|| panic!("{name}: no {section} in its place"));
-        }
+        assert_in_order(name, &page(name), &SECTIONS);
     }
 }
 

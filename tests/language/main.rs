@@ -10,6 +10,7 @@ mod instruction_pages;
 mod library;
 mod library_pages;
 mod load;
+mod page_parts;
 mod schemas;
 mod template_limits;
 mod ui;
