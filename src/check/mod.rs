@@ -7,6 +7,7 @@
 
 pub use context::Around;
 pub use outside::Outside;
+pub(crate) use outside::Read;
 
 use crate::progress::Step;
 use crate::resolve::program::Program;
@@ -30,6 +31,7 @@ mod mixed_and_or;
 mod multi_scan_in_task;
 mod names;
 mod never_written;
+mod never_written_outside;
 mod out_elsewhere;
 mod out_lost_on_jump_back;
 mod outside;
@@ -82,6 +84,7 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Whole, Code::SetNeverReset, set_never_reset::check),
     (Needs::Whole, Code::ResetNeverSet, reset_never_set::check),
     (Needs::Whole, Code::NeverWritten, never_written::check),
+    (Needs::Whole, Code::NeverWritten, never_written_outside::check),
     (Needs::Whole, Code::InputUnmapped, input_unmapped::check),
     (Needs::Whole, Code::MultiScanInTask, multi_scan_in_task::check),
     (Needs::Place, Code::TaskStartsItself, task_starts_itself::check),

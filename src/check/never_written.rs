@@ -32,7 +32,7 @@ use super::writers::Writable;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let (writes, writable) = (writes(context), Writable::new(context));
     let mut structures = HashSet::new();
-    for (address, span) in reads(context).into_iter().chain(alarms(context)) {
+    for (address, span) in reads(context).into_iter().chain(logged(context)) {
         if is_always_written(address) || writes.contains_key(&address) || writable.holds(address) {
             continue;
         }
@@ -46,10 +46,10 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     }
 }
 
-/// The bits of alarms that no rung reads: the log reads them.
-fn alarms(context: &Context) -> Vec<(Address, Span)> {
+/// What the log reads and no rung does: bits of alarms, and what is logged at each change.
+fn logged(context: &Context) -> Vec<(Address, Span)> {
     let read: HashSet<Address> = reads(context).into_iter().map(|(address, _)| address).collect();
-    let tags = context.program.tags.iter().filter(|tag| tag.alarm.is_some());
+    let tags = context.program.tags.iter().filter(|tag| tag.alarm.is_some() || tag.log_changes);
     let bits = tags.filter_map(|tag| match tag.meaning {
         TagMeaning::Address(address) => Some((address, tag.span)),
         TagMeaning::Constant(..) | TagMeaning::Real(_) | TagMeaning::Array(_) => None,
@@ -58,7 +58,7 @@ fn alarms(context: &Context) -> Vec<(Address, Span)> {
 }
 
 /// Whether the controller itself writes it, or another rule judges it.
-fn is_always_written(address: Address) -> bool {
+pub(super) fn is_always_written(address: Address) -> bool {
     match address {
         Address::Bit(Bit::Space(space, _)) => matches!(space, BitSpace::St | BitSpace::X),
         Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..)) => true,
@@ -71,25 +71,17 @@ fn is_always_written(address: Address) -> bool {
 
 fn finding(context: &Context, address: Address, span: Span) -> Finding {
     let said = context.say(address);
-    let (value, initial) = match address {
-        Address::Word(word) if word.is_real() => ("0.0", "0.0"),
-        Address::Word(_) => ("0", "0"),
-        Address::Bit(_) | Address::Structure(_) => ("OFF", "false"),
-    };
     let message = match context.outside {
         Some(_) => format!("nothing writes {said}"),
         None => format!("nothing in the ladder writes {said}"),
     };
     let name = context.name(address);
-    let label = format!("`{name}` is always {value}");
+    let label = format!("`{name}` is always {}", always(address).0);
     let finding = Finding::new(Code::NeverWritten, span, message).label(label);
     if let Address::Bit(Bit::Space(BitSpace::Y, _)) = address {
         return finding.help(format!("`OUT {name}` in a rung that says when"));
     }
-    let setting = match context.tag_at(address) {
-        Some(_) => format!("by `initial = {initial}` in tag `{name}`"),
-        None => format!("by a tag: `setting = {{ at = \"{address}\", initial = {initial} }}`"),
-    };
+    let setting = setting(context, address);
     let elsewhere = match context.outside {
         Some(_) => "a device writes it by a row of its `map`, a Modbus client if it is `writable`",
         None => "check the controller file to know what devices and Modbus clients write",
@@ -97,6 +89,24 @@ fn finding(context: &Context, address: Address, span: Span) -> Finding {
     finding.help(format!(
         "write it in the ladder; or if an operator sets it, say so {setting}\n{elsewhere}"
     ))
+}
+
+/// The value of what nothing writes, as it is shown and as `initial` says it.
+pub(super) fn always(address: Address) -> (&'static str, &'static str) {
+    match address {
+        Address::Word(word) if word.is_real() => ("0.0", "0.0"),
+        Address::Word(_) => ("0", "0"),
+        Address::Bit(_) | Address::Structure(_) => ("OFF", "false"),
+    }
+}
+
+/// How the ladder says that an operator sets it.
+pub(super) fn setting(context: &Context, address: Address) -> String {
+    let initial = always(address).1;
+    match context.tag_at(address) {
+        Some(_) => format!("by `initial = {initial}` in tag `{}`", context.name(address)),
+        None => format!("by a tag: `setting = {{ at = \"{address}\", initial = {initial} }}`"),
+    }
 }
 
 fn without_owner(
@@ -130,9 +140,11 @@ mod tests {
             late = { at = "T0.Done", alarm = "Late" }
             hot = { at = "C1", alarm = "Hot" }
             eye = { at = "X0", alarm = "Eye" }
+            count = { at = "D0", log = "change" }
+            total = { at = "D1", log = "change" }
             [[program]]
             name = "Main"
-            rung = [ { when = ["eye"], do = ["OUT hot"] } ]
+            rung = [ { when = ["eye"], do = ["OUT hot", "MOVE 1 to=total"] } ]
             "#,
             expect![[r#"
                 2:1 never-written
@@ -143,6 +155,11 @@ mod tests {
                 3:1 never-written
                   `late` never changes: no instruction owns `T0`
                     add the instruction, such as `TMR T0 preset=1s`
+                6:1 never-written
+                  nothing in the ladder writes `count` (D0)
+                    write it in the ladder; or if an operator sets it, say so by `initial =
+                    0` in tag `count`
+                    check the controller file to know what devices and Modbus clients write
             "#]],
         );
     }

@@ -21,6 +21,25 @@ pub struct Outside {
     pub(crate) image: Vec<Range>,
     /// The place of the first device that moves an X.
     pub(crate) wired: Option<Span>,
+    /// What devices, simulated inputs and Modbus clients read by the controller file.
+    pub(crate) reads: Vec<Read>,
+}
+
+/// A part of a controller file that reads bits or words of the ladder.
+#[derive(Debug)]
+pub(crate) struct Read {
+    /// What it reads, in order.
+    pub addresses: Vec<Address>,
+    /// Its place.
+    pub span: Span,
+    /// What it does with them: `device line1 takes`.
+    pub reader: String,
+}
+
+impl Read {
+    pub(crate) fn new(addresses: Vec<Address>, span: Span, reader: String) -> Read {
+        Read { addresses, span, reader }
+    }
 }
 
 impl Outside {

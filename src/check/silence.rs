@@ -1,8 +1,8 @@
 //! `allow`: removes the warnings that the author silenced.
 //!
 //! Called by the loader with all findings. A rung's `allow` silences the warnings whose place
-//! begins in the rung, `[ladder] allow` those of its file. Related places of a warning do not
-//! count. Errors are never silenced.
+//! begins in the rung, `[ladder] allow` those of its file and of the controller file, which has no
+//! `allow` of its own. Related places of a warning do not count. Errors are never silenced.
 
 use std::collections::HashSet;
 
@@ -10,8 +10,13 @@ use crate::resolve::program::Program;
 use crate::source::finding::{Finding, Severity};
 use crate::source::span::{FileId, Span};
 
-/// The findings without the allowed ones. Warnings of the readers can be allowed too.
-pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
+/// The findings without the allowed ones. Warnings of the readers can be allowed too. `controller`:
+/// the controller file.
+pub fn silence(
+    program: &Program,
+    findings: Vec<Finding>,
+    controller: Option<FileId>,
+) -> Vec<Finding> {
     let allows = rung_allows(program);
     let in_files: HashSet<(FileId, &str)> =
         program.allow.iter().map(|(file, name)| (*file, name.as_str())).collect();
@@ -19,7 +24,9 @@ pub fn silence(program: &Program, findings: Vec<Finding>) -> Vec<Finding> {
         let name = finding.code.name();
         let place = program.layers.stands_at(finding.span);
         let in_file = |span| in_files.contains(&(program.layers.in_file(span).file, name));
-        in_file(finding.span) || in_file(place) || allows.hold(name, place)
+        let of_controller = Some(place.file) == controller
+            && program.allow.iter().any(|(_, allowed)| allowed == name);
+        of_controller || in_file(finding.span) || in_file(place) || allows.hold(name, place)
     };
     findings.into_iter().filter(|f| f.severity() == Severity::Error || !silenced(f)).collect()
 }

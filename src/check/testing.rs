@@ -2,7 +2,7 @@
 
 use expect_test::Expect;
 
-use super::{Around, Outside};
+use super::{Around, Outside, Read};
 use crate::resolve::operands::resolve_operands;
 use crate::resolve::program::Program;
 use crate::resolve::range::resolve_range;
@@ -72,9 +72,32 @@ pub fn check_outside(rungs: &str, expected: Expect) {
         listed: ["MC1", "MHR1", "CT1.Acc"].map(operands).into(),
         image: ["MC5", "X5"].map(range).into(),
         wired: Some(Span::default()),
+        reads: Vec::new(),
     };
     let around = Around { outside: Some(&outside), ..Around::of(&[]) };
     expected.assert_eq(&print(&ladder, &super::check(&program, around)));
+}
+
+/// As [`check_outside`], with parts of a controller file that read: names of operands, and what the
+/// part does. Only their findings.
+pub fn check_read_outside(rungs: &str, reads: &[(&str, &str)], expected: Expect) {
+    let ladder = main(rungs);
+    let program = load(&ladder).0.expect("the ladder has no errors");
+    let scope = Scope::of(&program);
+    let address = |name: &str| scope.address(name).expect("an address");
+    let read = |(names, reader): &(&str, &str)| {
+        let addresses = names.split(' ').map(address).collect();
+        Read::new(addresses, Span::default(), (*reader).to_owned())
+    };
+    let outside = Outside {
+        moved: ["D1", "R1", "MC1"].map(address).into(),
+        reads: reads.iter().map(read).collect(),
+        ..Outside::default()
+    };
+    let around = Around { outside: Some(&outside), ..Around::of(&[]) };
+    let mut findings = super::check(&program, around);
+    findings.retain(|finding| finding.span == Span::default());
+    expected.assert_eq(&print(&ladder, &findings));
 }
 
 /// The findings of a ladder.
@@ -82,7 +105,7 @@ fn findings(ladder: &str) -> Vec<Finding> {
     let (program, mut findings) = load(ladder);
     let Some(program) = program else { return findings };
     findings.extend(super::check(&program, Around::of(&[])));
-    super::silence(&program, findings)
+    super::silence(&program, findings, None)
 }
 
 /// The resolved program of a ladder, and the findings of reading and resolving it.

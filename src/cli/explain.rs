@@ -195,7 +195,7 @@ pub fn facts(spec: &Spec) -> String {
     for (at, operand) in spec.operands.iter().enumerate() {
         let head = if at == 0 { "operands" } else { "" };
         let optional = if operand.optional { ", or left out" } else { "" };
-        let kind = describe(operand.kind);
+        let kind = describe(operand.kind, spec);
         let _ = writeln!(text, "{head:<12} {:<10} {kind}{optional}", operand.name);
     }
     let _ = writeln!(text, "termination  {}", termination(spec));
@@ -251,7 +251,7 @@ fn termination(spec: &Spec) -> &'static str {
     }
 }
 
-fn describe(kind: OperandKind) -> String {
+fn describe(kind: OperandKind, spec: &Spec) -> String {
     match kind {
         OperandKind::WritableBit => "a bit that a program can write: Y, C, MC, MI".to_owned(),
         OperandKind::WritableWord => {
@@ -262,6 +262,9 @@ fn describe(kind: OperandKind) -> String {
         }
         OperandKind::Array => {
             "an array, a slice or a range: recipe, recipe[0..6], D0..D9".to_owned()
+        }
+        OperandKind::WritableArray if spec.mnemonic == Mnemonic::Fill => {
+            "an array, a slice or a range that a program can write".to_owned()
         }
         OperandKind::WritableArray => {
             "one that a program can write, as long, of the same kind".to_owned()

@@ -2,9 +2,9 @@
 //!
 //! Called by `load` once the settings are resolved.
 
-use super::device::Device;
+use super::device::{Device, DriverSettings, Output};
 use super::settings::Controller;
-use crate::check::Outside;
+use crate::check::{Outside, Read};
 use crate::isa::{Address, Bit, BitSpace};
 
 impl Controller {
@@ -26,6 +26,44 @@ impl Controller {
             listed,
             image,
             wired: self.devices.iter().find(moves_x).map(|device| device.span),
+            reads: self.reads(),
         }
     }
+
+    /// What rows of maps send, simulated inputs follow, and the Modbus server's map shows.
+    fn reads(&self) -> Vec<Read> {
+        let mut reads: Vec<Read> = Vec::new();
+        for device in &self.devices {
+            let first = reads.len();
+            // What else goes to a simulated plant are its levers, which an operator moves by hand.
+            let is_simulated = matches!(device.driver, DriverSettings::Simulated(_));
+            let is_judged = |output: &&Output| !is_simulated || is_y(output.address);
+            for output in device.outputs.iter().filter(is_judged) {
+                // The outputs of a row have its place.
+                match reads[first..].last_mut().filter(|read| read.span == output.span) {
+                    Some(read) => read.addresses.push(output.address),
+                    None => {
+                        let reader = format!("device `{}` takes it", device.name);
+                        reads.push(Read::new(vec![output.address], output.span, reader));
+                    }
+                }
+            }
+        }
+        for rule in &self.rules {
+            let reader = format!("`X{}` moves by it", rule.input);
+            let of_rule = rule.reads();
+            reads.extend(
+                of_rule.map(|(bit, at)| Read::new(vec![Address::Bit(bit)], at, reader.clone())),
+            );
+        }
+        for entry in self.modbus.iter().flat_map(|server| &server.entries) {
+            let addresses = entry.operands.addresses().collect();
+            reads.push(Read::new(addresses, entry.span, "Modbus clients read it".to_owned()));
+        }
+        reads
+    }
+}
+
+fn is_y(address: Address) -> bool {
+    matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)))
 }

@@ -98,7 +98,16 @@ impl Resolver {
             self.findings.push(finding.help("name an X bit, or a tag of one"));
             return None;
         };
-        Some(Rule { input, motion: motion?, while_on, invert: rule.invert, span: rule.span })
+        let at = |name: &Option<Text>| name.as_ref().map_or(rule.span, |name| name.span);
+        Some(Rule {
+            input,
+            motion: motion?,
+            while_on,
+            invert: rule.invert,
+            span: rule.span,
+            follows_at: at(&rule.follows),
+            while_at: at(&rule.while_on),
+        })
     }
 
     fn motion(&mut self, rule: &WrittenRule) -> Option<Motion> {

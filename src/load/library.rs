@@ -49,6 +49,12 @@ impl LibraryFile {
         let words: Vec<&str> = lines.map(|line| line[2..].trim_end()).collect();
         (words.join(" "), &self.text[bytes..])
     }
+
+    /// The names of its templates, in order.
+    fn templates(&self) -> impl Iterator<Item = &'static str> {
+        let names = self.text.split("[[template]]\nname = \"").skip(1);
+        names.filter_map(|rest| rest.split('"').next())
+    }
 }
 
 /// The file that `lib:NAME` names; `None`: the name is a path.
@@ -68,27 +74,87 @@ pub(crate) fn named(path: &str) -> Option<Result<&'static LibraryFile, (String, 
 
 /// The file that declares a template.
 pub(crate) fn of_template(name: &str) -> Option<&'static LibraryFile> {
-    let header = format!("[[template]]\nname = \"{name}\"\n");
-    FILES.iter().find(|file| file.text.contains(&header))
+    FILES.iter().find(|file| file.templates().any(|of| of == name))
 }
 
-/// The finding, with the library's file in its help if it is about a template that the library has.
-pub(crate) fn offered(finding: Finding, files: &[SourceFile], has_controller: bool) -> Finding {
-    let Span { file, start, end } = finding.span;
-    let Some(file) = files.get(file.0 as usize) else { return finding };
-    let place = file.text.get(start as usize..end as usize).unwrap_or_default();
-    let name = place.trim_matches(['"', '\'']);
-    let Some(of) = of_template(name).filter(|_| finding.code == Code::UnknownTemplate) else {
-        return finding;
+/// The findings; those about templates that the library has say how it is brought in.
+pub(crate) fn offered(
+    findings: Vec<Finding>,
+    files: &[SourceFile],
+    has_controller: bool,
+) -> Vec<Finding> {
+    let wanted: Vec<Option<Wanted>> = findings.iter().map(|of| Wanted::of(of, files)).collect();
+    let mut lacking: Vec<String> = Vec::new();
+    for file in wanted.iter().flatten().map(|wanted| format!("{LIBRARY}{}", wanted.file.name)) {
+        if !lacking.contains(&file) && files.iter().all(|given| given.name != file) {
+            lacking.push(file);
+        }
+    }
+    let how = how(&lacking, files, has_controller);
+    let with_help = |(finding, wanted): (Finding, Option<Wanted>)| match wanted {
+        Some(wanted) => finding.near_any(None).help(wanted.help(&how)),
+        None => finding,
     };
-    let (whole, path) = (format!("{LIBRARY}{}", of.name), &file.name);
-    let help = if has_controller {
-        format!("it is in the library: add it to `ladder = [\"{whole}\", …]`")
-    } else {
-        format!(
-            "it is in the library: `rungd check {whole} {path}`; in a controller file \
-                 `ladder = [\"{whole}\", …]`"
-        )
-    };
-    finding.near_any(None).help(help)
+    findings.into_iter().zip(wanted).map(with_help).collect()
+}
+
+/// What a use wants of the library.
+struct Wanted {
+    file: &'static LibraryFile,
+    /// It names the file in the place of a template.
+    is_file: bool,
+}
+
+impl Wanted {
+    fn of(finding: &Finding, files: &[SourceFile]) -> Option<Wanted> {
+        let Span { file, start, end } = finding.span;
+        let text = &files.get(file.0 as usize)?.text;
+        let place = text.get(start as usize..end as usize)?;
+        let name = place.trim_matches(['"', '\'']);
+        if finding.code != Code::UnknownTemplate {
+            return None;
+        }
+        match named(name) {
+            Some(file) => Some(Wanted { file: file.ok()?, is_file: true }),
+            None => Some(Wanted { file: of_template(name)?, is_file: false }),
+        }
+    }
+
+    fn help(&self, how: &str) -> String {
+        if !self.is_file {
+            return how.to_owned();
+        }
+        let names: Vec<String> = self.file.templates().map(|of| format!("`{of}`")).collect();
+        let (what, first) = (names.join(", "), self.file.templates().next().unwrap_or_default());
+        let verb = if names.len() == 1 { "template is" } else { "templates are" };
+        let file = self.file.name;
+        let use_it = format!("`{LIBRARY}{file}` is a file, its {verb} {what}: `use = \"{first}\"`");
+        if how.is_empty() { use_it } else { format!("{use_it}\n{how}") }
+    }
+}
+
+/// How the files of the library are brought in; empty if all are there.
+fn how(lacking: &[String], files: &[SourceFile], has_controller: bool) -> String {
+    if lacking.is_empty() {
+        return String::new();
+    }
+    let list = lacking.iter().map(|file| format!("\"{file}\"")).collect::<Vec<_>>().join(", ");
+    if has_controller {
+        return format!("it is in the library: add it to `ladder = [{list}, …]`");
+    }
+    let given = files.iter().map(|file| shell_word(&file.name));
+    let words: Vec<String> = lacking.iter().cloned().chain(given).collect();
+    format!(
+        "it is in the library: `rungd check {}`; in a controller file `ladder = [{list}, …]`",
+        words.join(" ")
+    )
+}
+
+/// A path as a shell takes it.
+fn shell_word(path: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-:+,@%".contains(c);
+    match path.chars().all(is_plain) {
+        true => path.to_owned(),
+        false => format!("'{}'", path.replace('\'', "'\\''")),
+    }
 }

@@ -24,6 +24,7 @@ pub(crate) use files::read_bytes;
 use crate::check::{Around, check_partial, check_whole, silence};
 use crate::controller::written::WrittenController;
 use crate::controller::{self, Controller, resolve_controller};
+use crate::io::plant::settings::Rule;
 use crate::isa::Address;
 use crate::progress::{Progress, Step};
 use crate::resolve::program::{Program, TagMeaning};
@@ -169,13 +170,14 @@ fn controller(input: &Input, progress: &Progress) -> Loaded {
     loaded
 }
 
-/// Marks the tags of all addresses that a device moves or takes as used, whether or not the
-/// ladder names them.
+/// Marks the tags of all addresses that a device moves or takes, or a simulated input follows, as
+/// used, whether or not the ladder names them.
 fn mark_mapped(program: &mut Program, controller: &Controller) {
     let devices = &controller.devices;
     let inputs = devices.iter().flat_map(|device| &device.inputs).map(|input| input.address);
     let outputs = devices.iter().flat_map(|device| &device.outputs).map(|output| output.address);
-    let mapped: HashSet<Address> = inputs.chain(outputs).collect();
+    let followed = controller.rules.iter().flat_map(Rule::reads).map(|(bit, _)| Address::Bit(bit));
+    let mapped: HashSet<Address> = inputs.chain(outputs).chain(followed).collect();
     for tag in &mut program.tags {
         if let TagMeaning::Address(address) = tag.meaning {
             tag.used |= mapped.contains(&address);
@@ -280,8 +282,7 @@ impl Loaded {
             return;
         }
         let (program, found) = resolve_ladders(&self.files[first..], &options);
-        let with_library = |finding| library::offered(finding, &self.files, options.has_controller);
-        self.findings.extend(found.into_iter().map(with_library));
+        self.findings.extend(library::offered(found, &self.files, options.has_controller));
         self.program = program;
     }
 
@@ -332,7 +333,9 @@ impl Loaded {
                 let of_trials = found.into_iter().filter(|f| program.layers.is_trial(f.span));
                 self.findings.extend(of_trials);
             }
-            self.findings = silence(program, std::mem::take(&mut self.findings));
+            // The controller file is read first.
+            let controller = self.controller.as_ref().map(|_| FileId(0));
+            self.findings = silence(program, std::mem::take(&mut self.findings), controller);
             self.findings = program.layers.told(std::mem::take(&mut self.findings));
         }
         self.findings.sort_by_key(|f| (f.span.file, f.span.start, f.span.end, f.code));

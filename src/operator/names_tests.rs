@@ -134,11 +134,15 @@ fn values_as_people_write_them() {
         ("Y0", "2", "takes ON or OFF"),
         ("size", "0", "takes 1 to 500, not 0"),
         ("V0", "65536", "takes 0 to 65535"),
-        ("D5", "99999999999", "outside"),
+        ("D5", "99999999999", "takes -2147483648 to 2147483647, not 99999999999"),
+        ("size", "99999999999", "takes 1 to 500, not 99999999999"),
+        ("size", "1e99", "takes a whole number"),
+        ("size", "0xFFFFFFFFFF", "takes 1 to 500, not 0xFFFFFFFFFF"),
         ("D5", "ON", "takes a whole number"),
         ("D5", "1.5", "takes a whole number"),
         ("R1", "ON", "takes a number, as 12.5"),
-        ("R1", "1e39", "beyond the largest real"),
+        ("R1", "1e39", "takes -3.4028235e38 to 3.4028235e38, not 1e39"),
+        ("R1", "-99999999999999999999999999999999999999999", "to 3.4028235e38, not -9999"),
         ("D5", "12x", "`12x`"),
     ] {
         let message = value(name, given).unwrap_err();

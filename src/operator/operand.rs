@@ -8,6 +8,7 @@ use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
 use crate::runtime::exchange::Snapshot;
 use crate::source::atom::{Atom, AtomKind};
+use crate::source::finding::Code;
 use crate::source::span::Span;
 
 /// A bit or word with its names.
@@ -76,13 +77,20 @@ impl Operand {
 
     fn word(&self, given: &Given, (min, max): (i32, i32)) -> Result<i32, Refusal> {
         let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
+        let beyond =
+            |given: &str| bad(format!("`{}` takes {min} to {max}, not {given}", self.operand));
         let number = match given {
             Given::Bit(_) | Given::Real(_) => None,
             Given::Number(number) => Some(*number),
             Given::Text(text) => match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
                 Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(i64::from(n)),
                 Ok(AtomKind::Name(_) | AtomKind::Real(_)) => None,
-                Err(finding) => return Err(bad(finding.message)),
+                // The range of the text's own form says nothing of this operand.
+                Err(finding) if finding.code != Code::OutOfRange => {
+                    return Err(bad(finding.message));
+                }
+                Err(_) if is_real(text.trim()) => None,
+                Err(_) => return Err(beyond(text.trim())),
             },
         };
         let Some(number) = number else {
@@ -90,12 +98,16 @@ impl Operand {
             return Err(bad(format!("`{}` is a word: it {message}", self.operand)));
         };
         let fits = i32::try_from(number).ok().filter(|n| (min..=max).contains(n));
-        fits.ok_or_else(|| bad(format!("`{}` takes {min} to {max}, not {number}", self.operand)))
+        fits.ok_or_else(|| beyond(&number.to_string()))
     }
 
     /// The content of an R word's cell.
     fn real(&self, given: &Given, (min, max): (i32, i32)) -> Result<i32, Refusal> {
         let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
+        let beyond = |given: &str| {
+            let [min, max] = [min, max].map(Real::of_cell);
+            bad(format!("`{}` takes {min} to {max}, not {given}", self.operand))
+        };
         let number = match given {
             Given::Bit(_) => None,
             Given::Number(number) => Some(*number as f64),
@@ -104,6 +116,9 @@ impl Operand {
                 Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(n.into()),
                 Ok(AtomKind::Real(real)) => Some(real.into()),
                 Ok(AtomKind::Name(_)) => None,
+                Err(finding) if finding.code == Code::OutOfRange => {
+                    return Err(beyond(text.trim()));
+                }
                 Err(finding) => return Err(bad(finding.message)),
             },
         };
@@ -111,13 +126,14 @@ impl Operand {
             let message = "it takes a number, as 12.5, 12 or 2e-3";
             return Err(bad(format!("`{}` is a real: {message}", self.operand)));
         };
-        let (real, beyond) = Real::stored(number);
-        if beyond || !(min..=max).contains(&real.cell()) {
-            let [min, max] = [min, max].map(Real::of_cell);
-            let given = if beyond { format!("{number:?}") } else { real.to_string() };
-            return Err(bad(format!("`{}` takes {min} to {max}, not {given}", self.operand)));
+        let (real, is_beyond) = Real::stored(number);
+        if is_beyond {
+            return Err(beyond(&format!("{number:?}")));
         }
-        Ok(real.cell())
+        match (min..=max).contains(&real.cell()) {
+            true => Ok(real.cell()),
+            false => Err(beyond(&real.to_string())),
+        }
     }
 
     /// A number as this operand's value: ON or OFF for a bit.
@@ -149,6 +165,12 @@ impl Operand {
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
         }
     }
+}
+
+/// Whether a number has a point or an exponent.
+fn is_real(text: &str) -> bool {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    !digits.starts_with("0x") && digits.contains(['.', 'e', 'E'])
 }
 
 fn bit_value(given: &Given) -> Option<i32> {

@@ -77,12 +77,10 @@ impl Resolver<'_> {
         }
         for name in std::mem::take(&mut self.use_names) {
             self.declare_name(&name, Role::Use, &mut names);
-            self.scope.add_use(&name.text);
         }
+        self.uses.iter().for_each(|name| self.scope.uses().add(name.clone()));
         // Their tags are unknown with their templates, which have a finding.
-        for name in std::mem::take(&mut self.unknown_uses) {
-            self.scope.add_unknown_use(name);
-        }
+        self.unknown_uses.iter().for_each(|name| self.scope.uses().add_unknown(name.clone()));
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
         // A program without a name may be meant as `Main`.
@@ -90,7 +88,9 @@ impl Resolver<'_> {
         let programs = program.blocks.iter().any(|block| block.kind == BlockKind::Program);
         let lost = self.misread && !programs;
         if !lost && !program.blocks.iter().any(has_main) {
-            self.no_main(program);
+            let own = ladders().flat_map(|ladder| &ladder.templates);
+            let templates: Vec<&Text> = own.filter_map(|of| of.name.as_ref()).collect();
+            self.no_main(program, &templates);
         }
     }
 
@@ -121,23 +121,27 @@ impl Resolver<'_> {
         }
     }
 
-    fn no_main(&mut self, program: &Program) {
-        let mut blocks = program.blocks.iter();
-        if let Some(block) = blocks.find(|block| block.name.eq_ignore_ascii_case("Main")) {
-            let finding = Finding::new(Code::NoMain, block.span, "no program is called `Main`");
-            self.find(finding.help("write `name = \"Main\"`: names are case-sensitive"));
-            return;
+    fn no_main(&mut self, program: &Program, templates: &[&Text]) {
+        let find = |span| Finding::new(Code::NoMain, span, "no program is called `Main`");
+        // A template that is tried out has a block that nobody wrote.
+        let blocks = || program.blocks.iter().filter(|block| !Layers::is_layered(block.span));
+        if let Some(block) = blocks().find(|block| block.name.eq_ignore_ascii_case("Main")) {
+            let help = "write `name = \"Main\"`: names are case-sensitive";
+            return self.find(find(block.span).help(help));
         }
-        let names = program.blocks.iter().map(|block| &*block.name);
-        let near = nearest("Main", names).map(str::to_owned);
-        if let Some(block) = program.blocks.iter().find(|b| near.as_deref() == Some(&*b.name)) {
-            let finding = Finding::new(Code::NoMain, block.span, "no program is called `Main`");
-            self.find(finding.help("did you mean `Main`?"));
-            return;
+        let near = nearest("Main", blocks().map(|block| &*block.name));
+        if let Some(block) = blocks().find(|block| near == Some(&*block.name)) {
+            return self.find(find(block.span).help("did you mean `Main`?"));
         }
-        let span = Span { file: self.options.first_file, start: 0, end: 0 };
-        let finding = Finding::new(Code::NoMain, span, "no program is called `Main`");
-        self.find(finding.help(
+        if let Some(name) = templates.iter().find(|name| name.text.eq_ignore_ascii_case("Main")) {
+            let finding = find(name.span).label("this is a template");
+            return self.find(finding.help(
+                "a template runs where it is used. The program that always runs is:\n\
+                 [[program]]\nname = \"Main\"",
+            ));
+        }
+        let start = Span { file: self.options.first_file, start: 0, end: 0 };
+        self.find(find(start).help(
             "Main is the program that always runs; without it nothing would:\n\
              [[program]]\nname = \"Main\"",
         ));

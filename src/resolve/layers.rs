@@ -43,6 +43,14 @@ pub(super) struct UsePlace {
     pub own: KnownNames,
 }
 
+impl UsePlace {
+    /// Whether a whole name is exactly one of the template's.
+    fn has(&self, name: &str) -> bool {
+        let own = name.strip_prefix(&self.name).and_then(|rest| rest.strip_prefix('.'));
+        own.is_some_and(|own| self.own.beginning_with(own).next() == Some(own))
+    }
+}
+
 #[derive(Clone, Debug)]
 struct Given {
     /// The file or layer in which the text was given.
@@ -105,7 +113,7 @@ impl Layers {
     pub(super) fn near(&self, finding: Finding, name: &str) -> Finding {
         let at = self.stands_at(finding.span);
         match self.uses(at.file).next() {
-            Some(of) if at == finding.span => finding.near_first(name, &of.own),
+            Some(of) if at == finding.span && !of.has(name) => finding.near_first(name, &of.own),
             Some(_) | None => finding,
         }
     }
@@ -298,10 +306,14 @@ impl Layers {
         };
         match self.uses(layer).next() {
             Some(of) if of.is_trial => finding.reword(|text| {
-                let text = without(text, &of.name).replace("`?", "`");
-                text.replace(&of.name, of.name.trim_start_matches('?'))
+                let text = without(text, &of.name);
+                bare(&text.replace(&of.name, of.name.trim_start_matches('?')))
             }),
             Some(of) if uses > 1 => finding.reword(|text| without(text, &of.name)),
+            // The right name stands in the template.
+            Some(of) if finding.code == Code::UnknownName => {
+                finding.reword_help(|text| without(text, &of.name));
+            }
             Some(_) | None => {}
         }
         for of in self.uses(layer).take_while(|of| !of.is_trial) {
@@ -331,9 +343,29 @@ fn without(text: &str, name: &str) -> String {
     told + rest
 }
 
+/// A text without the marks before names of parameters that are tried out; a question keeps its.
+fn bare(text: &str) -> String {
+    let mut told = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find("`?") {
+        let (before, behind) = (&rest[..=at], &rest[at + 2..]);
+        told.push_str(before);
+        if !behind.starts_with(|c: char| c.is_ascii_alphabetic()) {
+            told.push('?');
+        }
+        rest = behind;
+    }
+    told + rest
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn marks_of_a_trial_go_and_a_question_stays() {
+        assert_eq!(bare("`?a` and `b`? or `?c`?"), "`a` and `b`? or `c`?");
+    }
 
     /// What is told of two findings at an argument marked as wrong, beside others.
     fn told(others: Vec<Finding>) -> Vec<String> {

@@ -31,6 +31,7 @@ pub mod scope;
 mod tags;
 mod template;
 mod typed;
+mod uses;
 mod value;
 
 use std::collections::HashSet;
@@ -156,7 +157,9 @@ struct Resolver<'a> {
     layers: Layers,
     /// The names of the uses in rungs.
     use_names: Vec<Text>,
-    /// The whole names of the uses whose template is unknown.
+    /// The whole names of all uses, also of those within uses.
+    uses: Vec<String>,
+    /// Of these, the uses whose template is unknown.
     unknown_uses: Vec<String>,
     /// What uses give.
     arguments: Vec<Argument>,
@@ -180,6 +183,7 @@ impl<'a> Resolver<'a> {
             constants: Vec::new(),
             layers: Layers::default(),
             use_names: Vec::new(),
+            uses: Vec::new(),
             unknown_uses: Vec::new(),
             arguments: Vec::new(),
             trials: Vec::new(),

@@ -207,16 +207,36 @@ impl Resolver<'_> {
     fn copy_fits(&mut self, from: Located<Array>, to: Located<Array>) -> bool {
         let kind = |array: Array| if array.is_bits() { "bits" } else { "words" };
         let (a, b) = (from.value, to.value);
-        let message = if a.is_bits() != b.is_bits() {
-            format!("`COPY` of {} to {}", kind(a), kind(b))
+        let (message, help) = if a.is_bits() != b.is_bits() {
+            let message = format!("`COPY` of {} to {}", kind(a), kind(b));
+            let [source, target] = [a, b].map(|array| self.scope.places().say(array.element(0)));
+            let one = if a.is_bits() { source } else { format!("{source} != 0") };
+            let help = "COPY copies bits to bits and words to words; one element at a time:";
+            (message, format!("{help} `MATH {target} = {one}`"))
         } else if a.count != b.count {
-            format!("`COPY` of {} elements to {}", a.count, b.count)
+            let message = format!("`COPY` of {} elements to {}", a.count, b.count);
+            let (longer, count) = if a.count > b.count { (from, b.count) } else { (to, a.count) };
+            (message, self.first_of(longer, count))
         } else {
             return true;
         };
         let finding = Finding::new(Code::OperandType, to.span, message);
-        let help = format!("both are of one kind and equally long: {} and {}", a.count, b.count);
         self.find(finding.related(from.span, "from here").help(help));
         false
+    }
+
+    /// How the first elements of an array are named.
+    fn first_of(&self, array: Located<Array>, count: u32) -> String {
+        let last = count - 1;
+        let ends = [0, last].map(|at| self.scope.places().say(array.value.element(at)));
+        let name = self.text(array.span);
+        let is_whole = self.scope.tag_index(name).is_some();
+        let [first, end] = ends;
+        match is_whole && !name.contains('[') {
+            true => format!("name a part of `{name}`, as `{name}[0..{last}]`"),
+            false => {
+                format!("both have the same number of elements: `{first}` to `{end}` are {count}")
+            }
+        }
     }
 }

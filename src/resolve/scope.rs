@@ -4,16 +4,16 @@
 //! name of a contact or operand here; the controller file's reader, the simulator and the
 //! operator's commands look up the names that they watch or write.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::array::{Array, Element};
 use super::mistake::{
-    LISTED_MAX, Mistake, address_mistake, habit, member_mistake, members_of, new, sentence,
-    unknown_member,
+    Mistake, address_mistake, habit, member_mistake, members_of, new, sentence, unknown_member,
 };
 use super::places::Places;
 use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
+use super::uses::Uses;
 use crate::isa::address_text::{self, AddressError};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
 use crate::source::finding::Code;
@@ -26,10 +26,7 @@ pub struct Scope {
     sizes: MemorySizes,
     places: Places,
     tags: HashMap<String, (usize, Option<TagMeaning>)>,
-    /// The uses of unknown templates.
-    unknown_uses: HashSet<String>,
-    /// The uses in rungs.
-    uses: HashSet<String>,
+    uses: Uses,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
     /// The names of all named blocks.
@@ -115,8 +112,7 @@ impl Scope {
             sizes,
             places: Places::default(),
             tags: HashMap::new(),
-            unknown_uses: HashSet::new(),
-            uses: HashSet::new(),
+            uses: Uses::default(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
             block_names: HashMap::new(),
@@ -174,21 +170,8 @@ impl Scope {
         self.tags.entry(name.to_owned()).or_insert((index, meaning));
     }
 
-    /// A use whose template is unknown: names of its tags cause no findings.
-    pub(super) fn add_unknown_use(&mut self, name: String) {
-        self.unknown_uses.insert(name);
-    }
-
-    /// A use in a rung.
-    pub(super) fn add_use(&mut self, name: &str) {
-        self.uses.insert(name.to_owned());
-    }
-
-    /// Whether a name is that of an unknown use, or lies below one: `own.inner.lit`.
-    fn is_of_unknown_use(&self, base: &str, member: Option<&str>) -> bool {
-        let whole = member.map_or(base.to_owned(), |member| format!("{base}.{member}"));
-        let ends = whole.match_indices('.').map(|(end, _)| end).chain([whole.len()]);
-        ends.into_iter().any(|end| self.unknown_uses.contains(&whole[..end]))
+    pub(super) fn uses(&mut self) -> &mut Uses {
+        &mut self.uses
     }
 
     pub(super) fn add_block(&mut self, name: &str, block: BlockNames) {
@@ -305,10 +288,10 @@ impl Scope {
             let thing = self.of_tag(base, meaning.ok_or(Mistake::Reported)?, member)?;
             return Ok(Found { thing, tag: Some(index), index: None });
         }
-        let (base, member) = match name.split_once('.') {
-            Some((base, member)) => (base, Some(member)),
-            None => (name, None),
-        };
+        if self.uses.is_of_inner(name) {
+            return Err(self.unknown(name));
+        }
+        let (base, member) = parts(name);
         if let Some(block) = self.blocks.get(base) {
             let thing = of_block(base, block, member, self.searched_max)?;
             return Ok(Found::new(thing));
@@ -316,7 +299,7 @@ impl Scope {
         if let Some(id) = self.devices.get(base) {
             return Ok(Found::new(of_device(base, *id, member)?));
         }
-        Err(self.unknown(base, member))
+        Err(self.unknown(name))
     }
 
     fn of_tag(
@@ -349,16 +332,14 @@ impl Scope {
         Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
     }
 
-    fn unknown(&self, base: &str, member: Option<&str>) -> Mistake {
+    fn unknown(&self, name: &str) -> Mistake {
+        if let Some(mistake) = self.uses.mistake(name, self.known()) {
+            return mistake;
+        }
+        let (base, member) = parts(name);
         if base.is_empty() {
             let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
             return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
-        }
-        if self.is_of_unknown_use(base, member) {
-            return Mistake::Reported;
-        }
-        if let Some(mistake) = self.of_use(base, member) {
-            return mistake;
         }
         let message = format!("nothing is called `{base}`");
         let with_stage = self.stages.get(base).filter(|_| member.is_none());
@@ -369,28 +350,6 @@ impl Scope {
         let help = habit(base).unwrap_or_else(|| self.instead(base, member));
         let near = Some(Near::new(base, self.known()).searching_at_most(self.searched_max));
         Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
-    }
-
-    /// The mistake in a name of a use of a template, whose tags have names of their own.
-    fn of_use(&self, base: &str, member: Option<&str>) -> Option<Mistake> {
-        let prefix = format!("{base}.");
-        let known = self.known();
-        let own = KnownNames::new(known.beginning_with(&prefix).take(LISTED_MAX));
-        if own.iter().next().is_none() && !self.uses.contains(base) {
-            return None;
-        }
-        let list = own.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        let message = match member {
-            Some(member) => format!("the use `{base}` has no tag `{member}`"),
-            None => format!("`{base}` is a use of a template, not a tag"),
-        };
-        let near = member.map(|member| Near::new(&format!("{base}.{member}"), &own));
-        let help = match list.is_empty() {
-            true => "its template has no tags of its own".to_owned(),
-            false => format!("there is {list}"),
-        };
-        let (code, help) = (Code::UnknownName, Some(help));
-        Some(Mistake::New { code, message, help, near })
     }
 
     /// The help for a name that is near no known one.
@@ -437,6 +396,14 @@ impl Scope {
             let names = self.tags.keys().chain(self.blocks.keys()).chain(self.devices.keys());
             KnownNames::new(names.map(String::as_str))
         })
+    }
+}
+
+/// The first part of a name, and the rest behind its dot.
+fn parts(name: &str) -> (&str, Option<&str>) {
+    match name.split_once('.') {
+        Some((base, member)) => (base, Some(member)),
+        None => (name, None),
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::Resolver;
 use super::declare::kept;
+use super::layers::Layers;
 use super::mistake::address_mistake;
 use super::program::{Program, Tag, TagMeaning, Written};
 use crate::isa::address_text;
@@ -13,9 +14,14 @@ use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
 
+/// The most characters of an alarm's text, and of a text with the arguments of a use: it becomes a
+/// line of the log.
+pub(super) const TEXT_MAX: usize = 1000;
+
 impl Resolver<'_> {
     /// Resolves a tag and adds it to the program; returns its meaning.
     pub(super) fn tag(&mut self, tag: &ladder::Tag, program: &mut Program) -> Option<TagMeaning> {
+        self.long_alarm(tag);
         if let Some(count) = &tag.count {
             return self.array_tag(tag, count, program);
         }
@@ -42,6 +48,21 @@ impl Resolver<'_> {
         self.ranges(&resolved);
         program.tags.push(resolved);
         Some(meaning)
+    }
+
+    /// Reports an alarm's text that is too long. Texts of templates are judged with their
+    /// arguments.
+    fn long_alarm(&mut self, tag: &ladder::Tag) {
+        let Some(alarm) = tag.alarm.as_ref().filter(|alarm| !Layers::is_layered(alarm.span)) else {
+            return;
+        };
+        let count = alarm.text.chars().count();
+        if count > TEXT_MAX {
+            let name = kept(&tag.name.text);
+            let message = format!("the `alarm` of `{name}` has {count} characters");
+            let help = format!("a text has at most {TEXT_MAX}; `doc` has room for what to do");
+            self.find(Finding::new(Code::TagKey, alarm.span, message).help(help));
+        }
     }
 
     pub(super) fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {

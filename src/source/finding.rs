@@ -110,6 +110,11 @@ impl Finding {
         texts.for_each(|text| *text = change(text));
     }
 
+    /// Changes the words of its help.
+    pub(crate) fn reword_help(&mut self, change: impl Fn(&str) -> String) {
+        self.help.iter_mut().for_each(|text| *text = change(text));
+    }
+
     /// Its severity.
     pub fn severity(&self) -> Severity {
         self.code.severity()

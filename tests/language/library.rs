@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use rungd::load;
+use rungd::source::render::{Style, render};
 
 /// One use of every template.
 const PLANT: &str = r#"
@@ -79,4 +80,49 @@ fn the_library_is_the_folder_and_an_unknown_name_is_told() {
     assert_eq!(names, LIBRARY);
     let error = load::ladder_files(&["lib:pdi".into()]).expect_err("it is unknown");
     assert_eq!(error.to_string(), "the library has no `pdi`: did you mean `pid`?");
+}
+
+fn shown(loaded: &load::Loaded) -> String {
+    render(&loaded.findings, &loaded.files, Style::default())
+}
+
+#[test]
+fn a_plant_that_is_checked_alone_says_the_command_that_checks_it() {
+    for plant in ["temperature-loop", "lift-station"] {
+        let path = format!("config/programs/{plant}.toml");
+        let loaded = load::ladder_files(&[path.clone().into()]).expect("readable");
+        let shown = shown(&loaded);
+        let commands: Vec<&str> =
+            shown.split('`').filter(|t| t.starts_with("rungd check ")).collect();
+        assert!(!commands.is_empty() && commands.len() == loaded.findings.len(), "{shown}");
+        assert!(commands.iter().all(|command| *command == commands[0]), "{shown}");
+        let files: Vec<PathBuf> = commands[0].split(' ').skip(2).map(PathBuf::from).collect();
+        assert_eq!(files.last(), Some(&path.into()), "{shown}");
+        let loaded = load::ladder_files(&files).expect("all are there");
+        assert!(loaded.program.is_some() && loaded.findings.is_empty(), "{:#?}", loaded.findings);
+    }
+}
+
+#[test]
+fn a_file_of_the_library_in_the_place_of_a_template_says_what_to_write() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("library's use");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let plant = folder.join("plant.toml");
+    let text = "[[program]]\nname = \"Main\"\n[[program.rung]]\nuse = \"lib:pid\"\nname = \"p\"\n";
+    std::fs::write(&plant, text).expect("writable");
+    let said = |files: &[PathBuf]| {
+        let loaded = load::ladder_files(files).expect("readable");
+        assert_eq!(loaded.findings.len(), 1, "{:#?}", loaded.findings);
+        shown(&loaded)
+    };
+    let help = said(&[plant.clone()]);
+    assert!(help.contains("`use = \"Pid\"`"), "{help}");
+    // The folder's name is quoted for the shell.
+    assert!(
+        help.contains("`rungd check lib:pid '/") && help.contains("library'\\''s use/"),
+        "{help}"
+    );
+    let help = said(&["lib:pid".into(), plant]);
+    assert!(help.contains("its template is `Pid`: `use = \"Pid\"`\n"), "{help}");
+    assert!(!help.contains("rungd check"), "{help}");
 }

@@ -102,12 +102,14 @@ mod tests {
 
     fn pulse(width_ms: u32, every_ms: u32, offset_ms: u32) -> Rule {
         let motion = Motion::Pulse { width_ms, every_ms, offset_ms };
-        Rule { input: 0, motion, while_on: None, invert: false, span: Span::default() }
+        let [span, follows_at, while_at] = [Span::default(); 3];
+        Rule { input: 0, motion, while_on: None, invert: false, span, follows_at, while_at }
     }
 
     fn follow(after_ms: u32, release_ms: u32) -> Rule {
         let motion = Motion::Follow { bit: MOTOR, after_ms, release_ms };
-        Rule { input: 0, motion, while_on: None, invert: false, span: Span::default() }
+        let [span, follows_at, while_at] = [Span::default(); 3];
+        Rule { input: 0, motion, while_on: None, invert: false, span, follows_at, while_at }
     }
 
     /// The input's line after one step per millisecond from 0. A bit is ON where its line has a

@@ -147,6 +147,20 @@ pub struct Rule {
     pub invert: bool,
     /// The place of the rule.
     pub(crate) span: Span,
+    /// The places of the bits that it follows and moves with; the rule's place without one.
+    pub(crate) follows_at: Span,
+    pub(crate) while_at: Span,
+}
+
+impl Rule {
+    /// The bits that it reads, each with its place.
+    pub(crate) fn reads(&self) -> impl Iterator<Item = (Bit, Span)> + use<> {
+        let followed = match self.motion {
+            Motion::Follow { bit, .. } => Some((bit, self.follows_at)),
+            Motion::Pulse { .. } => None,
+        };
+        followed.into_iter().chain(self.while_on.map(|bit| (bit, self.while_at)))
+    }
 }
 
 /// How a simulated input moves.

@@ -14,6 +14,7 @@ use super::room::Room;
 use super::texts;
 use crate::resolve::declare::NAME_MAX;
 use crate::resolve::layers::{Layers, UsePlace};
+use crate::resolve::tags::TEXT_MAX;
 use crate::source::atom::{Atom, AtomKind};
 use crate::source::contact::Contact;
 use crate::source::finding::{Code, Finding};
@@ -32,6 +33,8 @@ pub(super) struct Expansion<'t> {
     pub arguments: Vec<Argument>,
     /// The names of the uses that stand in ladders.
     pub names: Vec<Text>,
+    /// The whole names of all uses in rungs.
+    pub uses: Vec<String>,
     /// The whole names of the uses whose template is unknown, so that nobody knows their tags.
     pub unknown: Vec<String>,
     /// By the numbers of the templates: whether one of their uses is written out.
@@ -54,6 +57,7 @@ impl<'t> Expansion<'t> {
             findings: Vec::new(),
             arguments: Vec::new(),
             names: Vec::new(),
+            uses: Vec::new(),
             unknown: Vec::new(),
             written: vec![false; templates.all.len()],
             room: Room::new(),
@@ -167,6 +171,9 @@ impl<'t> Expansion<'t> {
             None if is_body => (name.text.clone(), String::new()),
             None => (name.text.clone(), format!("{}/", name.text)),
         };
+        if !is_body {
+            self.uses.push(whole.clone());
+        }
         let own = declared.known.clone();
         let place = UsePlace { name: whole.clone(), at, is_trial: self.trial, own };
         let layer = self.layers.add_use(declared.template.span.file, place);
@@ -403,9 +410,6 @@ impl<'t> Expansion<'t> {
         }
     }
 }
-
-/// The most characters of a text with its arguments. It becomes a line of the log.
-const TEXT_MAX: usize = 1000;
 
 fn too_long(key: &str, tag: &str, text: &str, span: Span) -> Option<Finding> {
     let count = text.chars().count();

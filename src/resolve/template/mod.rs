@@ -68,6 +68,7 @@ impl Resolver<'_> {
         findings.append(&mut expansion.findings);
         self.arguments = std::mem::take(&mut expansion.arguments);
         self.use_names = std::mem::take(&mut expansion.names);
+        self.uses = std::mem::take(&mut expansion.uses);
         self.unknown_uses = std::mem::take(&mut expansion.unknown);
         self.layers = expansion.layers;
         self.findings.extend(findings);

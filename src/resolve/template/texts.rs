@@ -8,8 +8,7 @@ use crate::source::span::Span;
 fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
     let mut rest = text;
     let is_word = |word: &str| {
-        let letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.chars().all(letter)
+        word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.chars().all(is_letter)
     };
     std::iter::from_fn(move || {
         if rest.is_empty() {
@@ -28,17 +27,43 @@ fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
     })
 }
 
-/// The findings about words in braces that nothing stands for.
+/// The findings about braces: a word that nothing stands for, and a brace that is not closed.
 pub(super) fn check(text: &str, span: Span, known: &[&str]) -> Vec<Finding> {
-    let words = pieces(text).filter_map(|(_, word)| word);
-    let finding = |word: &str| {
-        let message = format!("`{{{word}}}` stands for nothing");
-        let help = did_you_mean(word, known.iter().copied()).unwrap_or_else(|| {
-            "a text may hold `{name}`, the use's name, and parameters in braces".to_owned()
-        });
-        Finding::new(Code::TemplateRule, span, message).help(help)
+    let holds = "a text may hold `{name}`, the use's name, and parameters in braces";
+    let find = |message: String| Finding::new(Code::TemplateRule, span, message);
+    let mut findings = Vec::new();
+    for (plain, word) in pieces(text) {
+        if let Some(open) = unclosed(plain) {
+            let begin: String = plain[open..].chars().take(SHOWN_MAX).collect();
+            let word = begin[1..].trim_start().split(|c: char| !is_letter(c)).next();
+            let help = match word.filter(|word| known.contains(word)) {
+                Some(word) => format!("write `{{{word}}}`"),
+                None => format!("{holds}; braces in pairs, as `{{}}`, are plain text"),
+            };
+            findings.push(find(format!("the brace of `{begin}` is not closed")).help(help));
+        }
+        if let Some(word) = word.filter(|word| !known.contains(word)) {
+            let help = did_you_mean(word, known.iter().copied());
+            let help = help.unwrap_or_else(|| holds.to_owned());
+            findings.push(find(format!("`{{{word}}}` stands for nothing")).help(help));
+        }
+    }
+    findings
+}
+
+/// The most characters of a text that a finding repeats.
+const SHOWN_MAX: usize = 20;
+
+/// The first opening brace without its closing one.
+fn unclosed(plain: &str) -> Option<usize> {
+    let is_closed = |at: &usize| {
+        plain[at + 1..].find(['{', '}']).is_some_and(|end| plain[at + 1 + end..].starts_with('}'))
     };
-    words.filter(|word| !known.contains(word)).map(finding).collect()
+    plain.match_indices('{').map(|(at, _)| at).find(|at| !is_closed(at))
+}
+
+fn is_letter(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
 }
 
 /// The text with what the words in braces stand for.
@@ -58,6 +83,32 @@ pub(super) fn filled(text: &str, of: impl Fn(&str) -> Option<String>) -> String 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn braces_are_words_or_pairs() {
+        let said = |text: &str| {
+            let findings = check(text, Span::default(), &["name", "patience"]);
+            let help = |of: &Finding| of.help_text().unwrap_or_default().into_owned();
+            let said = findings.iter().map(|of| format!("{} ({})", of.message, help(of)));
+            said.collect::<Vec<_>>().join("; ")
+        };
+        for text in ["", "{name}", "} name}", "{}, { } and {1}: {patience}", "{ name }"] {
+            assert_eq!(said(text), "", "{text}");
+        }
+        assert_eq!(said("{name"), "the brace of `{name` is not closed (write `{name}`)");
+        assert_eq!(
+            said("{ name: late"),
+            "the brace of `{ name: late` is not closed (write `{name}`)"
+        );
+        assert_eq!(said("{nam}"), "`{nam}` stands for nothing (did you mean `name`?)");
+        let lone = said("{name}: {");
+        assert!(
+            lone.starts_with("the brace of `{` is not closed (a text may hold `{name}`"),
+            "{lone}"
+        );
+        let two = said("{a {name} {b");
+        assert_eq!(two.matches("is not closed").count(), 2, "{two}");
+    }
 
     #[test]
     fn words_in_braces_are_filled_and_the_rest_stays() {

@@ -19,6 +19,8 @@ impl Resolver<'_> {
         }
         let mut resolver = Resolver::new(self.files, self.options);
         resolver.layers = self.layers.clone();
+        resolver.uses.clone_from(&self.uses);
+        resolver.unknown_uses.clone_from(&self.unknown_uses);
         let mut ladders: Vec<(FileId, Ladder)> =
             ladders.iter().map(|(file, ladder)| (*file, without_rungs(ladder))).collect();
         let (_, last) = ladders.last_mut()?;

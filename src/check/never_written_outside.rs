@@ -1,0 +1,125 @@
+//! `never-written`, of the controller file: a row of a map sends what nothing writes, or a
+//! simulated input follows it.
+//!
+//! What the ladder reads too is reported there (`never_written`). A row of several operands may
+//! have spare ones: it is reported if nothing writes any of them.
+//!
+//! Passes, and fails without the rung:
+//!
+//! ```toml
+//! # of the controller file: map = [{ from = "Y0", to = "coil 0" }]
+//! [[program]]
+//! name = "Main"
+//! rung = [ { when = ["X0"], do = ["OUT Y0"] } ]
+//! ```
+
+use std::collections::HashSet;
+
+use crate::isa::{Address, Bit, BitSpace};
+use crate::source::finding::{Code, Finding};
+
+use super::context::Context;
+use super::names::owner_of;
+use super::never_written::{always, is_always_written, setting};
+use super::outside::Read;
+use super::usage::{reads, structure_of, writes};
+use super::writers::Writable;
+
+/// The rule.
+pub fn check(context: &Context, findings: &mut Vec<Finding>) {
+    let Some(outside) = context.outside.filter(|outside| !outside.reads.is_empty()) else { return };
+    let (writes, writable) = (writes(context), Writable::new(context));
+    let told: HashSet<Address> = reads(context).into_iter().map(|(address, _)| address).collect();
+    let is_owned = |of| structure_of(of).is_some_and(|structure| context.is_owned(structure));
+    let is_written = |address: &Address| {
+        let of = *address;
+        is_always_written(of) || writes.contains_key(address) || writable.holds(of) || is_owned(of)
+    };
+    for read in &outside.reads {
+        let is_silent = |address| is_written(address) || told.contains(address);
+        if !read.addresses.iter().any(is_silent) {
+            findings.extend(finding(context, read));
+        }
+    }
+}
+
+fn finding(context: &Context, read: &Read) -> Option<Finding> {
+    let (first, last) = (*read.addresses.first()?, *read.addresses.last()?);
+    let said = match first == last {
+        true => context.say(first),
+        false => format!("any of `{}` to `{}`", context.name(first), context.name(last)),
+    };
+    let message = format!("nothing writes {said}: {}", read.reader);
+    let finding = Finding::new(Code::NeverWritten, read.span, message);
+    let name = context.name(first);
+    let finding = finding.label(format!("always {}", always(first).0));
+    if let Some(structure) = structure_of(first) {
+        let owner = owner_of(context, structure);
+        return Some(finding.help(format!("add the instruction, such as {owner}")));
+    }
+    Some(match first {
+        Address::Bit(Bit::Space(BitSpace::Y, _)) => {
+            finding.help(format!("`OUT {name}` in a rung that says when; or take this away"))
+        }
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => finding.help(format!(
+            "write it in the ladder; or if an operator sets it, say so {}",
+            setting(context, first)
+        )),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect;
+
+    use crate::check::testing::check_read_outside;
+
+    #[test]
+    fn what_rows_send_and_inputs_follow() {
+        let rungs = r#"
+            { when = ["X0"], do = ["OUT Y0", "SET C2", "TMR T0 preset=1s"] },
+            { when = ["C2"], do = ["RST C2", "MOVE D9 to=V0"], allow = ["never-written"] },
+            "#;
+        let reads = [
+            ("Y0", "device `rio` takes it"),
+            ("Y1", "device `rio` takes it"),
+            ("Y2 Y3", "device `rio` takes them"),
+            ("Y4 Y0", "device `rio` takes them"),
+            ("C2", "X5 follows it"),
+            ("C3", "X6 follows it"),
+            ("X7 $On D1 R1 MC1", "nothing to say of inputs, status bits and what others write"),
+            ("T0.Done", "X7 follows it"),
+            ("T1.Done", "X8 follows it"),
+            ("D9", "the ladder reads it too"),
+            ("V1", "device `rio` takes it"),
+            ("R2", "Modbus clients read it"),
+        ];
+        check_read_outside(
+            rungs,
+            &reads,
+            expect![[r#"
+                1:1 never-written
+                  nothing writes `Y1`: device `rio` takes it
+                    `OUT Y1` in a rung that says when; or take this away
+                1:1 never-written
+                  nothing writes any of `Y2` to `Y3`: device `rio` takes them
+                    `OUT Y2` in a rung that says when; or take this away
+                1:1 never-written
+                  nothing writes `C3`: X6 follows it
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "C3", initial = false }`
+                1:1 never-written
+                  nothing writes `T1.Done`: X8 follows it
+                    add the instruction, such as `TMR T1 preset=1s`
+                1:1 never-written
+                  nothing writes `V1`: device `rio` takes it
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "V1", initial = 0 }`
+                1:1 never-written
+                  nothing writes `R2`: Modbus clients read it
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "R2", initial = 0.0 }`
+            "#]],
+        );
+    }
+}

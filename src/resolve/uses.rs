@@ -1,0 +1,70 @@
+//! The uses of templates by their whole names (`p1`, `p1.lamp`), and the mistakes in names that
+//! begin with one.
+//!
+//! Part of [`super::scope`]. The own tags of a use are tags like any other: a name comes here only
+//! if it is none of them.
+
+use std::collections::HashSet;
+
+use super::mistake::{LISTED_MAX, Mistake};
+use crate::source::finding::Code;
+use crate::source::nearest::{KnownNames, did_you_mean};
+
+/// All uses of a program.
+#[derive(Debug, Default)]
+pub(super) struct Uses {
+    known: HashSet<String>,
+    /// Those of unknown templates: names of their tags cause no findings.
+    unknown: HashSet<String>,
+}
+
+impl Uses {
+    pub fn add(&mut self, name: String) {
+        self.known.insert(name);
+    }
+
+    pub fn add_unknown(&mut self, name: String) {
+        self.unknown.insert(name);
+    }
+
+    /// Whether a name is that of a use within a use, or lies below one: `own.inner.lit`.
+    pub fn is_of_inner(&self, name: &str) -> bool {
+        let is_inner = |end: usize| {
+            let of = &name[..end];
+            of.contains('.') && (self.known.contains(of) || self.unknown.contains(of))
+        };
+        ends(name).any(is_inner)
+    }
+
+    /// The mistake in a name that is a use, or lies below one. `names`: all names of the program.
+    pub fn mistake(&self, name: &str, names: &KnownNames) -> Option<Mistake> {
+        if ends(name).any(|end| self.unknown.contains(&name[..end])) {
+            return Some(Mistake::Reported);
+        }
+        let is_use = |end: &usize| self.known.contains(&name[..*end]);
+        // A program that is read alone has the tags of its uses, and no list of the uses.
+        let end = ends(name).find(is_use).or_else(|| name.find('.'))?;
+        let (of, member) = (&name[..end], name.get(end + 1..));
+        let prefix = format!("{of}.");
+        let own = KnownNames::new(names.beginning_with(&prefix).take(LISTED_MAX));
+        let list = own.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        if list.is_empty() && !self.known.contains(of) {
+            return None;
+        }
+        let message = match member {
+            Some(member) => format!("the use `{of}` has no tag `{member}`"),
+            None => format!("`{of}` is a use of a template, not a tag"),
+        };
+        let help = member.and_then(|_| did_you_mean(name, own.iter()));
+        let help = help.unwrap_or_else(|| match list.is_empty() {
+            true => "its template has no tags of its own".to_owned(),
+            false => format!("there is {list}"),
+        });
+        Some(Mistake::New { code: Code::UnknownName, message, help: Some(help), near: None })
+    }
+}
+
+/// The ends of the whole name and of its parts before a dot, the longest first.
+fn ends(name: &str) -> impl Iterator<Item = usize> {
+    std::iter::once(name.len()).chain(name.rmatch_indices('.').map(|(at, _)| at))
+}
