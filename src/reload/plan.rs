@@ -79,6 +79,14 @@ pub enum OldState {
         /// The words about a force that stays on the old address.
         force: String,
     },
+    /// An array with changed addresses; the elements in order.
+    MovedArray {
+        elements: Vec<MovedElement>,
+        /// Whether the new addresses are inputs.
+        input: bool,
+        /// The words about forces that stay on the old addresses.
+        force: String,
+    },
     /// A tag that was renamed or removed; `force`: the words about a force on its address.
     Named { cells: Vec<Cell>, force: String },
     /// A word with changed limits: the line appears if its value (or the value that it begins with)
@@ -86,6 +94,16 @@ pub enum OldState {
     Limits { cell: Cell, begins: Option<i32>, limits: (i32, i32) },
     /// A bit that no instruction writes any more: the line appears while it is ON.
     Unwritten { bit: u32 },
+}
+
+/// An element of an array that moved; `begins`: the value that the new address begins with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct MovedElement {
+    pub tag: String,
+    pub from: Cell,
+    pub to: Cell,
+    pub begins: Option<i32>,
 }
 
 /// The condition for a Program to begin at its initial Stage.

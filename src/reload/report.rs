@@ -6,7 +6,7 @@
 //! does not show that. After the swap, `Seen` also holds the memory after the passes, and the lines
 //! state what happened.
 
-use super::plan::{Difference, Elsewhere, OldState, ReloadPlan, Start};
+use super::plan::{Difference, Elsewhere, MovedElement, OldState, ReloadPlan, Start};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::{Address, duration};
 use crate::lower::identity::Identity;
@@ -149,6 +149,10 @@ impl OldState {
             OldState::Moved { from, to, .. } => {
                 [from, to].into_iter().for_each(|cell| push(*cell, bits, words));
             }
+            OldState::MovedArray { elements, .. } => {
+                let cells = elements.iter().flat_map(|of| [of.from, of.to]);
+                cells.for_each(|cell| push(cell, bits, words));
+            }
         }
     }
 }
@@ -205,6 +209,9 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
         }
         OldState::Keeps { .. } => return keeps(text, state, seen),
         OldState::Moved { .. } => moved(text, state, seen),
+        OldState::MovedArray { elements, input, force } => {
+            moved_array(text, elements, (*input, force), seen)
+        }
         OldState::Named { cells, force } => {
             let forced = cells.iter().any(|cell| seen.is_forced(*cell));
             let said = [text.as_str()].into_iter().chain(forced.then_some(force.as_str()));
@@ -256,6 +263,44 @@ fn moved(text: &str, state: &OldState, seen: &Seen<'_>) -> String {
         _ => format!("{new} keeps its own value {}", seen.say(*to)),
     };
     format!("{WARNING}{text}: {is}; {old}'s was {was}{force}")
+}
+
+/// The line about an array at other addresses: how many values differ, and the first that does.
+fn moved_array(
+    text: &str,
+    elements: &[MovedElement],
+    (input, force): (bool, &str),
+    seen: &Seen<'_>,
+) -> String {
+    let is_left = |of: &MovedElement| seen.is_forced(of.from) && !seen.is_forced(of.to);
+    let force = match elements.iter().any(is_left) {
+        true => format!("; {force}"),
+        false => String::new(),
+    };
+    if input && force.is_empty() {
+        return text.to_owned();
+    }
+    let differs = |of: &&MovedElement| now(of, seen) != seen.say(of.from);
+    let count = elements.iter().filter(differs).count();
+    match elements.iter().find(differs) {
+        Some(first) => {
+            let (of, is, was) = (&first.tag, now(first, seen), seen.say(first.from));
+            let all = elements.len();
+            format!(
+                "{WARNING}{text}: {count} of {all} values differ: {of} is {is}, was {was}{force}"
+            )
+        }
+        None if force.is_empty() => format!("{text}: all values are the same"),
+        None => format!("{WARNING}{text}: all values are the same{force}"),
+    }
+}
+
+/// The value that an element has at its new address.
+fn now(of: &MovedElement, seen: &Seen<'_>) -> String {
+    match of.begins {
+        Some(value) if !seen.is_forced(of.to) => seen.held(of.to, value),
+        _ => seen.say(of.to),
+    }
 }
 
 /// The line about a value beyond its limits. The reload keeps the value, but retentive memory does

@@ -1,7 +1,9 @@
 //! Compares tags: reports changed addresses, names and limits. Called by `ReloadPlan::new`.
 
+use std::collections::BTreeMap;
+
 use super::memory::begins;
-use super::plan::{OldState, Pairs, ReloadPlan, Side};
+use super::plan::{MovedElement, OldState, Pairs, ReloadPlan, Side};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
 use crate::lower::identity::Identity;
@@ -13,21 +15,32 @@ fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
     names.old.places.named(whole).or(names.new.places.named(whole)).is_some()
 }
 
+/// The array of an element's name.
+fn array_of(tag: &str) -> Option<&str> {
+    tag.split_once('[').map(|(array, _)| array)
+}
+
 /// Tags with a changed address: the value stays at the old address.
 pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
     let layout = &old.symbols.layout;
+    let mut arrays: BTreeMap<&str, Vec<(Address, Address, MovedElement)>> = BTreeMap::new();
     for (tag, to) in &names.new.tags {
         let Some(from) = names.old.tags.get(tag).filter(|from| *from != to) else { continue };
         if is_placed(names, tag) {
             continue;
         }
         let text = format!("tag {tag} moved from {from} to {to}");
-        let is_input = |at: &Address| matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)));
         let cells = (layout.cell(held(*from)), layout.cell(held(*to)));
         let (Some(from_cell), Some(to_cell)) = cells else {
             plan.say(text);
             continue;
         };
+        let begins = begins(plan, to_cell);
+        if let Some(array) = array_of(tag) {
+            let element = MovedElement { tag: tag.clone(), from: from_cell, to: to_cell, begins };
+            arrays.entry(array).or_default().push((*from, *to, element));
+            continue;
+        }
         let left = names.new.addresses.get(from).cloned().flatten();
         let left = left.map_or_else(String::new, |other| format!(", which is {other} now"));
         plan.say_of(
@@ -37,12 +50,43 @@ pub(super) fn moved(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
                 to: to_cell,
                 old: from.to_string(),
                 new: to.to_string(),
-                begins: begins(plan, to_cell),
-                input: is_input(to),
+                begins,
+                input: is_input(*to),
                 force: format!("the force stays on {from}{left}; {tag} ({to}) is not forced"),
             },
         );
     }
+    arrays.into_iter().for_each(|(array, elements)| moved_array(plan, array, elements));
+}
+
+/// One line for an array whose addresses have changed.
+fn moved_array(
+    plan: &mut ReloadPlan,
+    array: &str,
+    mut elements: Vec<(Address, Address, MovedElement)>,
+) {
+    elements.sort_by_key(|(from, ..)| *from);
+    let old = span(elements.iter().map(|(from, ..)| *from));
+    let new = span(elements.iter().map(|(_, to, _)| *to));
+    let input = elements.iter().any(|(_, to, _)| is_input(*to));
+    let elements = elements.into_iter().map(|(.., element)| element).collect();
+    let force = format!("forces stay on {old}; {array} ({new}) is not forced");
+    let text = format!("array {array} moved from {old} to {new}");
+    plan.say_of(text, OldState::MovedArray { elements, input, force });
+}
+
+/// The first and the last of some addresses beside each other.
+fn span(addresses: impl Iterator<Item = Address> + Clone) -> String {
+    let ends = (addresses.clone().min(), addresses.max());
+    match ends {
+        (Some(first), Some(last)) if first != last => format!("{first}..{last}"),
+        (Some(one), _) => one.to_string(),
+        (None, _) => String::new(),
+    }
+}
+
+fn is_input(at: Address) -> bool {
+    matches!(at, Address::Bit(Bit::Space(BitSpace::X, _)))
 }
 
 /// Renamed tags: the address is the same.
@@ -52,12 +96,23 @@ pub(super) fn renamed(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
         |other: &Identity, tag: &String| !other.tags.contains_key(tag) && !is_placed(names, tag);
     let gone = names.old.tags.iter().filter(|(tag, _)| lacks(names.new, tag));
     let mut new: Vec<_> = names.new.tags.iter().filter(|(tag, _)| lacks(names.old, tag)).collect();
+    let mut arrays: BTreeMap<(&str, &str), Vec<Address>> = BTreeMap::new();
     for (tag, address) in gone {
         let Some(at) = new.iter().position(|(_, other)| *other == address) else { continue };
         let (now, _) = new.remove(at);
+        if let (Some(from), Some(to)) = (array_of(tag), array_of(now)) {
+            arrays.entry((from, to)).or_default().push(*address);
+            continue;
+        }
         let text = format!("tag {tag} ({address}) is called {now} now");
         let cells = cells(layout, *address);
         plan.say_of(text, OldState::Named { cells, force: "the force stays on it".to_owned() });
+    }
+    for ((from, to), addresses) in arrays {
+        let text = format!("array {from} ({}) is called {to} now", span(addresses.iter().copied()));
+        let cells = addresses.iter().flat_map(|address| cells(layout, *address)).collect();
+        let force = "its forces stay".to_owned();
+        plan.say_of(text, OldState::Named { cells, force });
     }
 }
 

@@ -71,6 +71,36 @@ fn a_tag_of_another_name_is_said() {
 }
 
 #[test]
+fn an_array_of_another_place_or_name_is_one_line() {
+    let ladder = |name: &str, at: &str| {
+        let tags = format!("[tags]\n{name} = {{ at = \"{at}\", count = 12 }}\n");
+        tags + &main_text(&rungs(&[("D0 == 5", "OUT Y0")]))
+    };
+    let before = || plc(&ladder("mix", "D10")).scan(&[("D12", 7), ("D21", 9), ("D50", 4)]);
+    let report = |now: &str, at: &str| before().reload(&ladder(now, at)).report;
+    assert_eq!(report("paste", "D10"), ["array mix (D10..D21) is called paste now"]);
+    assert_eq!(
+        report("mix", "D50"),
+        [
+            "warning: array mix moved from D10..D21 to D50..D61: 3 of 12 values differ: mix[0] is 4, \
+          was 0"
+        ]
+    );
+    let plain = |at: &str| plc(&ladder("mix", "D10")).scan(&[]).reload(&ladder("mix", at)).report;
+    assert_eq!(
+        plain("D50"),
+        ["array mix moved from D10..D21 to D50..D61: all values are the same"]
+    );
+    let forced = before().force("D12", 7).scan(&[]).reload(&ladder("mix", "D50"));
+    forced.says(
+        "warning: array mix moved from D10..D21 to D50..D61: 3 of 12 values differ: mix[0] is 4, \
+         was 0; forces stay on D10..D21; mix (D50..D61) is not forced",
+    );
+    let forced = before().force("D12", 7).scan(&[]).reload(&ladder("paste", "D10"));
+    forced.says("array mix (D10..D21) is called paste now; its forces stay");
+}
+
+#[test]
 fn rungs_are_counted() {
     let (a, b, c) = (("X0", "OUT C0"), ("X1", "OUT C1"), ("X2", "OUT C2"));
     let said = |was: &[(&str, &str)], is: &[(&str, &str)]| {

@@ -1,5 +1,6 @@
 //! Random reloads of the real binary under load, four in ten of files that cannot be run: no scan is
-//! missed or mixed, memory goes on, and a bad reload changes nothing, bit for bit.
+//! missed or mixed, memory goes on, also that of uses of a template that is edited, and a bad reload
+//! changes nothing, bit for bit.
 //!
 //! `RUNGD_RELOADS` (150) of them from `RUNGD_RELOAD_SEED` (1) on. The long run:
 //! `RUNGD_RELOADS=10000 cargo test --release --test reload random:: -- --nocapture`
@@ -84,6 +85,52 @@ rung = [ {{ when = ["$On"], do = ["ADD D3 1 to=D3"] }} ]
 "#,
         stage = numbers.below(2)
     )
+}
+
+/// The uses that stand between the first and the last in some versions only.
+const BETWEEN: [&str; 3] = ["m0", "m1", "m2"];
+
+/// A version with tags that have a `type`, and with uses of a template.
+struct Version {
+    ladder: String,
+    /// Of the uses [`BETWEEN`], those that are there.
+    has: [bool; 3],
+}
+
+/// A template whose rungs and tags are edited from version to version. Each use counts every scan
+/// and every second one; only an operator writes its `own`.
+fn meter(numbers: &mut Numbers) -> String {
+    let (mut tags, mut rungs) = (String::new(), String::new());
+    for n in 0..numbers.below(4) {
+        let kind = ["int", "real"][numbers.below(2) as usize];
+        tags += &format!("tags.a{n} = {{ type = \"{kind}\" }}\n");
+        rungs += &format!(
+            "{{ name = \"a{n}\", when = [\"rise(MC{})\"], do = [\"ADD a{n} 1 to=a{n}\"] }},\n",
+            n + 1
+        );
+    }
+    format!(
+        "[[template]]\nname = \"Meter\"\n{tags}tags.runs = {{ type = \"int\" }}\n\
+         tags.halves = {{ type = \"counter\" }}\ntags.own = {{ type = \"int\", spare = true }}\n\
+         rung = [\n{rungs}{{ when = [\"$On\"], do = [\"ADD runs 1 to=runs\"] }},\n\
+         {{ leg.up = [\"$ScanToggle\"], leg.rst = [\"$Off\"], do = [\"CNT halves preset=9\"] }},\n]\n"
+    )
+}
+
+/// As [`typed`], with the uses: `first` before all rungs, `last` behind them, others between.
+fn version(number: u64, numbers: &mut Numbers) -> Version {
+    let use_of = |name: &str| format!("{{ use = \"Meter\", name = \"{name}\" }},\n");
+    let has = BETWEEN.map(|_| numbers.below(2) == 1);
+    let between = BETWEEN.iter().zip(has).filter(|(_, has)| *has);
+    let between: String = between.map(|(name, _)| use_of(name)).collect();
+    let head = format!("{}[[program]]\n", meter(numbers));
+    let begin = format!("rung = [\n{}{between}", use_of("first"));
+    let end = format!("{{ when = [\"$On\"], do = [\"MOVE {number} to=MIR2\"");
+    let ladder = typed(number, numbers).replacen("[[program]]\n", &head, 1);
+    let (before, main) = ladder.split_once("[[program]]\nname = \"Main\"").unwrap();
+    let main = main.replacen("rung = [\n", &begin, 1);
+    let main = main.replacen(&end, &format!("{}{end}", use_of("last")), 1);
+    Version { ladder: format!("{before}[[program]]\nname = \"Main\"{main}"), has }
 }
 
 /// As [`good`], with tags that have a `type`: `scans` counts every scan, `parts` every second one,
@@ -179,7 +226,10 @@ fn modbus_load(port: u16, stop: &AtomicBool, requests: &AtomicU64) {
 fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
     let (count, seed) = (setting("RUNGD_RELOADS", 150), setting("RUNGD_RELOAD_SEED", 1));
     let mut numbers = Numbers(seed);
-    let live = Live::start(&typed(1, &mut numbers), CONTROLLER, &[]);
+    let mut uses = Uses { has: [false; 3], late: [0; 3] };
+    let first = version(1, &mut numbers);
+    uses.has = first.has;
+    let live = Live::start(&first.ladder, CONTROLLER, &[]);
     let controller = std::fs::read_to_string(live.folder.join("controller.toml")).unwrap();
     let mut operator = Operator(BufReader::new(live.connect()));
     while operator.read(&["D2"]).0 < 5 {
@@ -203,13 +253,19 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
         })
         .collect();
     let begin = Instant::now();
-    let (mut version, mut bad_ones, mut swap_us_max) = (1, 0, 0.0_f64);
+    let (mut running, mut bad_ones, mut swap_us_max) = (1, 0, 0.0_f64);
     let (mut sha256, mut last_acc) = (status["ok"]["ladder"]["sha256"].clone(), 0);
     for turn in 0..count {
         let is_bad = numbers.below(10) < 4;
         let next = turn % 60_000 + 2;
-        let (ladder, other) =
-            if is_bad { bad(next, &mut numbers) } else { (typed(next, &mut numbers).into(), None) };
+        let before = uses.has;
+        let (ladder, other) = if is_bad {
+            bad(next, &mut numbers)
+        } else {
+            let Version { ladder, has } = version(next, &mut numbers);
+            uses.has = has;
+            (ladder.into(), None)
+        };
         std::fs::write(live.folder.join("ladder.toml"), ladder).unwrap();
         let other = other.map(|text| format!("operator.socket = \"s\"\n{text}"));
         std::fs::write(live.folder.join("controller.toml"), other.as_ref().unwrap_or(&controller))
@@ -221,17 +277,18 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
         } else {
             let us = answer["ok"]["swap_us"].as_f64().unwrap_or_else(|| panic!("{turn}: {answer}"));
             swap_us_max = swap_us_max.max(us);
-            version = next;
+            running = next;
             sha256 = answer["ok"]["sha256"].clone();
             // The image of the first scan of the new program is there before the answer.
         }
         let (scans, held) = operator.read(&["D0", "D1", "D2", "CT0.Acc", "scans", "parts.Acc"]);
-        assert_eq!((held[0], held[1]), (version as i64, version as i64), "turn {turn}");
+        assert_eq!((held[0], held[1]), (running as i64, running as i64), "turn {turn}");
         assert_eq!(held[2], scans, "turn {turn}: a scan was missed, or made twice");
         assert!(held[3] >= last_acc, "turn {turn}: the count went back");
         assert!((held[3] - scans / 2).abs() <= 1, "turn {turn}: {} of {scans}", held[3]);
         last_acc = held[3];
         assert_eq!((held[4], held[5]), (held[2], held[3]), "turn {turn}: what has a name");
+        uses.go_on(&mut operator, before, turn);
         let status = operator.ask(&json!({"do": "status"}));
         assert_eq!(status["ok"]["ladder"]["sha256"], sha256, "turn {turn}");
         assert_eq!(status["ok"]["mode"], "RUN", "turn {turn}");
@@ -245,6 +302,39 @@ fn no_scan_is_missed_or_mixed_and_a_bad_one_changes_nothing() {
         begin.elapsed(),
         requests.load(Ordering::Relaxed)
     );
+}
+
+/// The uses of the template in the running program.
+struct Uses {
+    has: [bool; 3],
+    /// Of each that is there: the scans before it began.
+    late: [i64; 3],
+}
+
+impl Uses {
+    /// What was there before a reload has counted on; what is new began at 0.
+    fn go_on(&mut self, operator: &mut Operator, before: [bool; 3], turn: u64) {
+        let of = |name: &str| [format!("{name}.runs"), format!("{name}.halves.Acc")];
+        let there = BETWEEN.iter().zip(self.has).filter(|(_, has)| *has).map(|(name, _)| *name);
+        let names: Vec<String> = ["first", "last"].into_iter().chain(there).flat_map(of).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let (scans, held) = operator.read(&names);
+        assert_eq!([held[0], held[2]], [scans; 2], "turn {turn}: the first use and the last");
+        assert_eq!(held[1], held[3], "turn {turn}: the first use and the last");
+        assert!((held[1] - scans / 2).abs() <= 1, "turn {turn}: {} of {scans}", held[1]);
+        let mut between = held[4..].chunks(2);
+        for at in (0..BETWEEN.len()).filter(|at| self.has[*at]) {
+            let [runs, halves] = between.next().unwrap() else { unreachable!() };
+            let late = scans - runs;
+            if before[at] {
+                assert_eq!(late, self.late[at], "turn {turn}: {} began anew", BETWEEN[at]);
+            } else {
+                assert!(*runs > 0 && late > 0, "turn {turn}: {} of {scans}", BETWEEN[at]);
+            }
+            assert!((halves - runs / 2).abs() <= 1, "turn {turn}: {halves} of {runs}");
+            self.late[at] = late;
+        }
+    }
 }
 
 /// Reads what of one scan must be of one program, names of blocks and Stages too.
@@ -262,8 +352,11 @@ fn watch(stream: UnixStream, stop: &AtomicBool) {
         if number % 8 == 0 {
             let answer = operator.ask(&json!({"do": "write", "operand": "own", "value": number}));
             assert_eq!(answer["ok"]["now"]["value"], number, "{answer}");
+            let write = json!({"do": "write", "operand": "last.own", "value": number});
+            assert_eq!(operator.ask(&write)["ok"]["now"]["value"], number);
         }
-        assert_eq!(operator.read(&["own"]).1, [number - number % 8], "a write has gone astray");
+        let own = operator.read(&["own", "last.own"]).1;
+        assert_eq!(own, [number - number % 8; 2], "a write has gone astray");
     }
 }
 

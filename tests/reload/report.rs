@@ -113,6 +113,7 @@ fn with_arrays(mut case: Case) -> Case {
         .push(tag("m_bits", "type = \"bit\", count = 4, initial = [true, false, true, false]"));
     case.tags.push(tag("m_ints", "type = \"int\", count = 3, initial = [100, 7, 3]"));
     case.tags.push(tag("m_reals", "type = \"real\", count = 2"));
+    case.tags.push(tag("k_ints", "at = \"D4000\", count = 3, initial = [11, 12, 13]"));
     case
 }
 
@@ -127,11 +128,23 @@ fn push_arrays(case: &mut Case, rng: &mut Rng) {
     }
 }
 
+/// Moves or renames the array with addresses, or neither.
+fn move_addresses(case: &mut Case, rng: &mut Rng) {
+    let Some(array) = case.tags.iter_mut().find(|tag| tag.name == "k_ints") else { return };
+    match rng.below(4) {
+        0 => array.body = array.body.replace("D4000", "D4001"),
+        1 => array.body = array.body.replace("D4000", "D4010"),
+        2 => array.name = "k_others".to_owned(),
+        _ => {}
+    }
+}
+
 /// One of a few edits that can be loaded.
 fn edited(case: &Case, rng: &mut Rng) -> Option<Loaded> {
     (0..20).find_map(|_| {
         let mut other = case.clone();
         push_arrays(&mut other, rng);
+        move_addresses(&mut other, rng);
         (0..1 + rng.below(4)).for_each(|_| edit(&mut other, rng));
         Loaded::new(&other)
     })
@@ -156,6 +169,17 @@ impl Swap<'_> {
     fn leaves(&self, tag: &str) -> bool {
         let cell = |of: &Loaded| run::cell(&of.program, &of.symbols, tag).expect(tag);
         self.plan.transfer.cell(cell(self.old)) != Some(cell(self.new))
+    }
+
+    /// How many elements of an array of three words have another value behind the swap.
+    fn differing(&self, array: &str) -> usize {
+        let differs = |n: &i32| {
+            let name = format!("{array}[{n}]");
+            let cell = run::cell(&self.old.program, &self.old.symbols, &name);
+            let Ok(Cell::Word(at)) = cell else { panic!("{name}") };
+            i64::from(self.words[at.0 as usize]) != self.new.value(self.after, &name)
+        };
+        (0..3).filter(differs).count()
     }
 
     /// What a line of the report claims holds.
@@ -189,6 +213,18 @@ impl Swap<'_> {
             [bit, "is", "not", "driven", .., "goes", "OFF"] => new(bit) == 0,
             ["warning:", bit, "stays", "ON,", ..] => new(bit) == 1,
             ["tag", tag, "moved", ..] | ["warning:", "tag", tag, "moved", ..] => self.leaves(tag),
+            ["array", array, "moved", .., "the", "same"] => {
+                self.leaves(&format!("{array}[0]")) && self.differing(array) == 0
+            }
+            ["warning:", "array", array, "moved", _, _, _, _, count, "of", "3", ..] => {
+                self.leaves(&format!("{array}[0]")) && self.differing(array).to_string() == count
+            }
+            ["array", array, _, "is", "called", now, "now"] => (0..3).all(|n| {
+                let [from, to] = [(self.old, array), (self.new, now)].map(|(of, name)| {
+                    run::cell(&of.program, &of.symbols, &format!("{name}[{n}]")).expect(line)
+                });
+                self.plan.transfer.cell(from) == Some(to)
+            }),
             [.., "any", "more"] => true,
             [of, "keeps", ..] | [_, of, "keeps", ..] => {
                 let name = acc(of);

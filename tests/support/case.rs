@@ -26,6 +26,8 @@ pub struct Case {
     pub clock_s: i64,
     /// Whether the last scan of the table is the last scan of an orderly stop.
     pub stop: bool,
+    /// The one warning of the load, beside what is expected.
+    pub warned: Option<String>,
     pub expects: Expects,
 }
 
@@ -37,8 +39,10 @@ pub enum Expects {
     Refused(String),
 }
 
-const KEYS: [&str; 10] =
-    ["name", "says", "tags", "main", "ladder", "period", "clock", "stop", "table", "refused"];
+const KEYS: [&str; 11] = [
+    "name", "says", "tags", "main", "ladder", "period", "clock", "stop", "table", "refused",
+    "warned",
+];
 
 impl Case {
     /// The names of the tests that the case makes. Each compared cell of a labelled row is a test
@@ -98,6 +102,7 @@ impl Case {
             period_ms: period_ms.ok_or_else(|| fail("period is `10ms`".to_owned()))?,
             clock_s,
             stop: boolean(table, "stop"),
+            warned: string(table, "warned"),
             name,
             expects,
         })

@@ -88,11 +88,23 @@ impl Trace for Rows {
 /// Runs a case and returns the outcome of each of its tests.
 pub fn run_case(case: &Case) -> Vec<Outcome> {
     match &case.expects {
-        Expects::Values(table) => match trace(case, table) {
+        Expects::Values(table) => match warned(case).and_then(|()| trace(case, table)) {
             Ok((rows, layout)) => compare(case, table, (&rows, &layout)),
             Err(error) => failed(case, &error),
         },
         Expects::Refused(code) => refused(case, code),
+    }
+}
+
+/// Whether reading and resolving give the warning that the case names.
+fn warned(case: &Case) -> Result<(), String> {
+    let Some(code) = &case.warned else { return Ok(()) };
+    let file = SourceFile { name: "case.toml".into(), text: case.ladder.clone() };
+    let (_, findings) = load_ladders(&[file], &LoadOptions::default());
+    let found: Vec<&str> = findings.iter().map(|finding| finding.code.name()).collect();
+    match found[..] == [code.as_str()] {
+        true => Ok(()),
+        false => Err(format!("expected the warning `{code}`, found {found:?}")),
     }
 }
 
