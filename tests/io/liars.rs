@@ -13,7 +13,7 @@ use rungd::io::modbus::number::{NumberType, WordOrder};
 use rungd::io::modbus_client::settings;
 use rungd::io::modbus_client::{Client, Link, rtu};
 use rungd::io::scaling::Scaling;
-use settings::{Number, Point, PointForm, Table, Writes};
+use settings::{ModbusPoint, Number, PointForm, Table, Writes};
 use tokio::time::timeout;
 
 /// The client's timeout where a test waits for it to end.
@@ -48,13 +48,17 @@ pub enum Lie {
 pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 
 /// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
-pub fn client(link: settings::Link) -> settings::Client {
+pub fn client(link: settings::Link) -> settings::ClientSettings {
     let scaling = Scaling::none(false);
     let number = Number { kind: NumberType::U16, order: WordOrder::HighFirst, scaling };
-    let input =
-        |at| Point { unit: 1, table: Table::InputRegisters, at, form: PointForm::Number(number) };
-    let coil = Point { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
-    settings::Client {
+    let input = |at| ModbusPoint {
+        unit: 1,
+        table: Table::InputRegisters,
+        at,
+        form: PointForm::Number(number),
+    };
+    let coil = ModbusPoint { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
+    settings::ClientSettings {
         link,
         timeout_ms: 400,
         write_every_ms: 0,

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::liars::{Lie, PATIENT, Script, TIMEOUT, client, poll, serve_rtu};
 use crate::line::{await_over_a_line, pty};
-use rungd::io::device::{Done, Driver, Trouble};
-use rungd::io::modbus_client::settings::{Client as Settings, Link, Parity, Serial};
+use rungd::io::device::{Driver, Extent, Trouble};
+use rungd::io::modbus_client::settings::{ClientSettings as Settings, Link, Parity, Serial};
 use rungd::io::modbus_client::{Client, Rtu, SerialLines};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
@@ -46,7 +46,7 @@ fn answer_alone(_: &[u8], _: &[u8]) -> Lie {
 async fn exchange(client: &mut Client<Rtu>, on: i32) -> Result<[i32; 2], Trouble> {
     let mut inputs = [None; 2];
     let done = client.exchange(poll(&[on], &mut inputs)).await?;
-    assert_eq!(done, Done::Whole);
+    assert_eq!(done, Extent::Whole);
     Ok(inputs.map(|input| input.expect("a good exchange reads all")))
 }
 
