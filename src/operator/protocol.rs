@@ -7,10 +7,10 @@
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::state::{
-    Alarm, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, Retain, Scan, Spread,
+    Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Retain, Scan, Spread,
 };
 pub use super::state::{Posture, Status};
-pub use super::value::Given;
+pub use super::value::GivenValue;
 pub(crate) use super::value::{Held, ShownValue};
 use crate::events::Level;
 
@@ -39,14 +39,14 @@ pub enum Request {
         /// Tag, address or member.
         operand: String,
         /// What.
-        value: Given,
+        value: GivenValue,
     },
     /// Forces one bit or word, in any mode: [`Change`].
     Force {
         /// Tag, address or member.
         operand: String,
         /// To what.
-        value: Given,
+        value: GivenValue,
     },
     /// Ends a force: [`Change`].
     Unforce {

@@ -5,7 +5,7 @@ use crate::support::run;
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
-use rungd::reload::{ReloadPlan, Seen, Side};
+use rungd::reload::{OldMemory, ReloadPlan, Side};
 
 /// A controller that is reloaded in the middle.
 pub struct Reloaded {
@@ -73,12 +73,12 @@ impl Reloaded {
         let (bits, words) = (image.bits().to_vec(), image.words().to_vec());
         let layout = &symbols.layout.clone();
         let (forces, passed) = (self.forces.as_slice(), None);
-        let seen = Seen { layout, bits: &bits, words: &words, forces, passed };
+        let seen = OldMemory { layout, bits: &bits, words: &words, forces, passed };
         let forecast = plan.report(&seen);
         let mut engine = Engine::new(engine_program);
         engine.adopt(&mut self.plc.engine, &plan.transfer, true, &self.forces);
         let passed = Some(self.plc.engine.image().bits());
-        self.report = plan.report(&Seen { passed, ..seen });
+        self.report = plan.report(&OldMemory { passed, ..seen });
         assert_eq!(forecast, self.report, "what a dry run says is what is done");
         self.forces = self.forces.iter().filter_map(|c| plan.transfer.cell(*c)).collect();
         (self.plc.engine, self.plc.program, self.plc.symbols) = (engine, program, symbols);

@@ -21,9 +21,9 @@ use crate::engine::Cell;
 use crate::events::{self, Event, Level};
 use crate::isa::{Address, Bit, BitSpace};
 use crate::operator::names::Names;
-use crate::operator::operand::Operand;
+use crate::operator::operand::Variable;
 use crate::operator::protocol::{
-    self, Change, Given, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
+    self, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
     RefusalKind, Request, Values,
 };
 use crate::runtime::Generations;
@@ -113,10 +113,11 @@ impl Desk {
     }
 
     /// The forced operands with their present names; each with the name by which it was forced.
-    fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Operand, String)> {
+    fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Variable, String)> {
         let known = self.forced();
         let forced = latest.forces.list().iter().filter_map(|cell| names.at(*cell));
-        let name = |operand: &Operand| known.get(&operand.what).unwrap_or(&operand.operand).clone();
+        let name =
+            |operand: &Variable| known.get(&operand.what).unwrap_or(&operand.operand).clone();
         forced.map(|operand| (operand.clone(), name(&operand))).collect()
     }
 
@@ -137,7 +138,7 @@ impl Desk {
         Ok(values(&latest, &found))
     }
 
-    async fn write(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
+    async fn write(&self, peer: &Peer, text: &str, given: &GivenValue) -> Done<Change> {
         let (before, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_write()?;
@@ -184,7 +185,7 @@ impl Desk {
     }
 
     /// What to bear in mind: something else writes this operand again.
-    fn note(&self, operand: &Operand, value: i32, change: &Change) -> Option<String> {
+    fn note(&self, operand: &Variable, value: i32, change: &Change) -> Option<String> {
         let written = operand.held(value);
         if let Some(driver) = self.seen().1.about.driver_of(operand.what) {
             let name = &operand.operand;
@@ -214,7 +215,7 @@ impl Desk {
         Refusal::new(RefusalKind::Refused, message)
     }
 
-    async fn force(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
+    async fn force(&self, peer: &Peer, text: &str, given: &GivenValue) -> Done<Change> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_force()?;
@@ -258,7 +259,7 @@ impl Desk {
     fn forced_now(&self, text: &str) -> String {
         let (latest, view) = self.seen();
         let forces = self.forces(&latest, &view.names);
-        if let Some((Operand { address, .. }, _)) = forces.iter().find(|(_, name)| name == text) {
+        if let Some((Variable { address, .. }, _)) = forces.iter().find(|(_, name)| name == text) {
             return format!(
                 "{address} is forced, and was called `{text}` then: `rungd unforce {address}` ends \
                  it"
@@ -277,7 +278,7 @@ impl Desk {
         }
     }
 
-    fn forced_change(&self, operand: &Operand, before: Before) -> Change {
+    fn forced_change(&self, operand: &Variable, before: Before) -> Change {
         Change {
             before: operand.held(before.value),
             was_forced: before.forced,
@@ -289,7 +290,7 @@ impl Desk {
     async fn unforce_all(&self, peer: &Peer) -> Done<Values> {
         let before = self.port.latest();
         let forces = self.forces(&before, &self.views.of(before.generation).names);
-        let operands: Vec<Operand> = forces.into_iter().map(|(operand, _)| operand).collect();
+        let operands: Vec<Variable> = forces.into_iter().map(|(operand, _)| operand).collect();
         self.carried_out(self.hand_in(before.generation, Command::ReleaseAll)?).await?;
         let latest = self.port.latest();
         for operand in &operands {
@@ -368,7 +369,7 @@ impl Desk {
     }
 
     /// The operand in the program that scans now: a reload may have come.
-    fn now(&self, operand: Operand) -> Operand {
+    fn now(&self, operand: Variable) -> Variable {
         self.names().find_one(&operand.operand).unwrap_or(operand)
     }
 
@@ -404,7 +405,7 @@ fn as_json(answer: &impl Serialize) -> Done<serde_json::Value> {
     })
 }
 
-fn values(image: &Snapshot, operands: &[Operand]) -> Values {
+fn values(image: &Snapshot, operands: &[Variable]) -> Values {
     Values {
         mode: image.mode.name().to_owned(),
         scans: image.scans,
@@ -412,7 +413,7 @@ fn values(image: &Snapshot, operands: &[Operand]) -> Values {
     }
 }
 
-fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
+fn change(operand: &Variable, before: &Snapshot, latest: &Snapshot) -> Change {
     Change {
         before: operand.held(before.value(operand.cell)),
         was_forced: before.forces.has(operand.cell),
@@ -422,7 +423,7 @@ fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
 }
 
 /// The line in the log of a change.
-fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &str) {
+fn tell(peer: &Peer, event: &Event, operand: &Variable, change: &Change, did: &str) {
     let (before, after) = (change.before, change.now.value);
     let forced = if change.was_forced { ", forced" } else { "" };
     let words = format!("{did}: it was {before}{forced}, and is {after}");
@@ -430,7 +431,7 @@ fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &st
 }
 
 /// The line in the log of a write that no scan has seen yet. No further line follows.
-fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held, Duration)) {
+fn tell_waiting(peer: &Peer, operand: &Variable, change: &Change, waiting: (Held, Duration)) {
     let (written, period) = waiting;
     let before = change.before;
     let waits = waits(written, period);
@@ -439,7 +440,7 @@ fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held,
 }
 
 /// A line about an operand, in these words, with its value before and after.
-fn tell_in(peer: &Peer, event: &Event, operand: &Operand, values: [Held; 2], words: &str) {
+fn tell_in(peer: &Peer, event: &Event, operand: &Variable, values: [Held; 2], words: &str) {
     let (address, [before, after]) = (&operand.address, values);
     say!(
         *event at Info,

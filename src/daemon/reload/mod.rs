@@ -27,7 +27,7 @@ use super::config::Setup;
 use super::systemd::{Notice, Systemd};
 use crate::engine::{Cell, Engine};
 use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
-use crate::reload::{ReloadPlan, Seen};
+use crate::reload::{OldMemory, ReloadPlan};
 use crate::runtime::command::Denial;
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
@@ -61,7 +61,7 @@ pub(super) struct Reloads {
 }
 
 /// The parts of [`Reloads`].
-pub(super) struct Parts {
+pub(super) struct ReloadParts {
     pub running: Arc<Running>,
     pub reloader: Reloader<Engine>,
     pub port: Port,
@@ -100,7 +100,7 @@ struct OwnFault {
 
 /// The direction of a swap.
 #[derive(Clone, Copy, Default)]
-struct Direction {
+struct SwapDirection {
     /// To the previous program: a rollback.
     back: bool,
     /// Whether the mode changes from FAULT to RUN.
@@ -110,8 +110,8 @@ struct Direction {
 type Done<T> = Result<T, Refusal>;
 
 impl Reloads {
-    pub fn new(parts: Parts) -> Reloads {
-        let Parts { running, reloader, port, views, limit } = parts;
+    pub fn new(parts: ReloadParts) -> Reloads {
+        let ReloadParts { running, reloader, port, views, limit } = parts;
         let (way_back, pending, generation) = (None, None, 0);
         let started = Arc::clone(&running);
         let inner = Inner { reloader, started, running, way_back, pending, generation };
@@ -241,7 +241,7 @@ impl Reloads {
         if dry_run {
             let latest = self.port.latest();
             let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
-            let report = ready.plan.report(&Seen {
+            let report = ready.plan.report(&OldMemory {
                 layout: &setup.symbols.layout,
                 bits,
                 words,
@@ -251,7 +251,7 @@ impl Reloads {
             let report = [report, settings].concat();
             return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
-        let (report, swap_us) = self.swap(&mut inner, ready, Direction::default()).await?;
+        let (report, swap_us) = self.swap(&mut inner, ready, SwapDirection::default()).await?;
         let report = [report, settings].concat();
         let done = Reloaded { restart, ..self.reloaded(setup, report, Some(swap_us)) };
         tell::done(who, &done, setup, self.on_trial().map(|(_, trial)| trial));
@@ -302,7 +302,7 @@ impl Reloads {
         };
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
         let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
-        let direction = Direction { back: true, resume: fault.is_some() };
+        let direction = SwapDirection { back: true, resume: fault.is_some() };
         let (report, swap_us) = self.swap(&mut inner, ready, direction).await?;
         let report = [report, settings].concat();
         let done = self.reloaded(&previous.setup, report, Some(swap_us));
@@ -316,10 +316,10 @@ impl Reloads {
         &self,
         inner: &mut Inner,
         ready: Ready,
-        direction: Direction,
+        direction: SwapDirection,
     ) -> Done<(Vec<String>, f64)> {
         let Ready { running, plan, package, .. } = ready;
-        let Direction { back, resume } = direction;
+        let SwapDirection { back, resume } = direction;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
         inner.generation = generation;
@@ -420,7 +420,7 @@ fn report(plan: &ReloadPlan, package: &Package<Engine>, forces: &[Cell]) -> Vec<
     }
     let passed = Some(image.bits());
     let layout = &package.machine.program().layout;
-    plan.report(&Seen { layout, bits: &bits, words: &words, forces, passed })
+    plan.report(&OldMemory { layout, bits: &bits, words: &words, forces, passed })
 }
 
 trait Dry {
