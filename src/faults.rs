@@ -8,7 +8,7 @@
 /// The point of an injected fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Point {
+pub enum FaultPoint {
     /// A panic within the scan, like a bug of the engine.
     Scan = 1,
     /// The scan takes one second longer.
@@ -35,7 +35,7 @@ pub fn listen() {}
 /// Nothing, in a build without debug assertions.
 #[cfg(not(debug_assertions))]
 #[inline(always)]
-pub fn point(_: Point) {}
+pub fn point(_: FaultPoint) {}
 
 #[cfg(debug_assertions)]
 mod armed {
@@ -44,16 +44,16 @@ mod armed {
     use std::thread;
     use std::time::Duration;
 
-    use super::Point;
+    use super::FaultPoint;
 
-    const POINTS: [(&str, Point); 7] = [
-        ("scan", Point::Scan),
-        ("stall", Point::Stall),
-        ("thread", Point::Thread),
-        ("monitor", Point::Monitor),
-        ("device", Point::Device),
-        ("shell", Point::Shell),
-        ("disk", Point::Disk),
+    const POINTS: [(&str, FaultPoint); 7] = [
+        ("scan", FaultPoint::Scan),
+        ("stall", FaultPoint::Stall),
+        ("thread", FaultPoint::Thread),
+        ("monitor", FaultPoint::Monitor),
+        ("device", FaultPoint::Device),
+        ("shell", FaultPoint::Shell),
+        ("disk", FaultPoint::Disk),
     ];
     /// The interval at which the file is read.
     const LOOK_EVERY: Duration = Duration::from_millis(1);
@@ -84,7 +84,7 @@ mod armed {
     }
 
     /// A fault, if one was requested for this point.
-    pub fn point(point: Point) {
+    pub fn point(point: FaultPoint) {
         let (own, order) = (point as u8, Ordering::AcqRel);
         if ARMED.load(Ordering::Relaxed) != own
             || ARMED.compare_exchange(own, 0, order, Ordering::Acquire).is_err()
@@ -92,8 +92,12 @@ mod armed {
             return;
         }
         match point {
-            Point::Stall | Point::Disk => thread::sleep(STALL),
-            Point::Scan | Point::Thread | Point::Monitor | Point::Device | Point::Shell => {
+            FaultPoint::Stall | FaultPoint::Disk => thread::sleep(STALL),
+            FaultPoint::Scan
+            | FaultPoint::Thread
+            | FaultPoint::Monitor
+            | FaultPoint::Device
+            | FaultPoint::Shell => {
                 panic!("a fault on purpose: {point:?}")
             }
         }

@@ -18,8 +18,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell as MemoryCell, Engine};
 use rungd::io::device::Opener;
-use rungd::io::gpio::settings::{At, Chip as ChipName, Gpio as GpioLines, GpioLine, Setting};
-use rungd::io::gpio::{Chip, Chips, Gpio, LineFacts, Lines, Request};
+use rungd::io::gpio::settings::{Chip as ChipName, Gpio as GpioLines, GpioLine, LineId, Setting};
+use rungd::io::gpio::{Chip, Chips, Gpio, LineFacts, LineRequest, TakenLines};
 use rungd::isa::{Bit, BitSpace, MemorySizes, Word, WordSpace};
 use rungd::lower::{Symbols, lower};
 use rungd::reload::{ReloadPlan, Side};
@@ -28,7 +28,7 @@ use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::runtime::command::Command;
 use rungd::runtime::exchange::{Mode, Port, Snapshot, StopReason, Tempo, Write};
 use rungd::runtime::pacing::Clock;
-use rungd::runtime::wiring::{Source, Target, Wiring};
+use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
 use rungd::runtime::{
     Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
     Statistics, Watched, Whole, assemble, assemble_reloadable, assemble_whole,
@@ -361,12 +361,12 @@ impl Chip for FakeChip {
         Ok(LineFacts::default())
     }
 
-    fn request(&self, _: &Request<'_>) -> std::io::Result<Box<dyn Lines>> {
+    fn request(&self, _: &LineRequest<'_>) -> std::io::Result<Box<dyn TakenLines>> {
         Ok(Box::new(self.clone()))
     }
 }
 
-impl Lines for FakeChip {
+impl TakenLines for FakeChip {
     fn get(&self) -> Result<u64, i32> {
         if self.is_gone.load(Ordering::Relaxed) {
             return Err(19);
@@ -382,7 +382,7 @@ impl Lines for FakeChip {
 /// Local lines that are read and written in every scan, fail, and come back; over a stop too.
 #[test]
 fn local_lines() {
-    let line = |offset| GpioLine { at: At::Offset(offset), setting: Setting::default() };
+    let line = |offset| GpioLine { at: LineId::Offset(offset), setting: Setting::default() };
     let lines = GpioLines {
         chip: ChipName::Path("/dev/none".into()),
         budget_us: 200,
@@ -395,7 +395,7 @@ fn local_lines() {
     let mut settings = settings(&symbols, 600);
     let bit = |n| symbols.layout.bit(Bit::Space(BitSpace::C, n));
     settings.field = vec![Wiring {
-        inputs: (0..100).map(Target::Input).collect(),
+        inputs: (0..100).map(WiringTarget::Input).collect(),
         outputs: (0..100).map(Source::Output).collect(),
         ok: bit(500),
         stale: bit(501),

@@ -20,14 +20,14 @@ use rungd::isa::{MemorySizes, address_text, duration};
 use rungd::load::decode;
 use rungd::lower::{Symbols, lower};
 use rungd::operator::names::Names;
-use rungd::operator::protocol::{Given, Request};
+use rungd::operator::protocol::{GivenValue, Request};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders};
 use rungd::retain::Storage;
 use rungd::retain::format::{Stamp, put_slot, read_slot};
 use rungd::runtime::command::Forces;
 use rungd::runtime::exchange::{Mode, Snapshot};
-use rungd::sim::stimulus::{Stimulus, Target};
+use rungd::sim::stimulus::{Stimulus, StimulusTarget};
 use rungd::source::finding::{Finding, Severity};
 use rungd::source::render::{Style, render};
 use rungd::source::span::{FileId, SourceFile, Span};
@@ -174,7 +174,7 @@ pub fn texts(bytes: &[u8]) {
     let _ = names.beginning(name);
     if let Ok(operand) = names.find_one(name) {
         let _ = (operand.may_write(), operand.may_force());
-        let _ = names.number(&operand, &Given::Text(value.to_owned()));
+        let _ = names.number(&operand, &GivenValue::Text(value.to_owned()));
     }
 }
 
@@ -268,8 +268,8 @@ pub fn stimulus(bytes: &[u8]) {
     let lookup = |name: &str| {
         let operand = KNOWN.names.find_one(name).map_err(|refusal| refusal.message)?;
         Ok(match operand.cell {
-            rungd::engine::Cell::Bit(cell) => Target::Bit(cell),
-            rungd::engine::Cell::Word(cell) => Target::Word(cell, (-5, 70_000)),
+            rungd::engine::Cell::Bit(cell) => StimulusTarget::Bit(cell),
+            rungd::engine::Cell::Word(cell) => StimulusTarget::Word(cell, (-5, 70_000)),
         })
     };
     let _ = Stimulus::parse(text, &lookup);

@@ -4,7 +4,7 @@
 //! Parentheses are set wherever `&` and `|` meet.
 
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
-use crate::resolve::program::{Comparison, Contact, Value, Written};
+use crate::resolve::program::{Contact, Value, Written};
 
 use super::context::{Context, RungPlace, is_main};
 
@@ -18,14 +18,14 @@ const PLACES_MAX: usize = 6;
 const ON: &str = status::BIT_NICKNAMES[status::st::ON as usize];
 
 /// A series of contacts, after the bit of its stage or program if it needs one; empty: always ON.
-pub struct Power<'a> {
+pub struct ContactSeries<'a> {
     /// The bit that leads the series: `Day.Green`, `Drain.Running`.
     pub gate: Option<String>,
     /// The contacts.
     pub contacts: Vec<&'a Contact>,
 }
 
-impl Power<'_> {
+impl ContactSeries<'_> {
     /// The text as one element of `when`; with `alone` = false in parentheses where `&` or `|`
     /// beside it need them.
     fn print(&self, context: &Context, alone: bool) -> String {
@@ -63,7 +63,7 @@ impl<'a> Context<'a> {
     /// if a power is unknown, or the condition is too long or always ON.
     pub fn any_of(
         &self,
-        powers: impl ExactSizeIterator<Item = Option<Power<'a>>>,
+        powers: impl ExactSizeIterator<Item = Option<ContactSeries<'a>>>,
     ) -> Option<String> {
         let count = powers.len();
         if count > PLACES_MAX {
@@ -82,7 +82,7 @@ impl<'a> Context<'a> {
 
     /// The power of a place, without `$On`. `None` in a rung with legs other than `when`, and if
     /// contacts may have been left out of the program.
-    pub fn power(&self, place: &RungPlace<'a>) -> Option<Power<'a>> {
+    pub fn power(&self, place: &RungPlace<'a>) -> Option<ContactSeries<'a>> {
         if !self.whole {
             return None;
         }
@@ -91,12 +91,12 @@ impl<'a> Context<'a> {
         let on = Bit::Space(BitSpace::St, status::st::ON);
         let needed = |c: &&Contact| !matches!(c, Contact::Bit(bit, _) if *bit == on);
         let contacts = when.contacts.iter().chain(behind).filter(needed).collect();
-        Some(Power { gate: None, contacts })
+        Some(ContactSeries { gate: None, contacts })
     }
 
     /// The power of a place for use in another block: with the bit of its stage or program. `None`
     /// in a task too, because its rungs do not execute in every scan.
-    pub fn power_from_outside(&self, place: &RungPlace<'a>) -> Option<Power<'a>> {
+    pub fn power_from_outside(&self, place: &RungPlace<'a>) -> Option<ContactSeries<'a>> {
         let mut power = self.power(place)?;
         power.gate = match place.stage {
             _ if place.in_task() => return None,
@@ -139,12 +139,9 @@ fn print(context: &Context, contact: &Contact) -> String {
         Contact::All(parts, _) => join(parts, " & "),
         Contact::Any(parts, _) => join(parts, " | "),
         Contact::Edge(edge, inner, _) => format!("{}({})", edge.name(), print(context, inner)),
-        Contact::Compare(left, comparison, right, _) => format!(
-            "{} {} {}",
-            value(context, *left),
-            comparison_sign(*comparison),
-            value(context, *right)
-        ),
+        Contact::Compare(left, comparison, right, _) => {
+            format!("{} {} {}", value(context, *left), comparison.sign(), value(context, *right))
+        }
     }
 }
 
@@ -155,17 +152,6 @@ fn value(context: &Context, value: Value) -> String {
         Value::Real(real) => real.to_string(),
         Value::Word(word) => context.name(Address::Word(word)),
         Value::Element(element) => context.element(&element),
-    }
-}
-
-fn comparison_sign(comparison: Comparison) -> &'static str {
-    match comparison {
-        Comparison::Eq => "==",
-        Comparison::Ne => "!=",
-        Comparison::Lt => "<",
-        Comparison::Le => "<=",
-        Comparison::Gt => ">",
-        Comparison::Ge => ">=",
     }
 }
 

@@ -19,7 +19,7 @@
 //! ```
 
 use crate::isa::{Address, Word};
-use crate::resolve::instruction::{Place, Source};
+use crate::resolve::instruction::{Source, WordPlace};
 use crate::resolve::program::{Action, Value};
 use crate::source::finding::{Code, Finding};
 
@@ -32,7 +32,7 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
     let Action::Store { source, to } = placed.action() else { return None };
-    let Place::Word(word) = to.value else { return None };
+    let WordPlace::Word(word) = to.value else { return None };
     // With two locations, no constant is at fault.
     let is_constant = |value| matches!(value, Value::Const(..) | Value::Real(_));
     let place = source.values().filter(|of| is_constant(of.value)).last()?.span;

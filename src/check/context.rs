@@ -59,12 +59,12 @@ pub struct Context<'a> {
     /// The first tag of every address that has one.
     tags: NumberMap<Address, &'a Tag>,
     /// The limits that tags set for words.
-    limits: NumberMap<Word, Limits<'a>>,
+    limits: NumberMap<Word, WriteLimits<'a>>,
 }
 
 /// The limits of a write to a word.
 #[derive(Clone, Copy)]
-pub struct Limits<'a> {
+pub struct WriteLimits<'a> {
     /// The least number.
     pub min: i32,
     /// The greatest number.
@@ -191,15 +191,15 @@ impl<'a> Context<'a> {
         if min.is_none() && max.is_none() {
             return;
         }
-        let limits = self.limits.entry(word).or_insert(Limits::of(word));
+        let limits = self.limits.entry(word).or_insert(WriteLimits::of(word));
         limits.min = limits.min.max(min.unwrap_or(limits.min));
         limits.max = limits.max.min(max.unwrap_or(limits.max));
         limits.of_tag.get_or_insert(tag);
     }
 
     /// The limits of the results that MOVE, ADD and SUB store in a word.
-    pub fn limits(&self, word: Word) -> Limits<'a> {
-        self.limits.get(&word).copied().unwrap_or(Limits::of(word))
+    pub fn limits(&self, word: Word) -> WriteLimits<'a> {
+        self.limits.get(&word).copied().unwrap_or(WriteLimits::of(word))
     }
 
     /// The first tag of an address.
@@ -213,10 +213,10 @@ impl<'a> Context<'a> {
     }
 }
 
-impl Limits<'_> {
+impl WriteLimits<'_> {
     fn of(word: Word) -> Self {
         let (min, max) = word.range();
-        Limits { min, max, of_tag: None }
+        WriteLimits { min, max, of_tag: None }
     }
 }
 

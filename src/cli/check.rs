@@ -8,8 +8,8 @@ use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
 use super::terminal::{print, say_drawn};
-use crate::load::{self, Input, Loaded};
-use crate::resolve::places::Place;
+use crate::load::{self, InputFile, Loaded};
+use crate::resolve::places::TagPlace;
 use crate::resolve::program::Program;
 use crate::source::render::{Style, refuses, render};
 
@@ -43,7 +43,7 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let mut all = Loaded::default();
     let mut addresses = String::new();
     for path in &args.files {
-        let input = Input::read(path)?;
+        let input = InputFile::read(path)?;
         if input.is_controller() {
             append(&mut all, load::controller_input(&input), &mut addresses);
         } else {
@@ -77,7 +77,7 @@ fn append(all: &mut Loaded, mut loaded: Loaded, addresses: &mut String) {
 fn listed(program: &Program) -> String {
     let names = program.places.by_name().map(|place| place.name.len());
     let width = names.max().unwrap_or(0);
-    let line = |place: &Place| {
+    let line = |place: &TagPlace| {
         let (name, kind) = (&place.name, place.type_name());
         let (first, last) = (place.address(0), place.address(place.count - 1));
         match place.is_array {

@@ -16,7 +16,7 @@ use self::library_page::of_library;
 use self::page::{indented, section, wrapped};
 use super::exit::Exit;
 use super::terminal::{print, say};
-use crate::events::{self, Event, Limit};
+use crate::events::{self, Event, LineLimit};
 use crate::isa::function::{FUNCTIONS, FunctionSpec, ResultType};
 use crate::isa::instruction::{self, Mnemonic, Termination};
 use crate::isa::{Function, LegName, OperandKind, Spec, dialects, pages};
@@ -160,7 +160,7 @@ fn of_event(event: &Event) -> String {
     for line in wrapped(&format!("What to do: {}", event.remedy), 78) {
         let _ = writeln!(text, "{line}");
     }
-    if event.limit != Limit::NONE {
+    if event.limit != LineLimit::NONE {
         let (burst, per_second) = (event.limit.burst, event.limit.per_second());
         let _ = writeln!(
             text,

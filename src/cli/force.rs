@@ -5,7 +5,7 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::{At, New, complete};
+use super::operator::{New, OperatorArgs, complete};
 use super::read::table;
 use super::terminal::say;
 use crate::operator::protocol::{Request, Values};
@@ -19,7 +19,7 @@ pub struct ForceArgs {
     #[command(flatten)]
     new: New,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Ends a force, or all of them; the value stays until something writes it
@@ -38,7 +38,7 @@ pub struct UnforceArgs {
     #[arg(long)]
     all: bool,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Forces.

@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use super::operator::At;
+use super::operator::OperatorArgs;
 use crate::events::Level;
 use crate::operator::protocol::{LevelChange, Request};
 
@@ -15,7 +15,7 @@ pub struct LogLevelArgs {
     #[arg(value_name = "LEVEL")]
     level: Level,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Sets the level.

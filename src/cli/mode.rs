@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use super::operator::At;
+use super::operator::OperatorArgs;
 use super::terminal::{one_line, say_line};
 use crate::operator::protocol::{ModeChange, ModeWanted, Request};
 
@@ -18,7 +18,7 @@ pub struct ModeArgs {
     #[arg(long)]
     no_wait: bool,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Changes the mode.

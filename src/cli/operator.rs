@@ -14,12 +14,14 @@ use serde::de::DeserializeOwned;
 use super::exit::Exit;
 use super::terminal::{one_line, plain_json, print, say, say_line};
 use crate::operator::SOCKET_VARIABLE;
-use crate::operator::client::{self, Failure};
-use crate::operator::protocol::{Change, Given, Name, NameList, Refusal, RefusalKind, Request};
+use crate::operator::client::{self, CallFailure};
+use crate::operator::protocol::{
+    Change, GivenValue, Name, NameList, Refusal, RefusalKind, Request,
+};
 
 /// The socket of the controller, and the form of its printed answer.
 #[derive(Args, Clone, Debug)]
-pub struct At {
+pub struct OperatorArgs {
     /// The running controller's socket (default: `rungd.sock` in this folder, if it exists and is
     /// yours or root's; else the service's, /run/rungd/rungd.sock)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
@@ -42,12 +44,12 @@ pub struct New {
 
 impl New {
     /// Both in the form of a request.
-    pub fn named(&self) -> (String, Given) {
-        (self.operand.clone(), Given::Text(self.value.clone()))
+    pub fn named(&self) -> (String, GivenValue) {
+        (self.operand.clone(), GivenValue::Text(self.value.clone()))
     }
 }
 
-impl At {
+impl OperatorArgs {
     /// Sends a request; `Err` is the exit code of a refusal or failure, which has been printed.
     pub fn ask<T: DeserializeOwned + Serialize>(&self, request: &Request) -> Result<T, Exit> {
         let socket = client::socket(self.socket.clone());
@@ -59,7 +61,7 @@ impl At {
                 let message = failure.to_string();
                 let error = serde_json::json!({ "error": { "kind": kind, "message": message } });
                 let _ = writeln!(io::stdout(), "{}", plain_json(&error.to_string()));
-            } else if let Failure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
+            } else if let CallFailure::Refused(Refusal { kind: RefusalKind::BadFiles, message }) =
                 &failure
             {
                 say(&format!("{}\n", message.trim_end()));
@@ -112,12 +114,12 @@ impl At {
     }
 }
 
-fn exit_of(failure: &Failure) -> Exit {
+fn exit_of(failure: &CallFailure) -> Exit {
     match failure {
-        Failure::NotRunning(..) => Exit::Unavailable,
-        Failure::NotAllowed(..) => Exit::NoPerm,
-        Failure::Broken(..) => Exit::Io,
-        Failure::Refused(refusal) => match refusal.kind {
+        CallFailure::NotRunning(..) => Exit::Unavailable,
+        CallFailure::NotAllowed(..) => Exit::NoPerm,
+        CallFailure::Broken(..) => Exit::Io,
+        CallFailure::Refused(refusal) => match refusal.kind {
             RefusalKind::BadRequest | RefusalKind::BadOperand | RefusalKind::BadValue => {
                 Exit::Usage
             }
@@ -128,12 +130,12 @@ fn exit_of(failure: &Failure) -> Exit {
     }
 }
 
-fn kind_of(failure: &Failure) -> serde_json::Value {
+fn kind_of(failure: &CallFailure) -> serde_json::Value {
     match failure {
-        Failure::NotRunning(..) => "not-running".into(),
-        Failure::NotAllowed(..) => "not-permitted".into(),
-        Failure::Broken(..) => "broken".into(),
-        Failure::Refused(refusal) => serde_json::to_value(refusal.kind).unwrap_or_default(),
+        CallFailure::NotRunning(..) => "not-running".into(),
+        CallFailure::NotAllowed(..) => "not-permitted".into(),
+        CallFailure::Broken(..) => "broken".into(),
+        CallFailure::Refused(refusal) => serde_json::to_value(refusal.kind).unwrap_or_default(),
     }
 }
 

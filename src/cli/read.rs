@@ -5,7 +5,7 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::{At, complete};
+use super::operator::{OperatorArgs, complete};
 use super::terminal::one_line;
 use crate::operator::protocol::{Request, ShownValue, Values};
 
@@ -16,7 +16,7 @@ pub struct ReadArgs {
     #[arg(required = true, value_name = "OPERAND", add = ArgValueCompleter::new(complete))]
     operands: Vec<String>,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Reads.

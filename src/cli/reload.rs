@@ -9,7 +9,7 @@ use rustix::io::Errno;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::exit::Exit;
-use super::operator::At;
+use super::operator::OperatorArgs;
 use super::terminal::{one_line, say, say_line};
 use crate::daemon;
 use crate::operator::protocol::{Reloaded, Request};
@@ -20,7 +20,7 @@ use crate::operator::protocol::{Reloaded, Request};
 #[derive(Args, Debug)]
 pub struct ReloadArgs {
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
     /// Print which values would be kept, new and lost, and change nothing
     #[arg(long)]
     dry_run: bool,
@@ -39,7 +39,7 @@ pub struct ReloadArgs {
 #[derive(Args, Debug)]
 pub struct RollbackArgs {
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Reloads.
@@ -60,7 +60,7 @@ pub fn reload(args: &ReloadArgs) -> Result<Exit> {
         say_line(&format!("rungd: {file}: there is no operator's socket; SIGHUP makes it reload"));
         return Ok(Exit::Unavailable);
     };
-    ask(&At { socket: socket.into(), ..args.at.clone() }, &request)
+    ask(&OperatorArgs { socket: socket.into(), ..args.at.clone() }, &request)
 }
 
 /// Makes a process without a socket reload, by SIGHUP. Only the log has the outcome.
@@ -94,7 +94,7 @@ pub fn rollback(args: &RollbackArgs) -> Result<Exit> {
     Ok(done)
 }
 
-fn ask(at: &At, request: &Request) -> Result<Exit> {
+fn ask(at: &OperatorArgs, request: &Request) -> Result<Exit> {
     let done: Reloaded = match at.ask(request) {
         Ok(done) => done,
         Err(exit) => return Ok(exit),

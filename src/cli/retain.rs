@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::{Args, Subcommand};
 
 use super::exit::Exit;
-use super::operator::At;
+use super::operator::OperatorArgs;
 use super::terminal::{one_line, print, say_line};
 use crate::daemon::span;
 use crate::operator::protocol::{Request, Saved};
@@ -17,11 +17,11 @@ use crate::retain::show::show;
 #[derive(Args, Debug)]
 pub struct RetainArgs {
     #[command(subcommand)]
-    what: What,
+    what: RetainCommand,
 }
 
 #[derive(Subcommand, Debug)]
-enum What {
+enum RetainCommand {
     /// Shows a file's slots, and the values of its newest image
     Show {
         /// The file, as `[retain] file` names it
@@ -31,7 +31,7 @@ enum What {
     /// Makes a running controller save its memory; returns when the image is durable
     Save {
         #[command(flatten)]
-        at: At,
+        at: OperatorArgs,
     },
 }
 
@@ -41,7 +41,7 @@ enum What {
 /// Standard output cannot be written.
 pub fn retain(args: &RetainArgs) -> Result<Exit> {
     match &args.what {
-        What::Show { file } => {
+        RetainCommand::Show { file } => {
             let opened = FileDevice::open(file, Access::Read).map_err(|error| error.to_string());
             match opened.and_then(|mut device| show(&mut device)) {
                 Ok(text) => print(&text)?,
@@ -52,11 +52,11 @@ pub fn retain(args: &RetainArgs) -> Result<Exit> {
             }
             Ok(Exit::Ok)
         }
-        What::Save { at } => save(at),
+        RetainCommand::Save { at } => save(at),
     }
 }
 
-fn save(at: &At) -> Result<Exit> {
+fn save(at: &OperatorArgs) -> Result<Exit> {
     let saved: Saved = match at.ask(&Request::RetainSave {}) {
         Ok(saved) => saved,
         Err(exit) => return Ok(exit),

@@ -13,7 +13,7 @@ use super::exit::Exit;
 use super::terminal::say_drawn;
 use crate::daemon::guard::{self, Ended, Guard};
 use crate::daemon::log::{self, LogFormat};
-use crate::daemon::{self, Ending, Failure, Host, Options, config};
+use crate::daemon::{self, Ending, Host, Options, StartFailure, config};
 use crate::events::Level;
 use crate::isa::duration;
 use crate::operator::protocol::ModeWanted;
@@ -134,11 +134,11 @@ fn run_logged(args: &RunArgs, host: &mut Host, guard: &mut Guard) -> Result<Exit
         Ok(Ending::Fault | Ending::Hurried) => Ok(Exit::Fault),
         Ok(Ending::MemoryLost) => Ok(Exit::Io),
         Ok(Ending::Bug) => Ok(Exit::Software),
-        Err(Failure::Configuration(why)) => {
+        Err(StartFailure::Configuration(why)) => {
             say!(START_REFUSED, "rungd does not start: {why}");
             Ok(Exit::Config)
         }
-        Err(Failure::Environment(why)) => {
+        Err(StartFailure::Environment(why)) => {
             say!(START_REFUSED, "rungd does not start: {why:#}");
             Ok(Exit::Io)
         }

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 
 use super::exit::Exit;
 use crate::controller;
-use crate::source::key::{Key, Limit};
+use crate::source::key::{Key, KeyLimit};
 use crate::source::ladder;
 use crate::source::shape::{Shape, ValueForm};
 
@@ -93,15 +93,15 @@ impl Writer {
 
     /// The schema of a key's value; `None` if the reader knows the key only to refuse it.
     fn value(&mut self, key: Key, form: &ValueForm) -> Option<Value> {
-        if let Limit::Refused = key.limit {
+        if let KeyLimit::Refused = key.limit {
             return None;
         }
         let mut schema = self.form(form);
         schema.insert("description".to_owned(), json!(key.doc));
         match key.limit {
-            Limit::None | Limit::Refused => {}
-            Limit::Schema(more) => add(&mut schema, more),
-            Limit::Words(words) => drop(schema.insert("enum".to_owned(), json!(words()))),
+            KeyLimit::None | KeyLimit::Refused => {}
+            KeyLimit::Schema(more) => add(&mut schema, more),
+            KeyLimit::Words(words) => drop(schema.insert("enum".to_owned(), json!(words()))),
         }
         Some(Value::Object(schema))
     }
@@ -183,7 +183,7 @@ mod tests {
         let noted = shape.noted();
         found.extend(&noted.together);
         for (key, form) in noted.keys.iter().chain(&noted.others) {
-            if let Limit::Schema(piece) = key.limit {
+            if let KeyLimit::Schema(piece) = key.limit {
                 found.push(piece);
             }
             if let ValueForm::Table(below) | ValueForm::Tables(below) = form {

@@ -20,7 +20,7 @@ use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
 use crate::resolve::scope::Scope;
-use crate::sim::stimulus::{Stimulus, Target, split_element};
+use crate::sim::stimulus::{Stimulus, StimulusTarget, split_element};
 use crate::sim::svg::{SvgTrace, TooLong};
 use crate::sim::trace::{CsvTrace, Watched};
 use crate::sim::{self, Plan};
@@ -209,14 +209,16 @@ fn well(program: &Program, symbols: &Symbols) -> Vec<BitCell> {
 }
 
 /// The target of a stimulus's operand, or the reason why it cannot be written from outside.
-fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<Target, String> {
+fn target(scope: &Scope, symbols: &Symbols, operand: &str) -> Result<StimulusTarget, String> {
     let layout = &symbols.layout;
     match scope.address(operand)? {
-        Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
-        Address::Bit(bit) if bit.writable_from_outside() => Ok(Target::Bit(layout.bit(bit))),
-        Address::Bit(bit @ Bit::Device(..)) => Ok(Target::Bit(layout.bit(bit))),
+        Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
+        Address::Bit(bit) if bit.writable_from_outside() => {
+            Ok(StimulusTarget::Bit(layout.bit(bit)))
+        }
+        Address::Bit(bit @ Bit::Device(..)) => Ok(StimulusTarget::Bit(layout.bit(bit))),
         Address::Word(word) if word.writable() => {
-            Ok(Target::word(word, layout.word(word), symbols.limits(word)))
+            Ok(StimulusTarget::word(word, layout.word(word), symbols.limits(word)))
         }
         Address::Structure(structure) => Err(format!(
             "`{operand}` is a structure: name a member, as `{operand}.{}`",

@@ -4,11 +4,13 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use super::operator::At;
+use super::operator::OperatorArgs;
 use super::read::table;
 use super::terminal::one_line;
 use crate::daemon::span;
-use crate::operator::protocol::{Block, Log, Posture, Request, Retain, Scan, Spread, Status};
+use crate::operator::protocol::{
+    BlockStatus, LogState, Posture, Request, Retain, Scan, Spread, Status,
+};
 
 /// The width of the longest bar.
 const BAR_CHARS: u64 = 40;
@@ -23,7 +25,7 @@ pub struct StatusArgs {
     #[arg(long)]
     histogram: bool,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Prints the state.
@@ -77,8 +79,8 @@ fn page(status: &Status, histogram: bool) -> String {
     lines.iter().map(|line| format!("{}\n", one_line(line.trim_end()))).collect()
 }
 
-fn log_line(log: &Log) -> String {
-    let Log { level, lines_dropped, records_dropped } = log;
+fn log_line(log: &LogState) -> String {
+    let LogState { level, lines_dropped, records_dropped } = log;
     let level = format!("{level:?}").to_lowercase();
     format!("from {level} on; {lines_dropped} lines and {records_dropped} records dropped")
 }
@@ -120,7 +122,7 @@ fn scan_line(status: &Status) -> String {
     )
 }
 
-fn block_line(block: &Block) -> String {
+fn block_line(block: &BlockStatus) -> String {
     let state = match (block.running, block.done) {
         (true, _) => "running",
         (false, Some(true)) => "done",

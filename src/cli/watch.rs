@@ -12,7 +12,7 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::{At, complete};
+use super::operator::{OperatorArgs, complete};
 use super::read::table;
 use super::terminal::{one_line, plain};
 use crate::isa::duration;
@@ -33,7 +33,7 @@ pub struct WatchArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 fn interval(text: &str) -> Result<Duration, String> {

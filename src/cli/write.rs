@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::Args;
 
 use super::exit::Exit;
-use super::operator::{At, New};
+use super::operator::{New, OperatorArgs};
 use crate::operator::protocol::Request;
 
 /// Writes a bit or word of a running controller
@@ -13,7 +13,7 @@ pub struct WriteArgs {
     #[command(flatten)]
     new: New,
     #[command(flatten)]
-    at: At,
+    at: OperatorArgs,
 }
 
 /// Writes.

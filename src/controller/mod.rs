@@ -20,7 +20,7 @@ mod settings;
 mod simulated_device;
 pub(crate) mod written;
 
-use resolver::{Resolver, Wanted};
+use resolver::{AllowedSpaces, Resolver};
 use retain::Retention;
 pub use settings::Controller;
 use written::WrittenController;
@@ -40,10 +40,10 @@ pub fn resolve_controller(
 ) -> (Controller, Vec<Finding>) {
     let mut resolver = Resolver { scope: Scope::of(program), findings: Vec::new() };
     let outputs = [Space::Bit(BitSpace::Y)];
-    let wanted = Wanted { spaces: &outputs, words: "outputs (Y)", code: Code::Controller };
+    let wanted = AllowedSpaces { spaces: &outputs, words: "outputs (Y)", code: Code::Controller };
     let outputs_on = resolver.ranges(&written.outputs.on, &wanted);
     let outputs_hold = resolver.ranges(&written.outputs.hold, &wanted);
-    let wanted = Wanted {
+    let wanted = AllowedSpaces {
         spaces: &Space::RETAINABLE,
         words: "data and structures (C, MC, MI, V, D, R, MHR, MIR, CT, T, N)",
         code: Code::RetainRange,

@@ -9,7 +9,7 @@ use crate::source::reader::Text;
 use crate::source::span::Located;
 
 /// The spaces that a key's ranges may name.
-pub struct Wanted<'a> {
+pub struct AllowedSpaces<'a> {
     pub spaces: &'a [Space],
     pub words: &'static str,
     pub code: Code,
@@ -22,11 +22,11 @@ pub struct Resolver {
 }
 
 impl Resolver {
-    pub fn ranges(&mut self, texts: &[Text], wanted: &Wanted<'_>) -> Vec<Range> {
+    pub fn ranges(&mut self, texts: &[Text], wanted: &AllowedSpaces<'_>) -> Vec<Range> {
         texts.iter().filter_map(|text| self.range(text, wanted)).collect()
     }
 
-    pub fn range(&mut self, text: &Text, wanted: &Wanted<'_>) -> Option<Range> {
+    pub fn range(&mut self, text: &Text, wanted: &AllowedSpaces<'_>) -> Option<Range> {
         let range = match resolve_range(&self.scope, text) {
             Ok(range) => range,
             Err(finding) => {

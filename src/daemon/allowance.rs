@@ -6,8 +6,8 @@
 //! without a line is logged as soon as the allowance permits, or at the end. So the log never shows
 //! an alarm as lasting that is over, and never hides one that lasts.
 
-use crate::events::Limit;
-use crate::events::limit::{Budget, Told, Withheld};
+use crate::events::LineLimit;
+use crate::events::limit::{Budget, Withheld, WithheldLines};
 
 /// The alarms: which stand, and whether the log knows.
 pub(super) struct Alarms {
@@ -38,7 +38,7 @@ const PAIR: u32 = 2;
 impl Alarms {
     pub fn new() -> Alarms {
         let (states, budgets) = (Vec::new(), Vec::new());
-        let (common, withheld) = (Budget::new(Limit::PLANT), Withheld::default());
+        let (common, withheld) = (Budget::new(LineLimit::PLANT), Withheld::default());
         Alarms { common, withheld, states, budgets, untold: 0 }
     }
 
@@ -47,7 +47,7 @@ impl Alarms {
         let at = watch as usize;
         if at >= self.states.len() {
             self.states.resize(at + 1, WatchState::Off);
-            self.budgets.resize(at + 1, Budget::new(Limit::ALARM));
+            self.budgets.resize(at + 1, Budget::new(LineLimit::ALARM));
         }
         let (common, own) = (&mut self.common, &mut self.budgets[at]);
         let was = self.states[at];
@@ -92,13 +92,13 @@ impl Alarms {
     }
 
     /// The numbers of lines that were left out, if a line about them is due.
-    pub fn due(&mut self, now_ns: u64) -> Option<Told> {
+    pub fn due(&mut self, now_ns: u64) -> Option<WithheldLines> {
         self.withheld.due(now_ns)
     }
 
     /// The same at the end, whatever the time; before it, each alarm that stands untold is to be
     /// told by [`Alarms::standing`].
-    pub fn rest(&mut self, now_ns: u64) -> Option<Told> {
+    pub fn rest(&mut self, now_ns: u64) -> Option<WithheldLines> {
         self.withheld.rest(now_ns)
     }
 
@@ -166,7 +166,7 @@ mod tests {
     fn an_alarm_that_stands_is_told_when_there_is_room() {
         let mut alarms = Alarms::new();
         let told = (0..150).filter(|watch| alarms.change(*watch, true, 9, SECOND_NS)).count();
-        assert_eq!(told as u32, Limit::PLANT.burst / PAIR);
+        assert_eq!(told as u32, LineLimit::PLANT.burst / PAIR);
         assert_eq!(alarms.belated(SECOND_NS), []);
         assert_eq!(alarms.belated(SECOND_NS + 100 * MS_NS), [(100, 9)]);
         assert!(alarms.change(100, false, 20, SECOND_NS + 100 * MS_NS), "its OFF too");

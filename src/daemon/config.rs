@@ -10,7 +10,7 @@ use std::time::Duration;
 use anyhow::Result;
 
 use crate::controller::Controller;
-use crate::controller::device::{Device, DriverSettings, Input, OnLoss, Output, SafeValue};
+use crate::controller::device::{Device, DeviceInput, DriverSettings, OnLoss, Output, SafeValue};
 use crate::controller::operator::Operator;
 use crate::engine;
 use crate::io::modbus::settings::Modbus;
@@ -23,13 +23,13 @@ use crate::progress::{Progress, Step};
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::RetainPlan;
 use crate::runtime::exchange::Tempo;
-use crate::runtime::wiring::{Source, Target, Wiring};
+use crate::runtime::wiring::{Source, Wiring, WiringTarget};
 use crate::runtime::{Memory, Pace, Posture, Safe, Watched};
 use crate::source::render::{Style, refuses, render};
 use crate::source::span::SourceFile;
 
 use super::narration::Narration;
-use super::retain::{Wanted, place};
+use super::retain::{RetainSettings, place};
 
 const MS_NS: u64 = 1_000_000;
 const US_NS: u64 = 1_000;
@@ -62,7 +62,7 @@ pub struct Setup {
     pub(super) field: Vec<Wiring>,
     /// The trial time of a reloaded program; zero: no trial.
     pub(super) probation: Duration,
-    pub(super) retain: Option<Wanted>,
+    pub(super) retain: Option<RetainSettings>,
 }
 
 /// The facts about a ladder that the log shows at the start.
@@ -157,12 +157,12 @@ pub fn load(
 fn wiring(device: &Device, symbols: &Symbols) -> Wiring {
     let layout = &symbols.layout;
     let health = |health| layout.bit(Bit::Device(device.id, health));
-    let target = |input: &Input| match input.address {
-        Address::Bit(Bit::Space(BitSpace::X, n)) => Target::Input(n),
-        Address::Bit(bit) => Target::Bit(layout.bit(bit)),
+    let target = |input: &DeviceInput| match input.address {
+        Address::Bit(Bit::Space(BitSpace::X, n)) => WiringTarget::Input(n),
+        Address::Bit(bit) => WiringTarget::Bit(layout.bit(bit)),
         Address::Word(word) => {
             let (min, max) = symbols.limits(word);
-            Target::Word { cell: layout.word(word), min, max }
+            WiringTarget::Word { cell: layout.word(word), min, max }
         }
         Address::Structure(_) => unreachable!("the resolver lets no structure through"),
     };
@@ -193,10 +193,10 @@ fn retain(
     program: &Program,
     symbols: &Symbols,
     file: &str,
-) -> Option<Wanted> {
+) -> Option<RetainSettings> {
     let retention = &controller.retention;
     let plan = RetainPlan::new(&controller.retain, program, symbols);
-    (!plan.is_empty()).then(|| Wanted {
+    (!plan.is_empty()).then(|| RetainSettings {
         path: place(retention.file.as_deref(), Path::new(file)),
         plan,
         interval: Duration::from_millis(u64::from(retention.interval_ms)),

@@ -12,7 +12,7 @@ use super::config::Setup;
 use crate::controller::device::{Device, DriverSettings as Settings};
 use crate::io::caught::caught;
 use crate::io::device;
-use crate::io::device::{Driver, Health, Keeper, Opener, Parts};
+use crate::io::device::{DeviceKeeper, DeviceParts, Driver, Health, Opener};
 use crate::io::gpio::{Gpio, Kernel};
 use crate::io::modbus_client::settings::{self as modbus, Link};
 use crate::io::modbus_client::{Client, SerialLines, Tcp};
@@ -35,7 +35,7 @@ pub(super) fn healths(devices: &[Device]) -> Vec<Health> {
     devices.iter().map(health).collect()
 }
 
-fn modbus(client: &modbus::Client) -> (&'static str, String) {
+fn modbus(client: &modbus::ClientSettings) -> (&'static str, String) {
     match &client.link {
         Link::Tcp { address, .. } => ("modbus-tcp", address.to_string()),
         Link::Serial(serial) => ("modbus-rtu", serial.port.clone()),
@@ -120,7 +120,7 @@ impl Starter<'_> {
         ends: Ends,
         tasks: &mut JoinSet<()>,
     ) {
-        let parts = Parts {
+        let parts = DeviceParts {
             driver,
             input_end: ends.inputs,
             port: self.port.clone(),
@@ -146,7 +146,7 @@ impl Starter<'_> {
     ) {
         let Some(line) = ends.local else { return };
         let health = self.healths[device.id.0 as usize].clone();
-        let mut keeper = Keeper::new(opener, line, health, self.port.clone());
+        let mut keeper = DeviceKeeper::new(opener, line, health, self.port.clone());
         keeper.open();
         self.spawn(keeper.run(super::signals::told(&self.stop)), device, tasks);
     }

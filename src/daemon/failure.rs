@@ -4,15 +4,15 @@ use std::io;
 
 /// The reason why a controller did not start.
 #[derive(Debug)]
-pub enum Failure {
+pub enum StartFailure {
     /// The machine does not grant a setting that the controller file insists on.
     Configuration(String),
     /// The environment: a port that is taken, a thread that the system refuses.
     Environment(anyhow::Error),
 }
 
-impl From<io::Error> for Failure {
+impl From<io::Error> for StartFailure {
     fn from(error: io::Error) -> Self {
-        Failure::Environment(error.into())
+        StartFailure::Environment(error.into())
     }
 }

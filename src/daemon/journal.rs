@@ -1,8 +1,8 @@
 //! The journal's own protocol: an entry is one datagram of fields.
 //!
-//! `log_form` fills an [`Entry`]; `log_queue` sends it through a [`Socket`] from its own thread.
-//! The socket never blocks: while the journal does not read, only the queue's thread waits. An
-//! entry that the socket cannot take goes to standard error as a line.
+//! `log_form` fills a [`JournalEntry`]; `log_queue` sends it through a [`Socket`] from its own
+//! thread. The socket never blocks: while the journal does not read, only the queue's thread waits.
+//! An entry that the socket cannot take goes to standard error as a line.
 
 use std::io;
 use std::os::unix::net::UnixDatagram;
@@ -16,9 +16,9 @@ const NAME_MAX: usize = 64;
 
 /// An entry being made.
 #[derive(Default)]
-pub(super) struct Entry(Vec<u8>);
+pub(super) struct JournalEntry(Vec<u8>);
 
-impl Entry {
+impl JournalEntry {
     /// Adds a field. Each character of its name other than a letter, a digit or `_` becomes `_`.
     pub fn field(&mut self, name: &str, value: &str) {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_uppercase() } else { '_' };
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     fn encoded(fields: &[(&str, &str)]) -> Vec<u8> {
-        let mut entry = Entry::default();
+        let mut entry = JournalEntry::default();
         fields.iter().for_each(|(name, value)| entry.field(name, value));
         entry.bytes()
     }

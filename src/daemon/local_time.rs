@@ -30,7 +30,7 @@ const STACK_BYTES: usize = 256 << 10;
 pub(super) fn keep() -> io::Result<Arc<UtcOffset>> {
     let offset = Arc::new(UtcOffset::default());
     let tz = std::env::var_os("TZ").map(|tz| tz.to_string_lossy().into_owned());
-    let mut keeper = Keeper::new(tz, PathBuf::from("/etc/localtime"));
+    let mut keeper = ZoneKeeper::new(tz, PathBuf::from("/etc/localtime"));
     keeper.look(&offset, now_s());
     let held = Arc::downgrade(&offset);
     let named = thread::Builder::new().name("rungd-zone".into()).stack_size(STACK_BYTES);
@@ -45,7 +45,7 @@ fn now_s() -> i64 {
     }
 }
 
-struct Keeper {
+struct ZoneKeeper {
     /// `TZ`, if it is set.
     tz: Option<String>,
     localtime: PathBuf,
@@ -54,9 +54,9 @@ struct Keeper {
     failing: bool,
 }
 
-impl Keeper {
-    fn new(tz: Option<String>, localtime: PathBuf) -> Keeper {
-        Keeper { tz, localtime, zone: None, failing: false }
+impl ZoneKeeper {
+    fn new(tz: Option<String>, localtime: PathBuf) -> ZoneKeeper {
+        ZoneKeeper { tz, localtime, zone: None, failing: false }
     }
 
     fn work(&mut self, held: &Weak<UtcOffset>) {
@@ -140,7 +140,7 @@ mod tests {
 
     /// Local time of a zone at a time, once the thread has looked at `looked_s`.
     fn local(tz: &str, looked_s: i64, at_s: i64) -> i64 {
-        let mut keeper = Keeper::new(Some(tz.to_owned()), PathBuf::new());
+        let mut keeper = ZoneKeeper::new(Some(tz.to_owned()), PathBuf::new());
         let offset = UtcOffset::default();
         keeper.look(&offset, looked_s);
         assert!(!keeper.failing, "{tz}");
@@ -190,7 +190,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("rungd-zone-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let localtime = folder.join("localtime");
-        let mut keeper = Keeper::new(None, localtime.clone());
+        let mut keeper = ZoneKeeper::new(None, localtime.clone());
         let offset = UtcOffset::default();
         let mut local = |now_s: i64| {
             keeper.look(&offset, now_s);

@@ -8,7 +8,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tracing::Level;
 use tracing::field::{Field, Visit};
 
-use super::journal::Entry;
+use super::journal::JournalEntry;
 use crate::calendar::Utc;
 use crate::events::{self, Event};
 
@@ -100,7 +100,7 @@ impl LogLine {
 
     /// For the journal's socket: the whole line as MESSAGE, and each field by itself.
     pub fn entry(&self) -> Vec<u8> {
-        let mut entry = Entry::default();
+        let mut entry = JournalEntry::default();
         entry.field("MESSAGE", &self.sentence());
         entry.field("PRIORITY", &self.priority().to_string());
         entry.field("SYSLOG_IDENTIFIER", "rungd");

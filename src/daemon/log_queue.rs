@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use super::journal::Socket;
 use super::narration::span;
 use crate::events::Event;
-use crate::events::limit::{Limiter, Told};
+use crate::events::limit::{Limiter, WithheldLines};
 use crate::say::say;
 
 /// The number of waiting lines above which details, and then all lines, are dropped.
@@ -44,9 +44,9 @@ pub fn lines_dropped() -> u64 {
 }
 
 /// The limits of events, by name.
-type Limits = Limiter<&'static str>;
+type EventLimits = Limiter<&'static str>;
 
-fn locked(limits: &Mutex<Limits>) -> MutexGuard<'_, Limits> {
+fn locked(limits: &Mutex<EventLimits>) -> MutexGuard<'_, EventLimits> {
     limits.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -72,7 +72,7 @@ pub(super) struct LogQueue {
     sender: SyncSender<Item>,
     waiting: Arc<AtomicUsize>,
     dropped: Arc<AtomicU64>,
-    limits: Arc<Mutex<Limits>>,
+    limits: Arc<Mutex<EventLimits>>,
     started: Instant,
 }
 
@@ -84,7 +84,8 @@ impl LogQueue {
     /// The machine gives no thread.
     pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
         let (sender, receiver) = sync_channel(LINES_MAX);
-        let (dropped, limits) = (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(Limits::new())));
+        let (dropped, limits) =
+            (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(EventLimits::new())));
         let (waiting, started) = (Arc::new(AtomicUsize::new(0)), Instant::now());
         let queue = LogQueue { sender, waiting, dropped, limits, started };
         let tally = Tally::of(&queue);
@@ -211,7 +212,7 @@ fn sent(journal: &Socket, entry: &[u8]) -> bool {
 struct Tally {
     waiting: Arc<AtomicUsize>,
     dropped: Arc<AtomicU64>,
-    limits: Arc<Mutex<Limits>>,
+    limits: Arc<Mutex<EventLimits>>,
     started: Instant,
     told: Option<Instant>,
 }
@@ -237,7 +238,7 @@ impl Tally {
         self.told = Some(Instant::now());
         let now_ns = self.started.elapsed().as_nanos() as u64;
         let told = locked(&self.limits).told(now_ns, all);
-        for (withheld, Told { lines, lasted_ns }) in told {
+        for (withheld, WithheldLines { lines, lasted_ns }) in told {
             let over = span(lasted_ns);
             say!(
                 LINES_WITHHELD,

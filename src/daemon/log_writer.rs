@@ -11,11 +11,11 @@ use super::allowance::Alarms;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, Facts, Narration, WordNews, reason, span, us};
 use crate::engine::{MathEvent, Mishap};
-use crate::events::limit::Told;
+use crate::events::limit::WithheldLines;
 use crate::io::device::Health;
 use crate::isa::Real;
 use crate::runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
-use crate::runtime::{DeviceEdge, Generations, Observer, Record, Statistics, What};
+use crate::runtime::{DeviceEdge, Generations, Observer, Record, RecordEvent, Statistics};
 use crate::say::say;
 
 /// Logs scan statistics: those since the last heartbeat, or those of the whole run.
@@ -295,8 +295,8 @@ impl Observer for LogWriter {
     fn record(&mut self, record: &Record) {
         let scan = record.scan;
         match record.what {
-            What::Mode(mode) => self.mode(mode, scan),
-            What::Block(event) => {
+            RecordEvent::Mode(mode) => self.mode(mode, scan),
+            RecordEvent::Block(event) => {
                 let BlockNews { event, kind, name, what, news } = self.narration.block_event(event);
                 if news {
                     say!(*event at Info, block = name, scan, "{kind} {name} {what}");
@@ -304,7 +304,7 @@ impl Observer for LogWriter {
                     say!(*event at Debug, block = name, scan, "{kind} {name} {what}");
                 }
             }
-            What::Swapped { generation, swap_ns } => {
+            RecordEvent::Swapped { generation, swap_ns } => {
                 // Alarms are known by their numbers, and the new program's numbers differ.
                 self.ended(record.at_ns);
                 self.alarms = Alarms::new();
@@ -312,14 +312,14 @@ impl Observer for LogWriter {
                 let swap_us = us(swap_ns);
                 say!(PROGRAM_SWAPPED, scan, swap_us, "the programs are swapped");
             }
-            What::Device { device, edge } => self.device(device, edge, scan),
-            What::Math(MathEvent { math, mishaps }) => {
+            RecordEvent::Device { device, edge } => self.device(device, edge, scan),
+            RecordEvent::Math(MathEvent { math, mishaps }) => {
                 let rung = self.narration.math(math);
                 let bits: Vec<_> = mishaps.each().map(Mishap::nickname).collect();
                 let bits = bits.join(" ");
                 say!(MATH_MISHAP, rung, bits, scan, "{rung} set {bits}");
             }
-            What::EventsLost(events) => {
+            RecordEvent::EventsLost(events) => {
                 say!(
                     EVENTS_LOST,
                     scan,
@@ -328,8 +328,8 @@ impl Observer for LogWriter {
                      handed over"
                 );
             }
-            What::Bit { watch, on, after_ns } => self.bit(watch, on, after_ns, record),
-            What::Word { watch, from, to } => {
+            RecordEvent::Bit { watch, on, after_ns } => self.bit(watch, on, after_ns, record),
+            RecordEvent::Word { watch, from, to } => {
                 let Some(WordNews { tag, real }) = self.narration.word(watch) else { return };
                 if *real {
                     let [from, to] = [from, to].map(Real::of_cell);
@@ -338,7 +338,7 @@ impl Observer for LogWriter {
                     say!(TAG_VALUE, %tag, scan, from, to, "{tag} is {to}, was {from}");
                 }
             }
-            What::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
+            RecordEvent::Overruns { count, skipped, scan_ns_max, late_ns_max } => {
                 self.overruns(count, skipped, (scan_ns_max, late_ns_max), scan);
             }
         }
@@ -387,8 +387,8 @@ impl Observer for LogWriter {
 }
 
 /// Logs the number of alarm lines that the allowance withheld.
-fn tell_withheld(told: Option<Told>) {
-    if let Some(Told { lines, lasted_ns }) = told {
+fn tell_withheld(told: Option<WithheldLines>) {
+    if let Some(WithheldLines { lines, lasted_ns }) = told {
         let (withheld, over) = ("alarm-on", span(lasted_ns));
         say!(
             LINES_WITHHELD,

@@ -26,7 +26,7 @@ mod shell;
 mod signals;
 mod systemd;
 
-pub use failure::Failure;
+pub use failure::StartFailure;
 pub use narration::span;
 pub use operator::operator_socket;
 pub use shell::{Ending, Options, run};

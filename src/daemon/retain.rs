@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::directories;
-use super::failure::Failure;
+use super::failure::StartFailure;
 use crate::engine::Engine;
 use crate::retain::format::{FLAG_FINAL, Stamp};
 use crate::retain::keeper::{News, Start};
@@ -30,7 +30,7 @@ const FILE_NAME: &str = "retain";
 
 /// The settings of retentive memory, from the controller file.
 #[derive(Clone, Debug)]
-pub(super) struct Wanted {
+pub(super) struct RetainSettings {
     pub path: PathBuf,
     pub plan: RetainPlan,
     pub interval: Duration,
@@ -42,9 +42,9 @@ pub(super) struct Wanted {
 }
 
 /// The open file, and the result of its restoration.
-pub(super) struct Opened {
+pub(super) struct RestoredFile {
     pub keeper: Keeper,
-    pub wanted: Wanted,
+    pub wanted: RetainSettings,
     /// A sentence about what was restored, for the status.
     pub restored: String,
     /// The reason why the controller starts in STOP; `None` if it may run.
@@ -67,11 +67,14 @@ pub(super) fn place(file: Option<&str>, controller: &Path) -> PathBuf {
 ///
 /// # Errors
 /// A different process owns the file.
-pub(super) fn begin(wanted: &Wanted, engine: &mut Engine) -> Result<Opened, Failure> {
+pub(super) fn begin(
+    wanted: &RetainSettings,
+    engine: &mut Engine,
+) -> Result<RestoredFile, StartFailure> {
     let path = wanted.path.display();
     let opened = Keeper::open(&wanted.path, wanted.plan.clone(), new_id());
     let (keeper, Start { image, news }) = opened.map_err(|error| {
-        Failure::Environment(anyhow::anyhow!(
+        StartFailure::Environment(anyhow::anyhow!(
             "{path}: {error}: each controller keeps its own, `[retain] file` says where"
         ))
     })?;
@@ -89,10 +92,15 @@ pub(super) fn begin(wanted: &Wanted, engine: &mut Engine) -> Result<Opened, Fail
         Err(why) => (tell_cold(wanted, &why), Some(StopReason::NothingRestored)),
     };
     let cold = cold.filter(|_| !wanted.runs_cold);
-    Ok(Opened { keeper, wanted: wanted.clone(), restored, cold })
+    Ok(RestoredFile { keeper, wanted: wanted.clone(), restored, cold })
 }
 
-fn restore(engine: &mut Engine, wanted: &Wanted, stamp: Stamp, what: &Restoration) -> String {
+fn restore(
+    engine: &mut Engine,
+    wanted: &RetainSettings,
+    stamp: Stamp,
+    what: &Restoration,
+) -> String {
     what.puts.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
     let is_final = stamp.flags & FLAG_FINAL != 0;
     if !is_final {
@@ -146,7 +154,7 @@ fn tell_dropped(what: &Restoration) {
     }
 }
 
-fn tell_cold(wanted: &Wanted, why: &str) -> String {
+fn tell_cold(wanted: &RetainSettings, why: &str) -> String {
     let path = wanted.path.display();
     if wanted.runs_cold {
         say!(
@@ -172,7 +180,7 @@ fn tell_cold(wanted: &Wanted, why: &str) -> String {
 
 /// How to run a controller that found nothing to restore, with the values that matter. In STOP it
 /// refuses `write`, and a restart alone does not run it.
-fn steps(wanted: &Wanted) -> String {
+fn steps(wanted: &RetainSettings) -> String {
     if wanted.has_operator {
         let steps =
             "force the values that matter, then `rungd mode run`, then `rungd unforce --all`";

@@ -15,8 +15,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
 use super::narration::span;
-use super::retain::{Opened, Wanted, now_ms};
-use crate::faults::{self, Point};
+use super::retain::{RestoredFile, RetainSettings, now_ms};
+use crate::faults::{self, FaultPoint};
 use crate::retain::keeper::Image;
 use crate::retain::{Keeper, Kept, RetainPlan};
 use crate::runtime::Generations;
@@ -43,7 +43,7 @@ const DAY_S: u64 = 86_400;
 pub(super) struct Retention {
     orders: Sender<Order>,
     figures: Arc<Mutex<Figures>>,
-    pub wanted: Arc<Wanted>,
+    pub wanted: Arc<RetainSettings>,
     /// The retained elements and their names, for each program.
     pub plans: Generations<RetainPlan>,
 }
@@ -102,8 +102,8 @@ impl Retention {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(opened: Opened, port: Port) -> io::Result<Retention> {
-        let Opened { keeper, wanted, restored, .. } = opened;
+    pub fn start(opened: RestoredFile, port: Port) -> io::Result<Retention> {
+        let RestoredFile { keeper, wanted, restored, .. } = opened;
         let figures = Figures { restored, ..Figures::default() };
         let figures = Arc::new(Mutex::new(figures));
         let wanted = Arc::new(wanted);
@@ -215,7 +215,7 @@ struct Worker {
     /// The generation of the keeper's plan.
     generation: u32,
     port: Port,
-    wanted: Arc<Wanted>,
+    wanted: Arc<RetainSettings>,
     figures: Arc<Mutex<Figures>>,
     /// The begin of the last write.
     tried: Option<Instant>,
@@ -287,7 +287,7 @@ impl Worker {
             is_final: matches!(latest.mode, Mode::Stop(_)),
             now_ms: now_ms(),
         };
-        faults::point(Point::Disk);
+        faults::point(FaultPoint::Disk);
         let mut saved = self.keeper.save(image);
         if let Err(error) = &saved
             && error.kind() == io::ErrorKind::NotFound

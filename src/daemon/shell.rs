@@ -12,7 +12,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::config::Setup;
 use super::devices::{self, Starter};
-use super::failure::Failure;
+use super::failure::StartFailure;
 use super::guard::Guard;
 use super::local_time;
 use super::log_writer::{LogWriter, tell_statistics};
@@ -20,12 +20,12 @@ use super::narration::{Facts, Narration, span};
 use super::operator;
 use super::posture;
 use super::reload::{self, Reloads, Running, Views};
-use super::retain::{self, Wanted};
+use super::retain::{self, RetainSettings};
 use super::retain_thread::{LastImage, Retention};
-use super::signals::{Host, Signals, Told, told};
+use super::signals::{Host, SignalOrder, Signals, told};
 use super::systemd::{self, Notices, Systemd};
 use crate::engine::{self, Engine};
-use crate::faults::{self, Point};
+use crate::faults::{self, FaultPoint};
 use crate::io::caught::caught;
 use crate::io::device::Health;
 use crate::io::modbus::settings::Modbus;
@@ -98,7 +98,7 @@ pub fn run(
     setup: Setup,
     options: &Options,
     guard: &mut Guard,
-) -> Result<Ending, Failure> {
+) -> Result<Ending, StartFailure> {
     tell_start(&setup);
     tell_panics();
     faults::listen();
@@ -110,7 +110,7 @@ pub fn run(
     let socket = place.as_ref().map(operator::claim).transpose()?.flatten();
     let retained = setup.retain.as_ref().map(|wanted| {
         let runs_cold = options.runs_cold.unwrap_or(wanted.runs_cold);
-        let wanted = Wanted { runs_cold, has_operator, ..wanted.clone() };
+        let wanted = RetainSettings { runs_cold, has_operator, ..wanted.clone() };
         retain::begin(&wanted, &mut engine)
     });
     let retained = retained.transpose()?;
@@ -138,7 +138,8 @@ pub fn run(
     let clock = MachineClock { offset: local_time::keep()? };
     let (mut prepared, reloader) = runtime::prepare(engine, clock, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
-    posture::tell(prepared.grants(), settings.posture.strict).map_err(Failure::Configuration)?;
+    posture::tell(prepared.grants(), settings.posture.strict)
+        .map_err(StartFailure::Configuration)?;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
     let Host { tokio, signals } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
@@ -180,7 +181,7 @@ async fn shell(
     prepared: Prepared,
     first: First,
     mut attendance: Attendance<'_>,
-) -> Result<Ending, Failure> {
+) -> Result<Ending, StartFailure> {
     let (stop, stopped) = watch::channel(false);
     let retention = attendance.retention.clone();
     let inputs = devices::inputs(&first.running.setup.devices, &first.field.1);
@@ -251,7 +252,7 @@ async fn attend(
     loop {
         tokio::select! {
             told = signals.next() => {
-                let Told::Stop(name) = told else {
+                let SignalOrder::Stop(name) = told else {
                     reloads.hangup();
                     continue;
                 };
@@ -265,7 +266,7 @@ async fn attend(
                 runtime.request_stop();
             }
             _ = look.tick() => {
-                faults::point(Point::Shell);
+                faults::point(FaultPoint::Shell);
                 let (now, pulses) = (started.elapsed(), runtime.pulses());
                 let latest = port.latest();
                 notices.tell(now, pulses, &latest, |notice| systemd.send(notice));
@@ -320,7 +321,7 @@ async fn start_drivers(
     prepared: &Prepared,
     retention: &Option<Retention>,
     stopped: &watch::Receiver<bool>,
-) -> Result<(JoinSet<()>, Arc<Reloads>), Failure> {
+) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
     let First { running, reloader, narration, field: (ends, healths), limit, socket } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
@@ -347,12 +348,12 @@ async fn start_drivers(
         );
         let rules = Generations::new(plant::Rules::new(&setup.rules, layout));
         device = Some(rules.clone());
-        drivers.spawn(plant::Drive::new(rules, port.clone()).run(told(stopped)));
+        drivers.spawn(plant::PlantDrive::new(rules, port.clone()).run(told(stopped)));
     }
     let desk = Generations::new(operator::View::new(setup, &about));
     let views = Views { desk: desk.clone(), about, narration, modbus, device };
     let (of, port) = (Arc::clone(&running), port.clone());
-    let parts = reload::Parts { running: of, reloader, port: port.clone(), views, limit };
+    let parts = reload::ReloadParts { running: of, reloader, port: port.clone(), views, limit };
     let reloads = Arc::new(Reloads::new(parts));
     if let Some(socket) = socket {
         let desk = operator::Desk::new(desk, port.clone(), Arc::clone(&reloads));
@@ -368,7 +369,7 @@ async fn bind_modbus(
     setup: &Setup,
     port: &Port,
     patience: Duration,
-) -> Result<(modbus::Server, Generations<modbus::Map>), Failure> {
+) -> Result<(modbus::Server, Generations<modbus::Map>), StartFailure> {
     let listen = settings.listen;
     let limits = |word| setup.symbols.limits(word);
     let maps = Generations::new(modbus::Map::new(settings, &setup.symbols.layout, limits));
@@ -376,7 +377,7 @@ async fn bind_modbus(
     let server = bound.await.map_err(|error| {
         let context =
             format!("{}: `[modbus-server]` cannot listen at {listen}: {error}", setup.controller);
-        Failure::Environment(anyhow::anyhow!(context))
+        StartFailure::Environment(anyhow::anyhow!(context))
     })?;
     Ok((server, maps))
 }

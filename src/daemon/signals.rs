@@ -79,7 +79,7 @@ impl Host {
 
 /// The meaning of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum SignalOrder {
     /// An orderly stop, by the signal of this name.
     Stop(&'static str),
     /// Read the files anew: SIGHUP.
@@ -98,7 +98,7 @@ impl Signals {
     }
 
     /// The next signal.
-    pub async fn next(&mut self) -> Told {
+    pub async fn next(&mut self) -> SignalOrder {
         let Signals { terminate, interrupt, hangup } = self;
         let hung_up = async {
             match hangup {
@@ -107,9 +107,9 @@ impl Signals {
             }
         };
         tokio::select! {
-            _ = terminate.recv() => Told::Stop("SIGTERM"),
-            _ = interrupt.recv() => Told::Stop("SIGINT"),
-            _ = hung_up => Told::Reload,
+            _ = terminate.recv() => SignalOrder::Stop("SIGTERM"),
+            _ = interrupt.recv() => SignalOrder::Stop("SIGINT"),
+            _ = hung_up => SignalOrder::Reload,
         }
     }
 

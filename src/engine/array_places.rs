@@ -44,14 +44,14 @@ pub enum Elements {
 
 /// The limits of the elements of an array, in private words: the lower, then the upper one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct ArrayLimits {
     /// The word of the lower limit of element 0.
     pub first: u32,
     /// Whether each element has limits of its own.
     pub each: bool,
 }
 
-impl Limits {
+impl ArrayLimits {
     /// The limits of an element.
     #[inline(always)]
     pub(super) fn of<R: Reach>(self, view: &View<R>, element: u32) -> (i32, i32) {
@@ -111,7 +111,7 @@ impl PutAt {
                 i64::from(nearest.cell())
             }
         };
-        let limits = Limits { first: self.limits, each: self.each };
+        let limits = ArrayLimits { first: self.limits, each: self.each };
         let (low, high) = limits.of(view, index.cast_unsigned());
         view.put_word(WordWritten(cell), content.clamp(low.into(), high.into()) as i32);
     }
@@ -137,7 +137,7 @@ pub struct WordForm {
     /// Whether the words that are written hold reals.
     pub to_real: bool,
     /// The limits of the elements.
-    pub limits: Limits,
+    pub limits: ArrayLimits,
 }
 
 /// The state and direction of SR.

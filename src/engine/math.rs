@@ -8,7 +8,7 @@ use super::integer;
 use super::memory::View;
 use super::mishap::{Mishap, Mishaps};
 use super::places::Target;
-use super::power::Leg;
+use super::power::LegPowers;
 use super::reach::Reach;
 use super::role::{BitOwn, BitWritten, Role, Touches, WordWritten};
 use super::rows::Evaluator;
@@ -19,7 +19,7 @@ use crate::isa::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct Math {
     /// Its leg.
-    pub leg: Leg,
+    pub leg: LegPowers,
     /// Its first step.
     pub first: u32,
     /// The number of its steps.

@@ -8,7 +8,7 @@
 //! does not declare as written.
 
 use super::image::Image;
-use super::power::{Leg, Powers};
+use super::power::{LegPowers, Powers};
 use super::reach::{Cells, Reach, Records};
 use super::record::{FLAGS, RECORD, State};
 use super::role::{BitOwn, BitRole, BitWritten, WordRole, WordWritten};
@@ -69,7 +69,7 @@ impl Memory {
 impl<R: Reach> View<'_, R> {
     /// Reads a leg.
     #[inline(always)]
-    pub fn leg(&self, leg: &Leg) -> u8 {
+    pub fn leg(&self, leg: &LegPowers) -> u8 {
         self.all(leg)
     }
 

@@ -9,14 +9,14 @@
 
 use std::ops::Range;
 
-pub use super::array_places::{Elements, Limits, PutAt, Shift, WordForm};
+pub use super::array_places::{ArrayLimits, Elements, PutAt, Shift, WordForm};
 pub use super::control::{Control, ControlKind, RestartState, StageList};
 pub use super::math::{Math, Put};
 use super::memory::View;
 pub use super::places::{
     AnyTarget, AnyWord, Counter, CounterRule, Sensaphone, Target, Timer, TimerRule, UdcPresets,
 };
-pub use super::power::{Leg, Power, Powers};
+pub use super::power::{LegPowers, Power, Powers};
 use super::reach::Reach;
 use super::role::Role;
 pub use super::role::{
@@ -151,67 +151,67 @@ operations! {
     /// `cell = a < b`, of an integer and a real.
     LessMixed less_mixed { cell: BitOwn, a: AnyWord, b: AnyWord }
     /// OUT: writes the power, ON and OFF.
-    Out out { leg: Leg, bit: BitWritten }
+    Out out { leg: LegPowers, bit: BitWritten }
     /// OUT of a leg that is one power.
     OutOne out_one { leg: Powers<1>, bit: BitWritten }
     /// SET: ON while the rung is ON.
-    Set set { leg: Leg, bit: BitWritten }
+    Set set { leg: LegPowers, bit: BitWritten }
     /// RST: OFF while the rung is ON.
-    Rst rst { leg: Leg, bit: BitWritten }
+    Rst rst { leg: LegPowers, bit: BitWritten }
     /// PD: writes ON at the execution in which the rung comes ON, OFF at every other.
-    Pd pd { leg: Leg, bit: BitWritten, history: BitOwn }
+    Pd pd { leg: LegPowers, bit: BitWritten, history: BitOwn }
     /// ND: writes ON at the execution in which the rung goes OFF, OFF at every other.
-    Nd nd { leg: Leg, bit: BitWritten, history: BitOwn }
+    Nd nd { leg: LegPowers, bit: BitWritten, history: BitOwn }
     /// PONOFF: toggles at the rung's rising edge.
-    Ponoff ponoff { leg: Leg, bit: BitWritten, history: BitOwn }
+    Ponoff ponoff { leg: LegPowers, bit: BitWritten, history: BitOwn }
     /// CNT.
-    Cnt cnt { up: Leg, rst: Leg, counter: Counter, preset: WordRead }
+    Cnt cnt { up: LegPowers, rst: LegPowers, counter: Counter, preset: WordRead }
     /// CNTDN.
-    Cntdn cntdn { dn: Leg, rst: Leg, counter: Counter, preset: WordRead }
+    Cntdn cntdn { dn: LegPowers, rst: LegPowers, counter: Counter, preset: WordRead }
     /// UDC; also UDCG, with `$Off` as its RST leg.
-    Udc udc { up: Leg, dn: Leg, rst: Leg, counter: Counter, presets: UdcPresets }
+    Udc udc { up: LegPowers, dn: LegPowers, rst: LegPowers, counter: Counter, presets: UdcPresets }
     /// RSTCT of a counter, by the rule of the counter's owner.
-    Rstct rstct { leg: Leg, counter: Counter, rule: CounterRule }
+    Rstct rstct { leg: LegPowers, counter: Counter, rule: CounterRule }
     /// ONDTMR.
-    Ondtmr ondtmr { leg: Leg, timer: Timer, output: BitWritten }
+    Ondtmr ondtmr { leg: LegPowers, timer: Timer, output: BitWritten }
     /// OFFDTMR.
-    Offdtmr offdtmr { leg: Leg, timer: Timer, output: BitWritten }
+    Offdtmr offdtmr { leg: LegPowers, timer: Timer, output: BitWritten }
     /// TMR.
-    Tmr tmr { leg: Leg, timer: Timer }
+    Tmr tmr { leg: LegPowers, timer: Timer }
     /// TMRDOWN.
-    Tmrdown tmrdown { leg: Leg, timer: Timer }
+    Tmrdown tmrdown { leg: LegPowers, timer: Timer }
     /// TMRA; also TMRAG, with `$Off` as its RST leg.
-    Tmra tmra { en: Leg, rst: Leg, timer: Timer }
+    Tmra tmra { en: LegPowers, rst: LegPowers, timer: Timer }
     /// TMRADOWN.
-    Tmradown tmradown { en: Leg, rst: Leg, timer: Timer }
+    Tmradown tmradown { en: LegPowers, rst: LegPowers, timer: Timer }
     /// RSTT of a timer, by the rule of the timer's owner.
-    Rstt rstt { leg: Leg, timer: Timer, rule: TimerRule }
+    Rstt rstt { leg: LegPowers, timer: Timer, rule: TimerRule }
     /// CTU.
-    Ctu ctu { leg: Leg, counter: Sensaphone }
+    Ctu ctu { leg: LegPowers, counter: Sensaphone }
     /// CTD.
-    Ctd ctd { leg: Leg, counter: Sensaphone }
+    Ctd ctd { leg: LegPowers, counter: Sensaphone }
     /// RES.
-    Res res { leg: Leg, counter: Sensaphone }
+    Res res { leg: LegPowers, counter: Sensaphone }
     /// MOVE: copies a word while the rung is ON.
-    Move mov { leg: Leg, a: WordRead, to: Target }
+    Move mov { leg: LegPowers, a: WordRead, to: Target }
     /// ADD: writes a + b while the rung is ON.
-    Add add { leg: Leg, a: WordRead, b: WordRead, to: Target }
+    Add add { leg: LegPowers, a: WordRead, b: WordRead, to: Target }
     /// SUB: writes a - b while the rung is ON.
-    Sub sub { leg: Leg, a: WordRead, b: WordRead, to: Target }
+    Sub sub { leg: LegPowers, a: WordRead, b: WordRead, to: Target }
     /// ADD with a real among its words; MOVE as the sum with 0.
-    AddMixed add_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
+    AddMixed add_mixed { leg: LegPowers, a: AnyWord, b: AnyWord, to: AnyTarget }
     /// SUB with a real among its words.
-    SubMixed sub_mixed { leg: Leg, a: AnyWord, b: AnyWord, to: AnyTarget }
+    SubMixed sub_mixed { leg: LegPowers, a: AnyWord, b: AnyWord, to: AnyTarget }
     /// COPY of bits.
-    CopyBits copy_bits { leg: Leg, from: BitsRead, to: BitsWritten }
+    CopyBits copy_bits { leg: LegPowers, from: BitsRead, to: BitsWritten }
     /// COPY of words.
-    CopyWords copy_words { leg: Leg, from: WordsRead, to: WordsWritten, form: WordForm }
+    CopyWords copy_words { leg: LegPowers, from: WordsRead, to: WordsWritten, form: WordForm }
     /// FILL of bits.
-    FillBits fill_bits { leg: Leg, bit: BitRead, to: BitsWritten }
+    FillBits fill_bits { leg: LegPowers, bit: BitRead, to: BitsWritten }
     /// FILL of words.
-    FillWords fill_words { leg: Leg, word: WordRead, to: WordsWritten, form: WordForm }
+    FillWords fill_words { leg: LegPowers, word: WordRead, to: WordsWritten, form: WordForm }
     /// SR.
-    Sr sr { data: Leg, clk: Leg, rst: Leg, bits: BitsWritten, shift: Shift }
+    Sr sr { data: LegPowers, clk: LegPowers, rst: LegPowers, bits: BitsWritten, shift: Shift }
 }
 
 #[cfg(test)]
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn what_an_operation_touches_is_what_its_fields_say() {
-        let leg = Leg::new([Power::of(1), Power::of(2)]);
+        let leg = LegPowers::new([Power::of(1), Power::of(2)]);
         let timer = Timer { at: 10, preset: WordRead(20) };
         let op = Op::Ondtmr(Ondtmr { leg, timer, output: BitWritten(3) });
         let mut touches = Touches::default();

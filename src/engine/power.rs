@@ -31,11 +31,11 @@ impl Power {
 
 /// A leg as an instruction reads it: two powers, both ON when the leg is ON; a leg of one power has
 /// this power twice. So the last AND of a leg needs no operation.
-pub type Leg = Powers<2>;
+pub type LegPowers = Powers<2>;
 
-impl Leg {
+impl LegPowers {
     /// The leg of one power.
-    pub fn of(power: Power) -> Leg {
+    pub fn of(power: Power) -> LegPowers {
         Powers::new([power, power])
     }
 }

@@ -12,24 +12,24 @@ const TELL_AFTER_NS: u64 = 10 * SECOND_NS;
 /// How many lines of a kind are written: `burst` at once, one each `every_ms` in the long run. The
 /// lines beyond that are counted, and the log tells the count (`lines-withheld`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limit {
+pub struct LineLimit {
     /// Lines at once; 0 is without limit.
     pub burst: u32,
     /// Milliseconds from line to line in the long run.
     pub(crate) every_ms: u32,
 }
 
-impl Limit {
+impl LineLimit {
     /// For lines that are rare by themselves, or are thinned out where they are made.
-    pub const NONE: Limit = Limit { burst: 0, every_ms: 0 };
+    pub const NONE: LineLimit = LineLimit { burst: 0, every_ms: 0 };
     /// For what the plant can cause.
-    pub(crate) const PLANT: Limit = Limit { burst: 200, every_ms: 50 };
+    pub(crate) const PLANT: LineLimit = LineLimit { burst: 200, every_ms: 50 };
     /// For what any client on the network or the socket can cause.
-    pub(crate) const CLIENTS: Limit = Limit { burst: 20, every_ms: 1000 };
-    /// For one alarm, beside [`Limit::PLANT`] for all of them.
-    pub(crate) const ALARM: Limit = Limit { burst: 20, every_ms: 500 };
+    pub(crate) const CLIENTS: LineLimit = LineLimit { burst: 20, every_ms: 1000 };
+    /// For one alarm, beside [`LineLimit::PLANT`] for all of them.
+    pub(crate) const ALARM: LineLimit = LineLimit { burst: 20, every_ms: 500 };
     /// For the trouble of one field device.
-    pub(crate) const DEVICE: Limit = Limit { burst: 20, every_ms: 10_000 };
+    pub(crate) const DEVICE: LineLimit = LineLimit { burst: 20, every_ms: 10_000 };
 
     /// Lines a second in the long run.
     pub fn per_second(self) -> u32 {
@@ -40,14 +40,14 @@ impl Limit {
 /// The lines that may be written now, by a limit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
-    limit: Limit,
+    limit: LineLimit,
     left: u32,
     filled_ns: u64,
 }
 
 impl Budget {
     /// As full as the limit allows.
-    pub fn new(limit: Limit) -> Budget {
+    pub fn new(limit: LineLimit) -> Budget {
         Budget { limit, left: limit.burst, filled_ns: 0 }
     }
 
@@ -59,7 +59,7 @@ impl Budget {
 
     /// Whether `lines` lines may be written now.
     pub fn has(&mut self, now_ns: u64, lines: u32) -> bool {
-        let Limit { burst, every_ms } = self.limit;
+        let LineLimit { burst, every_ms } = self.limit;
         let every_ns = (u64::from(every_ms) * 1_000_000).max(1);
         let earned = now_ns.saturating_sub(self.filled_ns) / every_ns;
         if earned > 0 {
@@ -89,7 +89,7 @@ pub(crate) struct Withheld {
 
 /// How many lines were withheld, and over which time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Told {
+pub(crate) struct WithheldLines {
     pub lines: u64,
     pub lasted_ns: u64,
 }
@@ -103,16 +103,16 @@ impl Withheld {
     }
 
     /// The count, once it is time to tell it; then it begins anew.
-    pub fn due(&mut self, now_ns: u64) -> Option<Told> {
+    pub fn due(&mut self, now_ns: u64) -> Option<WithheldLines> {
         let waited_ns = now_ns.saturating_sub(self.since_ns);
         if waited_ns >= TELL_AFTER_NS { self.rest(now_ns) } else { None }
     }
 
     /// The count at any time, as at the end of the log.
-    pub fn rest(&mut self, now_ns: u64) -> Option<Told> {
+    pub fn rest(&mut self, now_ns: u64) -> Option<WithheldLines> {
         let Withheld { lines, since_ns } = std::mem::take(self);
         let lasted_ns = now_ns.saturating_sub(since_ns);
-        (lines > 0).then_some(Told { lines, lasted_ns })
+        (lines > 0).then_some(WithheldLines { lines, lasted_ns })
     }
 }
 
@@ -127,8 +127,8 @@ impl<K: Ord + Copy> Limiter<K> {
     }
 
     /// Whether one more line of this key may be written. A line that may not is counted.
-    pub fn take(&mut self, key: K, limit: Limit, now_ns: u64) -> bool {
-        if limit == Limit::NONE {
+    pub fn take(&mut self, key: K, limit: LineLimit, now_ns: u64) -> bool {
+        if limit == LineLimit::NONE {
             return true;
         }
         let fresh = || (Budget::new(limit), Withheld::default());
@@ -141,7 +141,7 @@ impl<K: Ord + Copy> Limiter<K> {
     }
 
     /// What was withheld of each key: what it is time to tell, or all at the end.
-    pub fn told(&mut self, now_ns: u64, all: bool) -> Vec<(K, Told)> {
+    pub fn told(&mut self, now_ns: u64, all: bool) -> Vec<(K, WithheldLines)> {
         let told = self.0.iter_mut().filter_map(|(key, (_, withheld))| {
             let told = if all { withheld.rest(now_ns) } else { withheld.due(now_ns) };
             Some((*key, told?))
@@ -160,24 +160,25 @@ mod tests {
     fn a_chatter_is_thinned_out_and_what_was_left_out_is_counted() {
         let mut limiter = Limiter::new();
         let start = 1000 * SECOND_NS;
-        let mut take = |now_ns| limiter.take("tag-on", Limit::PLANT, now_ns);
+        let mut take = |now_ns| limiter.take("tag-on", LineLimit::PLANT, now_ns);
         let taken = (0..6000).filter(|n| take(start + n * 10 * MS_NS)).count();
         assert!((1350..1450).contains(&taken), "200 at once, 20 a second for a minute: {taken}");
         let told = limiter.told(start + 60 * SECOND_NS, false);
-        let [(of, Told { lines, .. })] = told[..] else { panic!("{}", told.len()) };
+        let [(of, WithheldLines { lines, .. })] = told[..] else { panic!("{}", told.len()) };
         assert_eq!((of, lines), ("tag-on", 6000 - taken as u64));
         assert!(limiter.told(start + 60 * SECOND_NS, true).is_empty(), "told once");
         let later = start + 600 * SECOND_NS;
-        let taken = (0..300).filter(|_| limiter.take("tag-on", Limit::PLANT, later)).count();
+        let taken = (0..300).filter(|_| limiter.take("tag-on", LineLimit::PLANT, later)).count();
         assert_eq!(taken, 200);
     }
 
     #[test]
     fn what_was_left_out_is_told_at_the_end_however_early_that_is() {
         let mut limiter = Limiter::new();
-        (0..Limit::PLANT.burst + 7).for_each(|_| _ = limiter.take(1, Limit::PLANT, SECOND_NS));
+        (0..LineLimit::PLANT.burst + 7)
+            .for_each(|_| _ = limiter.take(1, LineLimit::PLANT, SECOND_NS));
         assert!(limiter.told(2 * SECOND_NS, false).is_empty());
-        let expected = Told { lines: 7, lasted_ns: SECOND_NS };
+        let expected = WithheldLines { lines: 7, lasted_ns: SECOND_NS };
         assert_eq!(limiter.told(2 * SECOND_NS, true), [(1, expected)]);
     }
 
@@ -186,15 +187,18 @@ mod tests {
         let mut limiter = Limiter::new();
         let mut take = |key, limit, now_ns| limiter.take(key, limit, now_ns);
         let flood = |n| SECOND_NS + n * MS_NS;
-        let passed = (0..1000).filter(|n| take("flood", Limit::CLIENTS, flood(*n))).count();
+        let passed = (0..1000).filter(|n| take("flood", LineLimit::CLIENTS, flood(*n))).count();
         assert_eq!(passed, 20, "20 at once, one a second");
-        assert!(take("other", Limit::CLIENTS, SECOND_NS));
-        assert!((0..1000).all(|_| take("rare", Limit::NONE, SECOND_NS)), "no limit here");
+        assert!(take("other", LineLimit::CLIENTS, SECOND_NS));
+        assert!((0..1000).all(|_| take("rare", LineLimit::NONE, SECOND_NS)), "no limit here");
     }
 
     #[test]
     fn a_limit_says_how_many_lines_a_second() {
-        let of = |limit: Limit| limit.per_second();
-        assert_eq!((of(Limit::PLANT), of(Limit::CLIENTS), of(Limit::ALARM)), (20, 1, 2));
+        let of = |limit: LineLimit| limit.per_second();
+        assert_eq!(
+            (of(LineLimit::PLANT), of(LineLimit::CLIENTS), of(LineLimit::ALARM)),
+            (20, 1, 2)
+        );
     }
 }

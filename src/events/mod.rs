@@ -23,7 +23,7 @@ mod world;
 pub(crate) use controller::*;
 pub(crate) use device::*;
 pub use journal_catalog::catalog;
-pub use limit::Limit;
+pub use limit::LineLimit;
 pub(crate) use memory::*;
 pub(crate) use plant::*;
 pub(crate) use reload::*;

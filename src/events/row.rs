@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-use super::limit::Limit;
+use super::limit::LineLimit;
 
 /// Makes a constant of each row, and `EVENTS`, the table of a file's rows:
 ///
@@ -22,7 +22,7 @@ macro_rules! rows {
                 number: $number,
                 name: $name,
                 level: $crate::events::row::Level::$level,
-                limit: $crate::events::limit::Limit::$limit,
+                limit: $crate::events::limit::LineLimit::$limit,
                 id: $id,
                 meaning: $meaning,
                 remedy: $remedy,
@@ -46,7 +46,7 @@ pub struct Event {
     /// The journal's MESSAGE_ID: 32 hexadecimal digits.
     pub id: &'static str,
     /// How many such lines are written.
-    pub limit: Limit,
+    pub limit: LineLimit,
     /// What it means, in a sentence or two.
     pub meaning: &'static str,
     /// What to do about it.

@@ -4,9 +4,9 @@
 //! mnemonics here is an instruction of rungd's table.
 
 /// Mnemonics with the same meaning, and the text to write instead.
-type Row = (&'static [&'static str], &'static str);
+type Dialect = (&'static [&'static str], &'static str);
 
-const ROWS: &[Row] = &[
+const ROWS: &[Dialect] = &[
     (&["XIC", "LD", "STR", "LDP"], "a normally open contact is the bit's name: `when = [\"X0\"]`"),
     (&["XIO", "LDI", "LDN", "STRN"], "a normally closed contact is `!`: `when = [\"!X0\"]`"),
     (

@@ -87,7 +87,7 @@ pub(crate) enum OperandKind {
 
 /// One operand of an instruction.
 #[derive(Clone, Copy, Debug)]
-pub struct Operand {
+pub struct OperandSpec {
     /// `None`: positional. `Some(key)`: written `key=value`.
     pub key: Option<&'static str>,
     /// Its name in the resolved instruction; for a keyed operand, the key.
@@ -143,7 +143,7 @@ pub struct Spec {
     /// Its legs, in their order.
     pub legs: &'static [LegName],
     /// Its operands, positional ones first.
-    pub operands: &'static [Operand],
+    pub operands: &'static [OperandSpec],
     /// Whether it needs several scans to finish (the vendor's yellow triangle).
     pub(crate) multi_scan: bool,
     /// The effect of a termination pass on it.
@@ -154,16 +154,16 @@ pub struct Spec {
     pub summary: &'static str,
 }
 
-const fn positional(name: &'static str, kind: OperandKind) -> Operand {
-    Operand { key: None, name, kind, optional: false }
+const fn positional(name: &'static str, kind: OperandKind) -> OperandSpec {
+    OperandSpec { key: None, name, kind, optional: false }
 }
 
-const fn keyed(name: &'static str, kind: OperandKind) -> Operand {
-    Operand { key: Some(name), name, kind, optional: false }
+const fn keyed(name: &'static str, kind: OperandKind) -> OperandSpec {
+    OperandSpec { key: Some(name), name, kind, optional: false }
 }
 
-const fn optional(name: &'static str, kind: OperandKind) -> Operand {
-    Operand { key: Some(name), name, kind, optional: true }
+const fn optional(name: &'static str, kind: OperandKind) -> OperandSpec {
+    OperandSpec { key: Some(name), name, kind, optional: true }
 }
 
 const ANY: OperandKind = OperandKind::Value(i32::MIN, i32::MAX);
@@ -172,35 +172,36 @@ const COUNT: OperandKind = OperandKind::Value(0, i32::MAX);
 const I16: OperandKind = OperandKind::Value(-32_768, 32_767);
 
 const WHEN: &[LegName] = &[LegName::When];
-const BIT: &[Operand] = &[positional("bit", OperandKind::WritableBit)];
-const UP_DOWN_PRESETS: &[Operand] = &[
+const BIT: &[OperandSpec] = &[positional("bit", OperandKind::WritableBit)];
+const UP_DOWN_PRESETS: &[OperandSpec] = &[
     positional("ct", OperandKind::Counter),
     optional("up-preset", ANY),
     optional("dn-preset", ANY),
 ];
-const TIMER: &[Operand] =
+const TIMER: &[OperandSpec] =
     &[positional("t", OperandKind::Timer), keyed("preset", OperandKind::Duration)];
-const DELAY: &[Operand] = &[
+const DELAY: &[OperandSpec] = &[
     positional("t", OperandKind::Timer),
     keyed("preset", OperandKind::Duration),
     keyed("output", OperandKind::WritableBit),
 ];
-const COUNTER: &[Operand] = &[positional("ct", OperandKind::Counter), keyed("preset", COUNT)];
-const SENSAPHONE: &[Operand] = &[positional("n", OperandKind::Sensaphone), optional("preset", I16)];
-const ARITHMETIC: &[Operand] =
+const COUNTER: &[OperandSpec] = &[positional("ct", OperandKind::Counter), keyed("preset", COUNT)];
+const SENSAPHONE: &[OperandSpec] =
+    &[positional("n", OperandKind::Sensaphone), optional("preset", I16)];
+const ARITHMETIC: &[OperandSpec] =
     &[positional("a", NUMBER), positional("b", NUMBER), keyed("to", OperandKind::WritableWord)];
 
-const COPIED: &[Operand] =
+const COPIED: &[OperandSpec] =
     &[positional("from", OperandKind::Array), keyed("to", OperandKind::WritableArray)];
-const FILLED: &[Operand] =
+const FILLED: &[OperandSpec] =
     &[positional("value", OperandKind::Filling), keyed("to", OperandKind::WritableArray)];
 const SHIFTED: &[LegName] = &[LegName::Data, LegName::Clk, LegName::Rst];
 
-const PROGRAM: &[Operand] = &[positional("block", OperandKind::Program)];
-const STAGE: &[Operand] = &[positional("stage", OperandKind::Stage)];
-const ENABLED: &[Operand] =
+const PROGRAM: &[OperandSpec] = &[positional("block", OperandKind::Program)];
+const STAGE: &[OperandSpec] = &[positional("stage", OperandKind::Stage)];
+const ENABLED: &[OperandSpec] =
     &[positional("block", OperandKind::Task), optional("every", OperandKind::Interval)];
-const CONVERGED: &[Operand] =
+const CONVERGED: &[OperandSpec] =
     &[positional("stage", OperandKind::Stages), keyed("to", OperandKind::Stage)];
 
 const S0: &str = "seed S0 (DMD0030, DMD0031, DMD0174, DMD0175)";
@@ -371,7 +372,7 @@ impl Mnemonic {
 
 impl Spec {
     /// The operand with this name.
-    pub(crate) fn operand(&self, name: &str) -> Option<&'static Operand> {
+    pub(crate) fn operand(&self, name: &str) -> Option<&'static OperandSpec> {
         self.operands.iter().find(|o| o.name == name)
     }
 

@@ -21,7 +21,7 @@ pub use address::{Address, Bit, BlockId, DeviceId, Health, StageId, Structure, W
 pub(crate) use address::{ElementId, Flag};
 pub(crate) use function::Function;
 pub use instruction::Spec;
-pub(crate) use instruction::{LegName, Mnemonic, Operand, OperandKind};
+pub(crate) use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};
 pub(crate) use maps::{NumberMap, NumberSet};
 pub use real::Real;
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

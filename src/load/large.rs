@@ -1,7 +1,7 @@
 //! Tests with very large generated files: the work of a load per finding, counted, and the length
 //! of its messages. No test measures time: `benches/check.py` does.
 
-use crate::load::{Input, Loaded, ladder_inputs};
+use crate::load::{InputFile, Loaded, ladder_inputs};
 use crate::source::finding::Code;
 use crate::source::nearest::counted;
 use crate::source::render::{Style, render};
@@ -9,7 +9,7 @@ use crate::source::render::{Style, render};
 const MAIN: &str = "[[program]]\nname = \"Main\"\n";
 
 fn load(text: &str) -> Loaded {
-    ladder_inputs(&[Input { path: "ladder.toml".into(), bytes: text.into() }]).unwrap()
+    ladder_inputs(&[InputFile { path: "ladder.toml".into(), bytes: text.into() }]).unwrap()
 }
 
 fn shown(loaded: &Loaded) -> String {
@@ -199,7 +199,7 @@ fn a_ladder_that_cannot_be_read_is_one_finding() {
                 [[device]]\nname = \"plant\"\ndriver = \"simulated\"\n\
                 part = [{ kind = \"motor\", name = \"drive\" }]\n\
                 map = [{ from = \"lamp\", to = \"drive.run\" }]\n";
-    let input = Input { path: "controller.toml".into(), bytes: text.into() };
+    let input = InputFile { path: "controller.toml".into(), bytes: text.into() };
     let loaded = crate::load::controller_input(&input);
     assert_eq!(loaded.findings.len(), 1, "{}", shown(&loaded));
 }

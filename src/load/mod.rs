@@ -49,27 +49,27 @@ pub struct Loaded {
 
 /// A file's path and bytes. It is read only once, since it may be a pipe.
 #[derive(Debug)]
-pub(crate) struct Input {
+pub(crate) struct InputFile {
     path: PathBuf,
     bytes: Vec<u8>,
 }
 
-impl Input {
+impl InputFile {
     /// Reads a file that the caller of a command names.
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn read(path: &Path) -> Result<Input> {
+    pub fn read(path: &Path) -> Result<InputFile> {
         if let Some(file) = path.to_str().and_then(library::named) {
             let file = file.map_err(|(message, help)| anyhow!("{message}: {help}"))?;
-            return Input::of(path, Ok(file.text.as_bytes().to_vec()));
+            return InputFile::of(path, Ok(file.text.as_bytes().to_vec()));
         }
-        Input::of(path, read_bytes(path))
+        InputFile::of(path, read_bytes(path))
     }
 
-    fn of(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<Input> {
+    fn of(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<InputFile> {
         let bytes = bytes.with_context(|| path.display().to_string())?;
-        Ok(Input { path: path.to_owned(), bytes })
+        Ok(InputFile { path: path.to_owned(), bytes })
     }
 
     /// Whether it is a controller file rather than a ladder file.
@@ -83,7 +83,7 @@ impl Input {
 /// # Errors
 /// A file that cannot be read, or that is named twice.
 pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
-    let inputs: Result<Vec<Input>> = paths.iter().map(|path| Input::read(path)).collect();
+    let inputs: Result<Vec<InputFile>> = paths.iter().map(|path| InputFile::read(path)).collect();
     ladder_inputs(&inputs?)
 }
 
@@ -91,7 +91,7 @@ pub fn ladder_files(paths: &[PathBuf]) -> Result<Loaded> {
 ///
 /// # Errors
 /// A file that is named twice.
-pub(crate) fn ladder_inputs(inputs: &[Input]) -> Result<Loaded> {
+pub(crate) fn ladder_inputs(inputs: &[InputFile]) -> Result<Loaded> {
     let mut loaded = Loaded::default();
     let mut seen: HashSet<PathBuf> = HashSet::new();
     for input in inputs {
@@ -120,16 +120,16 @@ pub fn controller_file(path: &Path) -> Result<Loaded> {
 /// The controller file cannot be read.
 pub(crate) fn controller_file_within(path: &Path, progress: &Progress) -> Result<Loaded> {
     progress.begin(Step::Reading(path.display().to_string()));
-    let input = Input::of(path, files::read_regular(path))?;
+    let input = InputFile::of(path, files::read_regular(path))?;
     Ok(controller(&input, progress))
 }
 
 /// As [`controller_file`].
-pub(crate) fn controller_input(input: &Input) -> Loaded {
+pub(crate) fn controller_input(input: &InputFile) -> Loaded {
     controller(input, &Progress::default())
 }
 
-fn controller(input: &Input, progress: &Progress) -> Loaded {
+fn controller(input: &InputFile, progress: &Progress) -> Loaded {
     let mut loaded = Loaded { progress: progress.clone(), ..Loaded::default() };
     let path = &input.path;
     let id = loaded.add(path.display().to_string(), &input.bytes);
@@ -188,7 +188,7 @@ fn mark_mapped(program: &mut Program, controller: &Controller) {
 /// # Errors
 /// It cannot be read.
 pub fn is_controller_file(path: &Path) -> Result<bool> {
-    Ok(Input::read(path)?.is_controller())
+    Ok(InputFile::read(path)?.is_controller())
 }
 
 impl Loaded {

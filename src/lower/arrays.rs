@@ -3,12 +3,12 @@
 use super::assembler::Assembler;
 use super::instructions::Legs;
 use crate::engine::ops::{
-    BitOwn, BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, Leg, Op,
-    Shift, Sr, WordForm, WordsRead, WordsWritten,
+    BitOwn, BitRead, BitsRead, BitsWritten, CopyBits, CopyWords, FillBits, FillWords, LegPowers,
+    Op, Shift, Sr, WordForm, WordsRead, WordsWritten,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, LegName};
-use crate::resolve::array::{Array, Run};
+use crate::resolve::array::{Array, ShiftBits};
 use crate::resolve::instruction::{Action, Filling, Instruction, Value};
 
 impl Assembler<'_> {
@@ -32,7 +32,7 @@ impl Assembler<'_> {
     }
 
     /// COPY.
-    fn copy(&mut self, from: Array, to: Array, leg: Leg) -> Op {
+    fn copy(&mut self, from: Array, to: Array, leg: LegPowers) -> Op {
         let (read, written) = (self.cells(from), self.cells(to));
         if to.is_bits() {
             let (from, to) = (BitsRead(read), BitsWritten(written));
@@ -44,7 +44,7 @@ impl Assembler<'_> {
     }
 
     /// FILL.
-    fn fill(&mut self, value: Filling, to: Array, leg: Leg) -> Op {
+    fn fill(&mut self, value: Filling, to: Array, leg: LegPowers) -> Op {
         let cells = self.cells(to);
         let status = |assembler: &Self, n| assembler.layout.bit(Bit::Space(BitSpace::St, n)).0;
         let bit = match value {
@@ -66,7 +66,7 @@ impl Assembler<'_> {
     }
 
     /// SR, with its legs `data`, `clk`, `rst`.
-    fn shift(&mut self, run: Run, [data, clk, rst]: [Leg; 3], history: BitOwn) -> Op {
+    fn shift(&mut self, run: ShiftBits, [data, clk, rst]: [LegPowers; 3], history: BitOwn) -> Op {
         let bits = BitsWritten(self.cells(run.array));
         Op::Sr(Sr { data, clk, rst, bits, shift: Shift { history, down: run.down } })
     }

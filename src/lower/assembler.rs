@@ -7,14 +7,14 @@ use super::alike;
 use super::identity::{Identity, ShiftRegister, Site};
 use super::schedule;
 use crate::engine::ops::{
-    And2, AnyWord, BitOwn, Cells, Formulas, Leg, Limits, Math, Op, OpKind, Power, Powers, Reads,
-    StageList, Step, WordRead, reads,
+    And2, AnyWord, ArrayLimits, BitOwn, Cells, Formulas, LegPowers, Math, Op, OpKind, Power,
+    Powers, Reads, StageList, Step, WordRead, reads,
 };
 use crate::engine::{
     self, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables, WordCell,
 };
 use crate::isa::{Address, Bit, BitSpace, BlockId, NumberMap, StageId, Structure, Word};
-use crate::resolve::array::{Array, Run};
+use crate::resolve::array::{Array, ShiftBits};
 use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
 
 /// The first status bit, ST0.
@@ -49,7 +49,7 @@ pub(super) struct Assembler<'p> {
     /// Whether an operation touches a whole array.
     has_arrays: bool,
     /// The words with the limits of arrays, by element 0 and the number of elements.
-    array_limits: HashMap<(Address, u32), Limits>,
+    array_limits: HashMap<(Address, u32), ArrayLimits>,
 }
 
 impl<'p> Assembler<'p> {
@@ -128,7 +128,7 @@ impl<'p> Assembler<'p> {
 
     /// Allots the history of an SR's CLK: the termination pass does not change it, and retentive
     /// memory keeps it.
-    pub fn shift_history(&mut self, bits: Run, text: String) -> BitOwn {
+    pub fn shift_history(&mut self, bits: ShiftBits, text: String) -> BitOwn {
         let cell = self.layout.shift_history(self.identity.shifts.len() as u32);
         let block = self.site.element.block;
         self.identity.shifts.push(ShiftRegister { bits, cell, block });
@@ -184,7 +184,7 @@ impl<'p> Assembler<'p> {
     }
 
     /// The limits of the elements of an array of words.
-    pub fn array_limits(&mut self, array: Array) -> Limits {
+    pub fn array_limits(&mut self, array: Array) -> ArrayLimits {
         let key = (array.element(0), array.count);
         if let Some(limits) = self.array_limits.get(&key) {
             return *limits;
@@ -201,7 +201,7 @@ impl<'p> Assembler<'p> {
             self.private_word(low);
             self.private_word(high);
         }
-        let limits = Limits { first, each };
+        let limits = ArrayLimits { first, each };
         self.array_limits.insert(key, limits);
         limits
     }
@@ -266,9 +266,9 @@ impl<'p> Assembler<'p> {
 
     /// Returns a leg that stays the same while its rung executes. Inputs, private bits and the
     /// status bits that step 1 writes do; of any other bit it makes a copy.
-    pub fn keep(&mut self, leg: Leg) -> Leg {
+    pub fn keep(&mut self, leg: LegPowers) -> LegPowers {
         let power = self.one_power(leg);
-        Leg::of(self.keep_power(power))
+        LegPowers::of(self.keep_power(power))
     }
 
     fn keep_power(&mut self, power: Power) -> Power {

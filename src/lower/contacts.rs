@@ -4,8 +4,8 @@
 use super::assembler::Assembler;
 use super::rungs;
 use crate::engine::ops::{
-    And2, And3, And4, AnyWord, BitOwn, BitRead, Equal, EqualMixed, Fall, Leg, Less, LessMixed, Op,
-    Power, Powers, Rise,
+    And2, And3, And4, AnyWord, BitOwn, BitRead, Equal, EqualMixed, Fall, LegPowers, Less,
+    LessMixed, Op, Power, Powers, Rise,
 };
 use crate::resolve::program::{Comparison, Contact, Edge, Value};
 
@@ -87,15 +87,15 @@ impl Assembler<'_> {
     }
 
     /// The leg that is ON when all of these are.
-    pub fn leg_of(&mut self, powers: &[Power]) -> Leg {
+    pub fn leg_of(&mut self, powers: &[Power]) -> LegPowers {
         match *powers {
-            [ref first @ .., last] if !first.is_empty() => Leg::new([self.and(first), last]),
-            _ => Leg::of(self.and(powers)),
+            [ref first @ .., last] if !first.is_empty() => LegPowers::new([self.and(first), last]),
+            _ => LegPowers::of(self.and(powers)),
         }
     }
 
     /// A leg as one power.
-    pub fn one_power(&mut self, leg: Leg) -> Power {
+    pub fn one_power(&mut self, leg: LegPowers) -> Power {
         let [a, b] = leg.each();
         if a == b { a } else { self.and(&[a, b]) }
     }

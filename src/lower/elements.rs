@@ -7,14 +7,14 @@
 use super::assembler::Assembler;
 use crate::engine::PassStep;
 use crate::engine::ops::{
-    BitOwn, BitWritten, BitsRead, Elements, Leg, Math, Op, PickBit, PickWord, Power, Put, PutAt,
-    Target, WordRead, WordWritten, WordsRead,
+    BitOwn, BitWritten, BitsRead, Elements, LegPowers, Math, Op, PickBit, PickWord, Power, Put,
+    PutAt, Target, WordRead, WordWritten, WordsRead,
 };
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Space};
 use crate::resolve::array::{Array, Element};
 use crate::resolve::formula::{Binary, Formula, NumberType, Part, type_of_array};
-use crate::resolve::instruction::{Place, Source, Value};
+use crate::resolve::instruction::{Source, Value, WordPlace};
 
 impl Assembler<'_> {
     /// The power of a bit that a word selects; outside of the array OFF.
@@ -49,7 +49,7 @@ impl Assembler<'_> {
     }
 
     /// A bit that a word selects, read while a leg is ON.
-    pub fn bit_while(&mut self, element: Element, leg: Leg) -> u32 {
+    pub fn bit_while(&mut self, element: Element, leg: LegPowers) -> u32 {
         let cell = self.private_bit();
         let parts = vec![Part::Word(element.index), Part::Element(element.array)];
         let math = self.formula_into(Put::Bit(BitWritten(cell)), &Formula { parts }, leg);
@@ -58,7 +58,7 @@ impl Assembler<'_> {
     }
 
     /// A value as an instruction reads it while its leg is ON.
-    pub fn value_while(&mut self, value: Value, leg: Leg) -> WordRead {
+    pub fn value_while(&mut self, value: Value, leg: LegPowers) -> WordRead {
         let Value::Element(element) = value else { return self.value(value) };
         let (math, cell) = self.reading(element, leg);
         self.op(Op::Math(math));
@@ -74,7 +74,7 @@ impl Assembler<'_> {
     }
 
     /// A MATH that reads an element into a private word.
-    fn reading(&mut self, element: Element, leg: Leg) -> (Math, WordRead) {
+    fn reading(&mut self, element: Element, leg: LegPowers) -> (Math, WordRead) {
         let cell = self.private_word(0);
         let parts = vec![Part::Word(element.index), Part::Element(element.array)];
         let (min, max) = (i32::MIN, i32::MAX);
@@ -88,12 +88,12 @@ impl Assembler<'_> {
     }
 
     /// The leg that is `$On`.
-    fn on(&self) -> Leg {
-        Leg::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::ON)).0))
+    fn on(&self) -> LegPowers {
+        LegPowers::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::ON)).0))
     }
 
     /// MOVE, ADD and SUB with an element among their operands or as their target.
-    pub fn store_elements(&mut self, source: Source, to: Place, leg: Leg) -> Op {
+    pub fn store_elements(&mut self, source: Source, to: WordPlace, leg: LegPowers) -> Op {
         let mut parts = Vec::new();
         let mut of = NumberType::Integer;
         for value in source.values() {
@@ -105,8 +105,8 @@ impl Assembler<'_> {
             Source::Difference(..) => parts.push(Part::Binary(Binary::Subtract, of)),
         }
         let put = match to {
-            Place::Word(word) => self.put_in_word(word),
-            Place::Element(element) => {
+            WordPlace::Word(word) => self.put_in_word(word),
+            WordPlace::Element(element) => {
                 let index = self.layout.word(element.index).0;
                 self.put_at(element.array, index)
             }
@@ -116,7 +116,7 @@ impl Assembler<'_> {
     }
 
     /// SET and RST of a bit that a word selects.
-    pub fn set_element(&mut self, on: bool, element: Element, leg: Leg) -> Op {
+    pub fn set_element(&mut self, on: bool, element: Element, leg: LegPowers) -> Op {
         let index = self.layout.word(element.index).0;
         let put = self.put_at(element.array, index);
         let parts = vec![Part::Integer(i64::from(on))];
@@ -125,7 +125,7 @@ impl Assembler<'_> {
     }
 
     /// The target of a MATH with an index, which is evaluated first.
-    pub fn math_element(&mut self, array: Array, index: &Formula, leg: Leg) -> Put {
+    pub fn math_element(&mut self, array: Array, index: &Formula, leg: LegPowers) -> Put {
         let cell = match index.parts[..] {
             [Part::Word(word)] => self.layout.word(word).0,
             _ => {

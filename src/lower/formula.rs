@@ -7,7 +7,9 @@
 
 use super::assembler::Assembler;
 use super::formula_marks::{Mark, marks};
-use crate::engine::ops::{Accumulator, At, BitWritten, Code, Leg, Math, Op, Operator, Put, Step};
+use crate::engine::ops::{
+    Accumulator, At, BitWritten, Code, LegPowers, Math, Op, Operator, Put, Step,
+};
 use crate::engine::ops::{Target, WordWritten};
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Real, Word};
@@ -22,7 +24,7 @@ impl Assembler<'_> {
         target: MathTarget,
         index: Option<&Formula>,
         formula: &Formula,
-        leg: Leg,
+        leg: LegPowers,
     ) -> Op {
         let put = match (target, index) {
             (MathTarget::Bit(bit), _) => Put::Bit(BitWritten(self.layout.bit(bit).0)),
@@ -34,7 +36,7 @@ impl Assembler<'_> {
     }
 
     /// A MATH of a formula, which stores its result so.
-    pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: Leg) -> Math {
+    pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: LegPowers) -> Math {
         let mut builder = Builder {
             assembler: self,
             steps: Vec::new(),

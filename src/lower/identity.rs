@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Address, Bit, BlockId, ElementId, Mnemonic, StageId, Structure, Word};
-use crate::resolve::array::{Array, Element, Run};
+use crate::resolve::array::{Array, Element, ShiftBits};
 use crate::resolve::places::Places;
 use crate::resolve::program::{Action, BlockKind, Instruction, Program, Rung, TagMeaning, Value};
 
@@ -96,7 +96,7 @@ pub struct History {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ShiftRegister {
     /// Its bits.
-    pub bits: Run,
+    pub bits: ShiftBits,
     /// The history of CLK, a public cell.
     pub cell: BitCell,
     /// Its block.
@@ -234,7 +234,7 @@ impl Identity {
     }
 
     /// The name of what SR shifts.
-    pub(crate) fn run(&self, run: Run) -> String {
+    pub(crate) fn run(&self, run: ShiftBits) -> String {
         match run.down {
             true => run.to_string(),
             false => self.array(run.array),

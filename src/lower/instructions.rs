@@ -8,29 +8,29 @@ use super::assembler::Assembler;
 use super::identity::Interval;
 use crate::engine::ops::{
     Add, AddMixed, AnyTarget, BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter,
-    CounterRule, Ctd, Ctu, Leg, Move, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff, Power,
-    Powers, Res, RestartState, Rst, Rstct, Rstt, Sensaphone, Set, StageList, Sub, SubMixed, Target,
-    Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets, WordRead, WordWritten,
+    CounterRule, Ctd, Ctu, LegPowers, Move, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff,
+    Power, Powers, Res, RestartState, Rst, Rstct, Rstt, Sensaphone, Set, StageList, Sub, SubMixed,
+    Target, Timer, TimerRule, Tmr, Tmra, Tmradown, Tmrdown, Udc, UdcPresets, WordRead, WordWritten,
 };
 use crate::engine::{PassStep, WordCell};
 use crate::isa::instruction::Termination;
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, BlockId, LegName, StageId, Structure, Word};
-use crate::resolve::instruction::{Coil, Delay, Direction, Place, Source, TimerKind};
+use crate::resolve::instruction::{Coil, CountDirection, Delay, Source, TimerKind, WordPlace};
 use crate::resolve::program::{Action, Instruction, Value, Written};
 use crate::source::span::Located;
 
 /// The powers of an instruction's legs.
 #[derive(Clone, Copy)]
-pub(super) struct Legs<'a>(pub &'a [(LegName, Leg)]);
+pub(super) struct Legs<'a>(pub &'a [(LegName, LegPowers)]);
 
 impl Legs<'_> {
-    pub fn leg(self, name: LegName) -> Leg {
+    pub fn leg(self, name: LegName) -> LegPowers {
         let leg = self.0.iter().find(|(n, _)| *n == name);
         leg.expect("the resolver gives every leg").1
     }
 
-    pub fn when(self) -> Leg {
+    pub fn when(self) -> LegPowers {
         self.leg(LegName::When)
     }
 }
@@ -57,7 +57,7 @@ impl Assembler<'_> {
     pub fn instruction(&mut self, instruction: &Instruction, legs: Legs) {
         self.identity.instruction(instruction, self.site.element);
         // What reads an element may turn `$IndexError` ON, which a leg may read.
-        let kept: Vec<(LegName, Leg)>;
+        let kept: Vec<(LegName, LegPowers)>;
         let legs = if instruction.action.has_elements() {
             kept = legs.0.iter().map(|(name, leg)| (*name, self.keep(*leg))).collect();
             Legs(&kept)
@@ -161,7 +161,12 @@ impl Assembler<'_> {
         self.history(text)
     }
 
-    fn coil(&mut self, coil: Coil, (leg, bit): (Leg, BitWritten), instruction: &Instruction) -> Op {
+    fn coil(
+        &mut self,
+        coil: Coil,
+        (leg, bit): (LegPowers, BitWritten),
+        instruction: &Instruction,
+    ) -> Op {
         match coil {
             Coil::Out => match leg.each() {
                 [a, b] if a == b => Op::OutOne(OutOne { leg: Powers::new([a]), bit }),
@@ -177,7 +182,7 @@ impl Assembler<'_> {
         }
     }
 
-    fn counter(&self, ct: Structure, rule: CounterRule, legs: Legs, rst: Leg) -> Lowered {
+    fn counter(&self, ct: Structure, rule: CounterRule, legs: Legs, rst: LegPowers) -> Lowered {
         let counter = Counter { at: self.layout.record(ct) };
         let op = match rule {
             CounterRule::Up(preset) => {
@@ -195,8 +200,8 @@ impl Assembler<'_> {
     }
 
     /// The leg that is `$Off`.
-    fn off(&self) -> Leg {
-        Leg::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0))
+    fn off(&self) -> LegPowers {
+        LegPowers::of(Power::of(self.layout.bit(Bit::Space(BitSpace::St, st::OFF)).0))
     }
 
     fn timer_of(&mut self, t: Structure, preset: Located<Value>, rule: TimerRule) -> Timer {
@@ -230,7 +235,7 @@ impl Assembler<'_> {
     }
 
     /// RSTCT and RSTT, by the rule of the structure's owner.
-    fn reset(&mut self, structure: Structure, leg: Leg) -> Option<Op> {
+    fn reset(&mut self, structure: Structure, leg: LegPowers) -> Option<Op> {
         if let Structure::Sensaphone(_) = structure {
             return Some(Op::Res(Res { leg, counter: self.sensaphone(structure, None) }));
         }
@@ -272,11 +277,13 @@ impl Assembler<'_> {
         })
     }
 
-    fn store(&mut self, source: Source, to: Place, leg: Leg) -> Op {
+    fn store(&mut self, source: Source, to: WordPlace, leg: LegPowers) -> Op {
         let is_element = |value: Located<Value>| matches!(value.value, Value::Element(_));
         let to = match to {
-            Place::Word(word) if !source.values().any(is_element) => word,
-            Place::Word(_) | Place::Element(_) => return self.store_elements(source, to, leg),
+            WordPlace::Word(word) if !source.values().any(is_element) => word,
+            WordPlace::Word(_) | WordPlace::Element(_) => {
+                return self.store_elements(source, to, leg);
+            }
         };
         let (min, max) = self.limits(to);
         let real = to.is_real();
@@ -300,7 +307,7 @@ impl Assembler<'_> {
     }
 
     /// MOVE, ADD and SUB with integers and reals.
-    fn store_mixed(&mut self, source: Source, to: AnyTarget, leg: Leg) -> Op {
+    fn store_mixed(&mut self, source: Source, to: AnyTarget, leg: LegPowers) -> Op {
         const NONE: Value = Value::Const(0, Written::Integer);
         let mut any = |value: Located<Value>| self.any(value.value);
         match source {
@@ -314,12 +321,12 @@ impl Assembler<'_> {
         self.stage_list(stages.iter().map(|stage| stage.value))
     }
 
-    fn control(&mut self, kind: ControlKind, leg: Leg) -> Op {
+    fn control(&mut self, kind: ControlKind, leg: LegPowers) -> Op {
         let leg = self.one_power(leg);
         Op::Control(Control { leg, kind })
     }
 
-    fn enable_every(&mut self, task: BlockId, every: Value, leg: Leg) -> Lowered {
+    fn enable_every(&mut self, task: BlockId, every: Value, leg: LegPowers) -> Lowered {
         let (WordRead(word), pick) = self.interval(every);
         self.identity.intervals.push(Interval { task, every, word: WordCell(word) });
         let op = self.control(ControlKind::EnableEvery { task, every: word, pick }, leg);
@@ -327,7 +334,7 @@ impl Assembler<'_> {
     }
 }
 
-fn delay_timer(delay: Delay, leg: Leg, timer: Timer, output: BitWritten) -> Lowered {
+fn delay_timer(delay: Delay, leg: LegPowers, timer: Timer, output: BitWritten) -> Lowered {
     let op = match delay {
         Delay::On => Op::Ondtmr(Ondtmr { leg, timer, output }),
         Delay::Off => Op::Offdtmr(Offdtmr { leg, timer, output }),
@@ -337,14 +344,14 @@ fn delay_timer(delay: Delay, leg: Leg, timer: Timer, output: BitWritten) -> Lowe
 }
 
 fn counter_rule(
-    counts: Direction,
+    counts: CountDirection,
     preset: Located<Value>,
     read: impl FnOnce(Value) -> WordRead,
 ) -> CounterRule {
     let preset = read(preset.value);
     match counts {
-        Direction::Up => CounterRule::Up(preset),
-        Direction::Down => CounterRule::Down(preset),
+        CountDirection::Up => CounterRule::Up(preset),
+        CountDirection::Down => CounterRule::Down(preset),
     }
 }
 
@@ -364,10 +371,10 @@ fn timer_rule(kind: TimerKind) -> TimerRule {
     }
 }
 
-fn sensaphone(counts: Direction, counter: Sensaphone, leg: Leg) -> Lowered {
+fn sensaphone(counts: CountDirection, counter: Sensaphone, leg: LegPowers) -> Lowered {
     let (op, pass) = match counts {
-        Direction::Up => (Op::Ctu(Ctu { leg, counter }), PassStep::CountUp(counter)),
-        Direction::Down => (Op::Ctd(Ctd { leg, counter }), PassStep::CountDown(counter)),
+        CountDirection::Up => (Op::Ctu(Ctu { leg, counter }), PassStep::CountUp(counter)),
+        CountDirection::Down => (Op::Ctd(Ctd { leg, counter }), PassStep::CountDown(counter)),
     };
     Lowered { rung_off: Some(pass), ..op.into() }
 }

@@ -25,7 +25,7 @@ pub use symbols::Symbols;
 
 use std::sync::Arc;
 
-use crate::engine::ops::Leg;
+use crate::engine::ops::LegPowers;
 use crate::engine::{self, BlockRole, ElementCode};
 use crate::isa::ElementId;
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
@@ -133,7 +133,7 @@ fn lower_rung(assembler: &mut Assembler, rung: &Rung) {
     }
 }
 
-fn series(assembler: &mut Assembler, contacts: &[Contact], before: Option<Leg>) -> Leg {
+fn series(assembler: &mut Assembler, contacts: &[Contact], before: Option<LegPowers>) -> LegPowers {
     let mut powers = Vec::new();
     if let Some(before) = before {
         powers.push(assembler.one_power(before));

@@ -38,7 +38,7 @@ const ANSWER_BYTES_MAX: usize = 64 << 20;
 
 /// The reason why there is no answer.
 #[derive(Debug)]
-pub enum Failure {
+pub enum CallFailure {
     /// No process listens at the socket.
     NotRunning(PathBuf, io::Error),
     /// The socket may not be opened.
@@ -69,36 +69,36 @@ fn is_trusted(path: &Path) -> bool {
 /// Asks the controller at a socket.
 ///
 /// # Errors
-/// [`Failure`].
-pub fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, Failure> {
+/// [`CallFailure`].
+pub fn ask<T: DeserializeOwned>(socket: &Path, request: &Request) -> Result<T, CallFailure> {
     ask_and_tell(socket, request, &|_| ())
 }
 
 /// As [`ask`]; tells what it waits for, if it has to wait.
 ///
 /// # Errors
-/// [`Failure`].
+/// [`CallFailure`].
 pub(crate) fn ask_and_tell<T: DeserializeOwned>(
     socket: &Path,
     request: &Request,
     tell: &dyn Fn(&str),
-) -> Result<T, Failure> {
+) -> Result<T, CallFailure> {
     let stream = connected(socket).map_err(|error| {
         let failure = if error.kind() == io::ErrorKind::PermissionDenied {
-            Failure::NotAllowed
+            CallFailure::NotAllowed
         } else if error.kind() == io::ErrorKind::TimedOut {
-            Failure::Broken
+            CallFailure::Broken
         } else {
-            Failure::NotRunning
+            CallFailure::NotRunning
         };
         failure(socket.into(), error)
     })?;
     let wait = Wait { request, limit: limit_of(request), began: Instant::now(), tell };
-    let line = wait.exchange(stream).map_err(|error| Failure::Broken(socket.into(), error))?;
+    let line = wait.exchange(stream).map_err(|error| CallFailure::Broken(socket.into(), error))?;
     match serde_json::from_slice(&line) {
         Ok(Reply::Ok(answer)) => Ok(answer),
-        Ok(Reply::Error(refusal)) => Err(Failure::Refused(refusal)),
-        Err(error) => Err(Failure::Broken(socket.into(), error.into())),
+        Ok(Reply::Error(refusal)) => Err(CallFailure::Refused(refusal)),
+        Err(error) => Err(CallFailure::Broken(socket.into(), error.into())),
     }
 }
 
@@ -245,10 +245,10 @@ impl fmt::Display for Process {
     }
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for CallFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::NotRunning(path, error) => write!(
+            CallFailure::NotRunning(path, error) => write!(
                 f,
                 "no rungd answers at {}: {error}; is it running? (`[operator] socket` of its \
                  controller file says where its socket is: stand in that folder, or name the \
@@ -256,16 +256,16 @@ impl fmt::Display for Failure {
                  key has no socket: write the key, or set RUNGD_SOCKET for both)",
                 path.display()
             ),
-            Failure::NotAllowed(path, error) => write!(
+            CallFailure::NotAllowed(path, error) => write!(
                 f,
                 "{}: {error}; only members of the socket's group, its owner and root may open it: \
                  `ls -l {0}` shows whose it is",
                 path.display()
             ),
-            Failure::Broken(path, error) => write!(f, "rungd at {}: {error}", path.display()),
-            Failure::Refused(refusal) => f.write_str(&refusal.message),
+            CallFailure::Broken(path, error) => write!(f, "rungd at {}: {error}", path.display()),
+            CallFailure::Refused(refusal) => f.write_str(&refusal.message),
         }
     }
 }
 
-impl std::error::Error for Failure {}
+impl std::error::Error for CallFailure {}

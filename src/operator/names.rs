@@ -6,8 +6,8 @@
 use std::collections::HashMap;
 
 use super::offer::Offer;
-use super::operand::Operand;
-use super::protocol::{Given, Name, OPERANDS_MAX, Refusal, RefusalKind};
+use super::operand::Variable;
+use super::protocol::{GivenValue, Name, OPERANDS_MAX, Refusal, RefusalKind};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, Health};
 use crate::lower::Symbols;
@@ -88,7 +88,7 @@ impl Names {
     ///
     /// # Errors
     /// It names nothing, or more than one request reads.
-    pub(crate) fn find(&self, text: &str) -> Result<Vec<Operand>, Refusal> {
+    pub(crate) fn find(&self, text: &str) -> Result<Vec<Variable>, Refusal> {
         let written = written(text);
         if is_range(&written.text) || self.is_array(&written.text) {
             return self.range(&written);
@@ -105,7 +105,7 @@ impl Names {
         matches!(found, Ok(Thing::Array(_)))
     }
 
-    fn range(&self, written: &Text) -> Result<Vec<Operand>, Refusal> {
+    fn range(&self, written: &Text) -> Result<Vec<Variable>, Refusal> {
         let range = resolve_range(&self.scope, written).map_err(|finding| refusal(&finding))?;
         let mut found = Vec::new();
         for what in range.addresses() {
@@ -122,7 +122,7 @@ impl Names {
         Ok(found)
     }
 
-    fn members(&self, text: &str, what: Address) -> Result<Vec<Operand>, Refusal> {
+    fn members(&self, text: &str, what: Address) -> Result<Vec<Variable>, Refusal> {
         let Address::Structure(structure) = what else {
             return Ok(vec![self.operand(text, what)?]);
         };
@@ -134,7 +134,7 @@ impl Names {
     ///
     /// # Errors
     /// It names nothing, or a structure.
-    pub fn find_one(&self, text: &str) -> Result<Operand, Refusal> {
+    pub fn find_one(&self, text: &str) -> Result<Variable, Refusal> {
         let written = written(text);
         let range = || {
             let message = format!("`{}` is a range: name one of it", written.text);
@@ -150,7 +150,7 @@ impl Names {
     }
 
     /// The operand of an address, with its name in this program.
-    pub(crate) fn called(&self, what: Address) -> Option<Operand> {
+    pub(crate) fn called(&self, what: Address) -> Option<Variable> {
         let name = self.tags.get(&what).cloned().unwrap_or_else(|| self.address(what));
         self.operand(&name, what).ok()
     }
@@ -159,7 +159,7 @@ impl Names {
     ///
     /// # Errors
     /// It does not fit.
-    pub fn number(&self, operand: &Operand, given: &Given) -> Result<i32, Refusal> {
+    pub fn number(&self, operand: &Variable, given: &GivenValue) -> Result<i32, Refusal> {
         operand.number(given, |word| self.symbols.limits(word))
     }
 
@@ -168,7 +168,7 @@ impl Names {
         self.scope.address(text).map_err(wrong)
     }
 
-    fn operand(&self, text: &str, what: Address) -> Result<Operand, Refusal> {
+    fn operand(&self, text: &str, what: Address) -> Result<Variable, Refusal> {
         let Some(cell) = self.symbols.layout.cell(what) else {
             let upper = matches!(what, Address::Structure(s) if s.members().contains(&"ACC"));
             let member = if upper { "ACC" } else { "Acc" };
@@ -176,7 +176,7 @@ impl Names {
             return Err(Refusal::new(RefusalKind::BadOperand, message));
         };
         let tag = self.tags.get(&what).cloned();
-        Ok(Operand { operand: text.to_owned(), tag, address: self.address(what), what, cell })
+        Ok(Variable { operand: text.to_owned(), tag, address: self.address(what), what, cell })
     }
 
     fn address(&self, what: Address) -> String {
@@ -194,7 +194,7 @@ impl Names {
     }
 
     /// The operand of a forced cell, with its name in this program.
-    pub(crate) fn at(&self, cell: Cell) -> Option<Operand> {
+    pub(crate) fn at(&self, cell: Cell) -> Option<Variable> {
         self.called(self.symbols.layout.address(cell)?)
     }
 

@@ -120,7 +120,7 @@ fn values_as_people_write_them() {
     let names = names();
     let value = |name: &str, given: &str| {
         let operand = names.find_one(name).unwrap();
-        names.number(&operand, &Given::Text(given.into())).map_err(|refusal| refusal.message)
+        names.number(&operand, &GivenValue::Text(given.into())).map_err(|refusal| refusal.message)
     };
     assert_eq!([value("Y0", "ON"), value("Y0", "off"), value("Y0", "1")], [Ok(1), Ok(0), Ok(1)]);
     assert_eq!([value("size", "12"), value("size", "0x1F")], [Ok(12), Ok(31)]);
@@ -145,8 +145,8 @@ fn values_as_people_write_them() {
         assert!(message.contains(words), "{message}");
     }
     let size = names.find_one("size").unwrap();
-    assert!(names.number(&size, &Given::Number(i64::MAX)).is_err());
-    assert!(names.number(&size, &Given::Bit(true)).is_err());
+    assert!(names.number(&size, &GivenValue::Number(i64::MAX)).is_err());
+    assert!(names.number(&size, &GivenValue::Bit(true)).is_err());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! Made by [`super::names::Names`]. It decides whether an operand may be written and forced
 //! (`docs/operator.md`), but not which users may do so.
 
-use super::protocol::{Given, Held, Refusal, RefusalKind, ShownValue};
+use super::protocol::{GivenValue, Held, Refusal, RefusalKind, ShownValue};
 use crate::engine::Cell;
 use crate::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
 use crate::runtime::exchange::Snapshot;
@@ -12,7 +12,7 @@ use crate::source::span::Span;
 
 /// A bit or word with its names.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Operand {
+pub struct Variable {
     /// The text of the request.
     pub operand: String,
     /// Its tag.
@@ -25,7 +25,7 @@ pub struct Operand {
     pub cell: Cell,
 }
 
-impl Operand {
+impl Variable {
     /// Whether it may be written.
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl Operand {
     /// It does not fit.
     pub fn number(
         &self,
-        given: &Given,
+        given: &GivenValue,
         limits: impl Fn(Word) -> (i32, i32),
     ) -> Result<i32, Refusal> {
         match self.what {
@@ -74,16 +74,18 @@ impl Operand {
         }
     }
 
-    fn word(&self, given: &Given, (min, max): (i32, i32)) -> Result<i32, Refusal> {
+    fn word(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, Refusal> {
         let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
         let number = match given {
-            Given::Bit(_) | Given::Real(_) => None,
-            Given::Number(number) => Some(*number),
-            Given::Text(text) => match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
-                Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(i64::from(n)),
-                Ok(AtomKind::Name(_) | AtomKind::Real(_)) => None,
-                Err(finding) => return Err(bad(finding.message)),
-            },
+            GivenValue::Bit(_) | GivenValue::Real(_) => None,
+            GivenValue::Number(number) => Some(*number),
+            GivenValue::Text(text) => {
+                match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
+                    Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(i64::from(n)),
+                    Ok(AtomKind::Name(_) | AtomKind::Real(_)) => None,
+                    Err(finding) => return Err(bad(finding.message)),
+                }
+            }
         };
         let Some(number) = number else {
             let message = "takes a whole number, as 12, 0x1F or 1m30s";
@@ -94,18 +96,20 @@ impl Operand {
     }
 
     /// The content of an R word's cell.
-    fn real(&self, given: &Given, (min, max): (i32, i32)) -> Result<i32, Refusal> {
+    fn real(&self, given: &GivenValue, (min, max): (i32, i32)) -> Result<i32, Refusal> {
         let bad = |message: String| Refusal::new(RefusalKind::BadValue, message);
         let number = match given {
-            Given::Bit(_) => None,
-            Given::Number(number) => Some(*number as f64),
-            Given::Real(number) => Some(*number),
-            Given::Text(text) => match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
-                Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(n.into()),
-                Ok(AtomKind::Real(real)) => Some(real.into()),
-                Ok(AtomKind::Name(_)) => None,
-                Err(finding) => return Err(bad(finding.message)),
-            },
+            GivenValue::Bit(_) => None,
+            GivenValue::Number(number) => Some(*number as f64),
+            GivenValue::Real(number) => Some(*number),
+            GivenValue::Text(text) => {
+                match Atom::parse(text.trim(), Span::default()).map(|a| a.kind) {
+                    Ok(AtomKind::Integer(n) | AtomKind::Duration(n)) => Some(n.into()),
+                    Ok(AtomKind::Real(real)) => Some(real.into()),
+                    Ok(AtomKind::Name(_)) => None,
+                    Err(finding) => return Err(bad(finding.message)),
+                }
+            }
         };
         let Some(number) = number else {
             let message = "it takes a number, as 12.5, 12 or 2e-3";
@@ -151,12 +155,12 @@ impl Operand {
     }
 }
 
-fn bit_value(given: &Given) -> Option<i32> {
+fn bit_value(given: &GivenValue) -> Option<i32> {
     match given {
-        Given::Bit(on) => Some(i32::from(*on)),
-        Given::Number(n @ (0 | 1)) => Some(*n as i32),
-        Given::Number(_) | Given::Real(_) => None,
-        Given::Text(text) => match text.trim().to_ascii_lowercase().as_str() {
+        GivenValue::Bit(on) => Some(i32::from(*on)),
+        GivenValue::Number(n @ (0 | 1)) => Some(*n as i32),
+        GivenValue::Number(_) | GivenValue::Real(_) => None,
+        GivenValue::Text(text) => match text.trim().to_ascii_lowercase().as_str() {
             "on" | "true" | "1" => Some(1),
             "off" | "false" | "0" => Some(0),
             _ => None,
@@ -164,7 +168,7 @@ fn bit_value(given: &Given) -> Option<i32> {
     }
 }
 
-fn read_only(operand: &Operand, done: &str) -> Refusal {
+fn read_only(operand: &Variable, done: &str) -> Refusal {
     let name = &operand.operand;
     let why = match operand.what {
         Address::Bit(Bit::Space(BitSpace::St, _))

@@ -7,10 +7,10 @@
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::state::{
-    Alarm, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, Retain, Scan, Spread,
+    Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Retain, Scan, Spread,
 };
 pub use super::state::{Posture, Status};
-pub use super::value::Given;
+pub use super::value::GivenValue;
 pub(crate) use super::value::{Held, ShownValue};
 use crate::events::Level;
 
@@ -39,14 +39,14 @@ pub enum Request {
         /// Tag, address or member.
         operand: String,
         /// What.
-        value: Given,
+        value: GivenValue,
     },
     /// Forces one bit or word, in any mode: [`Change`].
     Force {
         /// Tag, address or member.
         operand: String,
         /// To what.
-        value: Given,
+        value: GivenValue,
     },
     /// Ends a force: [`Change`].
     Unforce {
@@ -112,6 +112,9 @@ pub struct Refusal {
     /// For people.
     pub message: String,
 }
+
+/// What was asked for, or the reason why it is not done.
+pub(crate) type Answered<T> = Result<T, Refusal>;
 
 /// The kinds of refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

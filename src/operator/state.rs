@@ -32,7 +32,7 @@ pub struct Status {
     /// The requests to the machine, each with whether it was granted.
     pub(crate) posture: Vec<Posture>,
     pub(crate) scan: Scan,
-    pub(crate) blocks: Vec<Block>,
+    pub(crate) blocks: Vec<BlockStatus>,
     /// The alarms that are ON.
     #[serde(default)]
     pub(crate) alarms: Vec<Alarm>,
@@ -42,7 +42,7 @@ pub struct Status {
     /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retain: Option<Retain>,
-    pub(crate) log: Log,
+    pub(crate) log: LogState,
 }
 
 /// An alarm that stands: the bit of a tag with an `alarm` is ON.
@@ -163,7 +163,7 @@ pub struct Bar {
 
 /// A Program or Task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Block {
+pub struct BlockStatus {
     /// Its name.
     pub name: String,
     /// `program` or `task`.
@@ -199,7 +199,7 @@ pub struct Modbus {
 
 /// The log.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Log {
+pub struct LogState {
     /// The least urgent level that is logged.
     pub level: Level,
     /// Lines that were dropped: read too slowly, or could not be written.

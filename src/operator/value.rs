@@ -11,7 +11,7 @@ use crate::isa::Real;
 /// A value as a client gives it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a value is true or false, a number, or a string")]
-pub enum Given {
+pub enum GivenValue {
     /// `true`, `false`.
     Bit(bool),
     /// A whole number.

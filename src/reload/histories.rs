@@ -26,7 +26,7 @@ use crate::lower::identity::{History, Identity};
 
 /// What two histories must have in common to be paired.
 #[derive(Default, PartialEq, Eq, Hash)]
-struct Key {
+struct HistoryKey {
     block: String,
     stage: Option<String>,
     rung: Option<String>,
@@ -39,7 +39,7 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &Pairs<'_>) {
     let mut new: Vec<Option<&History>> = names.new.histories.iter().map(Some).collect();
     let keys = [unedited, unedited_elsewhere, exactly, elsewhere, by_whole_rung, by_rung, by_text];
     for key in keys {
-        let mut waiting: HashMap<Key, VecDeque<usize>> = HashMap::new();
+        let mut waiting: HashMap<HistoryKey, VecDeque<usize>> = HashMap::new();
         for (at, history) in old.iter().enumerate() {
             if let Some(key) = history.and_then(|history| key(names.old, history)) {
                 waiting.entry(key).or_default().push_back(at);
@@ -89,36 +89,36 @@ fn block(identity: &Identity, id: BlockId) -> String {
     identity.block(id).name.clone()
 }
 
-fn by_text(identity: &Identity, history: &History) -> Option<Key> {
+fn by_text(identity: &Identity, history: &History) -> Option<HistoryKey> {
     let (block, text) = (block(identity, history.element.block), Some(history.text.clone()));
-    Some(Key { block, text, ..Key::default() })
+    Some(HistoryKey { block, text, ..HistoryKey::default() })
 }
 
-fn elsewhere(identity: &Identity, history: &History) -> Option<Key> {
-    Some(Key { rung: history.rung.clone(), ..by_text(identity, history)? })
+fn elsewhere(identity: &Identity, history: &History) -> Option<HistoryKey> {
+    Some(HistoryKey { rung: history.rung.clone(), ..by_text(identity, history)? })
 }
 
-fn exactly(identity: &Identity, history: &History) -> Option<Key> {
+fn exactly(identity: &Identity, history: &History) -> Option<HistoryKey> {
     let stage = history.element.stage.map(|id| identity.stage(id));
-    Some(Key { stage, ..elsewhere(identity, history)? })
+    Some(HistoryKey { stage, ..elsewhere(identity, history)? })
 }
 
-fn unedited(identity: &Identity, history: &History) -> Option<Key> {
-    Some(Key { whole: Some(Arc::clone(&history.whole)), ..exactly(identity, history)? })
+fn unedited(identity: &Identity, history: &History) -> Option<HistoryKey> {
+    Some(HistoryKey { whole: Some(Arc::clone(&history.whole)), ..exactly(identity, history)? })
 }
 
-fn unedited_elsewhere(identity: &Identity, history: &History) -> Option<Key> {
-    Some(Key { whole: Some(Arc::clone(&history.whole)), ..elsewhere(identity, history)? })
+fn unedited_elsewhere(identity: &Identity, history: &History) -> Option<HistoryKey> {
+    Some(HistoryKey { whole: Some(Arc::clone(&history.whole)), ..elsewhere(identity, history)? })
 }
 
-fn by_whole_rung(identity: &Identity, history: &History) -> Option<Key> {
-    Some(Key { whole: Some(Arc::clone(&history.whole)), ..by_text(identity, history)? })
+fn by_whole_rung(identity: &Identity, history: &History) -> Option<HistoryKey> {
+    Some(HistoryKey { whole: Some(Arc::clone(&history.whole)), ..by_text(identity, history)? })
 }
 
 /// Not for `fall`: with the history of a bit that was ON it would see its own bit fall.
-fn by_rung(identity: &Identity, history: &History) -> Option<Key> {
+fn by_rung(identity: &Identity, history: &History) -> Option<HistoryKey> {
     let rung = Some(history.rung.clone()?);
     let text = Some(kind(history)).filter(|kind| *kind != "fall")?.to_owned();
     let block = block(identity, history.element.block);
-    Some(Key { block, rung, text: Some(text), ..Key::default() })
+    Some(HistoryKey { block, rung, text: Some(text), ..HistoryKey::default() })
 }

@@ -20,7 +20,7 @@ use crate::engine::Transfer;
 use moves::Moves;
 use plan::Pairs;
 pub use plan::{ReloadPlan, Side};
-pub use report::Seen;
+pub use report::OldMemory;
 pub(crate) use report::WARNING;
 
 impl ReloadPlan {

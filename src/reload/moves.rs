@@ -17,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 use crate::engine::{Cell, Layout, Renumbered, Stretch, Transfer};
 use crate::isa::{Address, Bit, BitSpace, Space, Structure, Word};
 use crate::lower::identity::Identity;
-use crate::resolve::places::Place;
+use crate::resolve::places::TagPlace;
 
 /// Pairs of elements, by address; a structure stands for its members.
 #[derive(Default)]
@@ -65,7 +65,7 @@ impl Moves {
         moves
     }
 
-    fn same_type(&mut self, was: &Place, is: &Place) {
+    fn same_type(&mut self, was: &TagPlace, is: &TagPlace) {
         if (was.space, was.is_array) == (is.space, is.is_array) {
             was.addresses().zip(is.addresses()).for_each(|(from, to)| self.pair(from, to));
         }
@@ -126,7 +126,7 @@ fn named(of: &Identity) -> HashSet<Address> {
 /// The addresses of the tags with the names of a place's elements, in the place's space.
 pub(super) fn addresses<'a>(
     of: &'a Identity,
-    place: &'a Place,
+    place: &'a TagPlace,
 ) -> impl Iterator<Item = (u32, Address)> + 'a {
     (0..place.count).filter_map(|index| {
         let address = *of.tags.get(&place.name_of(index))?;

@@ -23,7 +23,7 @@ const NONE: &str = "no difference in what the program does";
 
 /// The old program's memory.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct OldMemory<'a> {
     /// The places of both programs' elements.
     pub layout: &'a Layout,
     /// The bits before the swap.
@@ -36,7 +36,7 @@ pub struct Seen<'a> {
     pub passed: Option<&'a [u8]>,
 }
 
-impl Seen<'_> {
+impl OldMemory<'_> {
     fn is_on(&self, cell: u32) -> bool {
         self.bits.get(cell as usize).is_some_and(|bit| *bit != 0)
     }
@@ -91,7 +91,7 @@ impl Seen<'_> {
 impl ReloadPlan {
     /// One line for each difference. If the program only keeps state, the first line says that
     /// there is no difference.
-    pub fn report(&self, seen: &Seen<'_>) -> Vec<String> {
+    pub fn report(&self, seen: &OldMemory<'_>) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
         let mut differs = false;
         for difference in &self.differences {
@@ -167,7 +167,7 @@ impl Start {
     }
 }
 
-fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
+fn line(difference: &Difference, seen: &OldMemory<'_>) -> Option<String> {
     let text = &difference.text;
     let Some(state) = &difference.state else { return Some(text.clone()) };
     Some(match state {
@@ -214,7 +214,7 @@ fn line(difference: &Difference, seen: &Seen<'_>) -> Option<String> {
     })
 }
 
-fn keeps(text: &str, state: &OldState, seen: &Seen<'_>) -> Option<String> {
+fn keeps(text: &str, state: &OldState, seen: &OldMemory<'_>) -> Option<String> {
     let OldState::Keeps { timer, acc, preset, preset_word, into } = state else { return None };
     let acc = seen.word(*acc);
     if acc == 0 {
@@ -236,7 +236,7 @@ fn keeps(text: &str, state: &OldState, seen: &Seen<'_>) -> Option<String> {
     })
 }
 
-fn moved(text: &str, state: &OldState, seen: &Seen<'_>) -> String {
+fn moved(text: &str, state: &OldState, seen: &OldMemory<'_>) -> String {
     let OldState::Moved { from, to, old, new, begins, input, force } = state else {
         return text.to_owned();
     };
@@ -264,7 +264,7 @@ fn beyond(
     text: &str,
     (cell, begins): (Cell, Option<i32>),
     (min, max): (i32, i32),
-    seen: &Seen<'_>,
+    seen: &OldMemory<'_>,
 ) -> Option<String> {
     let value = begins.filter(|_| !seen.is_forced(cell)).unwrap_or_else(|| seen.value(cell));
     let within = (min..=max).contains(&value);

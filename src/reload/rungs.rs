@@ -14,7 +14,7 @@ use crate::lower::identity::RungText;
 
 /// What two rungs must have in common to be paired.
 #[derive(PartialEq, Eq, Hash)]
-enum Key {
+enum RungKey {
     Same(ElementId, Option<String>, Arc<str>),
     Text(BlockId, Arc<str>),
     Name(BlockId, String),
@@ -30,16 +30,18 @@ pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new
     let mut before: Vec<RungText> = here.into_iter().flatten().collect();
     let mut now = names.new.rungs.clone();
     let in_order = before == now;
-    let same =
-        |rung: &RungText| Some(Key::Same(rung.element, rung.name.clone(), Arc::clone(&rung.whole)));
+    let same = |rung: &RungText| {
+        Some(RungKey::Same(rung.element, rung.name.clone(), Arc::clone(&rung.whole)))
+    };
     pair(&mut before, &mut now, same);
     let mut edited = 0;
     edited += pair(&mut before, &mut now, |rung| {
-        Some(Key::Text(rung.element.block, Arc::clone(&rung.whole)))
+        Some(RungKey::Text(rung.element.block, Arc::clone(&rung.whole)))
     });
-    edited +=
-        pair(&mut before, &mut now, |rung| Some(Key::Name(rung.element.block, rung.name.clone()?)));
-    edited += pair(&mut before, &mut now, |rung| Some(Key::Element(rung.element)));
+    edited += pair(&mut before, &mut now, |rung| {
+        Some(RungKey::Name(rung.element.block, rung.name.clone()?))
+    });
+    edited += pair(&mut before, &mut now, |rung| Some(RungKey::Element(rung.element)));
     let (added, gone) = (now.len(), before.len() + lost);
     if (edited, added, gone) != (0, 0, 0) {
         let s = if edited == 1 { "" } else { "s" };
@@ -54,11 +56,11 @@ pub(super) fn rungs(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, new
 fn pair(
     before: &mut Vec<RungText>,
     now: &mut Vec<RungText>,
-    key: impl Fn(&RungText) -> Option<Key>,
+    key: impl Fn(&RungText) -> Option<RungKey>,
 ) -> usize {
-    let mut waiting: HashMap<Key, usize> = HashMap::new();
+    let mut waiting: HashMap<RungKey, usize> = HashMap::new();
     now.iter().filter_map(&key).for_each(|key| *waiting.entry(key).or_default() += 1);
-    let mut found: HashMap<Key, usize> = HashMap::new();
+    let mut found: HashMap<RungKey, usize> = HashMap::new();
     let count = before.len();
     before.retain(|rung| {
         let Some(key) = key(rung) else { return true };

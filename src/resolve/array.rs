@@ -29,7 +29,7 @@ pub struct Element {
 
 /// Bits that SR shifts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Run {
+pub struct ShiftBits {
     /// The bits.
     pub array: Array,
     /// Whether the last one is the first that takes the state of `data`.
@@ -89,9 +89,9 @@ impl fmt::Display for Array {
     }
 }
 
-impl fmt::Display for Run {
+impl fmt::Display for ShiftBits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Run { array, down } = self;
+        let ShiftBits { array, down } = self;
         match down {
             true => write!(f, "{}..{}", array.element(array.count - 1), array.element(0)),
             false => array.fmt(f),

@@ -1,7 +1,7 @@
 //! What an instruction has to do with arrays: questions that apply to every action.
 
 use super::array::Array;
-use super::instruction::{Action, OperandValue, Place, Target, Value};
+use super::instruction::{Action, OperandValue, Target, Value, WordPlace};
 use crate::isa::{Address, Bit};
 use crate::source::span::Located;
 
@@ -20,7 +20,7 @@ impl Action {
         if let Action::Math { target: Located { value: Target::Array(array), .. }, .. } = self {
             return Some(*array);
         }
-        if let Action::Store { to: Located { value: Place::Element(element), .. }, .. } = self {
+        if let Action::Store { to: Located { value: WordPlace::Element(element), .. }, .. } = self {
             return Some(element.array);
         }
         None

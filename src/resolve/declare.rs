@@ -19,7 +19,7 @@ use crate::source::span::{FileId, Span};
 
 /// The kind of thing that a name is declared for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum NameRole {
     Tag,
     Block(BlockForm),
     Stage,
@@ -29,17 +29,17 @@ pub(super) enum Role {
     Use,
 }
 
-impl Role {
+impl NameRole {
     fn words(self) -> &'static str {
         match self {
-            Role::Tag => "tag",
-            Role::Block(BlockForm::Program) => "program",
-            Role::Block(BlockForm::Task) => "task",
-            Role::Stage => "stage",
-            Role::Device => "device",
-            Role::Template => "template",
-            Role::Parameter => "parameter",
-            Role::Use => "use",
+            NameRole::Tag => "tag",
+            NameRole::Block(BlockForm::Program) => "program",
+            NameRole::Block(BlockForm::Task) => "task",
+            NameRole::Stage => "stage",
+            NameRole::Device => "device",
+            NameRole::Template => "template",
+            NameRole::Parameter => "parameter",
+            NameRole::Use => "use",
         }
     }
 }
@@ -62,7 +62,7 @@ impl Resolver<'_> {
         for tag in ladders().flat_map(|ladder| &ladder.tags) {
             // The own tags of uses are named by their templates.
             if !Layers::is_layered(tag.name.span) {
-                self.declare_name(&tag.name, Role::Tag, &mut names);
+                self.declare_name(&tag.name, NameRole::Tag, &mut names);
             }
             let index = program.tags.len();
             let meaning = self.tag(tag, program);
@@ -71,12 +71,12 @@ impl Resolver<'_> {
         self.used = vec![false; program.tags.len()];
         for block in ladders().flat_map(|ladder| &ladder.blocks) {
             if let Some(name) = block.name.as_ref().filter(|n| !Layers::is_layered(n.span)) {
-                self.declare_name(name, Role::Block(block.form), &mut names);
+                self.declare_name(name, NameRole::Block(block.form), &mut names);
             }
             self.declare_block(block, program);
         }
         for name in std::mem::take(&mut self.use_names) {
-            self.declare_name(&name, Role::Use, &mut names);
+            self.declare_name(&name, NameRole::Use, &mut names);
             self.scope.add_use(&name.text);
         }
         // Their tags are unknown with their templates, which have a finding.
@@ -109,7 +109,7 @@ impl Resolver<'_> {
             if !real && self.scope.has_device(&name.text) {
                 continue;
             }
-            self.declare_name(name, Role::Device, names);
+            self.declare_name(name, NameRole::Device, names);
             if !real && options.has_controller {
                 let message = format!("the controller file has no device `{}`", name.text);
                 let finding = Finding::new(Code::UnknownName, name.span, message)
@@ -143,7 +143,7 @@ impl Resolver<'_> {
         ));
     }
 
-    fn declare_name(&mut self, name: &Text, role: Role, names: &mut HashMap<String, Span>) {
+    fn declare_name(&mut self, name: &Text, role: NameRole, names: &mut HashMap<String, Span>) {
         if let Some(finding) = forbidden(name, role) {
             self.find(finding);
         }
@@ -153,11 +153,17 @@ impl Resolver<'_> {
                 .label("again here")
                 .related(*first, "first here")
                 .help(match role {
-                    Role::Device => "devices share one set of names with tags, programs and tasks",
-                    Role::Tag | Role::Block(_) | Role::Stage | Role::Template | Role::Parameter => {
+                    NameRole::Device => {
+                        "devices share one set of names with tags, programs and tasks"
+                    }
+                    NameRole::Tag
+                    | NameRole::Block(_)
+                    | NameRole::Stage
+                    | NameRole::Template
+                    | NameRole::Parameter => {
                         "tags, programs and tasks share one set of names, over all files"
                     }
-                    Role::Use => {
+                    NameRole::Use => {
                         "uses share one set of names with tags, programs and tasks, over all files"
                     }
                 });
@@ -202,7 +208,7 @@ impl Resolver<'_> {
     }
 
     fn declare_stage(&mut self, name: &Text, names: &mut HashMap<String, Span>) {
-        if let Some(finding) = forbidden(name, Role::Stage) {
+        if let Some(finding) = forbidden(name, NameRole::Stage) {
             self.find(finding);
         }
         if let Some(first) = names.get(&name.text) {
@@ -259,7 +265,7 @@ pub(super) fn kept(name: &str) -> String {
 }
 
 /// The finding for an invalid name, or a name that already has another meaning.
-pub(super) fn forbidden(name: &Text, role: Role) -> Option<Finding> {
+pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
     let text = name.text.as_str();
     let what = role.words();
     let find = |message: String| Some(Finding::new(Code::ForbiddenName, name.span, message));
@@ -267,7 +273,7 @@ pub(super) fn forbidden(name: &Text, role: Role) -> Option<Finding> {
         let finding = find(format!("this name of a {what} has {} characters", text.len()))?;
         return Some(finding.help(format!("a name has at most {NAME_MAX}")));
     }
-    let hyphen = !matches!(role, Role::Tag | Role::Parameter | Role::Use);
+    let hyphen = !matches!(role, NameRole::Tag | NameRole::Parameter | NameRole::Use);
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || (hyphen && c == '-');
     if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {
         let marks = if hyphen { "`_` and `-`" } else { "and `_`" };
@@ -277,7 +283,7 @@ pub(super) fn forbidden(name: &Text, role: Role) -> Option<Finding> {
         )));
     }
     // No text but `use` names a template.
-    if role == Role::Template {
+    if role == NameRole::Template {
         return None;
     }
     let newly = |version: Option<&str>| version.map_or(String::new(), |v| format!(", since {v}"));
@@ -294,7 +300,7 @@ pub(super) fn forbidden(name: &Text, role: Role) -> Option<Finding> {
     if matches!(text, "rise" | "fall") {
         return find(format!("`{text}` is a word of the language: `{text}(bit)`"));
     }
-    if role == Role::Stage && matches!(text, "Running" | "Done") {
+    if role == NameRole::Stage && matches!(text, "Running" | "Done") {
         return find(format!("`.{text}` is a bit of the block itself"));
     }
     None

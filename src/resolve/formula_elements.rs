@@ -7,7 +7,7 @@ use super::Resolver;
 use super::array::{Array, Element};
 use super::contact::of_array;
 use super::formula::{Formula, NumberType, Part, Unary, type_of_array};
-use super::formula_resolver::{Form, Operand, Walk};
+use super::formula_resolver::{Form, TypedOperand, Walk};
 use super::instruction::Target;
 use super::scope::Thing;
 use crate::isa::{Address, Spec};
@@ -98,7 +98,7 @@ impl Resolver<'_> {
         });
         walk.parts.extend(parts);
         let whole = Some(array);
-        walk.operands.push(Operand { whole, ..Operand::new(type_of_array(array), span) });
+        walk.operands.push(TypedOperand { whole, ..TypedOperand::new(type_of_array(array), span) });
     }
 
     /// Takes room for the elements of a whole array; says once that there is too little.
@@ -125,7 +125,7 @@ impl Resolver<'_> {
         let array = self.array_of(name).filter(|_| self.whole_number(index));
         let Some(array) = array else {
             walk.whole = false;
-            walk.operands.push(Operand::new(NumberType::Integer, span));
+            walk.operands.push(TypedOperand::new(NumberType::Integer, span));
             return;
         };
         if let Some((at, parts)) = constant(&walk.parts) {
@@ -152,7 +152,7 @@ impl Resolver<'_> {
     }
 
     /// Whether an index is a whole number; else a finding.
-    fn whole_number(&mut self, index: Operand) -> bool {
+    fn whole_number(&mut self, index: TypedOperand) -> bool {
         if index.of == NumberType::Integer {
             return true;
         }
@@ -164,7 +164,7 @@ impl Resolver<'_> {
     }
 
     /// Reports a whole array where one value is wanted.
-    pub(super) fn one_value(&mut self, walk: &mut Walk, operand: Operand) {
+    pub(super) fn one_value(&mut self, walk: &mut Walk, operand: TypedOperand) {
         let Some(array) = operand.whole else { return };
         walk.whole = false;
         let name = self.text(operand.span).to_owned();
@@ -176,9 +176,9 @@ impl Resolver<'_> {
 }
 
 /// An element as an operand.
-fn element(array: Array, span: Span) -> Operand {
+fn element(array: Array, span: Span) -> TypedOperand {
     let form = if array.is_bits() { Form::Bit } else { Form::Other };
-    Operand { form, ..Operand::new(type_of_array(array), span) }
+    TypedOperand { form, ..TypedOperand::new(type_of_array(array), span) }
 }
 
 /// A constant at the end of an expression, and the number of its parts.

@@ -20,7 +20,7 @@ use crate::source::span::{Located, Span};
 
 /// An operand on the stack.
 #[derive(Clone, Copy)]
-pub(super) struct Operand {
+pub(super) struct TypedOperand {
     pub of: NumberType,
     /// Its place.
     pub span: Span,
@@ -41,9 +41,9 @@ pub(super) enum Form {
     Other,
 }
 
-impl Operand {
-    pub fn new(of: NumberType, span: Span) -> Operand {
-        Operand { of, span, division: None, form: Form::Other, whole: None }
+impl TypedOperand {
+    pub fn new(of: NumberType, span: Span) -> TypedOperand {
+        TypedOperand { of, span, division: None, form: Form::Other, whole: None }
     }
 }
 
@@ -93,7 +93,7 @@ impl Resolver<'_> {
     }
 
     /// The warnings about an expression and its target.
-    fn doubts(&mut self, target: Target, whole: Operand) {
+    fn doubts(&mut self, target: Target, whole: TypedOperand) {
         match target {
             _ if target.is_real() => {
                 let Some((sign, [left, right])) = whole.division else { return };
@@ -123,15 +123,15 @@ impl Resolver<'_> {
     pub(super) fn expression(
         &mut self,
         written: &written::Expression,
-    ) -> Option<(Formula, Operand)> {
+    ) -> Option<(Formula, TypedOperand)> {
         let mut walk = Walk { parts: Vec::new(), operands: Vec::new(), whole: true };
         for part in &written.parts {
             match &part.kind {
                 PartKind::Integer(n) => {
-                    walk.push(Part::Integer(*n), Operand::new(NumberType::Integer, part.span));
+                    walk.push(Part::Integer(*n), TypedOperand::new(NumberType::Integer, part.span));
                 }
                 PartKind::Real(real) => {
-                    walk.push(Part::Real(*real), Operand::new(NumberType::Real, part.span));
+                    walk.push(Part::Real(*real), TypedOperand::new(NumberType::Real, part.span));
                 }
                 PartKind::Name(name) => self.name(&mut walk, name, part.span),
                 PartKind::Element(name) => self.element_of(&mut walk, name, part.span),
@@ -148,8 +148,8 @@ impl Resolver<'_> {
     }
 
     /// A name as an operand of an expression.
-    pub(super) fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, Operand)> {
-        let operand = |of| Operand::new(of, span);
+    pub(super) fn operand_of(&mut self, name: &str, span: Span) -> Option<(Part, TypedOperand)> {
+        let operand = |of| TypedOperand::new(of, span);
         let integer = operand(NumberType::Integer);
         let thing = self.look_up(name, span)?;
         let help = match thing {
@@ -167,7 +167,7 @@ impl Resolver<'_> {
             }
             Thing::Address(address @ Address::Bit(bit)) => {
                 self.note(name, span, address);
-                return Some((Part::Bit(bit), Operand { form: Form::Bit, ..integer }));
+                return Some((Part::Bit(bit), TypedOperand { form: Form::Bit, ..integer }));
             }
             Thing::Address(Address::Structure(structure)) => {
                 let acc = if structure.members().contains(&"Acc") { "Acc" } else { "ACC" };
@@ -186,13 +186,15 @@ impl Resolver<'_> {
         self.one_value(walk, operand);
         let of = operand.of;
         let whole = match operator {
-            Unary::Minus => Operand { division: operand.division, ..Operand::new(of, span) },
-            Unary::Not => Operand::new(NumberType::Integer, span),
+            Unary::Minus => {
+                TypedOperand { division: operand.division, ..TypedOperand::new(of, span) }
+            }
+            Unary::Not => TypedOperand::new(NumberType::Integer, span),
             Unary::Complement => {
                 self.wants_integers(walk, operator.sign(), &[operand]);
                 let is_bit = operand.form == Form::Bit;
                 let form = if is_bit { Form::ComplementOfBit } else { Form::Other };
-                Operand { form, ..Operand::new(NumberType::Integer, span) }
+                TypedOperand { form, ..TypedOperand::new(NumberType::Integer, span) }
             }
         };
         walk.push(Part::Unary(operator, of), whole);
@@ -207,12 +209,12 @@ impl Resolver<'_> {
         let whole = match operator {
             Binary::Divide if of == NumberType::Integer => {
                 let own = Some((sign, [left.span, right.span]));
-                Operand { division: division.or(own), ..Operand::new(of, span) }
+                TypedOperand { division: division.or(own), ..TypedOperand::new(of, span) }
             }
             Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Power => {
-                Operand { division, ..Operand::new(of, span) }
+                TypedOperand { division, ..TypedOperand::new(of, span) }
             }
-            Binary::Remainder => Operand::new(of, span),
+            Binary::Remainder => TypedOperand::new(of, span),
             Binary::And
             | Binary::Or
             | Binary::Xor
@@ -220,7 +222,7 @@ impl Resolver<'_> {
             | Binary::ShiftRight
             | Binary::ShiftRightZeros => {
                 self.wants_integers(walk, operator.sign(), &[left, right]);
-                Operand::new(NumberType::Integer, span)
+                TypedOperand::new(NumberType::Integer, span)
             }
             Binary::Less
             | Binary::AtMost
@@ -229,13 +231,13 @@ impl Resolver<'_> {
             | Binary::Equal
             | Binary::NotEqual
             | Binary::AndAlso
-            | Binary::OrElse => Operand::new(NumberType::Integer, span),
+            | Binary::OrElse => TypedOperand::new(NumberType::Integer, span),
         };
         walk.push(Part::Binary(operator, of), whole);
     }
 
     /// Finds reals among the operands of an operator on bits.
-    fn wants_integers(&mut self, walk: &mut Walk, sign: &str, operands: &[Operand]) {
+    fn wants_integers(&mut self, walk: &mut Walk, sign: &str, operands: &[TypedOperand]) {
         for operand in operands.iter().filter(|operand| operand.of == NumberType::Real) {
             let message = format!("`{sign}` works on the bits of integers, not on a real");
             let text = self.text(operand.span);
@@ -276,7 +278,7 @@ impl Resolver<'_> {
         // A rounding says that the fraction is not wanted.
         let division = typed.iter().find_map(|operand| operand.division);
         let division = division.filter(|_| spec.result != ResultType::Integer);
-        let whole = Operand { division, ..Operand::new(result, span) };
+        let whole = TypedOperand { division, ..TypedOperand::new(result, span) };
         if !function.takes_arrays() {
             arguments.iter().for_each(|operand| self.one_value(walk, *operand));
         }
@@ -289,13 +291,13 @@ impl Resolver<'_> {
 /// The parts resolved so far, and the operands that wait for their operator.
 pub(super) struct Walk {
     pub parts: Vec<Part>,
-    pub operands: Vec<Operand>,
+    pub operands: Vec<TypedOperand>,
     /// Whether no part had a mistake.
     pub whole: bool,
 }
 
 impl Walk {
-    pub fn push(&mut self, part: Part, operand: Operand) {
+    pub fn push(&mut self, part: Part, operand: TypedOperand) {
         self.parts.push(part);
         self.operands.push(operand);
     }
@@ -303,7 +305,7 @@ impl Walk {
     /// An operand with a mistake: it goes on as an integer, which causes no further finding.
     pub fn unknown(&mut self, span: Span) {
         self.whole = false;
-        self.push(Part::Integer(0), Operand::new(NumberType::Integer, span));
+        self.push(Part::Integer(0), TypedOperand::new(NumberType::Integer, span));
     }
 }
 

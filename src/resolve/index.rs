@@ -6,7 +6,7 @@
 use super::array::{Array, Element};
 use super::mistake::{Mistake, mistake};
 use super::program::TagMeaning;
-use super::scope::{Found, Scope, Thing};
+use super::scope::{LookUp, Scope, Thing};
 use crate::isa::Address;
 use crate::source::finding::Code;
 
@@ -18,7 +18,7 @@ enum Index<'n> {
 
 impl Scope {
     /// Looks up a name that has a `[`.
-    pub(super) fn indexed(&self, name: &str) -> Result<Found, Mistake> {
+    pub(super) fn indexed(&self, name: &str) -> Result<LookUp, Mistake> {
         // Of a template's argument that is a slice: `recipe[2..4][0]`.
         let of_slice = name.rsplit_once("][").map(|(slice, _)| (slice.len() + 1, slice.len() + 2));
         let (end, begin) = match (of_slice, name.find('[')) {
@@ -37,12 +37,12 @@ impl Scope {
             return self.slice((base, first, array), (low.trim(), high.trim()));
         }
         Ok(match self.index(base, array, index.trim())? {
-            Index::Constant(at, named) => Found {
+            Index::Constant(at, named) => LookUp {
                 thing: Thing::Address(array.element(at)),
                 tag: Some(first + at as usize),
                 index: named.map(str::to_owned),
             },
-            Index::Word(word) => Found {
+            Index::Word(word) => LookUp {
                 thing: Thing::Element(self.selected(array, word)?),
                 tag: Some(first),
                 index: Some(word.to_owned()),
@@ -60,7 +60,7 @@ impl Scope {
         }
         // An unknown name has a finding of its own.
         let found = self.look_up(base)?;
-        if let Found { thing: Thing::Array(array), tag: Some(tag), .. } = found {
+        if let LookUp { thing: Thing::Array(array), tag: Some(tag), .. } = found {
             return Ok((tag, array));
         }
         let message = format!("`{base}` is no array: it has no elements");
@@ -99,7 +99,7 @@ impl Scope {
         &self,
         (base, first, array): (&str, usize, Array),
         (low, high): (&str, &str),
-    ) -> Result<Found, Mistake> {
+    ) -> Result<LookUp, Mistake> {
         let mut ends = [0; 2];
         for (end, text) in ends.iter_mut().zip([low, high]) {
             let Index::Constant(at, _) = self.index(base, array, text)? else {
@@ -123,7 +123,7 @@ impl Scope {
             ));
         }
         let thing = Thing::Array(array.slice(from, to));
-        Ok(Found { thing, tag: Some(first + from as usize), index: None })
+        Ok(LookUp { thing, tag: Some(first + from as usize), index: None })
     }
 
     fn index<'n>(&self, base: &str, array: Array, text: &'n str) -> Result<Index<'n>, Mistake> {

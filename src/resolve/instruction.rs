@@ -5,10 +5,10 @@
 //! Questions that apply to every action (its operands, the structure it owns, the bit it writes)
 //! are answered here once.
 
-use super::array::{Array, Element, Run};
+use super::array::{Array, Element, ShiftBits};
 use super::formula::Formula;
 pub(crate) use super::operand_list::{
-    Filling, OperandList, OperandType, OperandValue, Place, Target, Value,
+    Filling, OperandList, OperandType, OperandValue, Target, Value, WordPlace,
 };
 use crate::isa::{Bit, BlockId, Mnemonic, StageId, Structure};
 use crate::source::span::{Located, Span};
@@ -44,7 +44,7 @@ pub(crate) enum Action {
     /// CNT, CNTDN.
     Counter {
         /// CNT: up.
-        counts: Direction,
+        counts: CountDirection,
         /// The counter.
         ct: Located<Structure>,
         /// The preset.
@@ -84,7 +84,7 @@ pub(crate) enum Action {
     /// CTU, CTD.
     Sensaphone {
         /// CTU: up.
-        counts: Direction,
+        counts: CountDirection,
         /// The Sensaphone counter.
         n: Located<Structure>,
         /// The preset. If a CTU and a CTD share a counter, one of them may omit it.
@@ -100,7 +100,7 @@ pub(crate) enum Action {
         /// The number to be stored.
         source: Source,
         /// The word that it is stored in.
-        to: Located<Place>,
+        to: Located<WordPlace>,
     },
     /// MATH.
     Math {
@@ -128,7 +128,7 @@ pub(crate) enum Action {
     /// SR.
     Shift {
         /// The bits.
-        bits: Located<Run>,
+        bits: Located<ShiftBits>,
     },
     /// RUN.
     Run {
@@ -195,7 +195,7 @@ pub(crate) enum Coil {
 /// The direction in which a counter counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub(crate) enum Direction {
+pub(crate) enum CountDirection {
     Up,
     Down,
 }
@@ -256,8 +256,8 @@ impl Action {
             M::Pd => Action::coil(Coil::Pd, given)?,
             M::Nd => Action::coil(Coil::Nd, given)?,
             M::Ponoff => Action::coil(Coil::Ponoff, given)?,
-            M::Cnt => Action::counter(Direction::Up, given)?,
-            M::Cntdn => Action::counter(Direction::Down, given)?,
+            M::Cnt => Action::counter(CountDirection::Up, given)?,
+            M::Cntdn => Action::counter(CountDirection::Down, given)?,
             M::Udc => Action::up_down_counter(true, given)?,
             M::Udcg => Action::up_down_counter(false, given)?,
             M::Rstct => Action::Reset { structure: given.get("ct")? },
@@ -275,8 +275,8 @@ impl Action {
             M::Tmra => Action::timer(TimerKind::AccumulatingUp, given)?,
             M::Tmradown => Action::timer(TimerKind::AccumulatingDown, given)?,
             M::Tmrag => Action::timer(TimerKind::Global, given)?,
-            M::Ctu => Action::sensaphone(Direction::Up, given)?,
-            M::Ctd => Action::sensaphone(Direction::Down, given)?,
+            M::Ctu => Action::sensaphone(CountDirection::Up, given)?,
+            M::Ctd => Action::sensaphone(CountDirection::Down, given)?,
             M::Move => Action::store(Source::Value(given.get("a")?), given)?,
             M::Add => Action::store(Source::Sum(given.get("a")?, given.get("b")?), given)?,
             M::Sub => Action::store(Source::Difference(given.get("a")?, given.get("b")?), given)?,
@@ -309,7 +309,7 @@ impl Action {
         }
     }
 
-    fn counter(counts: Direction, given: &OperandList) -> Option<Action> {
+    fn counter(counts: CountDirection, given: &OperandList) -> Option<Action> {
         let (ct, preset) = (given.get("ct")?, given.get("preset")?);
         Some(Action::Counter { counts, ct, preset })
     }
@@ -329,7 +329,7 @@ impl Action {
         Some(Action::Timer { timer, t: given.get("t")?, preset: given.get("preset")? })
     }
 
-    fn sensaphone(counts: Direction, given: &OperandList) -> Option<Action> {
+    fn sensaphone(counts: CountDirection, given: &OperandList) -> Option<Action> {
         Some(Action::Sensaphone { counts, n: given.get("n")?, preset: given.get("preset") })
     }
 
@@ -434,7 +434,7 @@ mod tests {
             OperandKind::WritableBit => OperandValue::Bit(Bit::Stage(StageId(0))),
             OperandKind::WritableWord | OperandKind::Target => OperandValue::Word(Word::Pre(0)),
             OperandKind::Array | OperandKind::WritableArray => OperandValue::Array(ARRAY),
-            OperandKind::Shifted => OperandValue::Run(Run { array: ARRAY, down: false }),
+            OperandKind::Shifted => OperandValue::Run(ShiftBits { array: ARRAY, down: false }),
             OperandKind::Filling => OperandValue::Bit(Bit::Stage(StageId(0))),
             OperandKind::Counter => OperandValue::Structure(Structure::Counter(0)),
             OperandKind::Timer => OperandValue::Structure(Structure::Timer(0)),

@@ -25,9 +25,9 @@ enum Layer {
     /// One use of a template, whose text stands in a file.
     Use(FileId, UsePlace),
     /// Contacts that were given, at a place of their parameter.
-    Contacts(Given),
+    Contacts(ArgumentPlace),
     /// A name or constant that was given, at a place of its parameter.
-    Atom(Given),
+    Atom(ArgumentPlace),
 }
 
 /// A use: its name and place.
@@ -44,7 +44,7 @@ pub(super) struct UsePlace {
 }
 
 #[derive(Clone, Debug)]
-struct Given {
+struct ArgumentPlace {
     /// The file or layer in which the text was given.
     by: FileId,
     /// The place where the parameter stands.
@@ -55,7 +55,7 @@ struct Given {
 const FIRST: u32 = 1 << 31;
 
 /// A place of a finding, in files.
-struct Told {
+struct FindingPlace {
     span: Span,
     /// The layer of the use that it is about.
     of: Option<FileId>,
@@ -74,12 +74,12 @@ impl Layers {
 
     /// A layer for contacts that `by` gave, at a place of their parameter.
     pub(super) fn add_contacts(&mut self, by: FileId, at: Span) -> FileId {
-        self.add(Layer::Contacts(Given { by, at }))
+        self.add(Layer::Contacts(ArgumentPlace { by, at }))
     }
 
     /// A layer for a name or constant that `by` gave, at a place of its parameter.
     pub(super) fn add_atom(&mut self, by: FileId, at: Span) -> FileId {
-        self.add(Layer::Atom(Given { by, at }))
+        self.add(Layer::Atom(ArgumentPlace { by, at }))
     }
 
     fn add(&mut self, layer: Layer) -> FileId {
@@ -258,7 +258,7 @@ impl Layers {
     }
 
     /// The place of a finding; `None` if it tells of an argument whose mistake is reported.
-    fn place(&self, mut span: Span) -> Option<Told> {
+    fn place(&self, mut span: Span) -> Option<FindingPlace> {
         let mut given = Vec::new();
         loop {
             if self.wrong.contains(&span) {
@@ -277,15 +277,15 @@ impl Layers {
                 }
                 Some(Layer::Use(file, _)) => {
                     let of = Some(span.file);
-                    return Some(Told { span: Span { file: *file, ..span }, of, given });
+                    return Some(FindingPlace { span: Span { file: *file, ..span }, of, given });
                 }
-                None => return Some(Told { span, of: None, given }),
+                None => return Some(FindingPlace { span, of: None, given }),
             }
         }
     }
 
     /// The finding with the use that it is about, and the number of other uses.
-    fn with_use(&self, mut finding: Finding, place: &Told, uses: usize) -> Finding {
+    fn with_use(&self, mut finding: Finding, place: &FindingPlace, uses: usize) -> Finding {
         let is_trial = place.of.is_some_and(|of| self.uses(of).any(|of| of.is_trial));
         for given in place.given.iter().filter(|_| !is_trial) {
             finding = finding.related(*given, "given here");

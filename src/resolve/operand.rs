@@ -7,7 +7,8 @@ use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
 use super::program::BlockKind;
 use super::scope::Thing;
 use crate::isa::{
-    Address, Bit, BitSpace, BlockId, LegName, Mnemonic, Operand, OperandKind, Spec, Structure, Word,
+    Address, Bit, BitSpace, BlockId, LegName, Mnemonic, OperandKind, OperandSpec, Spec, Structure,
+    Word,
 };
 use crate::source::atom::Atom;
 use crate::source::finding::{Code, Finding};
@@ -69,7 +70,7 @@ impl Resolver<'_> {
         operand: &written::Operand,
         spec: &'static Spec,
         given: &[&str],
-    ) -> Option<&'static Operand> {
+    ) -> Option<&'static OperandSpec> {
         let Some(key) = &operand.key else {
             let row = positional(spec, given);
             if row.is_none() {
@@ -97,7 +98,7 @@ impl Resolver<'_> {
 
     fn arg(
         &mut self,
-        row: &Operand,
+        row: &OperandSpec,
         atom: &Atom,
         spec: &Spec,
         block: BlockId,
@@ -148,7 +149,7 @@ impl Resolver<'_> {
     }
 
     /// A value that is no real: presets and intervals are whole numbers.
-    fn whole(&mut self, atom: &Atom, row: &Operand) -> Option<Value> {
+    fn whole(&mut self, atom: &Atom, row: &OperandSpec) -> Option<Value> {
         let value = self.value(atom)?;
         if value.is_real() {
             let message = format!("the {} `{atom}` is a real, not a whole number", row.name);
@@ -164,7 +165,7 @@ impl Resolver<'_> {
         value: Value,
         (least, most): (i32, i32),
         atom: &Atom,
-        row: &Operand,
+        row: &OperandSpec,
     ) -> Option<OperandValue> {
         if let Value::Const(n, _) = value
             && !(least..=most).contains(&n)
@@ -386,7 +387,7 @@ fn whole(name: &str) -> &str {
 }
 
 /// The first positional operand that is not given yet.
-fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static Operand> {
+fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static OperandSpec> {
     let mut rows = spec.operands.iter().filter(|row| row.key.is_none());
     rows.find(|row| row.kind == OperandKind::Stages || !given.contains(&row.name))
 }
@@ -415,7 +416,7 @@ fn too_many(text: &written::Instruction, operand: &written::Operand, spec: &Spec
     Finding::new(Code::UnknownOperand, operand.span, message).label("one too many").help(help)
 }
 
-fn missing_operand(text: &written::Instruction, spec: &Spec, row: &Operand) -> Finding {
+fn missing_operand(text: &written::Instruction, spec: &Spec, row: &OperandSpec) -> Finding {
     let what = match row.key {
         Some(key) => format!("`{key}=`"),
         None => format!("{} to work on", kind_words(row.kind)),

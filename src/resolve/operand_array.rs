@@ -4,7 +4,7 @@
 //! selects is a target of SET, RST, MOVE, ADD and SUB.
 
 use super::Resolver;
-use super::array::{Array, Element, Run};
+use super::array::{Array, Element, ShiftBits};
 use super::instruction::{Filling, OperandList, OperandValue, Value};
 use super::scope::Thing;
 use crate::isa::address_text::{self, AddressError};
@@ -60,7 +60,7 @@ impl Resolver<'_> {
     }
 
     /// A whole array, a slice, or a range of addresses; `up`: only one that runs up.
-    pub(super) fn run(&mut self, atom: &Atom, spec: &Spec, up: bool) -> Option<Run> {
+    pub(super) fn run(&mut self, atom: &Atom, spec: &Spec, up: bool) -> Option<ShiftBits> {
         let Some(name) = atom.name() else {
             self.no_array(atom, spec, "a constant");
             return None;
@@ -68,7 +68,7 @@ impl Resolver<'_> {
         let range = name.split_once("..").filter(|_| !name.contains('['));
         let Some((low, high)) = range else {
             return match self.look_up(name, atom.span)? {
-                Thing::Array(array) => Some(Run { array, down: false }),
+                Thing::Array(array) => Some(ShiftBits { array, down: false }),
                 thing @ (Thing::Address(_)
                 | Thing::Constant(..)
                 | Thing::Real(_)
@@ -95,7 +95,7 @@ impl Resolver<'_> {
             return None;
         }
         let (from, to) = (first.1.min(last.1), first.1.max(last.1));
-        Some(Run { array: Array { space: first.0, first: from, count: to - from + 1 }, down })
+        Some(ShiftBits { array: Array { space: first.0, first: from, count: to - from + 1 }, down })
     }
 
     /// An end of a range.
@@ -141,7 +141,12 @@ impl Resolver<'_> {
     }
 
     /// A run that a program may write; else the finding of its first element.
-    pub(super) fn writable_run(&mut self, run: Run, atom: &Atom, spec: &Spec) -> Option<Run> {
+    pub(super) fn writable_run(
+        &mut self,
+        run: ShiftBits,
+        atom: &Atom,
+        spec: &Spec,
+    ) -> Option<ShiftBits> {
         if run.array.is_writable() {
             return Some(run);
         }
@@ -154,7 +159,7 @@ impl Resolver<'_> {
         None
     }
 
-    pub(super) fn shifted(&mut self, run: Run, atom: &Atom) -> Option<OperandValue> {
+    pub(super) fn shifted(&mut self, run: ShiftBits, atom: &Atom) -> Option<OperandValue> {
         if run.array.is_bits() {
             return Some(OperandValue::Run(run));
         }

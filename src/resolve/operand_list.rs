@@ -3,7 +3,7 @@
 //! The resolver makes a list of what it has checked, and `instruction` makes an action of it, and a
 //! list of an action again, for questions that apply to every action.
 
-use super::array::{Array, Element, Run};
+use super::array::{Array, Element, ShiftBits};
 pub(crate) use super::value::{Filling, Value};
 use crate::isa::{Bit, BlockId, StageId, Structure, Word};
 use crate::source::span::Located;
@@ -42,7 +42,7 @@ impl Target {
 /// The word that MOVE, ADD and SUB store in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub(crate) enum Place {
+pub(crate) enum WordPlace {
     Word(Word),
     Element(Element),
 }
@@ -62,7 +62,7 @@ pub(crate) enum OperandValue {
     /// A whole array.
     Array(Array),
     /// The bits that SR shifts.
-    Run(Run),
+    Run(ShiftBits),
 }
 
 /// A type of operand.
@@ -109,7 +109,7 @@ macro_rules! choices_of_operands {
 
 choices_of_operands! {
     Target: Bit Word Array;
-    Place: Word Element;
+    WordPlace: Word Element;
     Filling: Value Bit Element;
 }
 
@@ -122,7 +122,7 @@ operand_types! {
     Stage StageId;
     Element Element;
     Array Array;
-    Run Run;
+    Run ShiftBits;
 }
 
 /// Operands with their names in the instruction table.

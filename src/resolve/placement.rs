@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::places::Place;
+use super::places::TagPlace;
 use crate::isa::{MemorySizes, Space};
 
 /// A tag that wants a place.
@@ -30,7 +30,7 @@ pub(super) struct Used(BTreeMap<Space, Vec<bool>>);
 /// The result of a placement.
 #[derive(Debug, Default)]
 pub(super) struct Placement {
-    pub places: Vec<Place>,
+    pub places: Vec<TagPlace>,
     /// The tags without a place, in byte order.
     pub short: Vec<Wish>,
 }
@@ -84,7 +84,7 @@ pub(super) fn place(mut wishes: Vec<Wish>, used: &Used, sizes: &MemorySizes) -> 
             from: BTreeMap::new(),
         });
         match free.take(wish.count) {
-            Some(at) => placement.places.push(Place {
+            Some(at) => placement.places.push(TagPlace {
                 name: wish.name,
                 space,
                 first: space.first() + at,

@@ -10,7 +10,7 @@ use crate::isa::{Address, Space};
 
 /// The place of one tag: `count` neighbouring elements of a space.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct TagPlace {
     /// The tag's whole name.
     pub name: String,
     /// The space.
@@ -25,16 +25,16 @@ pub struct Place {
 
 /// The places of all such tags of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Places(Arc<Lists>);
+pub struct Places(Arc<TagPlaces>);
 
 #[derive(Debug, Default, PartialEq, Eq)]
-struct Lists {
+struct TagPlaces {
     /// In order of space and number.
-    places: Vec<Place>,
+    places: Vec<TagPlace>,
     by_name: BTreeMap<String, usize>,
 }
 
-impl Place {
+impl TagPlace {
     /// The address of an element; of a structure, the structure.
     pub fn address(&self, index: u32) -> Address {
         self.space.address(self.first + index)
@@ -77,25 +77,25 @@ pub fn type_of(space: Space) -> Option<&'static str> {
 
 impl Places {
     /// The places, in any order.
-    pub fn new(mut places: Vec<Place>) -> Places {
+    pub fn new(mut places: Vec<TagPlace>) -> Places {
         places.sort_by_key(|place| (place.space, place.first));
         let by_name =
             places.iter().enumerate().map(|(at, place)| (place.name.clone(), at)).collect();
-        Places(Arc::new(Lists { places, by_name }))
+        Places(Arc::new(TagPlaces { places, by_name }))
     }
 
     /// All, in byte order of their names.
-    pub fn by_name(&self) -> impl Iterator<Item = &Place> {
+    pub fn by_name(&self) -> impl Iterator<Item = &TagPlace> {
         self.0.by_name.values().map(|at| &self.0.places[*at])
     }
 
     /// The place of a tag.
-    pub fn named(&self, name: &str) -> Option<&Place> {
+    pub fn named(&self, name: &str) -> Option<&TagPlace> {
         self.0.by_name.get(name).map(|at| &self.0.places[*at])
     }
 
     /// The place that an address lies in, and its index there; for a member, of its structure.
-    pub fn at(&self, address: Address) -> Option<(&Place, u32)> {
+    pub fn at(&self, address: Address) -> Option<(&TagPlace, u32)> {
         let (space, number) = Space::with_members(address)?;
         let places = &self.0.places;
         let end = places.partition_point(|place| (place.space, place.first) <= (space, number));
@@ -105,8 +105,8 @@ impl Places {
     }
 
     /// The first place that has an element in a range of numbers.
-    pub fn in_range(&self, space: Space, first: u32, last: u32) -> Option<&Place> {
-        let begins = |place: &Place| (place.space, place.first + place.count) <= (space, first);
+    pub fn in_range(&self, space: Space, first: u32, last: u32) -> Option<&TagPlace> {
+        let begins = |place: &TagPlace| (place.space, place.first + place.count) <= (space, first);
         let place = self.0.places.get(self.0.places.partition_point(begins))?;
         (place.space == space && place.first <= last).then_some(place)
     }

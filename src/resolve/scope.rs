@@ -100,7 +100,7 @@ pub(crate) enum Thing {
 
 /// The result of a look-up.
 #[derive(Debug)]
-pub(crate) struct Found {
+pub(crate) struct LookUp {
     /// The thing that the name means.
     pub thing: Thing,
     /// The index of the tag in the program, if the name is a tag.
@@ -250,27 +250,27 @@ impl Scope {
     /// A sentence for people.
     pub fn address(&self, name: &str) -> Result<Address, String> {
         match self.look_up(name) {
-            Ok(Found { thing: Thing::Address(address), .. }) => Ok(address),
-            Ok(Found { thing: Thing::Constant(value, _), .. }) => {
+            Ok(LookUp { thing: Thing::Address(address), .. }) => Ok(address),
+            Ok(LookUp { thing: Thing::Constant(value, _), .. }) => {
                 Err(format!("`{name}` is a constant, {value}: it has no address"))
             }
-            Ok(Found { thing: Thing::Real(real), .. }) => {
+            Ok(LookUp { thing: Thing::Real(real), .. }) => {
                 Err(format!("`{name}` is a constant, {real}: it has no address"))
             }
-            Ok(Found { thing: Thing::Block(_), .. }) => {
+            Ok(LookUp { thing: Thing::Block(_), .. }) => {
                 Err(format!("`{name}` is a block: `{name}.Running` is its bit"))
             }
-            Ok(Found { thing: Thing::Array(array), .. }) => {
+            Ok(LookUp { thing: Thing::Array(array), .. }) => {
                 let last = array.count - 1;
                 Err(format!(
                     "`{name}` is an array: name an element, `{name}[0]` to `{name}[{last}]`"
                 ))
             }
-            Ok(Found { thing: Thing::Element(element), .. }) => {
+            Ok(LookUp { thing: Thing::Element(element), .. }) => {
                 let last = element.array.count - 1;
                 Err(format!("the index of `{name}` is a word: name an element, from 0 to {last}"))
             }
-            Ok(Found { thing: Thing::Device(_), .. }) => {
+            Ok(LookUp { thing: Thing::Device(_), .. }) => {
                 Err(format!("`{name}` is a device: `{name}.Ok` and `{name}.Stale` are its bits"))
             }
             Err(mistake) => Err(match mistake.finding(Span::default()) {
@@ -284,14 +284,14 @@ impl Scope {
     ///
     /// # Errors
     /// The mistake in the name.
-    pub(crate) fn look_up(&self, name: &str) -> Result<Found, Mistake> {
+    pub(crate) fn look_up(&self, name: &str) -> Result<LookUp, Mistake> {
         if name.contains('[') {
             return self.indexed(name);
         }
         match address_text::parse(name, &self.sizes) {
             Ok(address) => {
                 let Some(name) = self.places.name(address) else {
-                    return Ok(Found::new(Thing::Address(address)));
+                    return Ok(LookUp::new(Thing::Address(address)));
                 };
                 let message =
                     format!("`{name}` lies at `{address}`, and is known by its name alone");
@@ -303,7 +303,7 @@ impl Scope {
         if let Some((base, member)) = self.tag_of(name) {
             let (index, meaning) = self.tags[base];
             let thing = self.of_tag(base, meaning.ok_or(Mistake::Reported)?, member)?;
-            return Ok(Found { thing, tag: Some(index), index: None });
+            return Ok(LookUp { thing, tag: Some(index), index: None });
         }
         let (base, member) = match name.split_once('.') {
             Some((base, member)) => (base, Some(member)),
@@ -311,10 +311,10 @@ impl Scope {
         };
         if let Some(block) = self.blocks.get(base) {
             let thing = of_block(base, block, member, self.searched_max)?;
-            return Ok(Found::new(thing));
+            return Ok(LookUp::new(thing));
         }
         if let Some(id) = self.devices.get(base) {
-            return Ok(Found::new(of_device(base, *id, member)?));
+            return Ok(LookUp::new(of_device(base, *id, member)?));
         }
         Err(self.unknown(base, member))
     }
@@ -446,9 +446,9 @@ fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(letters)
 }
 
-impl Found {
-    fn new(thing: Thing) -> Found {
-        Found { thing, tag: None, index: None }
+impl LookUp {
+    fn new(thing: Thing) -> LookUp {
+        LookUp { thing, tag: None, index: None }
     }
 }
 

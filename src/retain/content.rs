@@ -176,7 +176,7 @@ pub fn address(element: RetainedElement) -> String {
 }
 
 /// The lists before the values.
-pub(super) struct Lists<'a> {
+pub(super) struct ContentLists<'a> {
     pub runs: &'a [Run],
     pub tags: &'a [(String, RetainedElement)],
     /// The elements whose only address is the name of their tag.
@@ -196,7 +196,7 @@ pub(super) struct Preamble {
 }
 
 impl Preamble {
-    pub(super) fn new(lists: &Lists<'_>) -> Preamble {
+    pub(super) fn new(lists: &ContentLists<'_>) -> Preamble {
         let mut bytes = Vec::new();
         put_runs(&mut bytes, lists.runs);
         put_u32(&mut bytes, lists.tags.len());
@@ -367,8 +367,13 @@ mod tests {
         let placed = HashSet::from([level]);
         let c9 = RetainedElement { space: Space::Bit(BitSpace::C), number: 9 };
         let shifts = ["SR in Main", "SR in Main, 2"].map(|text| (text.to_owned(), c9));
-        let lists =
-            Lists { runs: &runs, tags: &tags, placed: &placed, owners: &[], shifts: &shifts };
+        let lists = ContentLists {
+            runs: &runs,
+            tags: &tags,
+            placed: &placed,
+            owners: &[],
+            shifts: &shifts,
+        };
         let mut bytes = Vec::new();
         Preamble::new(&lists).put(&mut bytes, [0, 1].into_iter());
         bytes.extend_from_slice(&[1, 0, 0, 0, 254, 255, 255, 255]);
@@ -396,7 +401,8 @@ mod tests {
         let mut bytes = Vec::new();
         let placed = HashSet::new();
         let runs = [run(2), run(1)];
-        let lists = Lists { runs: &runs, tags: &[], placed: &placed, owners: &[], shifts: &[] };
+        let lists =
+            ContentLists { runs: &runs, tags: &[], placed: &placed, owners: &[], shifts: &[] };
         Preamble::new(&lists).put(&mut bytes, std::iter::empty());
         [-5, 70_000, 9].iter().for_each(|word: &i32| bytes.extend(word.to_le_bytes()));
         let content = read(&bytes).unwrap();

@@ -11,7 +11,7 @@ use super::content;
 use super::file::{Access, FileDevice, Trace, keep_aside, rename_aside};
 use super::format::{BadSlot, FLAG_FINAL, Geometry, Stamp};
 use super::plan::{Restoration, RetainPlan};
-use super::slots::{Found, Slots, Survey, Unusable, survey};
+use super::slots::{FoundImage, Slots, Survey, Unusable, survey};
 
 /// Keeps one controller's memory in one file.
 pub struct Keeper {
@@ -78,7 +78,7 @@ pub struct Image<'a> {
 struct NewFile<'a> {
     id: u64,
     /// The image that the file begins with.
-    first: Option<&'a Found>,
+    first: Option<&'a FoundImage>,
     /// Whether it replaces a file that this process owns.
     replaces: bool,
 }

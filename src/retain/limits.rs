@@ -12,24 +12,24 @@ use crate::resolve::program::{Program, TagMeaning};
 
 /// The limits of words, where they are narrower than the word's own range.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Limits(HashMap<RetainedElement, Limit>);
+pub(super) struct WordLimits(HashMap<RetainedElement, WordLimit>);
 
 #[derive(Clone, Copy, Debug)]
-struct Limit {
+struct WordLimit {
     min: i32,
     max: i32,
     /// The value after a cold start.
     initial: i32,
 }
 
-impl Limits {
+impl WordLimits {
     /// The limits of a program.
     pub fn new(
         program: &Program,
         symbols: &Symbols,
         element_of: impl Fn(Address) -> Option<RetainedElement>,
-    ) -> Limits {
-        let mut limits: HashMap<RetainedElement, Limit> = HashMap::new();
+    ) -> WordLimits {
+        let mut limits: HashMap<RetainedElement, WordLimit> = HashMap::new();
         for tag in &program.tags {
             let TagMeaning::Address(at @ Address::Word(word @ Word::Space(..))) = tag.meaning
             else {
@@ -38,15 +38,15 @@ impl Limits {
             let ((min, max), Some(element)) = (symbols.limits(word), element_of(at)) else {
                 continue;
             };
-            let limit = limits.entry(element).or_insert(Limit { min, max, initial: 0 });
+            let limit = limits.entry(element).or_insert(WordLimit { min, max, initial: 0 });
             limit.initial = tag.initial.map_or(limit.initial, |(initial, _)| initial);
         }
-        Limits(limits)
+        WordLimits(limits)
     }
 
     /// The reason why a word cannot take a value; `None` if it can.
     pub fn refuse(&self, element: RetainedElement, value: i32) -> Option<String> {
-        let Limit { min, max, initial } = *self.0.get(&element)?;
+        let WordLimit { min, max, initial } = *self.0.get(&element)?;
         // A cold start gives this value anyway, so nothing is dropped.
         if (min..=max).contains(&value) || value == initial {
             return None;

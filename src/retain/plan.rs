@@ -10,10 +10,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::content::{
-    self, Content, Lists, Preamble, RECORD_BYTES, RetainedElement, RetainedValue, Run, address,
-    element_of, range, type_name, value_bytes,
+    self, Content, ContentLists, Preamble, RECORD_BYTES, RetainedElement, RetainedValue, Run,
+    address, element_of, range, type_name, value_bytes,
 };
-use super::limits::Limits;
+use super::limits::WordLimits;
 use super::owners::{Preset, Shifts, owners, preset, terminated};
 use crate::engine::{BitCell, Cell, Layout, WordCell};
 use crate::isa::{Address, Space, Structure, Word};
@@ -25,7 +25,7 @@ use crate::resolve::range::Range;
 #[derive(Clone, Debug)]
 pub struct RetainPlan {
     layout: Layout,
-    limits: Limits,
+    limits: WordLimits,
     runs: Vec<Run>,
     tags: Vec<(String, RetainedElement)>,
     /// The elements whose only address is the name of their tag.
@@ -80,7 +80,7 @@ impl RetainPlan {
             |at: &RetainedElement| program.places.at(at.space.address(at.number)).is_some();
         let placed = tags.iter().map(|(_, element)| *element).filter(is_placed).collect();
         let shifts = Shifts::new(&symbols.identity, is_kept);
-        let lists = Lists {
+        let lists = ContentLists {
             runs: &runs,
             tags: &tags,
             placed: &placed,
@@ -89,7 +89,7 @@ impl RetainPlan {
         };
         let preamble = Preamble::new(&lists);
         let owners = owners.into_iter().map(|(text, element)| (element, text)).collect();
-        let limits = Limits::new(program, symbols, element_of);
+        let limits = WordLimits::new(program, symbols, element_of);
         let layout = symbols.layout.clone();
         RetainPlan { layout, limits, runs, tags, placed, owners, shifts, preamble }
     }

@@ -35,7 +35,7 @@ pub struct Slots<D> {
 
 /// An image as it was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct FoundImage {
     /// Its slot.
     pub slot: usize,
     /// Its numbers.
@@ -54,7 +54,7 @@ pub struct Survey {
     /// Slot by slot.
     pub slots: Vec<Result<Stamp, BadSlot>>,
     /// The newest image.
-    pub newest: Option<Found>,
+    pub newest: Option<FoundImage>,
 }
 
 /// Why a device is unusable.
@@ -204,7 +204,7 @@ impl<D: Storage> Slots<D> {
     ///
     /// # Errors
     /// The device's; `NotFound`: the path has a different file or none.
-    pub(crate) fn newest(&mut self) -> io::Result<Option<Found>> {
+    pub(crate) fn newest(&mut self) -> io::Result<Option<FoundImage>> {
         self.device.in_place()?;
         match survey(&mut self.device) {
             Ok(survey) => Ok(survey.newest),
@@ -252,7 +252,7 @@ pub fn survey<D: Storage>(device: &mut D) -> Result<Survey, Unusable> {
         if let Ok((stamp, content)) = image
             && stamp.sequence > newest
         {
-            survey.newest = Some(Found { slot, stamp, content: content.to_vec() });
+            survey.newest = Some(FoundImage { slot, stamp, content: content.to_vec() });
         }
     }
     Ok(survey)

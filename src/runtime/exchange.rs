@@ -106,11 +106,11 @@ pub(crate) struct Batch {
 /// A driver's end of the exchange. Cheap to clone.
 #[derive(Clone)]
 pub struct Port {
-    pub(super) shared: Arc<Shared>,
+    pub(super) shared: Arc<ExchangeState>,
 }
 
 /// The state that all ports share. The scan thread uses only its atomics.
-pub(super) struct Shared {
+pub(super) struct ExchangeState {
     /// Inputs, 64 to a word.
     pub(super) inputs: Box<[AtomicU64]>,
     pub(super) input_count: u32,
@@ -170,7 +170,7 @@ impl Port {
         desk: Desk,
     ) -> Port {
         let words = inputs.div_ceil(64) as usize;
-        let shared = Shared {
+        let shared = ExchangeState {
             inputs: (0..words).map(|_| AtomicU64::new(0)).collect(),
             input_count: inputs,
             running: AtomicBool::new(false),

@@ -14,10 +14,10 @@ use std::sync::Arc;
 
 use super::image::Safe;
 use super::inputs::{InputEnd, Pulse};
-use super::latest::{Input, InputReader, latest};
+use super::latest::{InputReader, LatestInput, latest};
 use super::local::{LocalEnd, LocalSide};
 use super::machine::Machine;
-use super::record::{DeviceEdge, What};
+use super::record::{DeviceEdge, RecordEvent};
 use super::wiring::Wiring;
 
 /// Both ends of a device's exchange that the world holds.
@@ -100,7 +100,7 @@ impl Field {
         &mut self,
         machine: &mut M,
         (now_ns, scan): (u64, u64),
-        mut tell: impl FnMut(What),
+        mut tell: impl FnMut(RecordEvent),
     ) {
         for (at, device) in self.devices.iter_mut().enumerate() {
             let Freshness { stale, troubled } = device.take(now_ns);
@@ -108,8 +108,8 @@ impl Field {
             machine.write_bit(device.wiring.ok, ok);
             machine.write_bit(device.wiring.stale, stale);
             let exchanged = device.has_exchanged;
-            if let Some(edge) = device.state.step(Seen { exchanged, stale, now_ns, scan }) {
-                tell(What::Device { device: at as u32, edge });
+            if let Some(edge) = device.state.step(Sighting { exchanged, stale, now_ns, scan }) {
+                tell(RecordEvent::Device { device: at as u32, edge });
             }
             device.move_inputs(machine, now_ns);
         }
@@ -216,7 +216,7 @@ impl WiredDevice {
             }
             return;
         }
-        for (target, Input { value, read_ns }) in targets.zip(self.images.inputs()) {
+        for (target, LatestInput { value, read_ns }) in targets.zip(self.images.inputs()) {
             match read_ns {
                 0 => {}
                 _ if is_zero(read_ns) => target.receive(machine, target.held(0)),
@@ -227,7 +227,7 @@ impl WiredDevice {
 }
 
 /// A device as a scan sees it.
-struct Seen {
+struct Sighting {
     exchanged: bool,
     stale: bool,
     now_ns: u64,
@@ -236,8 +236,8 @@ struct Seen {
 
 impl Presence {
     /// The news of this scan.
-    fn step(&mut self, seen: Seen) -> Option<DeviceEdge> {
-        let Seen { exchanged, stale, now_ns, scan } = seen;
+    fn step(&mut self, seen: Sighting) -> Option<DeviceEdge> {
+        let Sighting { exchanged, stale, now_ns, scan } = seen;
         let (next, edge) = match *self {
             Presence::Awaited { told: false, .. } if exchanged => {
                 (Presence::Well, DeviceEdge::Present)

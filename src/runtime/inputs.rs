@@ -7,8 +7,8 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use super::latest::{Input, InputWriter};
-use super::wiring::Target;
+use super::latest::{InputWriter, LatestInput};
+use super::wiring::WiringTarget;
 
 /// The state of a device's exchanges, known to both ends.
 #[derive(Default)]
@@ -23,9 +23,9 @@ pub(super) struct Pulse {
 pub struct InputEnd {
     pulse: Arc<Pulse>,
     images: InputWriter,
-    targets: Vec<Target>,
+    targets: Vec<WiringTarget>,
     /// As read last.
-    known: Box<[Input]>,
+    known: Box<[LatestInput]>,
 }
 
 impl fmt::Debug for InputEnd {
@@ -36,8 +36,12 @@ impl fmt::Debug for InputEnd {
 
 impl InputEnd {
     /// Of inputs that were never read.
-    pub(super) fn new(pulse: Arc<Pulse>, images: InputWriter, targets: Vec<Target>) -> InputEnd {
-        let known = vec![Input::default(); targets.len()].into();
+    pub(super) fn new(
+        pulse: Arc<Pulse>,
+        images: InputWriter,
+        targets: Vec<WiringTarget>,
+    ) -> InputEnd {
+        let known = vec![LatestInput::default(); targets.len()].into();
         InputEnd { pulse, images, targets, known }
     }
 
@@ -48,7 +52,7 @@ impl InputEnd {
         for ((known, target), read) in self.known.iter_mut().zip(&self.targets).zip(inputs) {
             if let Some(value) = read {
                 // Never beyond the range of its cell.
-                *known = Input { value: target.held(*value), read_ns: now_ns.max(1) };
+                *known = LatestInput { value: target.held(*value), read_ns: now_ns.max(1) };
                 any = true;
             }
         }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicI32, AtomicU8, AtomicU64, Ordering};
 
 /// An input as it was read last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Input {
+pub(super) struct LatestInput {
     /// Its value.
     pub value: i32,
     /// When it was read (CLOCK_MONOTONIC); 0: never.
@@ -55,7 +55,7 @@ pub(super) fn latest(count: usize) -> (InputWriter, InputReader) {
 
 impl InputWriter {
     /// Makes these the latest inputs, whole.
-    pub fn write(&mut self, inputs: &[Input]) {
+    pub fn write(&mut self, inputs: &[LatestInput]) {
         for (slot, input) in self.buffers.inputs[self.own as usize].iter().zip(inputs) {
             slot.value.store(input.value, Ordering::Relaxed);
             slot.read_ns.store(input.read_ns, Ordering::Relaxed);
@@ -75,8 +75,8 @@ impl InputReader {
     }
 
     /// The inputs as they were taken last.
-    pub fn inputs(&self) -> impl Iterator<Item = Input> + '_ {
-        self.buffers.inputs[self.own as usize].iter().map(|slot| Input {
+    pub fn inputs(&self) -> impl Iterator<Item = LatestInput> + '_ {
+        self.buffers.inputs[self.own as usize].iter().map(|slot| LatestInput {
             value: slot.value.load(Ordering::Relaxed),
             read_ns: slot.read_ns.load(Ordering::Relaxed),
         })
@@ -90,7 +90,8 @@ mod tests {
     #[test]
     fn the_reader_sees_the_newest_and_keeps_it() {
         let (mut writer, mut reader) = latest(2);
-        let image = |n: i32| [n, -n].map(|value| Input { value, read_ns: n.unsigned_abs().into() });
+        let image =
+            |n: i32| [n, -n].map(|value| LatestInput { value, read_ns: n.unsigned_abs().into() });
         let seen = |reader: &mut InputReader| {
             reader.refresh();
             reader.inputs().collect::<Vec<_>>()

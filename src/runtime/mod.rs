@@ -53,7 +53,7 @@ pub(crate) use machine::Machine;
 pub use monitor::{Monitor, Observer};
 pub(crate) use posture::{Grant, Held};
 pub use posture::{Policy, Posture};
-pub use record::{Carried, DeviceEdge, Record, Watched, What};
+pub use record::{Carried, DeviceEdge, Record, RecordEvent, Watched};
 pub(crate) use scanner::Report;
 pub use scanner::{Pace, Scanner};
 pub use statistics::Statistics;
@@ -239,7 +239,8 @@ pub fn assemble_whole<M: Machine, C: Clock, O: Observer>(
     };
     let (pace, watched) = (settings.pace.clone(), settings.watched.clone());
     let (reloader, swaps) = swap::swaps(port.clone());
-    let parts = scanner::Parts { machine, clock, side, journal, beat, pace, watched, swaps, field };
+    let parts =
+        scanner::ScannerParts { machine, clock, side, journal, beat, pace, watched, swaps, field };
     Whole { scanner: Scanner::new(parts), monitor, port, reloader, lines }
 }
 

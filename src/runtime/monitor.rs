@@ -18,7 +18,7 @@ use super::link::WorldSide;
 use super::local::Rescue;
 use super::record::{JournalReader, Record};
 use super::statistics::Statistics;
-use crate::faults::{self, Point};
+use crate::faults::{self, FaultPoint};
 
 /// The observer: the log writer. Called on the monitor thread; none of it may block.
 pub trait Observer: Send {
@@ -62,7 +62,7 @@ pub(super) struct Grace {
 impl<O: Observer> Monitor<O> {
     /// One turn; false once the scan thread has ended and all its messages are handed on.
     pub fn turn(&mut self, now_ns: u64) -> bool {
-        faults::point(Point::Monitor);
+        faults::point(FaultPoint::Monitor);
         let life = self.beat.life();
         self.world.pump();
         self.read_journal();

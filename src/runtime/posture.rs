@@ -43,12 +43,12 @@ pub struct Grant {
     /// The request, in a few words.
     pub what: String,
     /// Why not, if it was refused.
-    pub refused: Option<Refusal>,
+    pub refused: Option<NotGranted>,
 }
 
 /// Why something was not granted.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal {
+pub struct NotGranted {
     /// The machine's answer.
     pub why: String,
     /// How it can be granted.
@@ -115,7 +115,7 @@ fn grant<R: Into<String>>(
     answer: io::Result<()>,
     remedy: impl FnOnce() -> R,
 ) -> Grant {
-    let refusal = |error: io::Error| Refusal { why: error.to_string(), remedy: remedy().into() };
+    let refusal = |error: io::Error| NotGranted { why: error.to_string(), remedy: remedy().into() };
     Grant { what, refused: answer.err().map(refusal) }
 }
 

@@ -28,7 +28,7 @@ pub struct Record {
     /// CLOCK_MONOTONIC.
     pub(crate) at_ns: u64,
     /// The event.
-    pub what: What,
+    pub what: RecordEvent,
 }
 
 /// For each watch of the new program, the watch of the old program that it continues.
@@ -42,7 +42,7 @@ pub struct Carried {
 /// The event of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum What {
+pub enum RecordEvent {
     /// The mode changed.
     Mode(Mode),
     /// A block or Stage.
@@ -114,7 +114,7 @@ pub(super) fn journal() -> (Journal, JournalReader) {
 }
 
 impl Journal {
-    pub fn tell(&mut self, scan: u64, at_ns: u64, what: What) {
+    pub fn tell(&mut self, scan: u64, at_ns: u64, what: RecordEvent) {
         if self.records.push(Record { scan, at_ns, what }).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
@@ -156,20 +156,25 @@ impl Watches {
     }
 
     /// Tells of every change in an image.
-    pub fn compare(&mut self, image: (&[u8], &[i32]), mut tell: impl FnMut(What), now_ns: u64) {
+    pub fn compare(
+        &mut self,
+        image: (&[u8], &[i32]),
+        mut tell: impl FnMut(RecordEvent),
+        now_ns: u64,
+    ) {
         for (watch, (cell, on, since_ns)) in self.bits.iter_mut().enumerate() {
             let is_on = image.0[cell.0 as usize] != 0;
             if is_on != *on {
                 let after_ns = now_ns.saturating_sub(*since_ns);
                 (*on, *since_ns) = (is_on, now_ns);
-                tell(What::Bit { watch: watch as u32, on: is_on, after_ns });
+                tell(RecordEvent::Bit { watch: watch as u32, on: is_on, after_ns });
             }
         }
         for (watch, (cell, value)) in self.words.iter_mut().enumerate() {
             let to = image.1[cell.0 as usize];
             if to != *value {
                 let from = std::mem::replace(value, to);
-                tell(What::Word { watch: watch as u32, from, to });
+                tell(RecordEvent::Word { watch: watch as u32, from, to });
             }
         }
     }
@@ -194,19 +199,19 @@ impl OverrunSummary {
     }
 
     /// The report that is due: the first overrun at once, then sums.
-    pub fn due(&mut self, now_ns: u64) -> Option<What> {
+    pub fn due(&mut self, now_ns: u64) -> Option<RecordEvent> {
         let quiet = self.told_ns.is_some_and(|told| now_ns < told + OVERRUN_SUMMARY_NS);
         if self.count == 0 || quiet { None } else { self.take(now_ns) }
     }
 
     /// The overruns that have not been reported.
-    pub fn take(&mut self, now_ns: u64) -> Option<What> {
+    pub fn take(&mut self, now_ns: u64) -> Option<RecordEvent> {
         if self.count == 0 {
             return None;
         }
         let OverrunSummary { count, skipped, scan_ns_max, late_ns_max, .. } =
             std::mem::replace(self, OverrunSummary { told_ns: Some(now_ns), ..Self::default() });
-        Some(What::Overruns { count, skipped, scan_ns_max, late_ns_max })
+        Some(RecordEvent::Overruns { count, skipped, scan_ns_max, late_ns_max })
     }
 }
 
@@ -222,8 +227,8 @@ mod tests {
         for (bit, word, now_ns) in [(0, 5, 110), (1, 6, 120), (1, 6, 130), (0, 5, 150)] {
             watches.compare((&[9, bit], &[word]), |what| told.push(what), now_ns);
         }
-        let bit = |on, after_ns| What::Bit { watch: 0, on, after_ns };
-        let word = |from, to| What::Word { watch: 0, from, to };
+        let bit = |on, after_ns| RecordEvent::Bit { watch: 0, on, after_ns };
+        let word = |from, to| RecordEvent::Word { watch: 0, from, to };
         assert_eq!(told, [bit(true, 20), word(5, 6), bit(false, 30), word(6, 5)]);
     }
 
@@ -233,7 +238,7 @@ mod tests {
         let mut summary = OverrunSummary::default();
         assert_eq!(summary.due(0), None);
         let due = |count, skipped, scan_ns_max, late_ns_max| {
-            Some(What::Overruns { count, skipped, scan_ns_max, late_ns_max })
+            Some(RecordEvent::Overruns { count, skipped, scan_ns_max, late_ns_max })
         };
         summary.add(1, 7, 0);
         assert_eq!(summary.due(0), due(1, 1, 7, 0));
@@ -248,7 +253,7 @@ mod tests {
     fn what_does_not_fit_is_counted() {
         let (mut journal, reader) = journal();
         for scan in 0..RECORDS_MAX as u64 + 3 {
-            journal.tell(scan, 0, What::EventsLost(1));
+            journal.tell(scan, 0, RecordEvent::EventsLost(1));
         }
         assert_eq!(reader.dropped.load(Ordering::Relaxed), 3);
     }

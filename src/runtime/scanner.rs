@@ -18,11 +18,11 @@ use super::field::Field;
 use super::link::{Facts, ScanSide};
 use super::machine::Machine;
 use super::pacing::{Clock, Grid};
-use super::record::{Journal, OverrunSummary, Watched, Watches, What};
+use super::record::{Journal, OverrunSummary, RecordEvent, Watched, Watches};
 use super::statistics::{Books, Meter, Statistics};
 use super::swap::{Package, Swapped, Swaps};
 use crate::calendar::LocalTime;
-use crate::faults::{self, Point};
+use crate::faults::{self, FaultPoint};
 
 /// The longest time until the first report of statistics.
 const FIRST_REPORT_NS: u64 = 5_000_000_000;
@@ -89,7 +89,7 @@ pub struct Scanner<M, C> {
 }
 
 /// The parts of a scanner.
-pub(super) struct Parts<M, C> {
+pub(super) struct ScannerParts<M, C> {
     pub machine: M,
     pub clock: C,
     pub side: ScanSide,
@@ -102,8 +102,9 @@ pub(super) struct Parts<M, C> {
 }
 
 impl<M: Machine, C: Clock> Scanner<M, C> {
-    pub(super) fn new(parts: Parts<M, C>) -> Scanner<M, C> {
-        let Parts { machine, clock, side, journal, beat, pace, watched, swaps, field } = parts;
+    pub(super) fn new(parts: ScannerParts<M, C>) -> Scanner<M, C> {
+        let ScannerParts { machine, clock, side, journal, beat, pace, watched, swaps, field } =
+            parts;
         let now_ns = clock.now_ns();
         Scanner {
             watches: Watches::new(&watched, machine.image().1, now_ns),
@@ -176,7 +177,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.set_tempo(package.tempo);
         let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
         package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });
-        self.journal.tell(self.scans, now_ns, What::Swapped { generation, swap_ns });
+        self.journal.tell(self.scans, now_ns, RecordEvent::Swapped { generation, swap_ns });
         self.swaps.give_back(package);
         match faulted {
             true => self.enter_run(now_ns),
@@ -205,7 +206,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// Waits for the next grid point and does its work; false once the thread is to end.
     pub fn step(&mut self) -> bool {
-        faults::point(Point::Thread);
+        faults::point(FaultPoint::Thread);
         let deadline_ns = self.grid.deadline_ns();
         let scans = self.mode == Mode::Run;
         if scans {
@@ -268,8 +269,8 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
 
     /// An operator's commands, then steps 1 to 7.
     fn execute(&mut self, now_ns: u64) -> bool {
-        faults::point(Point::Scan);
-        faults::point(Point::Stall);
+        faults::point(FaultPoint::Scan);
+        faults::point(FaultPoint::Stall);
         self.obey(now_ns);
         let local = LocalTime::of(self.clock.local_s());
         self.machine.begin_scan(now_ns, &self.books.scan_times(), &local);
@@ -418,7 +419,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             // An operator must not wait for a long period.
             self.grid = Grid::new(now_ns, self.pace.tempo.period_ns.min(TICK_NS_MAX));
         }
-        self.journal.tell(self.scans, now_ns, What::Mode(mode));
+        self.journal.tell(self.scans, now_ns, RecordEvent::Mode(mode));
     }
 
     fn leave_run(&mut self, now_ns: u64) {
@@ -433,13 +434,13 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         let Scanner { machine, journal, watches, scans, .. } = self;
         let (events, lost) = machine.events();
         for event in events {
-            journal.tell(*scans, now_ns, What::Block(*event));
+            journal.tell(*scans, now_ns, RecordEvent::Block(*event));
         }
         for event in machine.maths() {
-            journal.tell(*scans, now_ns, What::Math(*event));
+            journal.tell(*scans, now_ns, RecordEvent::Math(*event));
         }
         if lost > 0 {
-            journal.tell(*scans, now_ns, What::EventsLost(lost));
+            journal.tell(*scans, now_ns, RecordEvent::EventsLost(lost));
         }
         watches.compare(machine.image(), |what| journal.tell(*scans, now_ns, what), now_ns);
     }

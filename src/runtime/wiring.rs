@@ -10,7 +10,7 @@ use crate::engine::{BitCell, Cell, WordCell};
 
 /// The target of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum WiringTarget {
     /// An input, by its number.
     Input(u32),
     /// A bit.
@@ -39,7 +39,7 @@ pub enum Source {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wiring {
     /// One a point that comes in.
-    pub inputs: Vec<Target>,
+    pub inputs: Vec<WiringTarget>,
     /// One a point that goes out.
     pub outputs: Vec<Source>,
     /// The cell of its `.Ok`.
@@ -55,20 +55,20 @@ pub struct Wiring {
     pub local_budget_ns: Option<u64>,
 }
 
-impl Target {
+impl WiringTarget {
     pub(super) fn receive<M: Machine>(&self, machine: &mut M, value: i32) {
         match *self {
-            Target::Input(x) => machine.set_input(x, value != 0),
-            Target::Bit(cell) => machine.write_bit(cell, value != 0),
-            Target::Word { cell, .. } => machine.write_word(cell, value),
+            WiringTarget::Input(x) => machine.set_input(x, value != 0),
+            WiringTarget::Bit(cell) => machine.write_bit(cell, value != 0),
+            WiringTarget::Word { cell, .. } => machine.write_word(cell, value),
         }
     }
 
     /// The value that it can hold, nearest to this one.
     pub(super) fn held(&self, value: i32) -> i32 {
         match *self {
-            Target::Input(_) | Target::Bit(_) => i32::from(value != 0),
-            Target::Word { min, max, .. } => value.clamp(min, max),
+            WiringTarget::Input(_) | WiringTarget::Bit(_) => i32::from(value != 0),
+            WiringTarget::Word { min, max, .. } => value.clamp(min, max),
         }
     }
 }

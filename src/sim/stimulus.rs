@@ -24,7 +24,7 @@ pub enum Change {
 
 /// The kind of an operand in the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum StimulusTarget {
     /// `Xn`.
     Input(u32),
     /// A bit that may be written from outside.
@@ -35,18 +35,18 @@ pub enum Target {
     Real(WordCell, (Real, Real)),
 }
 
-impl Target {
+impl StimulusTarget {
     /// The target of a word with these limits, which are contents of its cell.
-    pub fn word(word: Word, cell: WordCell, (min, max): (i32, i32)) -> Target {
+    pub fn word(word: Word, cell: WordCell, (min, max): (i32, i32)) -> StimulusTarget {
         match word.is_real() {
-            true => Target::Real(cell, (Real::of_cell(min), Real::of_cell(max))),
-            false => Target::Word(cell, (min, max)),
+            true => StimulusTarget::Real(cell, (Real::of_cell(min), Real::of_cell(max))),
+            false => StimulusTarget::Word(cell, (min, max)),
         }
     }
 }
 
 /// Resolves an operand's name; the error is the reason why it cannot be written.
-pub(crate) type Lookup<'a> = &'a dyn Fn(&str) -> Result<Target, String>;
+pub(crate) type Lookup<'a> = &'a dyn Fn(&str) -> Result<StimulusTarget, String>;
 
 /// All changes, in order of scans.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -95,7 +95,7 @@ impl Stimulus {
         &mut self,
         row: &str,
         scan: u64,
-        targets: &[(String, Target)],
+        targets: &[(String, StimulusTarget)],
     ) -> Result<(), String> {
         let cells: Vec<&str> = row.split(',').skip(1).map(str::trim).collect();
         if cells.len() != targets.len() {
@@ -156,7 +156,7 @@ pub(crate) fn split_element<'a>(names: impl Iterator<Item = &'a str>) -> Option<
     Some(format!("commas separate operands here: instead of `{written}` write `{right}`"))
 }
 
-fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, String> {
+fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, StimulusTarget)>, String> {
     let mut names = header.split(',').map(str::trim);
     if header.contains(';') {
         return Err("cells are separated by `,`, not by `;`".to_owned());
@@ -167,7 +167,7 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<Vec<(String, Target)>, S
     if let Some(message) = split_element(names.clone()) {
         return Err(message);
     }
-    let mut targets: Vec<(String, Target)> = Vec::new();
+    let mut targets: Vec<(String, StimulusTarget)> = Vec::new();
     for name in names {
         let target = lookup(name)?;
         if let Some((other, _)) = targets.iter().find(|(_, t)| *t == target) {
@@ -193,16 +193,16 @@ fn parse_scan(row: &str, last_scan: Option<u64>) -> Result<u64, String> {
     }
 }
 
-fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> {
+fn parse_cell(text: &str, name: &str, target: StimulusTarget) -> Result<Change, String> {
     let bit = || match text {
         "0" => Ok(false),
         "1" => Ok(true),
         _ => Err(format!("`{name}` is a bit: it takes 0 or 1, not `{text}`")),
     };
     match target {
-        Target::Input(n) => Ok(Change::Input(n, bit()?)),
-        Target::Bit(cell) => Ok(Change::Bit(cell, bit()?)),
-        Target::Word(cell, (min, max)) => {
+        StimulusTarget::Input(n) => Ok(Change::Input(n, bit()?)),
+        StimulusTarget::Bit(cell) => Ok(Change::Bit(cell, bit()?)),
+        StimulusTarget::Word(cell, (min, max)) => {
             let value: i64 = text.parse().map_err(|_| {
                 format!("`{name}` is a word: it takes a decimal number, not `{text}`")
             })?;
@@ -211,7 +211,7 @@ fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> 
             }
             Ok(Change::Word(cell, value as i32))
         }
-        Target::Real(cell, (min, max)) => {
+        StimulusTarget::Real(cell, (min, max)) => {
             let integer = |text: &str| text.parse().map(Real::nearest).ok();
             let beyond =
                 |given: &dyn Display| format!("`{name}` takes {min} to {max}, not {given}");
@@ -235,11 +235,11 @@ fn parse_cell(text: &str, name: &str, target: Target) -> Result<Change, String> 
 mod tests {
     use super::*;
 
-    fn lookup(name: &str) -> Result<Target, String> {
+    fn lookup(name: &str) -> Result<StimulusTarget, String> {
         match name {
-            "X0" => Ok(Target::Input(0)),
-            "C0" | "jam" => Ok(Target::Bit(BitCell(5))),
-            "D0" => Ok(Target::Word(WordCell(7), (-5, 5))),
+            "X0" => Ok(StimulusTarget::Input(0)),
+            "C0" | "jam" => Ok(StimulusTarget::Bit(BitCell(5))),
+            "D0" => Ok(StimulusTarget::Word(WordCell(7), (-5, 5))),
             _ => Err(format!("`{name}` cannot be written")),
         }
     }

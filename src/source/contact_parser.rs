@@ -26,7 +26,7 @@ pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
         let finding = Finding::new(Code::ContactSyntax, span, "an empty contact");
         return Err(finding.help("take it away; a leg that is always ON is [\"$On\"]"));
     }
-    let contact = parser.expression(Power::Or, 0)?;
+    let contact = parser.expression(BindingPower::Or, 0)?;
     match parser.peek() {
         None => Ok(contact),
         Some((token, place)) => Err(parser.left_over(&token.clone(), place)),
@@ -35,7 +35,7 @@ pub fn parse(text: &str, span: Span) -> Result<Contact, Finding> {
 
 /// The binding power of an operator.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Power {
+enum BindingPower {
     Or,
     And,
     Not,
@@ -73,12 +73,13 @@ impl Parser<'_> {
         Span { start: self.span.end, ..self.span }
     }
 
-    fn expression(&mut self, least: Power, depth: u32) -> Parsed<Contact> {
+    fn expression(&mut self, least: BindingPower, depth: u32) -> Parsed<Contact> {
         let mut left = self.operand(depth)?;
         let mut open = None;
         while let Some(power) = self.infix().filter(|power| *power >= least) {
             self.at += 1;
-            let above = if power == Power::Or { Power::And } else { Power::Not };
+            let above =
+                if power == BindingPower::Or { BindingPower::And } else { BindingPower::Not };
             let right = self.expression(above, depth)?;
             left = join(left, power, right, open == Some(power));
             open = Some(power);
@@ -86,10 +87,10 @@ impl Parser<'_> {
         Ok(left)
     }
 
-    fn infix(&self) -> Option<Power> {
+    fn infix(&self) -> Option<BindingPower> {
         match self.peek()?.0 {
-            Token::And => Some(Power::And),
-            Token::Or => Some(Power::Or),
+            Token::And => Some(BindingPower::And),
+            Token::Or => Some(BindingPower::Or),
             Token::Atom(_) | Token::Not | Token::Open | Token::Close | Token::Compare(_) => None,
         }
     }
@@ -150,7 +151,7 @@ impl Parser<'_> {
 
     /// Contacts and the parenthesis that closes them, and its place.
     fn closed(&mut self, open: Span, depth: u32) -> Parsed<(Contact, Span)> {
-        let inner = self.expression(Power::Or, depth + 1)?;
+        let inner = self.expression(BindingPower::Or, depth + 1)?;
         let Some(close) = self.take(&Token::Close) else {
             let finding = match self.peek() {
                 Some((token, place)) => self.left_over(&token.clone(), place),
@@ -288,7 +289,7 @@ impl Parser<'_> {
 }
 
 /// `left op right`. With `grow`, `right` is appended to `left`, a series of the same operator.
-fn join(left: Contact, power: Power, right: Contact, grow: bool) -> Contact {
+fn join(left: Contact, power: BindingPower, right: Contact, grow: bool) -> Contact {
     let span = left.span().to(right.span());
     let items = match left {
         Contact::All(mut items, _) | Contact::Any(mut items, _) if grow => {
@@ -302,5 +303,5 @@ fn join(left: Contact, power: Power, right: Contact, grow: bool) -> Contact {
         | Contact::Edge(..)
         | Contact::Compare(..) => vec![left, right],
     };
-    if power == Power::And { Contact::All(items, span) } else { Contact::Any(items, span) }
+    if power == BindingPower::And { Contact::All(items, span) } else { Contact::Any(items, span) }
 }

@@ -7,7 +7,7 @@
 
 use super::expression::{Binary, Expression, Formula, Part, PartKind, Unary};
 use super::expression_lexer::{Token, lex};
-use super::expression_rules::{Operand, Root, Said};
+use super::expression_rules::{Root, Said, Term};
 use super::finding::{Code, Finding};
 use super::span::{Located, Span};
 
@@ -159,7 +159,7 @@ struct Parser<'a> {
     text: &'a str,
     span: Span,
     parts: Vec<Part>,
-    operands: Vec<Operand>,
+    operands: Vec<Term>,
     waiting: Vec<Waiting>,
     /// Number of waiting brackets and operators with one operand.
     depth: usize,
@@ -330,7 +330,7 @@ impl Parser<'_> {
 
     /// Adds a complete operand, and applies the operators with one operand before it.
     fn operand(&mut self, part: Part) {
-        self.operands.push(Operand { span: part.span, root: Root::Closed });
+        self.operands.push(Term { span: part.span, root: Root::Closed });
         self.parts.push(part);
         self.apply_unary();
     }
@@ -367,7 +367,7 @@ impl Parser<'_> {
             }
             let span = left.span.to(right.span);
             self.parts.push(Part { kind: PartKind::Binary(operator, sign), span });
-            self.operands.push(Operand { span, root: Root::Binary(operator) });
+            self.operands.push(Term { span, root: Root::Binary(operator) });
         }
         Ok(())
     }
@@ -391,7 +391,7 @@ impl Parser<'_> {
                 self.depth -= 1;
                 let span = open.to(place);
                 if let Some(operand) = self.operands.last_mut() {
-                    *operand = Operand { span, root: Root::Closed };
+                    *operand = Term { span, root: Root::Closed };
                 }
                 if let Some(part) = self.parts.last_mut() {
                     part.span = span;

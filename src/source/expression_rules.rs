@@ -11,7 +11,7 @@ use super::span::Span;
 /// An operand that is complete: its place, and its operator if it stands
 /// without parentheses.
 #[derive(Clone, Copy)]
-pub(super) struct Operand {
+pub(super) struct Term {
     pub span: Span,
     pub root: Root,
 }
@@ -30,8 +30,8 @@ pub(super) enum Root {
 pub(super) struct Said {
     pub operator: Binary,
     pub sign: Span,
-    pub left: Operand,
-    pub right: Operand,
+    pub left: Term,
+    pub right: Term,
 }
 
 impl Said {
@@ -63,12 +63,12 @@ impl Said {
 
     /// The warning for operators that are easily read otherwise.
     pub(super) fn warning<'t>(&self, text: &impl Fn(Span) -> &'t str) -> Option<Finding> {
-        let doubtful = |operand: Operand| match operand.root {
+        let doubtful = |operand: Term| match operand.root {
             Root::Binary(inner) if is_doubtful(self.operator, inner) => Some(inner),
             Root::Binary(_) | Root::Unary(_) | Root::Closed => None,
         };
         let inner = doubtful(self.left).or(doubtful(self.right))?;
-        let side = |operand: Operand| match doubtful(operand) {
+        let side = |operand: Term| match doubtful(operand) {
             Some(_) => format!("({})", text(operand.span)),
             None => text(operand.span).to_owned(),
         };

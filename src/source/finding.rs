@@ -118,7 +118,7 @@ impl Finding {
 
 /// One row of the table of findings.
 #[derive(Debug)]
-pub struct Row {
+pub struct FindingRow {
     /// Which.
     pub code: Code,
     /// The stable kebab-case name.
@@ -139,7 +139,7 @@ macro_rules! findings {
         pub enum Code { $($code),* }
 
         /// The table of findings: errors first, then warnings.
-        pub const TABLE: &[Row] = &[$(Row {
+        pub const TABLE: &[FindingRow] = &[$(FindingRow {
             code: Code::$code,
             name: $name,
             severity: Severity::$severity,
@@ -257,7 +257,7 @@ findings! {
 
 impl Code {
     /// The table row.
-    pub(crate) fn row(self) -> &'static Row {
+    pub(crate) fn row(self) -> &'static FindingRow {
         &TABLE[self as usize]
     }
 

@@ -11,12 +11,12 @@ pub struct Key {
     /// Its explanation, a sentence.
     pub doc: &'static str,
     /// The limits of its value, beyond its type.
-    pub limit: Limit,
+    pub limit: KeyLimit,
 }
 
 /// The limits of a key's value, beyond its type.
 #[derive(Clone, Copy, Debug)]
-pub enum Limit {
+pub enum KeyLimit {
     /// No limit.
     None,
     /// The value must match this JSON Schema.
@@ -37,23 +37,23 @@ pub const BLOCK_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}"#;
 /// A key with its explanation.
 pub const fn key(name: &'static str, doc: &'static str) -> Key {
     assert!(!doc.is_empty(), "a key without an explanation");
-    Key { name, doc, limit: Limit::None }
+    Key { name, doc, limit: KeyLimit::None }
 }
 
 impl Key {
     /// The same, limited by a JSON Schema.
     pub const fn limited(self, schema: &'static str) -> Key {
-        Key { limit: Limit::Schema(schema), ..self }
+        Key { limit: KeyLimit::Schema(schema), ..self }
     }
 
     /// The same, limited to some words.
     pub const fn one_of(self, words: fn() -> Vec<&'static str>) -> Key {
-        Key { limit: Limit::Words(words), ..self }
+        Key { limit: KeyLimit::Words(words), ..self }
     }
 
     /// The same, refused.
     pub const fn refused(self) -> Key {
-        Key { limit: Limit::Refused, ..self }
+        Key { limit: KeyLimit::Refused, ..self }
     }
 }
 

@@ -47,8 +47,11 @@ pub fn render(findings: &[Finding], files: &[SourceFile], style: Style) -> Strin
             *end = span.end.max(*end);
         }
     }
-    let lines: Vec<Lines> =
-        files.iter().zip(ends).map(|(file, end)| Lines::of(&file.text, end as usize)).collect();
+    let lines: Vec<LineStarts> = files
+        .iter()
+        .zip(ends)
+        .map(|(file, end)| LineStarts::of(&file.text, end as usize))
+        .collect();
     let is_error = |finding: &&Finding| severity(finding, style) == Severity::Error;
     let errors = findings.iter().filter(is_error).count();
     let mut room = [SHOWN_MAX.min(errors), SHOWN_MAX.saturating_sub(errors)];
@@ -110,16 +113,16 @@ fn plural(n: usize, what: &str) -> String {
 
 /// The starts of a file's lines, computed once: many findings are printed, each with its line
 /// number.
-struct Lines(Vec<usize>);
+struct LineStarts(Vec<usize>);
 
-impl Lines {
+impl LineStarts {
     /// Those up to the line that the last place stands in.
-    fn of(text: &str, end: usize) -> Lines {
+    fn of(text: &str, end: usize) -> LineStarts {
         let rest = text.as_bytes().get(end..).unwrap_or_default();
         let length = rest.iter().position(|byte| *byte == b'\n').map_or(rest.len(), |at| at + 1);
         let behind = text.bytes().take(end + length).enumerate();
         let behind = behind.filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
-        Lines(std::iter::once(0).chain(behind).collect())
+        LineStarts(std::iter::once(0).chain(behind).collect())
     }
 
     /// The number, from 1, of the line of a byte.
@@ -138,7 +141,7 @@ impl Lines {
 fn group<'a>(
     finding: &'a Finding,
     files: &'a [SourceFile],
-    lines: &[Lines],
+    lines: &[LineStarts],
     style: Style,
 ) -> Group<'a> {
     let level = match severity(finding, style) {
@@ -165,7 +168,7 @@ const FAR_BYTES: u32 = 4_096;
 fn snippets<'a>(
     finding: &'a Finding,
     files: &'a [SourceFile],
-    lines: &[Lines],
+    lines: &[LineStarts],
 ) -> Vec<Snippet<'a, Annotation<'a>>> {
     // The drawing library reads all lines between the places of a snippet, so distant places get
     // their own.
@@ -227,7 +230,7 @@ fn without_returns(excerpt: &str, at: usize) -> usize {
 
 /// A place as a range of whole characters within the text: one character wide if the place is
 /// empty, and at most `PLACE_BYTES` long within one line.
-fn clamp(span: Span, text: &str, lines: &Lines) -> Range<usize> {
+fn clamp(span: Span, text: &str, lines: &LineStarts) -> Range<usize> {
     let start = boundary(span.start as usize, text);
     let end = boundary(span.end as usize, text).max(start);
     if end > start + PLACE_BYTES && lines.number(start) == lines.number(end) {
@@ -249,7 +252,7 @@ fn boundary(at: usize, text: &str) -> usize {
 /// The lines that the places touch, whole or, of long lines, the text around the places; the
 /// drawing library then need not read the rest of a large file. Also returns whether the front of a
 /// line was cut off.
-fn window(spans: &[Range<usize>], text: &str, lines: &Lines) -> (Range<usize>, bool) {
+fn window(spans: &[Range<usize>], text: &str, lines: &LineStarts) -> (Range<usize>, bool) {
     let start = spans.iter().map(|s| s.start).min().unwrap_or(0);
     let end = spans.iter().map(|s| s.end).max().unwrap_or(0);
     let (first, last) = (lines.bounds(start, text), lines.bounds(end, text));
@@ -260,7 +263,7 @@ fn window(spans: &[Range<usize>], text: &str, lines: &Lines) -> (Range<usize>, b
 
 /// A file's name with the finding's place in the whole file. The drawing library knows the excerpt
 /// only; the place that it prints is removed.
-fn told(source: &SourceFile, lines: &Lines, spans: &[Range<usize>]) -> String {
+fn told(source: &SourceFile, lines: &LineStarts, spans: &[Range<usize>]) -> String {
     let start = spans.first().map_or(0, |span| span.start);
     let line = lines.bounds(start, &source.text).start;
     let column = source.text[line..start].chars().count() + 1;

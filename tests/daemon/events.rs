@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use rungd::events::{self, Event, GROUPS, Limit};
+use rungd::events::{self, Event, GROUPS, LineLimit};
 
 /// Events that have no log line yet.
 const WITHOUT_LINE: &[&str] = &[];
@@ -189,7 +189,7 @@ fn the_page_lists_every_event() {
         for event in events::all().filter(|event| event.number / 100 == hundred) {
             let Event { name, meaning, remedy, .. } = event;
             let limit = match event.limit {
-                Limit::NONE => "".to_owned(),
+                LineLimit::NONE => "".to_owned(),
                 limit => format!("{}, then {}/s", limit.burst, limit.per_second()),
             };
             let cell = |text: &str| text.replace('|', "\\|");

@@ -27,7 +27,7 @@ const BLIPS: Additions = &[
     (
         "src/engine/ops.rs",
         "    /// SET: ",
-        "    /// Blips.\n    Blip blip { leg: Leg, bit: BitWritten }\n    /// SET: ",
+        "    /// Blips.\n    Blip blip { leg: LegPowers, bit: BitWritten }\n    /// SET: ",
     ),
     ("src/operator/protocol.rs", "    RetainSave {},\n", "    RetainSave {},\n    Blip {},\n"),
     ("src/cli/mod.rs", "enum Command {\n", "enum Command {\n    Blip,\n"),

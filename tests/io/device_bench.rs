@@ -4,7 +4,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use crate::rig::{Rig, rig};
-use rungd::io::device::{DeviceTask, Done, Driver, Exchange, Health, Occasion, Parts, Trouble};
+use rungd::io::device::{
+    DeviceParts, DeviceTask, Driver, Exchange, Extent, Health, Occasion, Trouble,
+};
 use rungd::runtime::wiring::Source;
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, LocalSet};
@@ -69,7 +71,7 @@ impl Driver for Scripted {
         answer
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Extent, Trouble> {
         let call = Call::Exchange(exchange.occasion, exchange.outputs.to_vec());
         let (answer, (requests, each)) = {
             let mut script = self.note(call);
@@ -82,12 +84,12 @@ impl Driver for Scripted {
                 sleep(each).await;
                 self.requests += 1;
                 if self.requests < requests && (exchange.is_urgent)() {
-                    return Ok(Done::Part);
+                    return Ok(Extent::Part);
                 }
             }
             self.requests = 0;
         }
-        answer.map(|()| Done::Whole)
+        answer.map(|()| Extent::Whole)
     }
 
     fn disconnect(&mut self) {
@@ -131,7 +133,7 @@ impl Bench {
         let driver = Scripted { script: Arc::clone(&script), begun: Instant::now(), requests: 0 };
         let (stop, stopped) = oneshot::channel::<()>();
         let input_end = rig.take_line();
-        let parts = Parts {
+        let parts = DeviceParts {
             driver,
             input_end,
             port: rig.port.clone(),

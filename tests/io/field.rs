@@ -234,7 +234,7 @@ fn outputs_are_the_scans_in_run_and_safe_outside() {
 #[test]
 fn no_part_is_taken_for_the_whole() {
     let (exchanges, wells) =
-        if cfg!(debug_assertions) { (100_000, 500) } else { (1_000_000, 5_000) };
+        if cfg!(debug_assertions) { (20_000, 100) } else { (1_000_000, 5_000) };
     let mut rig = rig(false);
     let (given, over) = (AtomicI32::new(0), AtomicBool::new(false));
     let mut line = rig.take_line();

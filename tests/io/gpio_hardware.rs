@@ -6,7 +6,7 @@ use crate::support::live;
 use std::time::{Duration, Instant};
 
 use rungd::io::device::Opener;
-use rungd::io::gpio::settings::{At, Chip, Gpio as Settings, GpioLine, Setting};
+use rungd::io::gpio::settings::{Chip, Gpio as Settings, GpioLine, LineId, Setting};
 use rungd::io::gpio::{Gpio, Kernel};
 
 fn wanted(name: &str) -> Option<String> {
@@ -20,7 +20,7 @@ fn an_output_is_read_back_through_a_wire() {
         return;
     };
     let line = |offset: &str, setting| {
-        let at = offset.parse().map_or_else(|_| At::Name(offset.into()), At::Offset);
+        let at = offset.parse().map_or_else(|_| LineId::Name(offset.into()), LineId::Offset);
         GpioLine { at, setting }
     };
     let input = wanted("RUNGD_GPIO_IN");

@@ -1,10 +1,8 @@
 //! Modbus peers that lie, in the test's own process, and a client before them.
-#![allow(dead_code)]
 
 use std::fs::File;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::os::fd::FromRawFd;
 use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
 use std::time::Duration;
@@ -14,7 +12,7 @@ use rungd::io::modbus::number::{NumberType, WordOrder};
 use rungd::io::modbus_client::settings;
 use rungd::io::modbus_client::{Client, Link, rtu};
 use rungd::io::scaling::Scaling;
-use settings::{Number, Point, PointForm, Table, Writes};
+use settings::{ModbusPoint, Number, PointForm, Table, Writes};
 use tokio::time::timeout;
 
 /// The client's timeout where a test waits for it to end.
@@ -49,13 +47,17 @@ pub enum Lie {
 pub type Script = Arc<Mutex<Vec<Box<dyn Fn(&[u8], &[u8]) -> Lie + Send>>>>;
 
 /// The settings of a client: `input 0..1` of unit 1 as two numbers, `coil 0` of unit 1 written.
-pub fn client(link: settings::Link) -> settings::Client {
+pub fn client(link: settings::Link) -> settings::ClientSettings {
     let scaling = Scaling::none(false);
     let number = Number { kind: NumberType::U16, order: WordOrder::HighFirst, scaling };
-    let input =
-        |at| Point { unit: 1, table: Table::InputRegisters, at, form: PointForm::Number(number) };
-    let coil = Point { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
-    settings::Client {
+    let input = |at| ModbusPoint {
+        unit: 1,
+        table: Table::InputRegisters,
+        at,
+        form: PointForm::Number(number),
+    };
+    let coil = ModbusPoint { unit: 1, table: Table::Coils, at: 0, form: PointForm::Bit };
+    settings::ClientSettings {
         link,
         timeout_ms: 400,
         write_every_ms: 0,
@@ -197,20 +199,6 @@ pub async fn exchange<L: Link>(client: &mut Client<L>) -> Result<[i32; 2], Troub
 /// An exchange of a poll, in which nothing is urgent.
 pub fn poll<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a> {
     Exchange { occasion: Occasion::Poll, outputs, inputs, is_urgent: &|| false }
-}
-
-/// A pty: the peer's end, and the path of the client's. No process that another test starts gets it.
-pub fn pty() -> (File, String) {
-    let mut name = [0; 64];
-    // SAFETY: plain system calls, on a descriptor that is checked; `name` has room for its size.
-    let (master, name) = unsafe {
-        let flags = libc::O_RDWR | libc::O_NOCTTY | libc::O_CLOEXEC;
-        let master = libc::posix_openpt(flags);
-        assert!(master >= 0 && libc::grantpt(master) == 0 && libc::unlockpt(master) == 0);
-        assert_eq!(libc::ptsname_r(master, name.as_mut_ptr(), name.len()), 0);
-        (File::from_raw_fd(master), std::ffi::CStr::from_ptr(name.as_ptr()))
-    };
-    (master, name.to_str().unwrap().to_owned())
 }
 
 pub type Answer = fn(&[u8], &[u8]) -> Lie;

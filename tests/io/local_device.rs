@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self};
 use std::time::{Duration, Instant};
 
-use rungd::io::device::{Health, Keeper, Opener};
+use rungd::io::device::{DeviceKeeper, Health, Opener};
 use rungd::runtime::Safe;
 use rungd::runtime::command::Command;
 use rungd::runtime::exchange::{FaultReason, Mode};
@@ -284,7 +284,7 @@ fn a_keeper_opens_again_with_safe_values_and_ends_with_them() {
     let (refusals, opened) = (AtomicI32::new(2), Mutex::default());
     let shop = Arc::new(Shop { fake: Arc::clone(&fake), refusals, opened });
     let health = Health::new("local", "gpio", "a shop".into());
-    let mut keeper = Keeper::new(Arc::clone(&shop) as _, line, health.clone(), port.clone());
+    let mut keeper = DeviceKeeper::new(Arc::clone(&shop) as _, line, health.clone(), port.clone());
     keeper.open();
     assert_eq!(
         health.condition().trouble.as_deref(),
@@ -339,7 +339,7 @@ fn a_keeper_opens_a_chip_that_comes_back_within_two_seconds_of_the_end_with_safe
         let (refusals, opened) = (AtomicI32::new(refusals), Mutex::default());
         let shop = Arc::new(Shop { fake: fake(1), refusals, opened });
         let health = Health::new("local", "gpio", "a shop".into());
-        let mut keeper = Keeper::new(Arc::clone(&shop) as _, line, health, port.clone());
+        let mut keeper = DeviceKeeper::new(Arc::clone(&shop) as _, line, health, port.clone());
         keeper.open();
         assert!(scanner.step());
         monitor.turn(clock.now_ns());

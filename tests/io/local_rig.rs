@@ -13,7 +13,7 @@ use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::runtime::exchange::{FaultReason, Mode, Port, Snapshot, Tempo};
 use rungd::runtime::local::{Local, LocalEnd};
 use rungd::runtime::pacing::Clock;
-use rungd::runtime::wiring::{Source, Target, Wiring};
+use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
 use rungd::runtime::{
     Carried, Contents, Memory, Monitor, Observer, Pace, Package, Posture, Record, Reloader, Safe,
     Scanner, Settings, Statistics, Watched, Whole, assemble_whole,
@@ -152,7 +152,7 @@ pub fn rig() -> Rig {
     };
     let c0 = MemoryCell::Bit(bit("C0"));
     let wiring = Wiring {
-        inputs: vec![Target::Input(0), Target::Input(1)],
+        inputs: vec![WiringTarget::Input(0), WiringTarget::Input(1)],
         outputs: vec![
             Source::Output(0),
             Source::Output(1),

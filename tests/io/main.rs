@@ -10,6 +10,7 @@ mod filling_line;
 mod gpio_hardware;
 mod liars;
 mod lift_station;
+mod line;
 mod local_device;
 mod local_rig;
 mod modbus_clients;

@@ -5,6 +5,7 @@
 //! the test tells the peer, and what rungd writes the peer tells the test. Where a peer is not
 //! installed a test says so and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
+use crate::line::over_a_line;
 use crate::support::page;
 use crate::support::process;
 use std::io::{BufRead, BufReader, Write};
@@ -306,29 +307,31 @@ fn bits_and_numbers_go_there_and_back_over_a_serial_line_that_is_unplugged_once(
     if !are_installed() {
         return;
     }
-    let wire = Wire::new("wire");
-    let mut peer = Peer::start("rtu", &wire.ends[1], &["1", "2"]);
-    let controller = format!("[outputs]\non = [\"Y1\"]\n{}", serial("line1", &wire, MAP));
-    let (_plant, mut rungd) = run(&controller);
-    peer.told("1 coil 2 1");
-    peer.set("1 discrete 0 1");
-    peer.told("1 coil 0 1");
-    peer.set("1 input 10 4464");
-    peer.set("1 input 11 1");
-    peer.told("1 holding 30 1");
-    peer.set("2 holding 50 1234");
-    peer.told("2 holding 60 1234");
-    drop((peer, wire));
-    rungd.line("line1 is lost");
-    let wire = Wire::new("wire");
-    let mut peer = Peer::start("rtu", &wire.ends[1], &["1", "2"]);
-    peer.told("1 coil 2 1");
-    rungd.line("line1 is back");
-    peer.set("1 input 10 9");
-    peer.told("1 holding 31 9");
-    rungd.stop();
-    // Safe 15 is (15 - 5) * 4 / 10.
-    peer.told("1 holding 40 4");
+    over_a_line(|| {
+        let wire = Wire::new("wire");
+        let mut peer = Peer::start("rtu", &wire.ends[1], &["1", "2"]);
+        let controller = format!("[outputs]\non = [\"Y1\"]\n{}", serial("line1", &wire, MAP));
+        let (_plant, mut rungd) = run(&controller);
+        peer.told("1 coil 2 1");
+        peer.set("1 discrete 0 1");
+        peer.told("1 coil 0 1");
+        peer.set("1 input 10 4464");
+        peer.set("1 input 11 1");
+        peer.told("1 holding 30 1");
+        peer.set("2 holding 50 1234");
+        peer.told("2 holding 60 1234");
+        drop((peer, wire));
+        rungd.line("line1 is lost");
+        let wire = Wire::new("wire");
+        let mut peer = Peer::start("rtu", &wire.ends[1], &["1", "2"]);
+        peer.told("1 coil 2 1");
+        rungd.line("line1 is back");
+        peer.set("1 input 10 9");
+        peer.told("1 holding 31 9");
+        rungd.stop();
+        // Safe 15 is (15 - 5) * 4 / 10.
+        peer.told("1 holding 40 4");
+    });
 }
 
 #[test]
@@ -336,27 +339,29 @@ fn devices_share_a_line_and_a_silent_one_is_silent_alone() {
     if !are_installed() {
         return;
     }
-    let wire = Wire::new("shared");
-    let mut peer = Peer::start("rtu", &wire.ends[1], &["1"]);
-    let map = "map = [{ from = \"discrete 0\", to = \"X0\" }, \
-               { from = \"Y0..Y2\", to = \"coil 0..2\" }]";
-    let absent = "unit = 9\nmap = [{ from = \"discrete 0\", to = \"X8\" }]";
-    // On a busy machine the peer may be late for seconds.
-    let line1 = serial("line1", &wire, map).replace("\"3s\"", "\"15s\"");
-    let controller = line1 + &serial("line9", &wire, absent);
-    let (_plant, mut rungd) = run(&controller);
-    rungd.line("line9: reading discrete 0 of unit 9: no answer in 200 ms");
-    peer.told("1 coil 2 1");
-    for _ in 0..3 {
-        peer.set("1 discrete 0 1");
-        peer.told("1 coil 0 1");
-        peer.set("1 discrete 0 0");
-        peer.told("1 coil 0 0");
-    }
-    let lines = rungd.stop();
-    let is_lost = |line: &&Value| process::message(line).starts_with("line1 is lost");
-    let lost: Vec<&Value> = lines.iter().filter(is_lost).collect();
-    assert!(lost.is_empty(), "{lost:#?}");
+    over_a_line(|| {
+        let wire = Wire::new("shared");
+        let mut peer = Peer::start("rtu", &wire.ends[1], &["1"]);
+        let map = "map = [{ from = \"discrete 0\", to = \"X0\" }, \
+                   { from = \"Y0..Y2\", to = \"coil 0..2\" }]";
+        let absent = "unit = 9\nmap = [{ from = \"discrete 0\", to = \"X8\" }]";
+        // On a busy machine the peer may be late for seconds.
+        let line1 = serial("line1", &wire, map).replace("\"3s\"", "\"15s\"");
+        let controller = line1 + &serial("line9", &wire, absent);
+        let (_plant, mut rungd) = run(&controller);
+        rungd.line("line9: reading discrete 0 of unit 9: no answer in 200 ms");
+        peer.told("1 coil 2 1");
+        for _ in 0..3 {
+            peer.set("1 discrete 0 1");
+            peer.told("1 coil 0 1");
+            peer.set("1 discrete 0 0");
+            peer.told("1 coil 0 0");
+        }
+        let lines = rungd.stop();
+        let is_lost = |line: &&Value| process::message(line).starts_with("line1 is lost");
+        let lost: Vec<&Value> = lines.iter().filter(is_lost).collect();
+        assert!(lost.is_empty(), "{lost:#?}");
+    });
 }
 
 /// The server on libmodbus, compiled; none where there is no compiler or no libmodbus.
@@ -440,10 +445,12 @@ fn a_server_on_libmodbus_is_remote_io_over_a_serial_line() {
     if !are_installed() {
         return;
     }
-    let wire = Wire::new("libmodbus");
-    let mut command = Command::new(program);
-    command.args(["rtu", &wire.ends[1]]);
-    goes_round(Peer::told_by(command), &serial("line1", &wire, ROUND_MAP));
+    over_a_line(|| {
+        let wire = Wire::new("libmodbus");
+        let mut command = Command::new(&program);
+        command.args(["rtu", &wire.ends[1]]);
+        goes_round(Peer::told_by(command), &serial("line1", &wire, ROUND_MAP));
+    });
 }
 
 #[test]

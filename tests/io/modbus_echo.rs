@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::thread::spawn;
 use std::time::Duration;
 
-use crate::liars::{Lie, PATIENT, Script, TIMEOUT, client, poll, pty, serve_rtu};
-use rungd::io::device::{Done, Driver, Trouble};
-use rungd::io::modbus_client::settings::{Client as Settings, Link, Parity, Serial};
+use crate::liars::{Lie, PATIENT, Script, TIMEOUT, client, poll, serve_rtu};
+use crate::line::{await_over_a_line, pty};
+use rungd::io::device::{Driver, Extent, Trouble};
+use rungd::io::modbus_client::settings::{ClientSettings as Settings, Link, Parity, Serial};
 use rungd::io::modbus_client::{Client, Rtu, SerialLines};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
@@ -45,7 +46,7 @@ fn answer_alone(_: &[u8], _: &[u8]) -> Lie {
 async fn exchange(client: &mut Client<Rtu>, on: i32) -> Result<[i32; 2], Trouble> {
     let mut inputs = [None; 2];
     let done = client.exchange(poll(&[on], &mut inputs)).await?;
-    assert_eq!(done, Done::Whole);
+    assert_eq!(done, Extent::Whole);
     Ok(inputs.map(|input| input.expect("a good exchange reads all")))
 }
 
@@ -55,50 +56,61 @@ fn from_1000(settings: &mut Settings) {
     settings.inputs[1].at = 1001;
 }
 
-#[tokio::test]
-async fn behind_an_echo_that_is_told_answers_are_understood() {
-    for settings in [|_: &mut Settings| {}, from_1000] {
-        let mut client = line(true, PATIENT, settings, echo_and_answer).await;
-        for on in [1, 0, 1] {
-            let inputs = exchange(&mut client, on).await.unwrap();
-            // The peer counts from 1000 on, by the low byte of the address.
-            assert!(inputs == [1000, 1001] || inputs == [1232, 1233], "{inputs:?}");
-        }
-    }
-}
-
-#[tokio::test]
-async fn an_echo_that_is_told_confirms_no_write() {
-    let mut client = line(true, TIMEOUT, |settings| settings.inputs.clear(), echo_alone).await;
-    let trouble = exchange(&mut client, 1).await.unwrap_err();
-    assert_eq!(trouble.reason, "writing coil 0 of unit 1: no answer in 400 ms");
-}
-
-#[tokio::test]
-async fn an_echo_that_is_told_and_does_not_come_is_trouble() {
-    let mut client = line(true, TIMEOUT, |settings| settings.outputs.clear(), answer_alone).await;
-    let trouble = exchange(&mut client, 1).await.unwrap_err();
-    let words = "the request did not come back first, as `echo = true` says";
-    assert_eq!(trouble.reason, format!("reading input 0..1 of unit 1: {words}"));
-}
-
-#[tokio::test]
-async fn an_echo_that_nobody_told_is_no_answer_to_a_read_and_its_remedy_is_named() {
-    for answer in [echo_alone, echo_and_answer] {
+#[test]
+fn behind_an_echo_that_is_told_answers_are_understood() {
+    await_over_a_line(async || {
         for settings in [|_: &mut Settings| {}, from_1000] {
-            let mut client = line(false, TIMEOUT * 8, settings, answer).await;
-            let trouble = exchange(&mut client, 1).await.unwrap_err();
-            assert!(trouble.reason.starts_with("reading input "), "{trouble}");
-            assert!(trouble.reason.ends_with(REMEDY), "{trouble}");
+            let mut client = line(true, PATIENT, settings, echo_and_answer).await;
+            for on in [1, 0, 1] {
+                let inputs = exchange(&mut client, on).await.unwrap();
+                // The peer counts from 1000 on, by the low byte of the address.
+                assert!(inputs == [1000, 1001] || inputs == [1232, 1233], "{inputs:?}");
+            }
         }
-    }
+    });
 }
 
-#[tokio::test]
-async fn a_line_whose_echo_a_read_has_shown_confirms_no_write() {
-    let mut client = line(false, TIMEOUT, |_| {}, echo_alone).await;
-    exchange(&mut client, 1).await.unwrap_err();
-    tokio::time::sleep(TIMEOUT * 2).await;
-    let trouble = exchange(&mut client, 0).await.unwrap_err();
-    assert_eq!(trouble.reason, format!("writing coil 0 of unit 1: {REMEDY}"));
+#[test]
+fn an_echo_that_is_told_confirms_no_write() {
+    await_over_a_line(async || {
+        let mut client = line(true, TIMEOUT, |settings| settings.inputs.clear(), echo_alone).await;
+        let trouble = exchange(&mut client, 1).await.unwrap_err();
+        assert_eq!(trouble.reason, "writing coil 0 of unit 1: no answer in 400 ms");
+    });
+}
+
+#[test]
+fn an_echo_that_is_told_and_does_not_come_is_trouble() {
+    await_over_a_line(async || {
+        let mut client =
+            line(true, TIMEOUT, |settings| settings.outputs.clear(), answer_alone).await;
+        let trouble = exchange(&mut client, 1).await.unwrap_err();
+        let words = "the request did not come back first, as `echo = true` says";
+        assert_eq!(trouble.reason, format!("reading input 0..1 of unit 1: {words}"));
+    });
+}
+
+#[test]
+fn an_echo_that_nobody_told_is_no_answer_to_a_read_and_its_remedy_is_named() {
+    await_over_a_line(async || {
+        for answer in [echo_alone, echo_and_answer] {
+            for settings in [|_: &mut Settings| {}, from_1000] {
+                let mut client = line(false, TIMEOUT * 8, settings, answer).await;
+                let trouble = exchange(&mut client, 1).await.unwrap_err();
+                assert!(trouble.reason.starts_with("reading input "), "{trouble}");
+                assert!(trouble.reason.ends_with(REMEDY), "{trouble}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_line_whose_echo_a_read_has_shown_confirms_no_write() {
+    await_over_a_line(async || {
+        let mut client = line(false, TIMEOUT, |_| {}, echo_alone).await;
+        exchange(&mut client, 1).await.unwrap_err();
+        tokio::time::sleep(TIMEOUT * 2).await;
+        let trouble = exchange(&mut client, 0).await.unwrap_err();
+        assert_eq!(trouble.reason, format!("writing coil 0 of unit 1: {REMEDY}"));
+    });
 }

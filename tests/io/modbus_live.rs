@@ -67,7 +67,10 @@ fn the_program_answers_and_changes_what_the_oracle_says() {
     }
     at_address(65_534, &mut random, |pdu| live.ask(1, pdu));
     at_address(65_535, &mut random, |pdu| live.ask(2, pdu));
-    for at in (0..12_000).chain(65_500..=65_535).filter(|at| !STATUS.contains(at)) {
+    // Of the addresses between the edges a debug build asks for every fifth.
+    let stride = if cfg!(debug_assertions) { 5 } else { 1 };
+    let addresses = (0..12_000).step_by(stride).chain(65_500..=65_535);
+    for at in addresses.filter(|at| !STATUS.contains(at)) {
         for function in 1..=4 {
             let [high, low] = u16::to_be_bytes(at);
             live.ask(1, &[function, high, low, 0, 1]);

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::liars::{Lie, PATIENT, Script, client, listen, poll, tcp_frame};
-use rungd::io::device::{Done, Driver, Exchange, Occasion};
-use rungd::io::modbus_client::settings::{Client as Settings, Link, Watchdog};
+use rungd::io::device::{Driver, Exchange, Extent, Occasion};
+use rungd::io::modbus_client::settings::{ClientSettings as Settings, Link, Watchdog};
 use rungd::io::modbus_client::{Client, Tcp};
 
 type Seen = Arc<Mutex<Vec<Vec<u8>>>>;
@@ -41,8 +41,9 @@ fn asked(seen: &Seen) -> Vec<(u8, u8)> {
 /// Four requests instead of one.
 fn apart(settings: &mut Settings) {
     let input = settings.inputs[0];
-    settings.inputs =
-        (0..4).map(|n| rungd::io::modbus_client::settings::Point { at: n * 10, ..input }).collect();
+    settings.inputs = (0..4)
+        .map(|n| rungd::io::modbus_client::settings::ModbusPoint { at: n * 10, ..input })
+        .collect();
 }
 
 fn urgent<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a> {
@@ -53,22 +54,22 @@ fn urgent<'a>(outputs: &'a [i32], inputs: &'a mut [Option<i32>]) -> Exchange<'a>
 async fn reads_end_in_part_and_go_on_behind_what_is_urgent() {
     let (mut client, seen) = seen(apart, |_| Lie::None).await;
     let mut inputs = [None; 4];
-    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Done::Part));
+    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
     assert_eq!(asked(&seen), [(5, 0), (4, 0)]);
-    assert_eq!(client.exchange(urgent(&[0], &mut inputs)).await, Ok(Done::Part));
+    assert_eq!(client.exchange(urgent(&[0], &mut inputs)).await, Ok(Extent::Part));
     assert_eq!(asked(&seen), [(5, 0), (4, 10)]);
     let change = Exchange { occasion: Occasion::Change, ..urgent(&[1], &mut inputs) };
-    assert_eq!(client.exchange(change).await, Ok(Done::Whole));
+    assert_eq!(client.exchange(change).await, Ok(Extent::Whole));
     assert_eq!(asked(&seen), [(5, 0)]);
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Done::Whole));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Whole));
     assert_eq!(asked(&seen), [(4, 20), (4, 30)]);
     assert_eq!(inputs, [1000, 1010, 1020, 1030].map(Some));
     // From the first on again.
-    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Done::Part));
+    assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
     assert_eq!(asked(&seen), [(4, 0)]);
     // And anew behind a connection.
     client.connect().await.unwrap();
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Done::Whole));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Whole));
     assert_eq!(asked(&seen), [(5, 0), (4, 0), (4, 10), (4, 20), (4, 30)]);
 }
 
@@ -81,7 +82,7 @@ async fn trouble_in_a_part_is_the_whole_exchanges() {
     let (mut client, _seen) = seen(apart, refuses_one).await;
     let mut inputs = [None; 4];
     for _ in 0..3 {
-        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Done::Part));
+        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
     }
     let trouble = client.exchange(urgent(&[1], &mut inputs)).await.unwrap_err();
     assert_eq!(trouble.reason, "reading input 0 of unit 1: exception 2 (illegal data address)");
@@ -96,7 +97,7 @@ async fn a_refused_write_ends_no_exchange_whose_reads_are_under_way() {
     let (mut client, _seen) = seen(apart, refuses_writes).await;
     let mut inputs = [None; 4];
     for _ in 0..3 {
-        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Done::Part));
+        assert_eq!(client.exchange(urgent(&[1], &mut inputs)).await, Ok(Extent::Part));
     }
     let trouble = client.exchange(urgent(&[1], &mut inputs)).await.unwrap_err();
     assert_eq!(trouble.reason, "writing coil 0 of unit 1: exception 6 (device busy)");
@@ -121,7 +122,7 @@ async fn a_unit_that_refuses_a_read_takes_a_change_at_once() {
         let change = Exchange { occasion: Occasion::Change, ..poll(&[0], &mut inputs) };
         let on = [on];
         let change = Exchange { outputs: &on, ..change };
-        assert_eq!(client.exchange(change).await, Ok(Done::Whole));
+        assert_eq!(client.exchange(change).await, Ok(Extent::Whole));
         assert_eq!(asked(&seen), [(5, 0)]);
     }
     assert!(client.exchange(poll(&[1], &mut inputs)).await.is_err(), "inputs are missing still");
@@ -155,10 +156,10 @@ async fn a_watchdog_is_fed_between_two_reads() {
     };
     let (mut client, seen) = seen(settings, slow).await;
     let mut inputs = [None; 4];
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Done::Part));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Part));
     // The coil again behind the first feeding.
     assert_eq!(asked(&seen), [(5, 0), (6, 99), (5, 0), (4, 0)]);
-    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Done::Part));
+    assert_eq!(client.exchange(poll(&[1], &mut inputs)).await, Ok(Extent::Part));
     assert_eq!(asked(&seen)[0], (6, 99));
 }
 

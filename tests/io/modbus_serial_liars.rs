@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::thread::spawn;
 
 use crate::liars::{
-    self, Answer, Lie, PATIENT, TIMEOUT, client, exchange, honest, lie, pty, recovers, rtu_frame,
+    self, Answer, Lie, PATIENT, TIMEOUT, client, exchange, honest, lie, recovers, rtu_frame,
     serve_rtu, with,
 };
+use crate::line::{await_over_a_line, pty};
 use rungd::io::device::Driver;
 use rungd::io::modbus_client::settings::{Link, Parity, Serial};
 use rungd::io::modbus_client::{Client, SerialLines};
@@ -39,119 +40,130 @@ fn serial(port: String) -> Serial {
     Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo: false }
 }
 
-#[tokio::test]
-async fn every_lie_over_a_serial_line_is_trouble_that_passes() {
-    let (master, port) = pty();
-    let script = honest();
-    let told = Arc::clone(&script);
-    spawn(move || serve_rtu(master, &told));
-    let serial = serial(port);
-    let settings = client(Link::Serial(serial.clone()));
-    let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
-    client.connect().await.unwrap();
-    let again = "no answer in 400 ms";
-    recovers(&mut client, again).await;
-    for (words, answer) in RTU_LIES {
-        // A busy machine hides a lie: then it is told again. A unit that rests is not asked.
-        // What had no answer in time is answered late, with the lie that was meant for the next.
-        let told = async {
-            let mut late = false;
-            loop {
-                if script.lock().unwrap().is_empty() {
-                    lie(&script, answer);
-                }
-                match exchange(&mut client).await {
-                    Err(trouble) if !words.contains(again) && trouble.reason.ends_with(again) => {
-                        late = true;
+#[test]
+fn every_lie_over_a_serial_line_is_trouble_that_passes() {
+    await_over_a_line(async || {
+        let (master, port) = pty();
+        let script = honest();
+        let told = Arc::clone(&script);
+        spawn(move || serve_rtu(master, &told));
+        let serial = serial(port);
+        let settings = client(Link::Serial(serial.clone()));
+        let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
+        client.connect().await.unwrap();
+        let again = "no answer in 400 ms";
+        recovers(&mut client, again).await;
+        for (words, answer) in RTU_LIES {
+            // A busy machine hides a lie: then it is told again. A unit that rests is not asked.
+            // What had no answer in time is answered late, with the lie that was meant for the next.
+            let told = async {
+                let mut late = false;
+                loop {
+                    if script.lock().unwrap().is_empty() {
+                        lie(&script, answer);
                     }
-                    Ok([1000, 1001]) if late && !words.is_empty() => late = false,
-                    told => return told,
+                    match exchange(&mut client).await {
+                        Err(trouble)
+                            if !words.contains(again) && trouble.reason.ends_with(again) =>
+                        {
+                            late = true;
+                        }
+                        Ok([1000, 1001]) if late && !words.is_empty() => late = false,
+                        told => return told,
+                    }
+                    tokio::task::yield_now().await;
                 }
-                tokio::task::yield_now().await;
+            };
+            match timeout(liars::BOUND, told).await.unwrap() {
+                Ok(inputs) => assert!(words.is_empty() && inputs == [1000, 1001], "{words}"),
+                Err(trouble) => {
+                    assert!(
+                        !words.is_empty() && trouble.reason.contains(words),
+                        "{words}: {trouble}"
+                    );
+                    assert!(!trouble.is_disconnected, "{words}");
+                }
             }
-        };
-        match timeout(liars::BOUND, told).await.unwrap() {
-            Ok(inputs) => assert!(words.is_empty() && inputs == [1000, 1001], "{words}"),
-            Err(trouble) => {
-                assert!(!words.is_empty() && trouble.reason.contains(words), "{words}: {trouble}");
-                assert!(!trouble.is_disconnected, "{words}");
-            }
+            script.lock().unwrap().clear();
+            // A late answer may still be under way, and a unit that was silent may be resting: on a
+            // busy machine more than once.
+            let again = async {
+                while exchange(&mut client).await != Ok([1000, 1001]) {
+                    tokio::task::yield_now().await;
+                }
+            };
+            let recovered = timeout(3 * liars::BOUND, again).await;
+            recovered.unwrap_or_else(|_| panic!("{words}: no recovery"));
         }
-        script.lock().unwrap().clear();
-        // A late answer may still be under way, and a unit that was silent may be resting: on a
-        // busy machine more than once.
-        let again = async {
-            while exchange(&mut client).await != Ok([1000, 1001]) {
-                tokio::task::yield_now().await;
-            }
-        };
-        let recovered = timeout(3 * liars::BOUND, again).await;
-        recovered.unwrap_or_else(|_| panic!("{words}: no recovery"));
-    }
+    });
 }
 
 /// RTU has no transactions: an answer that comes too late looks like that to the next question.
-#[tokio::test]
-async fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
-    let (master, port) = pty();
-    let script = honest();
-    let told = Arc::clone(&script);
-    spawn(move || serve_rtu(master, &told));
-    let serial = serial(port);
-    let mut settings = client(Link::Serial(serial.clone()));
-    settings.inputs[1].at = 10;
-    settings.outputs.clear();
-    let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
-    client.connect().await.unwrap();
-    while exchange(&mut client).await != Ok([1000, 1010]) {
-        tokio::task::yield_now().await;
-    }
-    // The answer to the first question comes while the same is asked again, and the answer to that
-    // while the second register is.
-    lie(&script, |_, _| Lie::After(TIMEOUT * 3 / 2));
-    lie(&script, |_, _| Lie::After(TIMEOUT / 5));
-    assert!(exchange(&mut client).await.is_err());
-    let mut wells = 0;
-    while wells < 5 {
-        if let Ok(inputs) = exchange(&mut client).await {
-            assert_eq!(inputs, [1000, 1010]);
-            wells += 1;
+#[test]
+fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
+    await_over_a_line(async || {
+        let (master, port) = pty();
+        let script = honest();
+        let told = Arc::clone(&script);
+        spawn(move || serve_rtu(master, &told));
+        let serial = serial(port);
+        let mut settings = client(Link::Serial(serial.clone()));
+        settings.inputs[1].at = 10;
+        settings.outputs.clear();
+        let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
+        client.connect().await.unwrap();
+        while exchange(&mut client).await != Ok([1000, 1010]) {
+            tokio::task::yield_now().await;
         }
-        tokio::task::yield_now().await;
-    }
+        // The answer to the first question comes while the same is asked again, and the answer to that
+        // while the second register is.
+        lie(&script, |_, _| Lie::After(TIMEOUT * 3 / 2));
+        lie(&script, |_, _| Lie::After(TIMEOUT / 5));
+        assert!(exchange(&mut client).await.is_err());
+        let mut wells = 0;
+        while wells < 5 {
+            if let Ok(inputs) = exchange(&mut client).await {
+                assert_eq!(inputs, [1000, 1010]);
+                wells += 1;
+            }
+            tokio::task::yield_now().await;
+        }
+    });
 }
 
-#[tokio::test]
-async fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
-    let (master, port) = pty();
-    let script = honest();
-    let told = Arc::clone(&script);
-    let peer = spawn(move || serve_rtu(master, &told));
-    let link = std::env::temp_dir().join(format!("rungd-line-{}", std::process::id()));
-    let _ = std::fs::remove_file(&link);
-    std::os::unix::fs::symlink(&port, &link).unwrap();
-    let serial = serial(link.to_str().unwrap().to_owned());
-    let settings = client(Link::Serial(serial.clone()));
-    let mut client = Client::new(&settings, SerialLines::default().link(&serial, PATIENT));
-    client.connect().await.unwrap();
-    assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
-    // The adapter is unplugged: its name goes first, because another test may get its number at once.
-    let unplugged = link.clone();
-    lie(&script, move |_, _| {
-        std::fs::remove_file(&unplugged).unwrap();
-        Lie::Leave(Vec::new())
+#[test]
+fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
+    await_over_a_line(async || {
+        let (master, port) = pty();
+        let script = honest();
+        let told = Arc::clone(&script);
+        let peer = spawn(move || serve_rtu(master, &told));
+        let link = std::env::temp_dir().join(format!("rungd-line-{}", std::process::id()));
+        let _ = std::fs::remove_file(&link);
+        std::os::unix::fs::symlink(&port, &link).unwrap();
+        let serial = serial(link.to_str().unwrap().to_owned());
+        let settings = client(Link::Serial(serial.clone()));
+        let mut client = Client::new(&settings, SerialLines::default().link(&serial, PATIENT));
+        client.connect().await.unwrap();
+        assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+        // The adapter is unplugged: its name goes first, because another test may get its number at once.
+        let unplugged = link.clone();
+        lie(&script, move |_, _| {
+            std::fs::remove_file(&unplugged).unwrap();
+            Lie::Leave(Vec::new())
+        });
+        let mut trouble = exchange(&mut client).await.unwrap_err();
+        peer.join().unwrap();
+        while !trouble.is_disconnected {
+            trouble = exchange(&mut client).await.unwrap_err();
+        }
+        let trouble = client.connect().await.unwrap_err();
+        assert!(trouble.reason.starts_with("cannot open it: No such file"), "{trouble}");
+        let (master, port) = pty();
+        spawn(move || serve_rtu(master, &script));
+        std::os::unix::fs::symlink(&port, &link).unwrap();
+        client.connect().await.unwrap();
+        assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
+        std::fs::remove_file(&link).unwrap();
     });
-    let mut trouble = exchange(&mut client).await.unwrap_err();
-    peer.join().unwrap();
-    while !trouble.is_disconnected {
-        trouble = exchange(&mut client).await.unwrap_err();
-    }
-    let trouble = client.connect().await.unwrap_err();
-    assert!(trouble.reason.starts_with("cannot open it: No such file"), "{trouble}");
-    let (master, port) = pty();
-    spawn(move || serve_rtu(master, &script));
-    std::os::unix::fs::symlink(&port, &link).unwrap();
-    client.connect().await.unwrap();
-    assert_eq!(exchange(&mut client).await, Ok([1000, 1001]));
-    std::fs::remove_file(&link).unwrap();
 }

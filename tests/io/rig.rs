@@ -13,10 +13,10 @@ use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
 use rungd::runtime::exchange::{FaultReason, Port, Snapshot, Tempo};
 use rungd::runtime::inputs::InputEnd;
 use rungd::runtime::pacing::Clock;
-use rungd::runtime::wiring::{Source, Target, Wiring};
+use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
 use rungd::runtime::{
-    DeviceEdge, Memory, Monitor, Observer, Pace, Posture, Record, Safe, Scanner, Settings,
-    Statistics, Watched, What, Whole, assemble_whole, monotonic_ns,
+    DeviceEdge, Memory, Monitor, Observer, Pace, Posture, Record, RecordEvent, Safe, Scanner,
+    Settings, Statistics, Watched, Whole, assemble_whole, monotonic_ns,
 };
 use rungd::source::span::SourceFile;
 
@@ -47,7 +47,7 @@ pub struct Heard(pub Arc<Mutex<Vec<(u64, DeviceEdge)>>>);
 
 impl Observer for Heard {
     fn record(&mut self, record: &Record) {
-        if let What::Device { device: 0, edge } = record.what {
+        if let RecordEvent::Device { device: 0, edge } = record.what {
             self.0.lock().unwrap().push((record.scan, edge));
         }
     }
@@ -107,10 +107,10 @@ pub fn rig(zero_on_loss: bool) -> Rig {
     };
     let target = |name: &str| {
         let (cell, (min, max)) = word(name);
-        Target::Word { cell, min, max }
+        WiringTarget::Word { cell, min, max }
     };
     let wiring = Wiring {
-        inputs: vec![Target::Input(0), Target::Input(3), target("D0"), target("V0")],
+        inputs: vec![WiringTarget::Input(0), WiringTarget::Input(3), target("D0"), target("V0")],
         outputs: vec![
             Source::Output(2),
             Source::Cell(rungd::engine::Cell::Word(word("D1").0), Some(-1)),

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rungd::load::{self, Loaded};
-use rungd::source::finding::{Finding, Row, Severity, TABLE};
+use rungd::source::finding::{Finding, FindingRow, Severity, TABLE};
 use rungd::source::render::{Style, render};
 use rungd::source::span::SourceFile;
 
@@ -22,7 +22,7 @@ fn update() -> bool {
     std::env::var_os("UPDATE_EXPECT").is_some()
 }
 
-fn page(row: &Row) -> String {
+fn page(row: &FindingRow) -> String {
     let path = folder().join(format!("{}.md", row.name));
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
@@ -47,7 +47,7 @@ fn example(page: &str, mark: &str) -> Vec<SourceFile> {
 }
 
 /// Loads an example as `rungd check` does; its first file is the one that is given.
-fn load(row: &Row, files: &[SourceFile]) -> Loaded {
+fn load(row: &FindingRow, files: &[SourceFile]) -> Loaded {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("findings").join(row.name);
     fs::create_dir_all(&folder).expect("a folder for the example");
     for file in files {
@@ -87,7 +87,7 @@ fn every_page_belongs_to_a_finding_and_says_its_summary() {
     }
 }
 
-fn summary(row: &Row) -> String {
+fn summary(row: &FindingRow) -> String {
     format!("{:?}: {}", row.severity, row.summary)
 }
 
@@ -116,7 +116,7 @@ fn the_wrong_examples_give_their_finding_and_the_right_ones_none() {
 }
 
 /// The printed finding in the page against what the program prints.
-fn compare(row: &Row, page: &str, printed: &str) -> String {
+fn compare(row: &FindingRow, page: &str, printed: &str) -> String {
     let (before, behind) = page.split_once(PRINTS).expect("a page shows what is printed");
     let (shown, after) = behind.split_once("```").expect("the block ends");
     if shown == printed {

@@ -1,11 +1,10 @@
 //! A controller that is reloaded in the middle, in virtual time: what the tests of the rules share.
 
-use crate::support::plc::Plc;
+use crate::support::plc::{Plc, of_ladder};
 use crate::support::run;
-use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
-use rungd::reload::{ReloadPlan, Seen, Side};
+use rungd::reload::{OldMemory, ReloadPlan, Side};
 
 /// A controller that is reloaded in the middle.
 pub struct Reloaded {
@@ -15,20 +14,8 @@ pub struct Reloaded {
 }
 
 pub fn plc(ladder: &str) -> Reloaded {
-    let program = run::load(ladder).unwrap_or_else(|errors| panic!("{errors}"));
-    let (engine_program, symbols) = lower(&program);
-    let mut engine = Engine::new(engine_program);
-    engine.start(0);
-    let times = rungd::engine::ScanTimes::default();
-    let plc = Plc {
-        program,
-        symbols,
-        engine,
-        now_ns: 0,
-        period_ns: 10_000_000,
-        times,
-        local: LocalTime::default(),
-    };
+    let mut plc = of_ladder(ladder);
+    plc.engine.start(0);
     Reloaded { plc, forces: Vec::new(), report: Vec::new() }
 }
 
@@ -73,12 +60,12 @@ impl Reloaded {
         let (bits, words) = (image.bits().to_vec(), image.words().to_vec());
         let layout = &symbols.layout.clone();
         let (forces, passed) = (self.forces.as_slice(), None);
-        let seen = Seen { layout, bits: &bits, words: &words, forces, passed };
+        let seen = OldMemory { layout, bits: &bits, words: &words, forces, passed };
         let forecast = plan.report(&seen);
         let mut engine = Engine::new(engine_program);
         engine.adopt(&mut self.plc.engine, &plan.transfer, true, &self.forces);
         let passed = Some(self.plc.engine.image().bits());
-        self.report = plan.report(&Seen { passed, ..seen });
+        self.report = plan.report(&OldMemory { passed, ..seen });
         assert_eq!(forecast, self.report, "what a dry run says is what is done");
         self.forces = self.forces.iter().filter_map(|c| plan.transfer.cell(*c)).collect();
         (self.plc.engine, self.plc.program, self.plc.symbols) = (engine, program, symbols);

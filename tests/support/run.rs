@@ -8,7 +8,7 @@ use rungd::isa::{Address, Bit, BitSpace, Word};
 use rungd::lower::{Symbols, lower, lower_with};
 use rungd::resolve::program::Program;
 use rungd::resolve::{LoadOptions, load_ladders, resolve_operand};
-use rungd::sim::stimulus::{Stimulus, Target};
+use rungd::sim::stimulus::{Stimulus, StimulusTarget};
 use rungd::sim::trace::{RowName as TraceRow, Trace};
 use rungd::sim::{Plan, run};
 use rungd::source::finding::{Finding, Severity};
@@ -44,14 +44,14 @@ pub fn cell(program: &Program, symbols: &Symbols, name: &str) -> Result<Cell, St
 }
 
 /// The target of a stimulus; `Err` if the operand cannot be written.
-pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<Target, String> {
+pub fn target(program: &Program, symbols: &Symbols, name: &str) -> Result<StimulusTarget, String> {
     match resolve_operand(program, name)? {
-        Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(Target::Input(n)),
+        Address::Bit(Bit::Space(BitSpace::X, n)) => Ok(StimulusTarget::Input(n)),
         Address::Bit(bit) if bit.writable_from_outside() => {
-            Ok(Target::Bit(symbols.layout.bit(bit)))
+            Ok(StimulusTarget::Bit(symbols.layout.bit(bit)))
         }
         Address::Word(word) if Word::writable(word) => {
-            Ok(Target::word(word, symbols.layout.word(word), symbols.limits(word)))
+            Ok(StimulusTarget::word(word, symbols.layout.word(word), symbols.limits(word)))
         }
         _ => Err(format!("`{name}` cannot be written")),
     }

@@ -68,7 +68,7 @@ pub trait DriverKeys: Debug {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[Row<'_>],
+        rows: &[ResolvedRow<'_>],
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings>;
 
@@ -85,7 +85,7 @@ pub trait DriverKeys: Debug {
 
 /// The direction of a row's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
+pub enum RowDirection {
     /// From the device to memory.
     In,
     /// From memory to the device.
@@ -93,13 +93,13 @@ pub enum Direction {
 }
 
 /// A row of a map, its addresses resolved.
-pub struct Row<'a> {
+pub struct ResolvedRow<'a> {
     /// Its number in the map; the driver finds the row's keys by it.
     pub at: usize,
     /// As written.
     pub written: &'a MapRow,
     /// The direction of its values.
-    pub direction: Direction,
+    pub direction: RowDirection,
     /// The points, in the driver's notation.
     pub points: &'a Text,
     /// One address per point, in the order of the points.
@@ -108,7 +108,7 @@ pub struct Row<'a> {
     pub text: &'a Text,
 }
 
-impl Row<'_> {
+impl ResolvedRow<'_> {
     /// A finding at the row's points.
     pub fn find(&self, message: String) -> Finding {
         Finding::new(Code::Controller, self.points.span, message)

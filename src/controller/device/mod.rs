@@ -16,7 +16,9 @@ pub mod settings;
 pub(crate) mod simulated;
 mod wiring;
 
-use driver::{Direction, DriverKeys, MapRow, Row, WrittenDevice, at_least_one, one_word};
+use driver::{
+    DriverKeys, MapRow, ResolvedRow, RowDirection, WrittenDevice, at_least_one, one_word,
+};
 
 use crate::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
 use crate::resolve::operands::resolve_operands;
@@ -25,7 +27,7 @@ use crate::source::finding::{Code, Finding, Severity};
 use crate::source::reader::{Constant, Text};
 
 pub use settings::{Device, DriverSettings, OnLoss};
-pub(crate) use settings::{Input, Output, SafeValue};
+pub(crate) use settings::{DeviceInput, Output, SafeValue};
 pub(crate) use wiring::moved_twice;
 pub(super) use wiring::unmapped_outputs;
 
@@ -57,7 +59,7 @@ fn one(
 ) -> Option<Device> {
     let driver = device.driver.as_deref()?;
     let before = findings.len();
-    let rows: Vec<Row<'_>> = device
+    let rows: Vec<ResolvedRow<'_>> = device
         .map
         .iter()
         .enumerate()
@@ -93,12 +95,12 @@ fn row<'a>(
     (device, at, written): (&'a WrittenDevice, usize, &'a MapRow),
     scope: &Scope,
     findings: &mut Vec<Finding>,
-) -> Option<Row<'a>> {
+) -> Option<ResolvedRow<'a>> {
     let (from, to) = (written.from.as_ref()?, written.to.as_ref()?);
     let driver = device.driver.as_deref()?;
     let (direction, points, text) = match (driver.is_point(&from.text), driver.is_point(&to.text)) {
-        (true, false) => (Direction::In, from, to),
-        (false, true) => (Direction::Out, to, from),
+        (true, false) => (RowDirection::In, from, to),
+        (false, true) => (RowDirection::Out, to, from),
         (both, _) => {
             let message = if both {
                 "both `from` and `to` are points of the device"
@@ -132,11 +134,11 @@ fn row<'a>(
         findings.push(finding);
         return None;
     }
-    Some(Row { at, written, direction, points, addresses, text })
+    Some(ResolvedRow { at, written, direction, points, addresses, text })
 }
 
 /// The finding for an address that a device cannot move.
-fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option<Finding> {
+fn wrong_way(direction: RowDirection, addresses: &[Address], text: &Text) -> Option<Finding> {
     use BitSpace::{C, Mc, Mi, X};
     use WordSpace::{D, Mhr, Mir, R, V};
     let moved = |address: &Address| match address {
@@ -144,7 +146,7 @@ fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option
         Address::Word(Word::Space(space, _)) => matches!(space, V | D | R | Mhr | Mir),
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
     };
-    if direction == Direction::Out || addresses.iter().all(moved) {
+    if direction == RowDirection::Out || addresses.iter().all(moved) {
         return None;
     }
     let message = format!("`{}` cannot be moved by a device", text.text);
@@ -152,8 +154,8 @@ fn wrong_way(direction: Direction, addresses: &[Address], text: &Text) -> Option
     Some(Finding::new(Code::Controller, text.span, message).help(help))
 }
 
-fn inputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Input> {
-    let rows = || rows.iter().filter(|row| row.direction == Direction::In);
+fn inputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<DeviceInput> {
+    let rows = || rows.iter().filter(|row| row.direction == RowDirection::In);
     for row in rows() {
         if let Some(safe) = &row.written.safe {
             let message = "an input has no safe value";
@@ -161,17 +163,20 @@ fn inputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Input> {
             findings.push(Finding::new(Code::Controller, safe.span, message).help(help));
         }
     }
-    let row = |row: &Row<'_>| {
+    let row = |row: &ResolvedRow<'_>| {
         let span = row.text.span;
-        row.addresses.iter().map(|address| Input { address: *address, span }).collect::<Vec<_>>()
+        row.addresses
+            .iter()
+            .map(|address| DeviceInput { address: *address, span })
+            .collect::<Vec<_>>()
     };
     rows().flat_map(row).collect()
 }
 
-fn outputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
+fn outputs(rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
     let mut outputs = Vec::new();
     findings.extend(rows.iter().filter_map(misplaced_hold));
-    for row in rows.iter().filter(|row| row.direction == Direction::Out) {
+    for row in rows.iter().filter(|row| row.direction == RowDirection::Out) {
         for address in &row.addresses {
             let safe = safe_value(row, *address, findings);
             outputs.push(Output { address: *address, safe, span: row.text.span });
@@ -181,28 +186,28 @@ fn outputs(rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Output> {
 }
 
 /// The finding for a `hold` that has no meaning.
-fn misplaced_hold(row: &Row<'_>) -> Option<Finding> {
+fn misplaced_hold(row: &ResolvedRow<'_>) -> Option<Finding> {
     let hold = row.written.hold.as_ref().filter(|hold| hold.value)?;
     let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let (message, help) = match row.direction {
-        Direction::In => (
+        RowDirection::In => (
             "an input has no safe value".to_owned(),
             "the device's `on-loss` sets its value when the device is lost",
         ),
-        Direction::Out if row.addresses.iter().any(is_y) => (
+        RowDirection::Out if row.addresses.iter().any(is_y) => (
             format!("the safe value of `{}` is set in `[outputs]`", row.text.text),
             "write it in `[outputs]`: `hold = [\"Y1\"]`",
         ),
-        Direction::Out if row.written.safe.is_some() => (
+        RowDirection::Out if row.written.safe.is_some() => (
             "`hold` and `safe` in one row".to_owned(),
             "write one of the two: `hold` keeps its value, `safe` gives one",
         ),
-        Direction::Out => return None,
+        RowDirection::Out => return None,
     };
     Some(Finding::new(Code::Controller, hold.span, message).help(help))
 }
 
-fn safe_value(row: &Row<'_>, address: Address, findings: &mut Vec<Finding>) -> SafeValue {
+fn safe_value(row: &ResolvedRow<'_>, address: Address, findings: &mut Vec<Finding>) -> SafeValue {
     let is_output = matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let (min, max) = match address {
         Address::Word(word) => word.range(),

@@ -1,7 +1,7 @@
 //! The settings of field devices, for the daemon: inputs, outputs, and the driver's settings.
 
 use crate::io::gpio::settings::Gpio;
-use crate::io::modbus_client::settings::Client;
+use crate::io::modbus_client::settings::ClientSettings;
 use crate::io::plant::settings::Plant;
 use crate::isa::{Address, DeviceId};
 use crate::source::span::Span;
@@ -22,7 +22,7 @@ pub struct Device {
     /// The age of the last good exchange at which it is lost, ms; at least 1.
     pub loss_after_ms: u32,
     /// The bits and words that it moves, one per point.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<DeviceInput>,
     /// The bits and words that go out to it, one per point.
     pub outputs: Vec<Output>,
     /// The driver's settings, with its points in the same order.
@@ -46,7 +46,7 @@ impl OnLoss {
 
 /// A bit or word that a device moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Input {
+pub struct DeviceInput {
     /// Its address; X, C, MC, MI, V, D, R, MHR or MIR.
     pub address: Address,
     /// The place of its row.
@@ -80,7 +80,7 @@ pub(crate) enum SafeValue {
 #[derive(Clone, Debug, PartialEq)]
 pub enum DriverSettings {
     /// Remote I/O over Modbus, over TCP or a serial line.
-    Modbus(Client),
+    Modbus(ClientSettings),
     /// Local lines.
     Gpio(Gpio),
     /// A plant in software.

@@ -28,7 +28,7 @@ use crate::source::span::Span;
 /// stands in two maps.
 pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let mut movers = Seen::default();
+    let mut movers = FirstUses::default();
     for rule in &controller.rules {
         movers.first.insert(x(rule.input), (rule.span, "a simulated device moves it here".into()));
     }
@@ -38,7 +38,7 @@ pub fn moved_twice(controller: &Controller) -> Vec<Finding> {
             movers.first.insert(x(n), moved);
         }
     }
-    let mut takers = Seen::default();
+    let mut takers = FirstUses::default();
     for device in &controller.devices {
         for input in &device.inputs {
             let (help, place) =
@@ -96,11 +96,11 @@ pub(in crate::controller) fn unmapped_outputs(
 
 /// Addresses, with the place at which each was met first.
 #[derive(Default)]
-struct Seen {
+struct FirstUses {
     first: HashMap<Address, (Span, String)>,
 }
 
-impl Seen {
+impl FirstUses {
     fn enter(
         &mut self,
         device: &Device,

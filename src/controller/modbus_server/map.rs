@@ -18,7 +18,7 @@
 
 use super::keys as written;
 use crate::io::modbus::number::{NumberType, WordOrder};
-use crate::io::modbus::settings::{Entry, Table};
+use crate::io::modbus::settings::{MappedOperands, Table};
 use crate::isa::{Address, MemorySizes};
 use crate::resolve::operands::{Operands, resolve_operands};
 use crate::resolve::scope::Scope;
@@ -34,8 +34,8 @@ pub(super) fn resolve(
     server: &written::ModbusServer,
     (scope, sizes): (&Scope, &MemorySizes),
     findings: &mut Vec<Finding>,
-) -> Vec<Entry> {
-    let mut entries: Vec<Entry> = Vec::new();
+) -> Vec<MappedOperands> {
+    let mut entries: Vec<MappedOperands> = Vec::new();
     for map in &server.maps {
         let Some(entry) = resolve_entry(map, scope, findings) else { continue };
         let lies_at = |table: Table, at| server.standard_map.then(|| standard(table, sizes) > at);
@@ -66,7 +66,7 @@ fn standard(table: Table, sizes: &MemorySizes) -> u32 {
     }
 }
 
-fn over_standard(entry: &Entry, server: Span, sizes: &MemorySizes) -> Finding {
+fn over_standard(entry: &MappedOperands, server: Span, sizes: &MemorySizes) -> Finding {
     let count = standard(entry.table, sizes);
     let space = entry.table.prefix();
     let message = format!("`{}` at {}, where the standard map is", entry.operands, place(entry));
@@ -78,7 +78,7 @@ fn over_standard(entry: &Entry, server: Span, sizes: &MemorySizes) -> Finding {
         .help(format!("begin at {count}, or write `standard-map = false`"))
 }
 
-fn overlap(one: &Entry, other: &Entry) -> bool {
+fn overlap(one: &MappedOperands, other: &MappedOperands) -> bool {
     let units = one.unit.zip(other.unit).is_none_or(|(one, other)| one == other);
     let (from, to) = (u32::from(one.address), u32::from(other.address));
     let common = from < to + other.length() && to < from + one.length();
@@ -86,7 +86,7 @@ fn overlap(one: &Entry, other: &Entry) -> bool {
 }
 
 /// An entry's table and addresses, for a message.
-fn place(entry: &Entry) -> String {
+fn place(entry: &MappedOperands) -> String {
     let (first, length) = (u32::from(entry.address), entry.length());
     let unit = entry.unit.map_or(String::new(), |unit| format!(" of unit {unit}"));
     match length {
@@ -110,7 +110,7 @@ fn resolve_entry(
     map: &written::MapEntry,
     scope: &Scope,
     findings: &mut Vec<Finding>,
-) -> Option<Entry> {
+) -> Option<MappedOperands> {
     let mut taken = |finding: Result<Finding, Finding>| {
         findings.push(finding.unwrap_or_else(|finding| finding));
     };
@@ -149,7 +149,7 @@ fn resolve_entry(
         Address::Word(word) => Some(kind.unwrap_or_else(|| NumberType::of(word))),
         Address::Bit(_) | Address::Structure(_) => None,
     };
-    let entry = Entry { operands, table, address, kind, order, unit, span: map.span };
+    let entry = MappedOperands { operands, table, address, kind, order, unit, span: map.span };
     let wrong = fits_type(map, &entry)
         .or_else(|| fits_table(map, &entry))
         .or_else(|| fits_addresses(map, &entry));
@@ -164,7 +164,7 @@ fn no_such(text: &Text, what: &str, help: &str) -> Finding {
 }
 
 /// The finding for a real in a register of integers, and an integer in one of reals.
-fn fits_type(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
+fn fits_type(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
     let (Address::Word(word), Some(text)) = (entry.operands.first, &map.kind) else { return None };
     let (is, right) = match (word.is_real(), entry.kind? == NumberType::F32) {
         (true, false) => ("holds reals", "`f32`, or nothing"),
@@ -176,7 +176,7 @@ fn fits_type(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
 }
 
 /// The finding for words in a table of bits, or bits in a table of words.
-fn fits_table(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
+fn fits_table(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
     let bits = matches!(entry.table, Table::Coils | Table::DiscreteInputs);
     let Operands { first, span, .. } = &entry.operands;
     let (is, instead) = match (first, bits) {
@@ -200,7 +200,7 @@ fn fits_table(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
     Some(Finding::new(Code::Controller, *span, message).help(format!("its table is {instead}")))
 }
 
-fn fits_addresses(map: &written::MapEntry, entry: &Entry) -> Option<Finding> {
+fn fits_addresses(map: &written::MapEntry, entry: &MappedOperands) -> Option<Finding> {
     let end = u32::from(entry.address) + entry.length();
     if end <= ADDRESSES {
         return None;

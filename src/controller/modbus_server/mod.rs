@@ -10,9 +10,9 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use keys::{self as written, Mapping};
 
-use super::resolver::{Resolver, Wanted};
+use super::resolver::{AllowedSpaces, Resolver};
 use crate::io::modbus::clients::Network;
-use crate::io::modbus::settings::{Entry, LISTS_MAX, Modbus, Table, WriteList};
+use crate::io::modbus::settings::{LISTS_MAX, MappedOperands, Modbus, Table, WriteList};
 use crate::isa::{Address, Bit, BitSpace, MemorySizes, Space, Structure, Word, WordSpace};
 use crate::resolve::operands::{Operands, resolve_operands};
 use crate::resolve::range::Range;
@@ -117,7 +117,7 @@ impl Resolver {
     ) -> Option<(Range, Range)> {
         let mut side = |text: &Option<Text>, (space, words): (BitSpace, &'static str)| {
             let spaces = [Space::Bit(space)];
-            let wanted = Wanted { spaces: &spaces, words, code: Code::Controller };
+            let wanted = AllowedSpaces { spaces: &spaces, words, code: Code::Controller };
             self.range(text.as_ref()?, &wanted)
         };
         let (from, to) = (side(&mapping.from, spaces[0]), side(&mapping.to, spaces[1]));
@@ -162,7 +162,8 @@ fn has_a_place(operands: &Operands, modbus: &Modbus) -> Option<Finding> {
         operands.first,
         Address::Bit(Bit::Space(BitSpace::Mc, _)) | Address::Word(Word::Space(WordSpace::Mhr, _))
     );
-    let writes = |entry: &&Entry| matches!(entry.table, Table::Coils | Table::HoldingRegisters);
+    let writes =
+        |entry: &&MappedOperands| matches!(entry.table, Table::Coils | Table::HoldingRegisters);
     let mut entries = modbus.entries.iter().filter(writes);
     let mapped = entries.any(|entry| operands.addresses().any(|it| entry.operands.hold(it)));
     if mapped || (standard && modbus.standard_map) {

@@ -21,10 +21,10 @@ use crate::engine::Cell;
 use crate::events::{self, Event, Level};
 use crate::isa::{Address, Bit, BitSpace};
 use crate::operator::names::Names;
-use crate::operator::operand::Operand;
+use crate::operator::operand::Variable;
 use crate::operator::protocol::{
-    self, Change, Given, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
-    RefusalKind, Request, Values,
+    self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
+    Refusal, RefusalKind, Request, Values,
 };
 use crate::runtime::Generations;
 use crate::runtime::command::{Before, Command, CommandId, Denial};
@@ -49,8 +49,6 @@ pub(in super::super) struct Desk {
     forced: Mutex<HashMap<Address, String>>,
 }
 
-type Done<T> = Result<T, Refusal>;
-
 impl Desk {
     pub fn new(views: Generations<View>, port: Port, reloads: Arc<Reloads>) -> Desk {
         Desk { views, port, reloads, forced: Mutex::default() }
@@ -73,7 +71,11 @@ impl Desk {
         Arc::clone(&self.seen().1.names)
     }
 
-    pub(super) async fn answer(&self, peer: &Peer, request: &Request) -> Done<serde_json::Value> {
+    pub(super) async fn answer(
+        &self,
+        peer: &Peer,
+        request: &Request,
+    ) -> Answered<serde_json::Value> {
         match request {
             Request::Status {} => as_json(&self.status()),
             Request::Read { operands } => as_json(&self.read(operands)?),
@@ -113,10 +115,11 @@ impl Desk {
     }
 
     /// The forced operands with their present names; each with the name by which it was forced.
-    fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Operand, String)> {
+    fn forces(&self, latest: &Snapshot, names: &Names) -> Vec<(Variable, String)> {
         let known = self.forced();
         let forced = latest.forces.list().iter().filter_map(|cell| names.at(*cell));
-        let name = |operand: &Operand| known.get(&operand.what).unwrap_or(&operand.operand).clone();
+        let name =
+            |operand: &Variable| known.get(&operand.what).unwrap_or(&operand.operand).clone();
         forced.map(|operand| (operand.clone(), name(&operand))).collect()
     }
 
@@ -124,7 +127,7 @@ impl Desk {
         self.forced.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn read(&self, operands: &[String]) -> Done<Values> {
+    fn read(&self, operands: &[String]) -> Answered<Values> {
         let (latest, view) = self.seen();
         let mut found = Vec::new();
         for text in operands.iter().take(OPERANDS_MAX + 1) {
@@ -137,7 +140,7 @@ impl Desk {
         Ok(values(&latest, &found))
     }
 
-    async fn write(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
+    async fn write(&self, peer: &Peer, text: &str, given: &GivenValue) -> Answered<Change> {
         let (before, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_write()?;
@@ -184,7 +187,7 @@ impl Desk {
     }
 
     /// What to bear in mind: something else writes this operand again.
-    fn note(&self, operand: &Operand, value: i32, change: &Change) -> Option<String> {
+    fn note(&self, operand: &Variable, value: i32, change: &Change) -> Option<String> {
         let written = operand.held(value);
         if let Some(driver) = self.seen().1.about.driver_of(operand.what) {
             let name = &operand.operand;
@@ -214,7 +217,7 @@ impl Desk {
         Refusal::new(RefusalKind::Refused, message)
     }
 
-    async fn force(&self, peer: &Peer, text: &str, given: &Given) -> Done<Change> {
+    async fn force(&self, peer: &Peer, text: &str, given: &GivenValue) -> Answered<Change> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_force()?;
@@ -234,7 +237,7 @@ impl Desk {
         Ok(change)
     }
 
-    async fn unforce(&self, peer: &Peer, text: &str) -> Done<Change> {
+    async fn unforce(&self, peer: &Peer, text: &str) -> Answered<Change> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text).map_err(|unknown| {
             let message = format!("{}; {}", unknown.message, self.forced_now(text.trim()));
@@ -258,7 +261,7 @@ impl Desk {
     fn forced_now(&self, text: &str) -> String {
         let (latest, view) = self.seen();
         let forces = self.forces(&latest, &view.names);
-        if let Some((Operand { address, .. }, _)) = forces.iter().find(|(_, name)| name == text) {
+        if let Some((Variable { address, .. }, _)) = forces.iter().find(|(_, name)| name == text) {
             return format!(
                 "{address} is forced, and was called `{text}` then: `rungd unforce {address}` ends \
                  it"
@@ -277,7 +280,7 @@ impl Desk {
         }
     }
 
-    fn forced_change(&self, operand: &Operand, before: Before) -> Change {
+    fn forced_change(&self, operand: &Variable, before: Before) -> Change {
         Change {
             before: operand.held(before.value),
             was_forced: before.forced,
@@ -286,10 +289,10 @@ impl Desk {
         }
     }
 
-    async fn unforce_all(&self, peer: &Peer) -> Done<Values> {
+    async fn unforce_all(&self, peer: &Peer) -> Answered<Values> {
         let before = self.port.latest();
         let forces = self.forces(&before, &self.views.of(before.generation).names);
-        let operands: Vec<Operand> = forces.into_iter().map(|(operand, _)| operand).collect();
+        let operands: Vec<Variable> = forces.into_iter().map(|(operand, _)| operand).collect();
         self.carried_out(self.hand_in(before.generation, Command::ReleaseAll)?).await?;
         let latest = self.port.latest();
         for operand in &operands {
@@ -300,7 +303,7 @@ impl Desk {
         Ok(values(&latest, &operands))
     }
 
-    async fn mode(&self, peer: &Peer, to: ModeWanted) -> Done<ModeChange> {
+    async fn mode(&self, peer: &Peer, to: ModeWanted) -> Answered<ModeChange> {
         let latest = self.port.latest();
         let since_ns = latest.since_ns;
         let command = if to == ModeWanted::Run { Command::Run } else { Command::Stop };
@@ -363,16 +366,16 @@ impl Desk {
     }
 
     /// Hands in a command for the cells of the program of a generation.
-    fn hand_in(&self, generation: u32, command: Command) -> Done<CommandId> {
+    fn hand_in(&self, generation: u32, command: Command) -> Answered<CommandId> {
         self.port.command_to(generation, command).map_err(denied)
     }
 
     /// The operand in the program that scans now: a reload may have come.
-    fn now(&self, operand: Operand) -> Operand {
+    fn now(&self, operand: Variable) -> Variable {
         self.names().find_one(&operand.operand).unwrap_or(operand)
     }
 
-    async fn carried_out(&self, id: CommandId) -> Done<Before> {
+    async fn carried_out(&self, id: CommandId) -> Answered<Before> {
         let answered = timeout(self.wait(), self.port.answered(id)).await;
         answered.map_err(|_| no_answer())?.map_err(denied)
     }
@@ -398,13 +401,13 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
     LevelChange { before, after: level }
 }
 
-fn as_json(answer: &impl Serialize) -> Done<serde_json::Value> {
+fn as_json(answer: &impl Serialize) -> Answered<serde_json::Value> {
     serde_json::to_value(answer).map_err(|bug| {
         Refusal::new(RefusalKind::Refused, format!("a bug in rungd: the answer has no form: {bug}"))
     })
 }
 
-fn values(image: &Snapshot, operands: &[Operand]) -> Values {
+fn values(image: &Snapshot, operands: &[Variable]) -> Values {
     Values {
         mode: image.mode.name().to_owned(),
         scans: image.scans,
@@ -412,7 +415,7 @@ fn values(image: &Snapshot, operands: &[Operand]) -> Values {
     }
 }
 
-fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
+fn change(operand: &Variable, before: &Snapshot, latest: &Snapshot) -> Change {
     Change {
         before: operand.held(before.value(operand.cell)),
         was_forced: before.forces.has(operand.cell),
@@ -422,7 +425,7 @@ fn change(operand: &Operand, before: &Snapshot, latest: &Snapshot) -> Change {
 }
 
 /// The line in the log of a change.
-fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &str) {
+fn tell(peer: &Peer, event: &Event, operand: &Variable, change: &Change, did: &str) {
     let (before, after) = (change.before, change.now.value);
     let forced = if change.was_forced { ", forced" } else { "" };
     let words = format!("{did}: it was {before}{forced}, and is {after}");
@@ -430,7 +433,7 @@ fn tell(peer: &Peer, event: &Event, operand: &Operand, change: &Change, did: &st
 }
 
 /// The line in the log of a write that no scan has seen yet. No further line follows.
-fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held, Duration)) {
+fn tell_waiting(peer: &Peer, operand: &Variable, change: &Change, waiting: (Held, Duration)) {
     let (written, period) = waiting;
     let before = change.before;
     let waits = waits(written, period);
@@ -439,7 +442,7 @@ fn tell_waiting(peer: &Peer, operand: &Operand, change: &Change, waiting: (Held,
 }
 
 /// A line about an operand, in these words, with its value before and after.
-fn tell_in(peer: &Peer, event: &Event, operand: &Operand, values: [Held; 2], words: &str) {
+fn tell_in(peer: &Peer, event: &Event, operand: &Variable, values: [Held; 2], words: &str) {
     let (address, [before, after]) = (&operand.address, values);
     say!(
         *event at Info,

@@ -22,7 +22,7 @@ use super::peer::Peer;
 use super::seats::{KEPT, Seats};
 use super::session::{self, Session, Shared};
 use super::socket::{self, Claim, SocketSpec};
-use crate::daemon::failure::Failure;
+use crate::daemon::failure::StartFailure;
 use crate::say::say;
 
 /// The most clients at a time.
@@ -49,7 +49,7 @@ impl Server {
     ///
     /// # Errors
     /// The group is unknown, or the system says no to a socket that the controller file insists on.
-    pub fn bind(claim: Claim, desk: Desk) -> Result<Option<Server>, Failure> {
+    pub fn bind(claim: Claim, desk: Desk) -> Result<Option<Server>, StartFailure> {
         let spec = claim.spec().clone();
         let Some((listener, socket)) = unless_done_without(&spec, claim.bind())? else {
             return Ok(None);
@@ -103,8 +103,10 @@ impl Server {
         let told = std::mem::replace(&mut self.lost, again.is_err());
         let then = match &again {
             Ok(_) => "it is made again".to_owned(),
-            Err(Failure::Configuration(why)) => format!("not made again: {why}"),
-            Err(Failure::Environment(why)) => format!("not made again: {why:#}; rungd tries again"),
+            Err(StartFailure::Configuration(why)) => format!("not made again: {why}"),
+            Err(StartFailure::Environment(why)) => {
+                format!("not made again: {why:#}; rungd tries again")
+            }
         };
         if !told {
             let socket = self.socket.path().display();
@@ -156,7 +158,7 @@ fn tell_open(socket: &socket::Bound) {
 /// # Errors
 /// Another controller has the place, or the system says no to a socket that the controller file
 /// insists on.
-pub(in super::super) fn claim(spec: &SocketSpec) -> Result<Option<Claim>, Failure> {
+pub(in super::super) fn claim(spec: &SocketSpec) -> Result<Option<Claim>, StartFailure> {
     unless_done_without(spec, Claim::new(spec))
 }
 
@@ -164,10 +166,12 @@ pub(in super::super) fn claim(spec: &SocketSpec) -> Result<Option<Claim>, Failur
 /// asked for the socket.
 fn unless_done_without<T>(
     spec: &SocketSpec,
-    done: Result<T, Failure>,
-) -> Result<Option<T>, Failure> {
+    done: Result<T, StartFailure>,
+) -> Result<Option<T>, StartFailure> {
     match done {
-        Err(Failure::Environment(why)) if !spec.insists && !why.is::<socket::SocketTaken>() => {
+        Err(StartFailure::Environment(why))
+            if !spec.insists && !why.is::<socket::SocketTaken>() =>
+        {
             say!(OPERATOR_NO_SOCKET,
                 socket = %spec.path.display(),
                 "no operator's commands: {why:#}"

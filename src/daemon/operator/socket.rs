@@ -18,7 +18,7 @@ use super::accounts::gid_of;
 use crate::controller;
 use crate::controller::operator::{Operator, SOCKET_BYTES_MAX};
 use crate::daemon::directories;
-use crate::daemon::failure::Failure;
+use crate::daemon::failure::StartFailure;
 use crate::operator::SOCKET_VARIABLE;
 use crate::source::span::FileId;
 
@@ -103,15 +103,15 @@ impl SocketSpec {
         Some(SocketSpec { path, mode, group, insists, instead_of })
     }
 
-    fn failure(&self, why: &dyn std::fmt::Display) -> Failure {
+    fn failure(&self, why: &dyn std::fmt::Display) -> StartFailure {
         let path = self.path.display();
         // The message names the controller file's key only where that key asked for it.
         let asked = if self.insists { "`[operator] socket`" } else { "the operator's socket" };
-        Failure::Environment(anyhow::anyhow!("{asked} cannot be {path}: {why}"))
+        StartFailure::Environment(anyhow::anyhow!("{asked} cannot be {path}: {why}"))
     }
 
     /// The failure for a file that cannot be made; without its folder, a remedy instead of `why`.
-    fn not_made(&self, why: &str, error: &io::Error) -> Failure {
+    fn not_made(&self, why: &str, error: &io::Error) -> StartFailure {
         if error.kind() != io::ErrorKind::NotFound {
             return self.failure(&why);
         }
@@ -126,7 +126,7 @@ impl Claim {
     ///
     /// # Errors
     /// A controller answers there, or the system says no.
-    pub fn new(spec: &SocketSpec) -> Result<Claim, Failure> {
+    pub fn new(spec: &SocketSpec) -> Result<Claim, StartFailure> {
         // First of all: beside what is no socket no lock belongs either.
         is_socket_or_nothing(spec)?;
         let lock = lock(spec)?;
@@ -135,7 +135,7 @@ impl Claim {
     }
 
     /// Makes the socket at its place.
-    pub(super) fn bind(self) -> Result<(UnixListener, Bound), Failure> {
+    pub(super) fn bind(self) -> Result<(UnixListener, Bound), StartFailure> {
         let (listener, meta) = make(&self.spec)?;
         let (owner, inode) = (Owner::of(&meta), meta.ino());
         Ok((listener, Bound { spec: self.spec, inode, owner, lock: self.lock }))
@@ -147,7 +147,7 @@ impl Claim {
 }
 
 /// Makes the socket and puts it in its place. Only the holder of the lock calls this.
-fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), Failure> {
+fn make(spec: &SocketSpec) -> Result<(UnixListener, fs::Metadata), StartFailure> {
     let path = &spec.path;
     let gid = spec.group.as_deref().map(group_number).transpose()?;
     // While the lock is held, no other process uses this name.
@@ -212,7 +212,7 @@ impl Bound {
     ///
     /// # Errors
     /// The same.
-    pub fn again(&mut self) -> Result<UnixListener, Failure> {
+    pub fn again(&mut self) -> Result<UnixListener, StartFailure> {
         is_socket_or_nothing(&self.spec)?;
         let own = self.lock.metadata().map(|meta| meta.ino()).ok();
         // The lock's file may have been taken away together with the socket.
@@ -234,7 +234,7 @@ fn beside(path: &Path, ending: &str) -> PathBuf {
 }
 
 /// The lock beside the socket.
-fn lock(spec: &SocketSpec) -> Result<File, Failure> {
+fn lock(spec: &SocketSpec) -> Result<File, StartFailure> {
     let path = beside(&spec.path, ".lock");
     let mut options = OpenOptions::new();
     let options = options.create(true).truncate(false).write(true).mode(0o600);
@@ -260,9 +260,9 @@ fn lock(spec: &SocketSpec) -> Result<File, Failure> {
     }
 }
 
-fn taken(path: &Path) -> Failure {
+fn taken(path: &Path) -> StartFailure {
     let path = path.display();
-    Failure::Environment(anyhow::Error::new(SocketTaken(format!(
+    StartFailure::Environment(anyhow::Error::new(SocketTaken(format!(
         "the operator's socket cannot be {path}: another rungd answers there; stop it (`rungd \
          status --socket {path}` shows it), or give this one a socket of its own"
     ))))
@@ -276,7 +276,7 @@ impl std::fmt::Display for SocketTaken {
 
 impl std::error::Error for SocketTaken {}
 
-fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), Failure> {
+fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), StartFailure> {
     match fs::symlink_metadata(&spec.path) {
         Ok(meta) if !meta.file_type().is_socket() => {
             Err(spec.failure(&"something else is there, which is no socket"))
@@ -286,7 +286,7 @@ fn is_socket_or_nothing(spec: &SocketSpec) -> Result<(), Failure> {
 }
 
 /// Refuses a socket at which a controller answers.
-fn clear(spec: &SocketSpec) -> Result<(), Failure> {
+fn clear(spec: &SocketSpec) -> Result<(), StartFailure> {
     is_socket_or_nothing(spec)?;
     if !spec.path.exists() {
         return Ok(());
@@ -298,11 +298,11 @@ fn clear(spec: &SocketSpec) -> Result<(), Failure> {
     }
 }
 
-fn group_number(group: &str) -> Result<u32, Failure> {
+fn group_number(group: &str) -> Result<u32, StartFailure> {
     let known = fs::read_to_string("/etc/group").unwrap_or_default();
     gid_of(&known, group).or_else(|| group.parse().ok()).filter(|gid| *gid != u32::MAX).ok_or_else(
         || {
-            Failure::Configuration(format!(
+            StartFailure::Configuration(format!(
                 "`[operator] group`: this machine has no group `{group}` in /etc/group; make it \
              (`groupadd {group}`), or write another's name or number"
             ))

@@ -16,8 +16,8 @@ use crate::io::device::Health;
 use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
-    self, Alarm, Bar, Block, Devices, FieldDevice, Ladder, Log, Modbus, PROTOCOL, Posture, Retain,
-    Scan, ShownValue, Spread, Status,
+    self, Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, PROTOCOL,
+    Posture, Retain, Scan, ShownValue, Spread, Status,
 };
 use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
@@ -161,7 +161,7 @@ impl About {
                 field: self.field(latest),
             },
             retain: self.parts.retention.as_ref().map(retain),
-            log: Log {
+            log: LogState {
                 level: log::level(),
                 lines_dropped: log::lines_dropped(),
                 records_dropped: self.parts.gauge.records_dropped(),
@@ -195,10 +195,10 @@ impl About {
         self.parts.devices.iter().enumerate().map(device).collect()
     }
 
-    fn block(&self, block: &NamedBlock, latest: &Snapshot) -> Block {
+    fn block(&self, block: &NamedBlock, latest: &Snapshot) -> BlockStatus {
         let is_on = |bit| latest.bit(self.layout.bit(bit));
         let on = block.stages.iter().filter(|(id, _)| is_on(Bit::Stage(*id)));
-        Block {
+        BlockStatus {
             name: block.name.clone(),
             kind: if block.is_task { "task" } else { "program" }.to_owned(),
             running: is_on(Bit::Running(block.id)),

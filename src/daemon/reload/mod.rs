@@ -26,8 +26,8 @@ pub(super) use views::Views;
 use super::config::Setup;
 use super::systemd::{Notice, Systemd};
 use crate::engine::{Cell, Engine};
-use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
-use crate::reload::{ReloadPlan, Seen};
+use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
+use crate::reload::{OldMemory, ReloadPlan};
 use crate::runtime::command::Denial;
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
 use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
@@ -61,7 +61,7 @@ pub(super) struct Reloads {
 }
 
 /// The parts of [`Reloads`].
-pub(super) struct Parts {
+pub(super) struct ReloadParts {
     pub running: Arc<Running>,
     pub reloader: Reloader<Engine>,
     pub port: Port,
@@ -100,18 +100,16 @@ struct OwnFault {
 
 /// The direction of a swap.
 #[derive(Clone, Copy, Default)]
-struct Direction {
+struct SwapDirection {
     /// To the previous program: a rollback.
     back: bool,
     /// Whether the mode changes from FAULT to RUN.
     resume: bool,
 }
 
-type Done<T> = Result<T, Refusal>;
-
 impl Reloads {
-    pub fn new(parts: Parts) -> Reloads {
-        let Parts { running, reloader, port, views, limit } = parts;
+    pub fn new(parts: ReloadParts) -> Reloads {
+        let ReloadParts { running, reloader, port, views, limit } = parts;
         let (way_back, pending, generation) = (None, None, 0);
         let started = Arc::clone(&running);
         let inner = Inner { reloader, started, running, way_back, pending, generation };
@@ -129,7 +127,7 @@ impl Reloads {
     }
 
     /// Reads the files again, and swaps in their program.
-    pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Done<Reloaded> {
+    pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Answered<Reloaded> {
         let done = tokio::spawn(async move {
             let done = match dry_run {
                 true => {
@@ -153,7 +151,7 @@ impl Reloads {
     }
 
     /// Swaps the previous program back in.
-    pub async fn rollback(self: Arc<Self>, who: String) -> Done<Reloaded> {
+    pub async fn rollback(self: Arc<Self>, who: String) -> Answered<Reloaded> {
         let done = tokio::spawn(async move {
             let done = self.go_back(&who, None).await;
             if let Err(refusal) = &done {
@@ -194,7 +192,7 @@ impl Reloads {
         }
     }
 
-    async fn in_turn(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
+    async fn in_turn(&self, who: &str, dry_run: bool) -> Answered<Reloaded> {
         let turn = timeout(TURN_MAX, self.turn.lock()).await;
         self.hangup_waits.store(false, Ordering::Release);
         let Ok(_turn) = turn else {
@@ -214,7 +212,7 @@ impl Reloads {
         }
     }
 
-    async fn read_and_swap(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
+    async fn read_and_swap(&self, who: &str, dry_run: bool) -> Answered<Reloaded> {
         let started = |latest: &Snapshot| latest.mode != Mode::Stop(StopReason::NotStarted);
         if timeout(ANSWER_LEAST, self.port.shows(started)).await.is_err() {
             return Err(refused("the first scan is still to come; try again".to_owned()));
@@ -241,7 +239,7 @@ impl Reloads {
         if dry_run {
             let latest = self.port.latest();
             let (bits, words, forces) = (&latest.bits, &latest.words, latest.forces.list());
-            let report = ready.plan.report(&Seen {
+            let report = ready.plan.report(&OldMemory {
                 layout: &setup.symbols.layout,
                 bits,
                 words,
@@ -251,7 +249,7 @@ impl Reloads {
             let report = [report, settings].concat();
             return Ok(Reloaded { restart, ..self.reloaded(setup, report, None) }.dry());
         }
-        let (report, swap_us) = self.swap(&mut inner, ready, Direction::default()).await?;
+        let (report, swap_us) = self.swap(&mut inner, ready, SwapDirection::default()).await?;
         let report = [report, settings].concat();
         let done = Reloaded { restart, ..self.reloaded(setup, report, Some(swap_us)) };
         tell::done(who, &done, setup, self.on_trial().map(|(_, trial)| trial));
@@ -259,7 +257,7 @@ impl Reloads {
     }
 
     /// Reads the files of a program as they are now.
-    async fn read(&self, of: &Running) -> Done<Running> {
+    async fn read(&self, of: &Running) -> Answered<Running> {
         let path = PathBuf::from(&of.setup.controller);
         let sizes = of.setup.symbols.layout.sizes().clone();
         let devices = of.setup.symbols.devices.clone();
@@ -280,7 +278,7 @@ impl Reloads {
         same
     }
 
-    async fn ready(&self, inner: &mut Inner, next: Arc<Running>) -> Done<Ready> {
+    async fn ready(&self, inner: &mut Inner, next: Arc<Running>) -> Answered<Ready> {
         let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
         let latest = self.port.latest();
         let made = spawn_blocking(move || Ready::of(&running, next, generation, &latest)).await;
@@ -288,7 +286,7 @@ impl Reloads {
     }
 
     /// Swaps the previous program back in; `fault`: because of this fault of the new one.
-    async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Done<Reloaded> {
+    async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Answered<Reloaded> {
         let mut inner = self.settled().await;
         if let Some(OwnFault { generation, .. }) = fault
             && self.on_trial().is_none_or(|(of, _)| of != generation)
@@ -302,7 +300,7 @@ impl Reloads {
         };
         let ready = self.ready(&mut inner, Arc::clone(&previous)).await?;
         let settings = ready::settings(&inner.started.setup, &inner.running.setup, &previous.setup);
-        let direction = Direction { back: true, resume: fault.is_some() };
+        let direction = SwapDirection { back: true, resume: fault.is_some() };
         let (report, swap_us) = self.swap(&mut inner, ready, direction).await?;
         let report = [report, settings].concat();
         let done = self.reloaded(&previous.setup, report, Some(swap_us));
@@ -316,10 +314,10 @@ impl Reloads {
         &self,
         inner: &mut Inner,
         ready: Ready,
-        direction: Direction,
-    ) -> Done<(Vec<String>, f64)> {
+        direction: SwapDirection,
+    ) -> Answered<(Vec<String>, f64)> {
         let Ready { running, plan, package, .. } = ready;
-        let Direction { back, resume } = direction;
+        let SwapDirection { back, resume } = direction;
         let generation = package.generation;
         self.views.insert(generation, &running.setup);
         inner.generation = generation;
@@ -420,7 +418,7 @@ fn report(plan: &ReloadPlan, package: &Package<Engine>, forces: &[Cell]) -> Vec<
     }
     let passed = Some(image.bits());
     let layout = &package.machine.program().layout;
-    plan.report(&Seen { layout, bits: &bits, words: &words, forces, passed })
+    plan.report(&OldMemory { layout, bits: &bits, words: &words, forces, passed })
 }
 
 trait Dry {
@@ -434,7 +432,7 @@ impl Dry for Reloaded {
     }
 }
 
-fn another_dry_run() -> Done<Reloaded> {
+fn another_dry_run() -> Answered<Reloaded> {
     Err(refused("another dry run is under way; try again when it has ended".to_owned()))
 }
 

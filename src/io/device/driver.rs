@@ -27,7 +27,7 @@ pub enum Occasion {
 
 /// The extent of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Done {
+pub enum Extent {
     /// The exchange is complete.
     Whole,
     /// Some inputs are not read yet, because a write was urgent. The next exchange follows at once
@@ -71,7 +71,7 @@ pub trait Driver: Send + 'static {
     fn exchange(
         &mut self,
         exchange: Exchange<'_>,
-    ) -> impl Future<Output = Result<Done, Trouble>> + Send;
+    ) -> impl Future<Output = Result<Extent, Trouble>> + Send;
 
     /// Closes the connection to the peer.
     fn disconnect(&mut self);

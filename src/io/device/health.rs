@@ -8,7 +8,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::events::Limit;
+use crate::events::LineLimit;
 use crate::events::limit::Budget;
 use crate::runtime::local::Exchanged;
 use crate::say::say;
@@ -17,12 +17,12 @@ use crate::say::say;
 #[derive(Clone, Debug)]
 pub struct Health {
     inner: Arc<Mutex<Condition>>,
-    lines: Arc<Mutex<Lines>>,
+    lines: Arc<Mutex<OutageLines>>,
 }
 
 /// The outage that the log knows of, and the budget of further lines.
 #[derive(Debug)]
-struct Lines {
+struct OutageLines {
     started: Instant,
     budget: Budget,
     withheld: u64,
@@ -72,8 +72,8 @@ impl Health {
     /// The condition of a device that has not exchanged yet.
     pub fn new(name: &str, driver: &'static str, peer: String) -> Health {
         let condition = Condition { name: name.to_owned(), driver, peer, ..Condition::default() };
-        let (started, budget) = (Instant::now(), Budget::new(Limit::DEVICE));
-        let lines = Lines { started, budget, withheld: 0, outage: None };
+        let (started, budget) = (Instant::now(), Budget::new(LineLimit::DEVICE));
+        let lines = OutageLines { started, budget, withheld: 0, outage: None };
         Health { inner: Arc::new(Mutex::new(condition)), lines: Arc::new(Mutex::new(lines)) }
     }
 
@@ -199,7 +199,7 @@ impl Health {
         );
     }
 
-    fn lines(&self) -> MutexGuard<'_, Lines> {
+    fn lines(&self) -> MutexGuard<'_, OutageLines> {
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -212,7 +212,7 @@ impl Health {
     }
 }
 
-impl Lines {
+impl OutageLines {
     /// The time since the device was made, by which the budget counts.
     fn now_ns(&self) -> u64 {
         self.started.elapsed().as_nanos() as u64
@@ -257,7 +257,7 @@ impl Outage {
 mod tests {
     use super::*;
 
-    const LINES_MAX: u32 = Limit::DEVICE.burst;
+    const LINES_MAX: u32 = LineLimit::DEVICE.burst;
 
     /// Device outages of one failure each, as many as are given.
     fn outages(health: &Health, count: u32) {
@@ -305,7 +305,7 @@ mod tests {
         health.trouble("refused");
         health.trouble("refused");
         assert!(!is_told() && health.lines().withheld == 1, "counted once");
-        let limit = Limit { burst: 1, ..Limit::DEVICE };
+        let limit = LineLimit { burst: 1, ..LineLimit::DEVICE };
         health.lines().budget = Budget::new(limit);
         health.trouble("refused");
         assert!(is_told() && health.lines().budget.left() == 0);

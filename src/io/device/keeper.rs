@@ -29,7 +29,7 @@ pub trait Opener: Send + Sync + 'static {
 }
 
 /// Keeps one local device open.
-pub struct Keeper {
+pub struct DeviceKeeper {
     opener: Arc<dyn Opener>,
     end: LocalEnd,
     health: Health,
@@ -37,10 +37,10 @@ pub struct Keeper {
     retry: Retry,
 }
 
-impl Keeper {
+impl DeviceKeeper {
     /// A keeper that has not opened its device yet.
-    pub fn new(opener: Arc<dyn Opener>, end: LocalEnd, health: Health, port: Port) -> Keeper {
-        Keeper { opener, end, health, port, retry: Retry::new() }
+    pub fn new(opener: Arc<dyn Opener>, end: LocalEnd, health: Health, port: Port) -> DeviceKeeper {
+        DeviceKeeper { opener, end, health, port, retry: Retry::new() }
     }
 
     /// Opens the device for the first time, before the first scan, so that this scan sees its

@@ -3,8 +3,8 @@
 //! The daemon makes a [`DeviceTask`] from a driver and a line to the scan, and runs it until the
 //! end. A driver ([`Driver`]) knows its points and the way to its peer. This module decides, for
 //! all drivers, the times of exchanges, the reaction to trouble, the safe values and the log lines.
-//! The scan thread itself exchanges with local lines; [`Keeper`] only opens them, and opens them
-//! again after trouble.
+//! The scan thread itself exchanges with local lines; [`DeviceKeeper`] only opens them, and opens
+//! them again after trouble.
 
 mod driver;
 mod health;
@@ -12,8 +12,8 @@ mod keeper;
 mod retry;
 mod task;
 
-pub use driver::{Done, Driver, Exchange, Occasion, Trouble};
+pub use driver::{Driver, Exchange, Extent, Occasion, Trouble};
 pub use health::Health;
-pub use keeper::{Keeper, Opener};
+pub use keeper::{DeviceKeeper, Opener};
 pub(super) use retry::Retry;
-pub use task::{DeviceTask, Parts};
+pub use task::{DeviceParts, DeviceTask};

@@ -15,10 +15,10 @@ use std::time::Duration;
 
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout, timeout_at};
 
-use super::driver::{Done, Driver, Exchange, Occasion, Trouble};
+use super::driver::{Driver, Exchange, Extent, Occasion, Trouble};
 use super::health::Health;
 use super::retry::Retry;
-use crate::faults::{self, Point};
+use crate::faults::{self, FaultPoint};
 use crate::io::caught::caught;
 use crate::runtime::exchange::{Mode, Port, Snapshot, StopReason};
 use crate::runtime::inputs::InputEnd;
@@ -53,7 +53,7 @@ pub struct DeviceTask<D> {
 }
 
 /// The parts of a device.
-pub struct Parts<D> {
+pub struct DeviceParts<D> {
     /// The driver of its peer.
     pub driver: D,
     /// Its line to the scan.
@@ -104,8 +104,8 @@ impl<F: Future<Output = ()>> Stop<'_, F> {
 
 impl<D: Driver> DeviceTask<D> {
     /// A device that has not connected yet.
-    pub fn new(parts: Parts<D>) -> DeviceTask<D> {
-        let Parts { driver, input_end, port, inputs, outputs, health, poll } = parts;
+    pub fn new(parts: DeviceParts<D>) -> DeviceTask<D> {
+        let DeviceParts { driver, input_end, port, inputs, outputs, health, poll } = parts;
         let count = outputs.len();
         DeviceTask {
             driver,
@@ -217,7 +217,7 @@ impl<D: Driver> DeviceTask<D> {
                 }
             };
             let done = self.exchange(occasion, &image, stop).await;
-            is_part = done == Ok(Done::Part);
+            is_part = done == Ok(Extent::Part);
             if let Err(trouble) = done {
                 self.fail(&trouble);
                 if !self.connected {
@@ -240,7 +240,7 @@ impl<D: Driver> DeviceTask<D> {
         occasion: Occasion,
         image: &Arc<Snapshot>,
         stop: &mut Stop<'_, impl Future<Output = ()>>,
-    ) -> Result<Done, Trouble> {
+    ) -> Result<Extent, Trouble> {
         if self.begun.is_none() {
             self.inputs.fill(None);
         }
@@ -250,7 +250,7 @@ impl<D: Driver> DeviceTask<D> {
         if occasion != Occasion::First {
             self.offered.copy_from_slice(&self.values);
         }
-        if done != Ok(Done::Part) {
+        if done != Ok(Extent::Part) {
             self.judge(occasion, begun, done.is_ok());
         }
         done
@@ -263,14 +263,14 @@ impl<D: Driver> DeviceTask<D> {
         occasion: Occasion,
         image: &Arc<Snapshot>,
         stop: &mut Stop<'_, impl Future<Output = ()>>,
-    ) -> Result<Done, Trouble> {
+    ) -> Result<Extent, Trouble> {
         let DeviceTask { driver, port, outputs, values, inputs, .. } = self;
         let (ending, values) = (AtomicBool::new(false), &values[..]);
         let is_urgent =
             || ending.load(Ordering::Relaxed) || is_to_write(port, image, (outputs, values));
         let exchange = Exchange { occasion, outputs: values, inputs, is_urgent: &is_urgent };
         let mut call = pin!(caught(async {
-            faults::point(Point::Device);
+            faults::point(FaultPoint::Device);
             driver.exchange(exchange).await
         }));
         let done = tokio::select! {

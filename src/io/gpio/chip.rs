@@ -37,7 +37,7 @@ pub trait Chip {
     ///
     /// # Errors
     /// The system's; EBUSY if another program has one of the lines.
-    fn request(&self, request: &Request<'_>) -> io::Result<Box<dyn Lines>>;
+    fn request(&self, request: &LineRequest<'_>) -> io::Result<Box<dyn TakenLines>>;
 }
 
 /// A chip's information about a line.
@@ -51,7 +51,7 @@ pub struct LineFacts {
 
 /// A request for several lines together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Request<'a> {
+pub struct LineRequest<'a> {
     /// Their numbers, 64 at most.
     pub(crate) offsets: &'a [u32],
     /// The setting of all these lines.
@@ -61,7 +61,7 @@ pub struct Request<'a> {
 }
 
 /// Lines that were taken. Dropping the value releases them.
-pub trait Lines: Send + Sync {
+pub trait TakenLines: Send + Sync {
     /// All values, one bit per line. Must not allocate.
     ///
     /// # Errors

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use gpiocdev_uapi::v2::{self, LineFlags, LineValues};
 use gpiocdev_uapi::{Error, Name};
 
-use super::chip::{CONSUMER, Chip, Chips, LineFacts, Lines, Request};
-use super::settings::{Bias, Chip as ChipName, Drive};
+use super::chip::{CONSUMER, Chip, Chips, LineFacts, LineRequest, TakenLines};
+use super::settings::{Bias, Chip as ChipName, LineDrive};
 
 /// The chips of this machine.
 pub struct Kernel;
 
-struct Opened(File);
+struct OpenChip(File);
 
 /// Lines that were taken; `mask` has their bits.
 struct KernelLines {
@@ -28,7 +28,7 @@ impl Chips for Kernel {
             ChipName::Path(path) => PathBuf::from(path),
             ChipName::Label(label) => labelled(label)?,
         };
-        Ok(Box::new(Opened(open(&path)?)))
+        Ok(Box::new(OpenChip(open(&path)?)))
     }
 }
 
@@ -57,7 +57,7 @@ fn labelled(label: &str) -> io::Result<PathBuf> {
     }
 }
 
-impl Chip for Opened {
+impl Chip for OpenChip {
     fn lines(&self) -> io::Result<u32> {
         Ok(v2::get_chip_info(&self.0).map_err(system)?.num_lines)
     }
@@ -68,7 +68,7 @@ impl Chip for Opened {
         Ok(LineFacts { name: text(&info.name), holder: is_used.then(|| text(&info.consumer)) })
     }
 
-    fn request(&self, request: &Request<'_>) -> io::Result<Box<dyn Lines>> {
+    fn request(&self, request: &LineRequest<'_>) -> io::Result<Box<dyn TakenLines>> {
         let many = request.offsets.len();
         let mask = u64::MAX >> (64 - many.clamp(1, 64));
         let mut asked = v2::LineRequest {
@@ -90,13 +90,13 @@ impl Chip for Opened {
     }
 }
 
-fn flags(request: &Request<'_>) -> LineFlags {
+fn flags(request: &LineRequest<'_>) -> LineFlags {
     let setting = request.setting;
     let mut flags = match (request.values, setting.drive) {
         (None, _) => LineFlags::INPUT,
-        (Some(_), Drive::PushPull) => LineFlags::OUTPUT,
-        (Some(_), Drive::OpenDrain) => LineFlags::OUTPUT | LineFlags::OPEN_DRAIN,
-        (Some(_), Drive::OpenSource) => LineFlags::OUTPUT | LineFlags::OPEN_SOURCE,
+        (Some(_), LineDrive::PushPull) => LineFlags::OUTPUT,
+        (Some(_), LineDrive::OpenDrain) => LineFlags::OUTPUT | LineFlags::OPEN_DRAIN,
+        (Some(_), LineDrive::OpenSource) => LineFlags::OUTPUT | LineFlags::OPEN_SOURCE,
     };
     flags |= match setting.bias {
         Bias::AsIs => LineFlags::empty(),
@@ -110,7 +110,7 @@ fn flags(request: &Request<'_>) -> LineFlags {
     flags
 }
 
-impl Lines for KernelLines {
+impl TakenLines for KernelLines {
     fn get(&self) -> Result<u64, i32> {
         let mut values = LineValues { bits: 0, mask: self.mask };
         v2::get_line_values(&self.file, &mut values).map_err(number)?;

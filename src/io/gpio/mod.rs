@@ -19,9 +19,9 @@ use super::device::Opener;
 use crate::runtime::local::Local;
 
 pub(crate) use chip::REQUEST_LINES_MAX;
-pub use chip::{Chip, Chips, LineFacts, Lines, Request};
+pub use chip::{Chip, Chips, LineFacts, LineRequest, TakenLines};
 pub use kernel::Kernel;
-use settings::{At, Gpio as Settings, GpioLine, Setting};
+use settings::{Gpio as Settings, GpioLine, LineId, Setting};
 
 /// Opens the lines of a device.
 pub struct Gpio<C> {
@@ -31,14 +31,14 @@ pub struct Gpio<C> {
 
 /// The lines of one request, with the number of each line's point.
 struct Group {
-    lines: Box<dyn Lines>,
+    lines: Box<dyn TakenLines>,
     points: Vec<usize>,
     /// The values of inputs that were read last; kept here so that the scan allocates nothing.
     bits: AtomicU64,
 }
 
 /// All lines of a device.
-struct Opened {
+struct OpenLines {
     inputs: Vec<Group>,
     outputs: Vec<Group>,
 }
@@ -54,12 +54,12 @@ impl<C: Chips> Opener for Gpio<C> {
     fn open(&self, outputs: &[i32]) -> io::Result<Arc<dyn Local>> {
         let Settings { chip: wanted, inputs, outputs: driven, .. } = &self.settings;
         let chip = self.chips.open(wanted).map_err(|error| told(error, &wanted.to_string()))?;
-        let found = Found::new(chip.as_ref(), inputs.iter().chain(driven))?;
+        let found = LineNumbers::new(chip.as_ref(), inputs.iter().chain(driven))?;
         let (read, driven) = (&found.offsets[..inputs.len()], &found.offsets[inputs.len()..]);
         // Outputs first: they have their safe values from then on.
         let outputs = groups(chip.as_ref(), (&self.settings.outputs, driven), Some(outputs))?;
         let inputs = groups(chip.as_ref(), (inputs, read), None)?;
-        Ok(Arc::new(Opened { inputs, outputs }))
+        Ok(Arc::new(OpenLines { inputs, outputs }))
     }
 }
 
@@ -69,17 +69,20 @@ fn told(error: io::Error, at: &str) -> io::Error {
 }
 
 /// The numbers of lines.
-struct Found {
+struct LineNumbers {
     offsets: Vec<u32>,
 }
 
-impl Found {
-    fn new<'a>(chip: &dyn Chip, lines: impl Iterator<Item = &'a GpioLine>) -> io::Result<Found> {
+impl LineNumbers {
+    fn new<'a>(
+        chip: &dyn Chip,
+        lines: impl Iterator<Item = &'a GpioLine>,
+    ) -> io::Result<LineNumbers> {
         let mut offsets = Vec::new();
         for line in lines {
             let offset = match &line.at {
-                At::Offset(offset) => *offset,
-                At::Name(name) => by_name(chip, name)?,
+                LineId::Offset(offset) => *offset,
+                LineId::Name(name) => by_name(chip, name)?,
             };
             if offset >= chip.lines()? {
                 let message = format!("{}: the chip has {} lines", line.at, chip.lines()?);
@@ -91,7 +94,7 @@ impl Found {
             }
             offsets.push(offset);
         }
-        Ok(Found { offsets })
+        Ok(LineNumbers { offsets })
     }
 }
 
@@ -123,7 +126,7 @@ fn groups(
     let ask = |(setting, points): (Setting, Vec<usize>)| {
         let offsets: Vec<u32> = points.iter().map(|at| offsets[*at]).collect();
         let values = values.map(|values| packed(&points, values));
-        let request = Request { offsets: &offsets, setting, values };
+        let request = LineRequest { offsets: &offsets, setting, values };
         let lines = chip.request(&request).map_err(|error| refused(chip, &offsets, error))?;
         Ok(Group { lines, points, bits: AtomicU64::new(0) })
     };
@@ -157,7 +160,7 @@ fn packed(points: &[usize], values: &[i32]) -> u64 {
     bits.fold(0, |bits, (bit, at)| bits | u64::from(values[*at] != 0) << bit)
 }
 
-impl Local for Opened {
+impl Local for OpenLines {
     fn read(&self, inputs: &mut [i32]) -> Result<(), i32> {
         // Read all groups first: if one fails, the scan sees no new value of the others.
         for Group { lines, bits, .. } in &self.inputs {

@@ -27,14 +27,14 @@ pub enum Chip {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GpioLine {
     /// The line's name or number.
-    pub at: At,
+    pub at: LineId,
     /// The setting to request it with.
     pub setting: Setting,
 }
 
 /// The name or number of a chip's line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum At {
+pub enum LineId {
     /// By its number.
     Offset(u32),
     /// By the name that the chip gives it.
@@ -49,7 +49,7 @@ pub struct Setting {
     /// The resistor that holds it when nothing drives it.
     pub(crate) bias: Bias,
     /// How an output drives it.
-    pub(crate) drive: Drive,
+    pub(crate) drive: LineDrive,
     /// The time for which an input's level has to last before it counts; 0: at once.
     pub(crate) debounce_ms: u32,
 }
@@ -74,27 +74,27 @@ impl Bias {
 /// How an output drives its line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub(crate) enum Drive {
+pub(crate) enum LineDrive {
     #[default]
     PushPull,
     OpenDrain,
     OpenSource,
 }
 
-impl Drive {
+impl LineDrive {
     /// All by name.
-    pub const NAMES: [(&'static str, Drive); 3] = [
-        ("push-pull", Drive::PushPull),
-        ("open-drain", Drive::OpenDrain),
-        ("open-source", Drive::OpenSource),
+    pub const NAMES: [(&'static str, LineDrive); 3] = [
+        ("push-pull", LineDrive::PushPull),
+        ("open-drain", LineDrive::OpenDrain),
+        ("open-source", LineDrive::OpenSource),
     ];
 }
 
-impl std::fmt::Display for At {
+impl std::fmt::Display for LineId {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            At::Offset(offset) => write!(f, "line {offset}"),
-            At::Name(name) => write!(f, "line {name}"),
+            LineId::Offset(offset) => write!(f, "line {offset}"),
+            LineId::Name(name) => write!(f, "line {name}"),
         }
     }
 }

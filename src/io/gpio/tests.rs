@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use super::chip::CONSUMER;
 use super::*;
-use crate::io::gpio::settings::{Bias, Chip as ChipName, Drive};
+use crate::io::gpio::settings::{Bias, Chip as ChipName, LineDrive};
 
 /// A chip in memory; its clones are the same one.
 #[derive(Clone, Default)]
@@ -62,7 +62,7 @@ impl Chip for Fake {
         Ok(LineFacts { name, holder: state.holders.get(&offset).cloned() })
     }
 
-    fn request(&self, request: &Request<'_>) -> io::Result<Box<dyn Lines>> {
+    fn request(&self, request: &LineRequest<'_>) -> io::Result<Box<dyn TakenLines>> {
         let mut state = self.state();
         if request.offsets.iter().any(|offset| state.holders.contains_key(offset)) {
             return Err(io::Error::from_raw_os_error(libc::EBUSY));
@@ -85,7 +85,7 @@ impl Chip for Fake {
     }
 }
 
-impl Lines for FakeLines {
+impl TakenLines for FakeLines {
     fn get(&self) -> Result<u64, i32> {
         let state = self.chip.state();
         if state.gone || state.broken.is_some_and(|line| self.offsets.contains(&line)) {
@@ -116,11 +116,11 @@ impl Drop for FakeLines {
 }
 
 fn plain(offset: u32) -> GpioLine {
-    GpioLine { at: At::Offset(offset), setting: Setting::default() }
+    GpioLine { at: LineId::Offset(offset), setting: Setting::default() }
 }
 
 fn with(offset: u32, setting: Setting) -> GpioLine {
-    GpioLine { at: At::Offset(offset), setting }
+    GpioLine { at: LineId::Offset(offset), setting }
 }
 
 fn device(chip: &Fake, inputs: Vec<GpioLine>, outputs: Vec<GpioLine>) -> Gpio<Fake> {
@@ -137,7 +137,7 @@ fn lines_that_are_asked_for_alike_go_together_and_outputs_begin_as_told() {
     let chip = Fake::of(16);
     let low = Setting { active_low: true, ..Setting::default() };
     let slow = Setting { debounce_ms: 5, bias: Bias::PullUp, ..Setting::default() };
-    let open = Setting { drive: Drive::OpenDrain, ..Setting::default() };
+    let open = Setting { drive: LineDrive::OpenDrain, ..Setting::default() };
     let inputs = vec![plain(4), with(5, slow), plain(2), with(6, low)];
     let outputs = vec![plain(7), with(9, open), plain(8)];
     let _opened = device(&chip, inputs, outputs).open(&[1, 1, 0]).unwrap();
@@ -203,7 +203,8 @@ fn a_line_that_somebody_holds_is_refused_with_the_holder() {
 fn lines_go_by_name_too() {
     let chip = Fake::of(4);
     chip.state().names = vec!["SDA", "SCL", "GPIO17", ""];
-    let named = |name: &str| GpioLine { at: At::Name(name.into()), setting: Setting::default() };
+    let named =
+        |name: &str| GpioLine { at: LineId::Name(name.into()), setting: Setting::default() };
     let _opened = device(&chip, vec![named("GPIO17")], vec![]).open(&[]).unwrap();
     assert_eq!(chip.state().asked[0].0, [2]);
     let unknown = device(&chip, vec![named("GPIO18")], vec![]);

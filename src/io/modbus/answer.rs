@@ -5,8 +5,8 @@
 //! has the order of the checks.
 
 use super::map::{Asker, Map, Read};
-use super::pdu::{self, Exception, Request, Table};
-use super::refusal::Refusal;
+use super::pdu::{self, Exception, ModbusRequest, Table};
+use super::refusal::ModbusRefusal;
 use crate::runtime::exchange::{Snapshot, Write};
 
 /// The decision on a request.
@@ -15,9 +15,9 @@ pub enum Answer<'a> {
     /// The reply's PDU.
     Reply(Vec<u8>),
     /// The request is well-formed and refused; [`refused`] makes the reply.
-    Refused(Request<'a>, Refusal),
+    Refused(ModbusRequest<'a>, ModbusRefusal),
     /// The batch has to be handed in; [`written`] makes the reply.
-    Write(Request<'a>, Vec<Write>),
+    Write(ModbusRequest<'a>, Vec<Write>),
 }
 
 /// Judges a request's PDU against the last complete scan.
@@ -36,7 +36,7 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
     {
         return Answer::Refused(request, refusal);
     }
-    if let Request::Read { .. } = request {
+    if let ModbusRequest::Read { .. } = request {
         return Answer::Reply(reply);
     }
     match map.writes(asker, &request) {
@@ -52,9 +52,9 @@ pub fn answer<'a>(map: &Map, asker: Asker, pdu: &'a [u8], latest: &Snapshot) -> 
 pub fn written(
     map: &Map,
     unit: u8,
-    (pdu, request): (&[u8], &Request<'_>),
+    (pdu, request): (&[u8], &ModbusRequest<'_>),
     latest: &Snapshot,
-) -> Result<Vec<u8>, Refusal> {
+) -> Result<Vec<u8>, ModbusRefusal> {
     let mut reply = Vec::new();
     match read_of(pdu, request) {
         Some(read) => map.read(unit, read, latest, &mut reply)?,
@@ -64,7 +64,7 @@ pub fn written(
 }
 
 /// The reply of a refusal.
-pub fn refused(pdu: &[u8], refusal: Refusal) -> Vec<u8> {
+pub fn refused(pdu: &[u8], refusal: ModbusRefusal) -> Vec<u8> {
     exception(pdu, refusal.exception())
 }
 
@@ -75,13 +75,15 @@ fn exception(pdu: &[u8], exception: Exception) -> Vec<u8> {
 }
 
 /// The read of a request, if it reads.
-fn read_of(pdu: &[u8], request: &Request<'_>) -> Option<Read> {
+fn read_of(pdu: &[u8], request: &ModbusRequest<'_>) -> Option<Read> {
     let (table, first, count) = match *request {
-        Request::Read { table, first, count } => (table, first, count),
-        Request::ReadWrite { read_first, read_count, .. } => {
+        ModbusRequest::Read { table, first, count } => (table, first, count),
+        ModbusRequest::ReadWrite { read_first, read_count, .. } => {
             (Table::HoldingRegisters, read_first, read_count)
         }
-        Request::WriteCoils { .. } | Request::WriteRegisters { .. } | Request::MaskWrite { .. } => {
+        ModbusRequest::WriteCoils { .. }
+        | ModbusRequest::WriteRegisters { .. }
+        | ModbusRequest::MaskWrite { .. } => {
             return None;
         }
     };

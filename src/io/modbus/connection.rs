@@ -18,15 +18,15 @@ use super::answer::{self, Answer};
 use super::closed::Closed;
 use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
 use super::map::Asker;
-use super::refusal::Refusal;
-use super::shared::Shared;
+use super::refusal::ModbusRefusal;
+use super::shared::ServerState;
 use crate::runtime::exchange::Write;
 
 /// One client's connection.
 pub(super) struct Connection {
     stream: TcpStream,
     client: SocketAddr,
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
     served: Arc<AtomicBool>,
     received: [u8; FRAME_BYTES_MAX],
     filled: usize,
@@ -39,7 +39,7 @@ impl Connection {
     pub fn new(
         stream: TcpStream,
         client: SocketAddr,
-        shared: Arc<Shared>,
+        shared: Arc<ServerState>,
         served: Arc<AtomicBool>,
     ) -> Connection {
         let received = [0; FRAME_BYTES_MAX];
@@ -136,15 +136,15 @@ impl Connection {
 
     /// Hands a write in, whole, and waits until a complete scan has seen it. A reload in between
     /// only moves what has a name, and the write goes there.
-    async fn write(&self, generation: u32, batch: Vec<Write>) -> Result<(), Refusal> {
+    async fn write(&self, generation: u32, batch: Vec<Write>) -> Result<(), ModbusRefusal> {
         let port = &self.shared.port;
         let ticket = port
             .submit_to(generation, batch)
-            .map_err(|refused| Refusal::of_batch(refused, port.latest().mode))?;
+            .map_err(|refused| ModbusRefusal::of_batch(refused, port.latest().mode))?;
         let wait = self.shared.write_wait.max(self.shared.port.patience());
         match timeout(wait, port.done(ticket)).await {
-            Err(_) => Err(Refusal::NotSeen),
-            Ok(done) => done.map_err(|_| Refusal::NotRunning(port.latest().mode)),
+            Err(_) => Err(ModbusRefusal::NotSeen),
+            Ok(done) => done.map_err(|_| ModbusRefusal::NotRunning(port.latest().mode)),
         }
     }
 }

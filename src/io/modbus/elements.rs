@@ -5,13 +5,13 @@
 
 use super::number::{NumberType, WordOrder};
 use super::pdu::Table;
-use super::refusal::Refusal;
+use super::refusal::ModbusRefusal;
 use crate::engine::{BitCell, WordCell};
 use crate::isa::{Bit, Real, Word};
 use crate::runtime::exchange::Snapshot;
 
 /// A set of lists of writes, one bit per list: those that hold an element, or that admit a client.
-pub(super) type Lists = u64;
+pub(super) type ListSet = u64;
 
 /// A coil or discrete input.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ pub(super) struct BitElement {
     pub cell: BitCell,
     /// The number of the Y whose driven value it shows.
     pub output: Option<u32>,
-    pub lists: Lists,
+    pub lists: ListSet,
     /// The number of the X that it is copied to.
     pub input: Option<u32>,
 }
@@ -33,7 +33,7 @@ pub(super) struct Register {
     pub kind: NumberType,
     pub part: WordPart,
     pub order: WordOrder,
-    pub lists: Lists,
+    pub lists: ListSet,
     /// The least and greatest value of the word: its range, narrowed by its tags.
     pub limits: (i32, i32),
 }
@@ -124,11 +124,11 @@ impl Register {
     ///
     /// # Errors
     /// If the word does not take the value.
-    pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, Refusal> {
+    pub fn value(&self, first: u16, second: Option<u16>) -> Result<i32, ModbusRefusal> {
         let bits = second.map_or(first.into(), |second| self.order.join(first, second));
         let (min, max) = self.limits;
         let (word, kind) = (self.word, self.kind);
-        let beyond = Refusal::BeyondLimits { word, kind, bits, min, max };
+        let beyond = ModbusRefusal::BeyondLimits { word, kind, bits, min, max };
         let content = match self.word.is_real() {
             true => self.kind.number(bits).and_then(|number| match Real::stored(number) {
                 (real, false) => Some(real.cell()),

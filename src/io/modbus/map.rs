@@ -13,11 +13,11 @@ use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;
 
 use super::clients::Network;
-use super::elements::{BitElement, Lists, Places, Register, Rows, WordPart};
+use super::elements::{BitElement, ListSet, Places, Register, Rows, WordPart};
 use super::number::{NumberType, WordOrder};
-use super::pdu::{self, Request, Table};
-use super::refusal::Refusal;
-use super::settings::{Entry, Modbus};
+use super::pdu::{self, ModbusRequest, Table};
+use super::refusal::ModbusRefusal;
+use super::settings::{MappedOperands, Modbus};
 use crate::engine::{BitCell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word, WordSpace};
 use crate::resolve::range::Range;
@@ -113,7 +113,7 @@ impl Map {
         ask: Read,
         snapshot: &Snapshot,
         reply: &mut Vec<u8>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), ModbusRefusal> {
         let Read { function, table, first, count } = ask;
         if table.is_bits() {
             let bits = self.bits(unit, table, (first, count))?;
@@ -133,18 +133,18 @@ impl Map {
     pub(crate) fn writes(
         &self,
         asker: Asker,
-        request: &Request<'_>,
-    ) -> Result<Vec<Write>, Refusal> {
+        request: &ModbusRequest<'_>,
+    ) -> Result<Vec<Write>, ModbusRefusal> {
         match *request {
-            Request::Read { .. } => Ok(Vec::new()),
-            Request::WriteCoils { first, count, packed } => {
+            ModbusRequest::Read { .. } => Ok(Vec::new()),
+            ModbusRequest::WriteCoils { first, count, packed } => {
                 self.coil_writes(asker, (first, count), packed)
             }
-            Request::WriteRegisters { first, values }
-            | Request::ReadWrite { first, values, .. } => {
+            ModbusRequest::WriteRegisters { first, values }
+            | ModbusRequest::ReadWrite { first, values, .. } => {
                 self.register_writes(asker, first, values)
             }
-            Request::MaskWrite { first, and, or } => self.mask(asker, first, (and, or)),
+            ModbusRequest::MaskWrite { first, and, or } => self.mask(asker, first, (and, or)),
         }
     }
 
@@ -153,7 +153,7 @@ impl Map {
         asker: Asker,
         place: (u16, u16),
         packed: &[u8],
-    ) -> Result<Vec<Write>, Refusal> {
+    ) -> Result<Vec<Write>, ModbusRefusal> {
         let coils = self.bits(asker.unit, Table::Coils, place)?;
         let admitted = self.admitted(asker.client);
         for coil in &coils {
@@ -173,7 +173,7 @@ impl Map {
         asker: Asker,
         first: u16,
         values: &[u8],
-    ) -> Result<Vec<Write>, Refusal> {
+    ) -> Result<Vec<Write>, ModbusRefusal> {
         let place = (first, (values.len() / 2) as u16);
         let registers = self.words(asker.unit, Table::HoldingRegisters, place)?;
         let admitted = self.admitted(asker.client);
@@ -185,7 +185,7 @@ impl Map {
         let ends = [(registers.first(), WordPart::Second), (registers.last(), WordPart::First)];
         let parted = ends.iter().find_map(|(end, part)| end.filter(|it| it.part == *part));
         if let Some(register) = parted {
-            return Err(Refusal::HalfOf(register.word));
+            return Err(ModbusRefusal::HalfOf(register.word));
         }
         let mut values = values.chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]]));
         let mut writes = Vec::with_capacity(registers.len());
@@ -197,17 +197,22 @@ impl Map {
         Ok(writes)
     }
 
-    fn mask(&self, asker: Asker, at: u16, (and, or): (u16, u16)) -> Result<Vec<Write>, Refusal> {
+    fn mask(
+        &self,
+        asker: Asker,
+        at: u16,
+        (and, or): (u16, u16),
+    ) -> Result<Vec<Write>, ModbusRefusal> {
         let registers = self.words(asker.unit, Table::HoldingRegisters, (at, 1))?;
         let admitted = self.admitted(asker.client);
         let mut writes = Vec::with_capacity(1);
         for register in registers {
             may_write(Address::Word(register.word), register.lists, admitted)?;
             if register.part != WordPart::Whole {
-                return Err(Refusal::HalfOf(register.word));
+                return Err(ModbusRefusal::HalfOf(register.word));
             }
             if !register.takes_mask() {
-                return Err(Refusal::NoMask(register.word));
+                return Err(ModbusRefusal::NoMask(register.word));
             }
             let signed = register.kind == NumberType::I16;
             writes.push(Write::Masked { cell: register.cell, and, or, signed });
@@ -216,7 +221,7 @@ impl Map {
     }
 
     /// The operands of a request as an author writes them: `MHR10..MHR12`.
-    pub fn place(&self, unit: u8, request: &Request<'_>) -> String {
+    pub fn place(&self, unit: u8, request: &ModbusRequest<'_>) -> String {
         let (table, first, count) = request.place();
         let (first, last) = (u32::from(first), u32::from(first) + u32::from(count.max(1)) - 1);
         let (low, high) = (self.name(unit, table, first), self.name(unit, table, last));
@@ -252,19 +257,29 @@ impl Map {
     }
 
     /// The lists that admit a client.
-    fn admitted(&self, client: IpAddr) -> Lists {
+    fn admitted(&self, client: IpAddr) -> ListSet {
         let admits = |clients: &Option<Vec<Network>>| {
             clients.as_ref().is_none_or(|all| all.iter().any(|network| network.admits(client)))
         };
-        let lists = self.lists.iter().zip(0..Lists::BITS);
-        lists.fold(0, |all, (list, at)| all | Lists::from(admits(list)) << at)
+        let lists = self.lists.iter().zip(0..ListSet::BITS);
+        lists.fold(0, |all, (list, at)| all | ListSet::from(admits(list)) << at)
     }
 
-    fn bits(&self, unit: u8, table: Table, of: (u16, u16)) -> Result<Vec<&BitElement>, Refusal> {
+    fn bits(
+        &self,
+        unit: u8,
+        table: Table,
+        of: (u16, u16),
+    ) -> Result<Vec<&BitElement>, ModbusRefusal> {
         self.elements(unit, table, of, |places| places.bits(table))
     }
 
-    fn words(&self, unit: u8, table: Table, of: (u16, u16)) -> Result<Vec<&Register>, Refusal> {
+    fn words(
+        &self,
+        unit: u8,
+        table: Table,
+        of: (u16, u16),
+    ) -> Result<Vec<&Register>, ModbusRefusal> {
         self.elements(unit, table, of, |places| places.words(table))
     }
 
@@ -275,10 +290,11 @@ impl Map {
         table: Table,
         (first, count): (u16, u16),
         rows: impl Fn(&'a Places) -> &'a Rows<T> + Copy,
-    ) -> Result<Vec<&'a T>, Refusal> {
+    ) -> Result<Vec<&'a T>, ModbusRefusal> {
         let first = u32::from(first);
-        let element =
-            |at| self.element(unit, at, rows).ok_or(Refusal::NoSuchElement { table, address: at });
+        let element = |at| {
+            self.element(unit, at, rows).ok_or(ModbusRefusal::NoSuchElement { table, address: at })
+        };
         (first..first + u32::from(count)).map(element).collect()
     }
 
@@ -293,10 +309,10 @@ impl Map {
     }
 }
 
-fn may_write(what: Address, lists: Lists, admitted: Lists) -> Result<(), Refusal> {
+fn may_write(what: Address, lists: ListSet, admitted: ListSet) -> Result<(), ModbusRefusal> {
     match (lists, lists & admitted) {
-        (0, _) => Err(Refusal::NotWritable(what)),
-        (_, 0) => Err(Refusal::NotByThisClient(what)),
+        (0, _) => Err(ModbusRefusal::NotWritable(what)),
+        (_, 0) => Err(ModbusRefusal::NotByThisClient(what)),
         _ => Ok(()),
     }
 }
@@ -327,7 +343,7 @@ impl Make<'_> {
         places
     }
 
-    fn add(&self, entry: &Entry, places: &mut Places) {
+    fn add(&self, entry: &MappedOperands, places: &mut Places) {
         let (mut bits, mut words) = (Vec::new(), Vec::new());
         for address in entry.operands.addresses() {
             match address {
@@ -368,7 +384,7 @@ impl Make<'_> {
             | Bit::Device(..) => {}
         }
         // Every client may write a coil that moves an input, as if it stood in `writable`.
-        let lists = self.lists(Address::Bit(bit)) | Lists::from(input.is_some());
+        let lists = self.lists(Address::Bit(bit)) | ListSet::from(input.is_some());
         BitElement { bit, cell: self.layout.bit(bit), output, lists, input }
     }
 
@@ -384,11 +400,11 @@ impl Make<'_> {
     }
 
     /// The lists that contain an operand.
-    fn lists(&self, address: Address) -> Lists {
-        let lists = self.settings.lists.iter().zip(0..Lists::BITS);
+    fn lists(&self, address: Address) -> ListSet {
+        let lists = self.settings.lists.iter().zip(0..ListSet::BITS);
         lists.fold(0, |all, (list, at)| {
             let held = list.ranges.iter().any(|range| range.hold(address));
-            all | Lists::from(held) << at
+            all | ListSet::from(held) << at
         })
     }
 }

@@ -10,7 +10,7 @@ pub use super::settings::Table;
 
 /// A well-formed request. Addresses are those of the protocol, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Request<'a> {
+pub enum ModbusRequest<'a> {
     /// FC 1 to 4.
     Read {
         /// The table.
@@ -92,7 +92,7 @@ const READ_WRITE_WORDS_MAX: u16 = 121;
 ///
 /// # Errors
 /// [`Exception::IllegalFunction`] or [`Exception::IllegalValue`].
-pub fn parse(pdu: &[u8]) -> Result<Request<'_>, Exception> {
+pub fn parse(pdu: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
     let (&function, body) = pdu.split_first().ok_or(Exception::IllegalFunction)?;
     match function {
         1 => read(Table::Coils, body, READ_BITS_MAX),
@@ -109,68 +109,68 @@ pub fn parse(pdu: &[u8]) -> Result<Request<'_>, Exception> {
     }
 }
 
-fn read(table: Table, body: &[u8], max: u16) -> Result<Request<'_>, Exception> {
+fn read(table: Table, body: &[u8], max: u16) -> Result<ModbusRequest<'_>, Exception> {
     match words(body) {
         Some(([first, count], [])) if (1..=max).contains(&count) => {
-            Ok(Request::Read { table, first, count })
+            Ok(ModbusRequest::Read { table, first, count })
         }
         _ => Err(Exception::IllegalValue),
     }
 }
 
-fn write_coil(body: &[u8]) -> Result<Request<'_>, Exception> {
+fn write_coil(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
     let (first, packed) = match words(body) {
         Some(([first, 0xff00], [])) => (first, &[1]),
         Some(([first, 0x0000], [])) => (first, &[0]),
         _ => return Err(Exception::IllegalValue),
     };
-    Ok(Request::WriteCoils { first, count: 1, packed })
+    Ok(ModbusRequest::WriteCoils { first, count: 1, packed })
 }
 
-fn write_register(body: &[u8]) -> Result<Request<'_>, Exception> {
+fn write_register(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
     match words(body) {
-        Some(([first, _], [])) => Ok(Request::WriteRegisters { first, values: &body[2..] }),
+        Some(([first, _], [])) => Ok(ModbusRequest::WriteRegisters { first, values: &body[2..] }),
         _ => Err(Exception::IllegalValue),
     }
 }
 
-fn write_coils(body: &[u8]) -> Result<Request<'_>, Exception> {
+fn write_coils(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
     match words(body) {
         Some(([first, count], [bytes, packed @ ..]))
             if (1..=WRITE_BITS_MAX).contains(&count)
                 && packed.len() == usize::from(count.div_ceil(8))
                 && packed.len() == usize::from(*bytes) =>
         {
-            Ok(Request::WriteCoils { first, count, packed })
+            Ok(ModbusRequest::WriteCoils { first, count, packed })
         }
         _ => Err(Exception::IllegalValue),
     }
 }
 
-fn write_registers(body: &[u8]) -> Result<Request<'_>, Exception> {
+fn write_registers(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
     match words(body) {
         Some(([first, count], [bytes, values @ ..]))
             if (1..=WRITE_WORDS_MAX).contains(&count)
                 && values.len() == usize::from(count) * 2
                 && values.len() == usize::from(*bytes) =>
         {
-            Ok(Request::WriteRegisters { first, values })
+            Ok(ModbusRequest::WriteRegisters { first, values })
         }
         _ => Err(Exception::IllegalValue),
     }
 }
 
-fn mask_write(body: &[u8]) -> Result<Request<'_>, Exception> {
+fn mask_write(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
     match body {
         [a, b, c, d, e, f] => {
             let word = |high: &u8, low: &u8| u16::from_be_bytes([*high, *low]);
-            Ok(Request::MaskWrite { first: word(a, b), and: word(c, d), or: word(e, f) })
+            Ok(ModbusRequest::MaskWrite { first: word(a, b), and: word(c, d), or: word(e, f) })
         }
         _ => Err(Exception::IllegalValue),
     }
 }
 
-fn read_write(body: &[u8]) -> Result<Request<'_>, Exception> {
+fn read_write(body: &[u8]) -> Result<ModbusRequest<'_>, Exception> {
     let Some(([read_first, read_count], write)) = words(body) else {
         return Err(Exception::IllegalValue);
     };
@@ -181,7 +181,7 @@ fn read_write(body: &[u8]) -> Result<Request<'_>, Exception> {
                 && values.len() == usize::from(count) * 2
                 && values.len() == usize::from(*bytes) =>
         {
-            Ok(Request::ReadWrite { read_first, read_count, first, values })
+            Ok(ModbusRequest::ReadWrite { read_first, read_count, first, values })
         }
         _ => Err(Exception::IllegalValue),
     }
@@ -224,17 +224,17 @@ pub fn push_exception(reply: &mut Vec<u8>, function: u8, exception: Exception) {
     reply.extend_from_slice(&[function | 0x80, exception as u8]);
 }
 
-impl Request<'_> {
+impl ModbusRequest<'_> {
     /// The table, the first address and the quantity; for FC 23, those of its write.
     pub fn place(&self) -> (Table, u16, u16) {
         match *self {
-            Request::Read { table, first, count } => (table, first, count),
-            Request::WriteCoils { first, count, .. } => (Table::Coils, first, count),
-            Request::WriteRegisters { first, values }
-            | Request::ReadWrite { first, values, .. } => {
+            ModbusRequest::Read { table, first, count } => (table, first, count),
+            ModbusRequest::WriteCoils { first, count, .. } => (Table::Coils, first, count),
+            ModbusRequest::WriteRegisters { first, values }
+            | ModbusRequest::ReadWrite { first, values, .. } => {
                 (Table::HoldingRegisters, first, (values.len() / 2) as u16)
             }
-            Request::MaskWrite { first, .. } => (Table::HoldingRegisters, first, 1),
+            ModbusRequest::MaskWrite { first, .. } => (Table::HoldingRegisters, first, 1),
         }
     }
 }
@@ -268,7 +268,7 @@ mod tests {
                 [function, 1, 2, high, low]
             };
             for count in [1, max] {
-                let read = Request::Read { table, first: 0x0102, count };
+                let read = ModbusRequest::Read { table, first: 0x0102, count };
                 assert_eq!(parse(&pdu(count)), Ok(read));
             }
             assert_eq!(refused(&pdu(0)), 3);
@@ -280,14 +280,14 @@ mod tests {
 
     #[test]
     fn single_writes() {
-        let on = Request::WriteCoils { first: 7, count: 1, packed: &[1] };
-        let off = Request::WriteCoils { first: 7, count: 1, packed: &[0] };
+        let on = ModbusRequest::WriteCoils { first: 7, count: 1, packed: &[1] };
+        let off = ModbusRequest::WriteCoils { first: 7, count: 1, packed: &[0] };
         assert_eq!(parse(&[5, 0, 7, 0xff, 0]), Ok(on));
         assert_eq!(parse(&[5, 0, 7, 0, 0]), Ok(off));
         assert_eq!(refused(&[5, 0, 7, 0, 1]), 3);
         assert_eq!(refused(&[5, 0, 7, 0xff, 0xff]), 3);
         assert_eq!(refused(&[5, 0, 7, 0xff]), 3);
-        let word = Request::WriteRegisters { first: 7, values: &[1, 2] };
+        let word = ModbusRequest::WriteRegisters { first: 7, values: &[1, 2] };
         assert_eq!(parse(&[6, 0, 7, 1, 2]), Ok(word));
         assert_eq!(refused(&[6, 0, 7, 1]), 3);
         assert_eq!(refused(&[6, 0, 7, 1, 2, 3]), 3);
@@ -295,13 +295,13 @@ mod tests {
 
     #[test]
     fn multiple_writes() {
-        let coils = Request::WriteCoils { first: 0, count: 9, packed: &[0xff, 1] };
+        let coils = ModbusRequest::WriteCoils { first: 0, count: 9, packed: &[0xff, 1] };
         assert_eq!(parse(&[15, 0, 0, 0, 9, 2, 0xff, 1]), Ok(coils));
         assert_eq!(refused(&[15, 0, 0, 0, 9, 1, 0xff]), 3, "nine coils in one byte");
         assert_eq!(refused(&[15, 0, 0, 0, 9, 2, 0xff]), 3, "a byte is missing");
         assert_eq!(refused(&[15, 0, 0, 0, 0, 0]), 3);
         assert_eq!(refused(&[15, 0, 0, 0xff, 0xff, 1, 1]), 3);
-        let words = Request::WriteRegisters { first: 0, values: &[0, 1, 0, 2] };
+        let words = ModbusRequest::WriteRegisters { first: 0, values: &[0, 1, 0, 2] };
         assert_eq!(parse(&[16, 0, 0, 0, 2, 4, 0, 1, 0, 2]), Ok(words));
         assert_eq!(refused(&[16, 0, 0, 0, 2, 4, 0, 1, 0]), 3);
         assert_eq!(refused(&[16, 0, 0, 0x80, 0, 0]), 3, "twice the count overflows 16 bits");
@@ -330,7 +330,7 @@ mod tests {
     #[test]
     fn a_mask_has_three_words_and_comes_back_whole() {
         let pdu = [22, 0, 4, 0, 0xf2, 0, 0x25];
-        assert_eq!(parse(&pdu), Ok(Request::MaskWrite { first: 4, and: 0xf2, or: 0x25 }));
+        assert_eq!(parse(&pdu), Ok(ModbusRequest::MaskWrite { first: 4, and: 0xf2, or: 0x25 }));
         assert_eq!(refused(&pdu[..6]), 3);
         assert_eq!(refused(&[22, 0, 4, 0, 0xf2, 0, 0x25, 0]), 3);
         let mut reply = Vec::new();
@@ -344,8 +344,12 @@ mod tests {
             let head = [[0, 3], read.to_be_bytes(), [0, 14], write.to_be_bytes()].concat();
             [vec![23], head, vec![bytes], vec![7; values]].concat()
         };
-        let both =
-            Request::ReadWrite { read_first: 3, read_count: 6, first: 14, values: &[7, 7, 7, 7] };
+        let both = ModbusRequest::ReadWrite {
+            read_first: 3,
+            read_count: 6,
+            first: 14,
+            values: &[7, 7, 7, 7],
+        };
         assert_eq!(parse(&pdu(6, 2, 4, 4)), Ok(both));
         assert!(parse(&pdu(125, 121, 242, 242)).is_ok());
         for (read, write, bytes, values) in [

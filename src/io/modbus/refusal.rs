@@ -9,7 +9,7 @@ use crate::runtime::exchange::{Mode, Refused};
 
 /// The reason of a refusal. The exception follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum ModbusRefusal {
     /// An element of the request does not exist.
     NoSuchElement {
         /// The table.
@@ -46,57 +46,61 @@ pub enum Refusal {
     NotSeen,
 }
 
-impl Refusal {
+impl ModbusRefusal {
     /// The refusal for a batch that the exchange did not take in this mode.
-    pub fn of_batch(refused: Refused, mode: Mode) -> Refusal {
+    pub fn of_batch(refused: Refused, mode: Mode) -> ModbusRefusal {
         match refused {
-            Refused::NotRunning => Refusal::NotRunning(mode),
-            Refused::QueueFull | Refused::TooLarge => Refusal::QueueFull,
+            Refused::NotRunning => ModbusRefusal::NotRunning(mode),
+            Refused::QueueFull | Refused::TooLarge => ModbusRefusal::QueueFull,
         }
     }
 
     /// The exception for the client.
     pub fn exception(self) -> Exception {
         match self {
-            Refusal::NoSuchElement { .. }
-            | Refusal::NotWritable(_)
-            | Refusal::NotByThisClient(_)
-            | Refusal::HalfOf(_) => Exception::IllegalAddress,
-            Refusal::BeyondLimits { .. } | Refusal::NoMask(_) => Exception::IllegalValue,
-            Refusal::NotRunning(_) | Refusal::NotSeen => Exception::DeviceFailure,
-            Refusal::QueueFull => Exception::DeviceBusy,
+            ModbusRefusal::NoSuchElement { .. }
+            | ModbusRefusal::NotWritable(_)
+            | ModbusRefusal::NotByThisClient(_)
+            | ModbusRefusal::HalfOf(_) => Exception::IllegalAddress,
+            ModbusRefusal::BeyondLimits { .. } | ModbusRefusal::NoMask(_) => {
+                Exception::IllegalValue
+            }
+            ModbusRefusal::NotRunning(_) | ModbusRefusal::NotSeen => Exception::DeviceFailure,
+            ModbusRefusal::QueueFull => Exception::DeviceBusy,
         }
     }
 }
 
-impl Refusal {
+impl ModbusRefusal {
     /// The reason for the log; `name` gives the name of an address.
     pub fn say(self, name: impl Fn(Address) -> String) -> String {
         let of = |word| name(Address::Word(word));
         match self {
-            Refusal::NoSuchElement { table, address } => {
+            ModbusRefusal::NoSuchElement { table, address } => {
                 format!("nothing is at {} {address}", table.name())
             }
-            Refusal::NotWritable(what) => format!("{} is not in `writable`", name(what)),
-            Refusal::NotByThisClient(what) => {
+            ModbusRefusal::NotWritable(what) => format!("{} is not in `writable`", name(what)),
+            ModbusRefusal::NotByThisClient(what) => {
                 format!("{} is for other clients to write", name(what))
             }
-            Refusal::HalfOf(word) => format!("{} is written by both of its registers", of(word)),
-            Refusal::BeyondLimits { word, kind, bits, min, max } => {
+            ModbusRefusal::HalfOf(word) => {
+                format!("{} is written by both of its registers", of(word))
+            }
+            ModbusRefusal::BeyondLimits { word, kind, bits, min, max } => {
                 let [min, max] = [min, max].map(|content| word.text(content));
                 format!("{} takes {min} to {max}, not {}", of(word), kind.text(bits))
             }
-            Refusal::NoMask(word) => {
+            ModbusRefusal::NoMask(word) => {
                 format!("{} does not take every value of 16 bits", of(word))
             }
-            Refusal::NotRunning(mode) => format!("the controller is in {}", mode.name()),
-            Refusal::QueueFull => "too many writes wait for the next scan".to_owned(),
-            Refusal::NotSeen => "no scan was complete in time to see it".to_owned(),
+            ModbusRefusal::NotRunning(mode) => format!("the controller is in {}", mode.name()),
+            ModbusRefusal::QueueFull => "too many writes wait for the next scan".to_owned(),
+            ModbusRefusal::NotSeen => "no scan was complete in time to see it".to_owned(),
         }
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for ModbusRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.say(|address| address.to_string()))
     }
@@ -110,9 +114,15 @@ mod tests {
     #[test]
     fn what_has_a_name_alone_is_told_by_it() {
         let word = Word::Space(WordSpace::V, 4095);
-        let said = |refusal: Refusal| refusal.say(|_| "shift".to_owned());
-        assert_eq!(said(Refusal::NotWritable(Address::Word(word))), "shift is not in `writable`");
-        assert_eq!(said(Refusal::NoMask(word)), "shift does not take every value of 16 bits");
-        assert_eq!(Refusal::HalfOf(word).to_string(), "V4095 is written by both of its registers");
+        let said = |refusal: ModbusRefusal| refusal.say(|_| "shift".to_owned());
+        assert_eq!(
+            said(ModbusRefusal::NotWritable(Address::Word(word))),
+            "shift is not in `writable`"
+        );
+        assert_eq!(said(ModbusRefusal::NoMask(word)), "shift does not take every value of 16 bits");
+        assert_eq!(
+            ModbusRefusal::HalfOf(word).to_string(),
+            "V4095 is written by both of its registers"
+        );
     }
 }

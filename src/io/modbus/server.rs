@@ -21,7 +21,7 @@ use super::connection::Connection;
 use super::guests::{Ended, Guests};
 use super::map::Map;
 use super::settings::Modbus;
-use super::shared::Shared;
+use super::shared::ServerState;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 use crate::say::say;
@@ -36,7 +36,7 @@ const WRITE_WAIT_LEAST: Duration = Duration::from_secs(10);
 /// A bound server.
 pub struct Server {
     listener: TcpListener,
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
     clients: Arc<AtomicUsize>,
 }
 
@@ -57,7 +57,7 @@ impl Server {
             port.set_input(x, on);
         }
         let write_wait = patience.max(WRITE_WAIT_LEAST);
-        let shared = Shared { settings, maps, port, write_wait };
+        let shared = ServerState { settings, maps, port, write_wait };
         let server = Server { listener, shared: Arc::new(shared), clients: Arc::default() };
         server.log_start();
         Ok(server)

@@ -19,7 +19,7 @@ pub struct Modbus {
     /// Whether MC, MI, MHR and MIR have their standard places.
     pub(crate) standard_map: bool,
     /// The operands with further places; no two share a place.
-    pub(crate) entries: Vec<Entry>,
+    pub(crate) entries: Vec<MappedOperands>,
     /// The lists of writes; at most [`LISTS_MAX`]. The first is `writable`, for every client.
     pub(crate) lists: Vec<WriteList>,
     /// Coils copied to inputs: (MC, X), of the same length.
@@ -49,7 +49,7 @@ pub enum Table {
 
 /// Operands at further places: consecutive addresses of one table.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry {
+pub(crate) struct MappedOperands {
     /// What.
     pub operands: Operands,
     /// The table.
@@ -127,7 +127,7 @@ impl Table {
     }
 }
 
-impl Entry {
+impl MappedOperands {
     /// The number of its addresses.
     pub fn length(&self) -> u32 {
         self.operands.count * u32::from(self.kind.map_or(1, NumberType::registers))

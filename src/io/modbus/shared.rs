@@ -7,15 +7,15 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use super::map::Map;
-use super::pdu::Request;
-use super::refusal::Refusal;
+use super::pdu::ModbusRequest;
+use super::refusal::ModbusRefusal;
 use super::settings::Modbus;
 use crate::runtime::Generations;
 use crate::runtime::exchange::Port;
 use crate::say::say;
 
 /// The state that the connections share.
-pub(super) struct Shared {
+pub(super) struct ServerState {
     pub settings: Modbus,
     /// The map of each program: an image is read by the map of its own program, and so is a write.
     pub maps: Generations<Map>,
@@ -24,17 +24,17 @@ pub(super) struct Shared {
     pub write_wait: Duration,
 }
 
-impl Shared {
+impl ServerState {
     /// Logs a well-formed request that was refused.
     pub fn log_refusal(
         &self,
         client: SocketAddr,
         (place, why_said): (&str, &str),
-        request: &Request<'_>,
-        why: Refusal,
+        request: &ModbusRequest<'_>,
+        why: ModbusRefusal,
     ) {
         let exception = why.exception() as u8;
-        if let Request::Read { .. } = request {
+        if let ModbusRequest::Read { .. } = request {
             say!(
                 MODBUS_READ_REFUSED,
                 %client,

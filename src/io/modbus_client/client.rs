@@ -15,13 +15,13 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::link::Link;
-use super::outputs::{self, Run};
+use super::outputs::{self, OutputRun};
 use super::plan::{self, Group};
 use super::request::{push_read, push_write_multiple, push_write_single};
 use super::settings::{self, Table, Watchdog, Writes};
-use super::talk::{Cut, READING, Talk, What};
+use super::talk::{Cut, Question, READING, Talk};
 use super::unit::Unit;
-use crate::io::device::{Done, Driver, Exchange, Occasion, Trouble};
+use crate::io::device::{Driver, Exchange, Extent, Occasion, Trouble};
 
 /// A Modbus device.
 pub struct Client<L> {
@@ -29,7 +29,7 @@ pub struct Client<L> {
     groups: Vec<Group>,
     /// The number of the group that is read next; at 0 all inputs are read anew.
     next: usize,
-    runs: Vec<Run>,
+    runs: Vec<OutputRun>,
     writes: Writes,
     write_every: Option<Duration>,
     /// The time at which all outputs are written even if none has changed.
@@ -46,7 +46,7 @@ struct Feeding {
 
 impl<L: Link> Client<L> {
     /// A device that has not exchanged yet.
-    pub fn new(settings: &settings::Client, link: L) -> Client<L> {
+    pub fn new(settings: &settings::ClientSettings, link: L) -> Client<L> {
         let groups = plan::reads(&settings.inputs, settings.gap);
         let runs = outputs::runs(&settings.outputs);
         let watched = settings.watchdog.map(|watchdog| watchdog.unit);
@@ -109,7 +109,8 @@ impl<L: Link> Client<L> {
             }
         }
         let table = Table::HoldingRegisters;
-        let what = What { verb: "feeding the watchdog at", unit, table, first: register, count: 1 };
+        let what =
+            Question { verb: "feeding the watchdog at", unit, table, first: register, count: 1 };
         if self.talk.ask(&what).await?.is_some() {
             feeding.counter = counter;
             feeding.due = Some(now + every);
@@ -124,7 +125,7 @@ impl<L: Link> Client<L> {
     /// last.
     async fn write_again(&mut self, outputs: &[i32]) -> Result<(), Cut> {
         let unit = self.feeding.as_ref().map(|feeding| feeding.watchdog.unit);
-        self.runs.iter_mut().filter(|run| Some(run.unit) == unit).for_each(Run::forget);
+        self.runs.iter_mut().filter(|run| Some(run.unit) == unit).for_each(OutputRun::forget);
         self.write(Occasion::Change, outputs).await
     }
 
@@ -134,12 +135,12 @@ impl<L: Link> Client<L> {
         &mut self,
         inputs: &mut [Option<i32>],
         is_urgent: &(dyn Fn() -> bool + Send + Sync),
-    ) -> Result<Done, Cut> {
+    ) -> Result<Extent, Cut> {
         while let Some(group) = self.groups.get(self.next) {
             let Group { unit, table, first, count, .. } = *group;
             self.talk.request.clear();
             push_read(&mut self.talk.request, table, (first, count));
-            let what = What { verb: READING, unit, table, first, count };
+            let what = Question { verb: READING, unit, table, first, count };
             match self.talk.ask(&what).await? {
                 None => self.talk.unit(unit).leave_unread(),
                 Some(data) => {
@@ -151,11 +152,11 @@ impl<L: Link> Client<L> {
             }
             self.next += 1;
             if self.next < self.groups.len() && (is_urgent() || self.is_feeding_due()) {
-                return Ok(Done::Part);
+                return Ok(Extent::Part);
             }
         }
         self.next = 0;
-        Ok(Done::Whole)
+        Ok(Extent::Whole)
     }
 
     fn is_feeding_due(&self) -> bool {
@@ -172,14 +173,14 @@ impl<L: Link> Client<L> {
     }
 
     fn forget(&mut self) {
-        self.runs.iter_mut().for_each(Run::forget);
+        self.runs.iter_mut().for_each(OutputRun::forget);
         self.all_due = None;
         if let Some(feeding) = &mut self.feeding {
             feeding.due = None;
         }
     }
 
-    async fn try_exchange(&mut self, exchange: &mut Exchange<'_>) -> Result<Done, Cut> {
+    async fn try_exchange(&mut self, exchange: &mut Exchange<'_>) -> Result<Extent, Cut> {
         let Exchange { occasion, outputs, inputs, is_urgent } = exchange;
         if *occasion != Occasion::First {
             self.write(*occasion, outputs).await?;
@@ -189,19 +190,19 @@ impl<L: Link> Client<L> {
         }
         match occasion {
             Occasion::First | Occasion::Poll => self.read(inputs, *is_urgent).await,
-            Occasion::Change | Occasion::Last => Ok(Done::Whole),
+            Occasion::Change | Occasion::Last => Ok(Extent::Whole),
         }
     }
 
     /// The result of the exchange, from the trouble of all units.
-    fn verdict(&mut self, done: Done, occasion: Occasion) -> Result<Done, Trouble> {
+    fn verdict(&mut self, done: Extent, occasion: Occasion) -> Result<Extent, Trouble> {
         for run in &mut self.runs {
             // The unit may have been without power.
             if self.talk.unit(run.unit).is_left {
                 run.forget();
             }
         }
-        if done == Done::Part {
+        if done == Extent::Part {
             // The rest of the exchange follows at once, and reports the trouble of the whole
             // exchange.
             return Ok(done);
@@ -222,13 +223,13 @@ impl<L: Link> Client<L> {
 
 async fn write_run<L: Link>(
     talk: &mut Talk<L>,
-    run: &mut Run,
+    run: &mut OutputRun,
     writes: Writes,
     all: bool,
 ) -> Result<(), Cut> {
     let Some(part) = run.due(all) else { return Ok(()) };
     let (first, count) = (run.first, run.count());
-    let what = What { verb: "writing", unit: run.unit, table: run.table, first, count };
+    let what = Question { verb: "writing", unit: run.unit, table: run.table, first, count };
     for number in 0..run.requests(part, writes) {
         talk.request.clear();
         run.push_request(&mut talk.request, part, writes, number);
@@ -252,7 +253,7 @@ impl<L: Link> Driver for Client<L> {
         Ok(())
     }
 
-    async fn exchange(&mut self, mut exchange: Exchange<'_>) -> Result<Done, Trouble> {
+    async fn exchange(&mut self, mut exchange: Exchange<'_>) -> Result<Extent, Trouble> {
         let (occasion, now, is_anew) = (exchange.occasion, Instant::now(), self.next == 0);
         self.talk.begin(|unit| unit.begin(occasion, now, is_anew));
         loop {

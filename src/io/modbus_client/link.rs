@@ -6,7 +6,7 @@ use crate::io::device::Trouble;
 
 /// The reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Failure {
+pub enum LinkFailure {
     /// No answer came, or none that fits. A link that [starts anew](Link::STARTS_ANEW) can still be
     /// used; a different link has to be connected again.
     Silent(String),
@@ -34,7 +34,7 @@ pub trait Link: Send + 'static {
         unit: u8,
         request: &[u8],
         answer: &mut Vec<u8>,
-    ) -> impl Future<Output = Result<(), Failure>> + Send;
+    ) -> impl Future<Output = Result<(), LinkFailure>> + Send;
 
     /// Closes the link.
     fn close(&mut self);

@@ -6,13 +6,13 @@
 //! write.
 
 use super::request::{push_write_multiple, push_write_single};
-use super::settings::{Point, PointForm, Table, Writes};
+use super::settings::{ModbusPoint, PointForm, Table, Writes};
 use super::values;
 use crate::io::modbus::pdu::{WRITE_BITS_MAX, WRITE_WORDS_MAX};
 
 /// Neighbouring outputs.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct OutputRun {
     /// The unit.
     pub unit: u8,
     /// Coils or holding registers.
@@ -20,7 +20,7 @@ pub struct Run {
     /// The first address.
     pub first: u16,
     /// Their numbers in the order of the map.
-    points: Vec<(usize, Point)>,
+    points: Vec<(usize, ModbusPoint)>,
     /// The wanted values, one per element: 0 or 1 for coils, registers.
     wanted: Vec<u16>,
     /// The values that were written last.
@@ -37,15 +37,15 @@ pub struct RunPart {
 }
 
 /// The runs of all outputs.
-pub fn runs(points: &[Point]) -> Vec<Run> {
-    let mut sorted: Vec<(usize, Point)> = points.iter().copied().enumerate().collect();
+pub fn runs(points: &[ModbusPoint]) -> Vec<OutputRun> {
+    let mut sorted: Vec<(usize, ModbusPoint)> = points.iter().copied().enumerate().collect();
     sorted.sort_by_key(|(at, point)| (point.unit, point.table, point.at, *at));
-    let mut runs: Vec<Run> = Vec::new();
+    let mut runs: Vec<OutputRun> = Vec::new();
     for (at, point) in sorted {
         let run = match runs.last_mut() {
             Some(run) if run.takes(&point) => run,
             _ => {
-                runs.push(Run::begin(&point));
+                runs.push(OutputRun::begin(&point));
                 runs.last_mut().expect("it was put there")
             }
         };
@@ -57,9 +57,9 @@ pub fn runs(points: &[Point]) -> Vec<Run> {
     runs
 }
 
-impl Run {
-    fn begin(point: &Point) -> Run {
-        Run {
+impl OutputRun {
+    fn begin(point: &ModbusPoint) -> OutputRun {
+        OutputRun {
             unit: point.unit,
             table: point.table,
             first: point.at,
@@ -71,7 +71,7 @@ impl Run {
     }
 
     /// Whether a point, not before the first one, is a neighbour of this run.
-    fn takes(&self, point: &Point) -> bool {
+    fn takes(&self, point: &ModbusPoint) -> bool {
         let max = if self.table.is_bits() { WRITE_BITS_MAX } else { WRITE_WORDS_MAX };
         let place = usize::from(point.at.wrapping_sub(self.first));
         (self.unit, self.table) == (point.unit, point.table)
@@ -166,18 +166,18 @@ mod tests {
     use crate::io::scaling::Scaling;
     use proptest::prelude::*;
 
-    fn coil(at: u16) -> Point {
-        Point { unit: 1, table: Table::Coils, at, form: PointForm::Bit }
+    fn coil(at: u16) -> ModbusPoint {
+        ModbusPoint { unit: 1, table: Table::Coils, at, form: PointForm::Bit }
     }
 
-    fn register(at: u16, kind: NumberType) -> Point {
+    fn register(at: u16, kind: NumberType) -> ModbusPoint {
         let scaling = Scaling::none(false);
         let number = Number { kind, order: WordOrder::HighFirst, scaling };
-        Point { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
+        ModbusPoint { unit: 1, table: Table::HoldingRegisters, at, form: PointForm::Number(number) }
     }
 
     /// The outgoing requests of a write that the peer takes.
-    fn written(run: &mut Run, all: bool, writes: Writes, outputs: &[i32]) -> Vec<Vec<u8>> {
+    fn written(run: &mut OutputRun, all: bool, writes: Writes, outputs: &[i32]) -> Vec<Vec<u8>> {
         run.want(outputs);
         let Some(part) = run.due(all) else { return Vec::new() };
         let request = |number| {
@@ -241,7 +241,8 @@ mod tests {
 
     #[test]
     fn bits_of_one_register_make_one_value() {
-        let bit = |bit| Point { form: PointForm::RegisterBit(bit), ..register(5, NumberType::U16) };
+        let bit =
+            |bit| ModbusPoint { form: PointForm::RegisterBit(bit), ..register(5, NumberType::U16) };
         let mut run = runs(&[bit(0), bit(15), bit(3)]).remove(0);
         let requests = written(&mut run, false, Writes::Fitting, &[1, 1, 0]);
         assert_eq!(requests, [[6, 0, 5, 0x80, 1]]);
@@ -249,13 +250,13 @@ mod tests {
 
     #[test]
     fn runs_end_at_holes_and_at_the_protocols_limits() {
-        let shape = |points: &[Point]| -> Vec<(u16, u16)> {
+        let shape = |points: &[ModbusPoint]| -> Vec<(u16, u16)> {
             runs(points).iter().map(|run| (run.first, run.count())).collect()
         };
         assert_eq!(shape(&[coil(0), coil(2)]), [(0, 1), (2, 1)]);
-        let coils: Vec<Point> = (0..2000).map(coil).collect();
+        let coils: Vec<ModbusPoint> = (0..2000).map(coil).collect();
         assert_eq!(shape(&coils), [(0, 1968), (1968, 32)]);
-        let wide: Vec<Point> = (0..70).map(|at| register(at * 2, NumberType::U32)).collect();
+        let wide: Vec<ModbusPoint> = (0..70).map(|at| register(at * 2, NumberType::U32)).collect();
         assert_eq!(shape(&wide), [(0, 122), (122, 18)]);
         assert_eq!(shape(&[coil(65_535)]), [(65_535, 1)]);
     }
@@ -269,13 +270,13 @@ mod tests {
             let (one, two) = (NumberType::I16, NumberType::I32);
             let kinds = [one, two, one, two, one, one];
             let addresses = [0, 1, 3, 4, 6, 9];
-            let points: Vec<Point> =
+            let points: Vec<ModbusPoint> =
                 addresses.into_iter().zip(kinds).map(|(at, kind)| register(at, kind)).collect();
             let (mut planned, mut peer) = (runs(&points), [0u16; 10]);
             for outputs in steps {
                 for run in &mut planned {
                     for request in written(run, false, writes, &outputs) {
-                        let Ok(pdu::Request::WriteRegisters { first, values }) =
+                        let Ok(pdu::ModbusRequest::WriteRegisters { first, values }) =
                             pdu::parse(&request) else { panic!("{request:?}") };
                         for (at, value) in values.chunks(2).enumerate() {
                             peer[usize::from(first) + at] =

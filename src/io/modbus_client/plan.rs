@@ -4,7 +4,7 @@
 //! distance is no more than the author's `gap`. A request stays within the protocol's limits. A
 //! number in two registers stays within one request, so that both come from one moment.
 
-use super::settings::{Number, Point, PointForm, Table};
+use super::settings::{ModbusPoint, Number, PointForm, Table};
 use super::values;
 use crate::io::modbus::pdu::{READ_BITS_MAX, READ_WORDS_MAX};
 
@@ -20,12 +20,12 @@ pub struct Group {
     /// The number of elements.
     pub count: u16,
     /// The points in it: their numbers in the order of the map.
-    points: Vec<(usize, Point)>,
+    points: Vec<(usize, ModbusPoint)>,
 }
 
 /// The requests that read all points.
-pub fn reads(points: &[Point], gap: u16) -> Vec<Group> {
-    let mut sorted: Vec<(usize, Point)> = points.iter().copied().enumerate().collect();
+pub fn reads(points: &[ModbusPoint], gap: u16) -> Vec<Group> {
+    let mut sorted: Vec<(usize, ModbusPoint)> = points.iter().copied().enumerate().collect();
     sorted.sort_by_key(|(at, point)| (point.unit, point.table, point.at, *at));
     let mut groups: Vec<Group> = Vec::new();
     for (at, point) in sorted {
@@ -48,7 +48,7 @@ pub fn reads(points: &[Point], gap: u16) -> Vec<Group> {
 
 impl Group {
     /// Whether a point, not before the first one, belongs to the same request.
-    fn takes(&self, point: &Point, gap: u16) -> bool {
+    fn takes(&self, point: &ModbusPoint, gap: u16) -> bool {
         if (self.unit, self.table) != (point.unit, point.table) {
             return false;
         }
@@ -102,8 +102,8 @@ mod tests {
         PointForm::Number(Number { kind, order, scaling: Scaling::none(false) })
     }
 
-    fn register(at: u16) -> Point {
-        Point {
+    fn register(at: u16) -> ModbusPoint {
+        ModbusPoint {
             unit: 1,
             table: Table::HoldingRegisters,
             at,
@@ -111,15 +111,15 @@ mod tests {
         }
     }
 
-    fn wide(at: u16) -> Point {
-        Point { form: number(NumberType::U32, WordOrder::HighFirst), ..register(at) }
+    fn wide(at: u16) -> ModbusPoint {
+        ModbusPoint { form: number(NumberType::U32, WordOrder::HighFirst), ..register(at) }
     }
 
-    fn bit(at: u16) -> Point {
-        Point { unit: 1, table: Table::DiscreteInputs, at, form: PointForm::Bit }
+    fn bit(at: u16) -> ModbusPoint {
+        ModbusPoint { unit: 1, table: Table::DiscreteInputs, at, form: PointForm::Bit }
     }
 
-    fn shape(points: &[Point], gap: u16) -> Vec<(u16, u16)> {
+    fn shape(points: &[ModbusPoint], gap: u16) -> Vec<(u16, u16)> {
         reads(points, gap).iter().map(|group| (group.first, group.count)).collect()
     }
 
@@ -136,32 +136,32 @@ mod tests {
 
     #[test]
     fn units_and_tables_have_requests_of_their_own() {
-        let other_unit = Point { unit: 2, ..register(11) };
-        let other_table = Point { table: Table::InputRegisters, ..register(12) };
+        let other_unit = ModbusPoint { unit: 2, ..register(11) };
+        let other_table = ModbusPoint { table: Table::InputRegisters, ..register(12) };
         let groups = reads(&[register(10), other_unit, other_table], 100);
         assert_eq!(groups.len(), 3);
     }
 
     #[test]
     fn requests_are_as_long_as_the_protocol_allows() {
-        let registers: Vec<Point> = (0..300).map(register).collect();
+        let registers: Vec<ModbusPoint> = (0..300).map(register).collect();
         assert_eq!(shape(&registers, 0), [(0, 125), (125, 125), (250, 50)]);
-        let bits: Vec<Point> = (0..2001).map(bit).collect();
+        let bits: Vec<ModbusPoint> = (0..2001).map(bit).collect();
         assert_eq!(shape(&bits, 0), [(0, 2000), (2000, 1)]);
         assert_eq!(shape(&[register(65_534), register(65_535)], 0), [(65_534, 2)]);
     }
 
     #[test]
     fn a_number_in_two_registers_is_never_split() {
-        let numbers: Vec<Point> = (0..100).map(|at| wide(at * 2)).collect();
+        let numbers: Vec<ModbusPoint> = (0..100).map(|at| wide(at * 2)).collect();
         assert_eq!(shape(&numbers, 0), [(0, 124), (124, 76)]);
     }
 
     #[test]
     fn what_is_read_goes_to_its_points() {
         let low_first =
-            Point { form: number(NumberType::I32, WordOrder::LowFirst), ..register(12) };
-        let flag = Point { form: PointForm::RegisterBit(9), ..register(11) };
+            ModbusPoint { form: number(NumberType::I32, WordOrder::LowFirst), ..register(12) };
+        let flag = ModbusPoint { form: PointForm::RegisterBit(9), ..register(11) };
         let points = [low_first, register(10), flag];
         let mut inputs = [None; 3];
         let groups = reads(&points, 0);
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_told_and_not_read() {
         let form = number(NumberType::F32, WordOrder::HighFirst);
-        let float = |at| Point { form, ..register(at) };
+        let float = |at| ModbusPoint { form, ..register(at) };
         let mut inputs = [None; 2];
         let data = [0x7f, 0xc0, 0, 0, 0x3f, 0x80, 0, 0];
         assert!(!reads(&[float(0), float(2)], 0)[0].bring_in(&data, &mut inputs));
@@ -186,7 +186,7 @@ mod tests {
     const TABLES: [Table; 4] =
         [Table::Coils, Table::DiscreteInputs, Table::HoldingRegisters, Table::InputRegisters];
 
-    fn any_point() -> impl Strategy<Value = Point> {
+    fn any_point() -> impl Strategy<Value = ModbusPoint> {
         (1u8..4, 0..4usize, 0u16..700, any::<bool>()).prop_map(|(unit, table, at, is_wide)| {
             let table = TABLES[table];
             let form = match (table.is_bits(), is_wide) {
@@ -194,7 +194,7 @@ mod tests {
                 (false, true) => number(NumberType::U32, WordOrder::HighFirst),
                 (false, false) => number(NumberType::U16, WordOrder::HighFirst),
             };
-            Point { unit, table, at, form }
+            ModbusPoint { unit, table, at, form }
         })
     }
 

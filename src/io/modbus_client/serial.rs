@@ -23,7 +23,7 @@ use tokio::sync::Mutex;
 use tokio::time::{Instant, sleep_until, timeout_at};
 
 use super::answer::expected_bytes;
-use super::link::{Failure, Link};
+use super::link::{Link, LinkFailure};
 use super::rtu::{self, FRAME_BYTES_MAX, Heard};
 use super::settings::{Parity, Serial};
 use crate::io::device::Trouble;
@@ -112,7 +112,12 @@ impl Link for Rtu {
         Ok(())
     }
 
-    async fn ask(&mut self, unit: u8, request: &[u8], answer: &mut Vec<u8>) -> Result<(), Failure> {
+    async fn ask(
+        &mut self,
+        unit: u8,
+        request: &[u8],
+        answer: &mut Vec<u8>,
+    ) -> Result<(), LinkFailure> {
         let mut line = self.line.lock().await;
         let asked = line.ask(unit, request, self.timeout).await;
         line.quiet_since = Instant::now();
@@ -124,15 +129,15 @@ impl Link for Rtu {
             }
             Ok(None) if line.echo == Echo::Seen && !line.received.is_empty() => {
                 let failure = match rtu::is_answered_by_itself(request) {
-                    true => Failure::Doubtful,
-                    false => Failure::Silent,
+                    true => LinkFailure::Doubtful,
+                    false => LinkFailure::Silent,
                 };
                 Err(failure(ECHO_SEEN.to_owned()))
             }
-            Ok(None) => Err(Failure::Silent(line.why_none(self.timeout))),
+            Ok(None) => Err(LinkFailure::Silent(line.why_none(self.timeout))),
             Err(error) => {
                 line.port = None;
-                Err(Failure::Broken(error.to_string()))
+                Err(LinkFailure::Broken(error.to_string()))
             }
         }
     }

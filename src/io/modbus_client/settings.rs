@@ -9,7 +9,7 @@ use crate::io::scaling::Scaling;
 
 /// A Modbus client's settings.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Client {
+pub struct ClientSettings {
     /// The way to its peer.
     pub link: Link,
     /// The time limit for a whole answer, ms.
@@ -24,9 +24,9 @@ pub struct Client {
     /// A register that a counter is written to.
     pub watchdog: Option<Watchdog>,
     /// The points that are read.
-    pub inputs: Vec<Point>,
+    pub inputs: Vec<ModbusPoint>,
     /// The points that are written.
-    pub outputs: Vec<Point>,
+    pub outputs: Vec<ModbusPoint>,
 }
 
 /// The way to a peer.
@@ -104,7 +104,7 @@ pub struct Watchdog {
 
 /// A point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Point {
+pub struct ModbusPoint {
     /// The unit.
     pub unit: u8,
     /// The table.
@@ -137,7 +137,7 @@ pub struct Number {
     pub scaling: Scaling,
 }
 
-impl Point {
+impl ModbusPoint {
     /// The number of elements of its table that it takes.
     pub(crate) fn width(&self) -> u16 {
         match self.form {

@@ -8,7 +8,7 @@ use std::fmt;
 use std::time::Duration;
 
 use super::answer::{self, Wrong};
-use super::link::{Failure, Link};
+use super::link::{Link, LinkFailure};
 use super::settings::Table;
 use super::unit::Unit;
 use crate::io::device::Trouble;
@@ -38,7 +38,7 @@ pub(super) enum Cut {
 
 /// The question, for the log.
 #[derive(Clone, Copy)]
-pub(super) struct What {
+pub(super) struct Question {
     pub verb: &'static str,
     pub unit: u8,
     pub table: Table,
@@ -81,7 +81,7 @@ impl<L: Link> Talk<L> {
     ///
     /// # Errors
     /// The connection has ended.
-    pub async fn ask(&mut self, what: &What) -> Result<Option<&[u8]>, Cut> {
+    pub async fn ask(&mut self, what: &Question) -> Result<Option<&[u8]>, Cut> {
         if self.unit(what.unit).is_left {
             return Ok(None);
         }
@@ -101,11 +101,11 @@ impl<L: Link> Talk<L> {
     }
 
     /// Handles a missing answer.
-    fn fail(&mut self, what: &What, failure: Failure) -> Result<(), Cut> {
+    fn fail(&mut self, what: &Question, failure: LinkFailure) -> Result<(), Cut> {
         let (pause, is_alone, is_first) = (self.pause, self.units.len() == 1, !self.has_heard);
         let unit = self.unit(what.unit);
         match failure {
-            Failure::Silent(reason) => {
+            LinkFailure::Silent(reason) => {
                 let reason = format!("{what}: {reason}");
                 if L::STARTS_ANEW {
                     unit.miss(reason, pause);
@@ -121,24 +121,24 @@ impl<L: Link> Talk<L> {
                 Err(Cut::Anew(trouble))
             }
             // The unit is asked again: a read shows whether it is there.
-            Failure::Doubtful(reason) => {
+            LinkFailure::Doubtful(reason) => {
                 unit.trouble.get_or_insert(format!("{what}: {reason}"));
                 Ok(())
             }
             // The peer closed the connection while it was idle. If it has executed the request all
             // the same, a repeated request does no harm: a read changes nothing, a write sets
             // values.
-            Failure::Closed(reason) if is_first => {
+            LinkFailure::Closed(reason) if is_first => {
                 Err(Cut::Anew(Trouble::disconnected(format!("{what}: {reason}"))))
             }
-            Failure::Closed(reason) | Failure::Broken(reason) => {
+            LinkFailure::Closed(reason) | LinkFailure::Broken(reason) => {
                 Err(Cut::Off(Trouble::disconnected(format!("{what}: {reason}"))))
             }
         }
     }
 
     /// Handles a PDU that is not a good answer.
-    fn refuse(&mut self, what: &What, wrong: Wrong) -> Result<(), Cut> {
+    fn refuse(&mut self, what: &Question, wrong: Wrong) -> Result<(), Cut> {
         let (reason, pause) = (format!("{what}: {wrong}"), self.pause);
         let unit = self.unit(what.unit);
         match wrong {
@@ -165,9 +165,9 @@ impl<L: Link> Talk<L> {
     }
 }
 
-impl fmt::Display for What {
+impl fmt::Display for Question {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let What { verb, unit, table, first, count } = *self;
+        let Question { verb, unit, table, first, count } = *self;
         write!(f, "{verb} {} {first}", table.name())?;
         if count > 1 {
             write!(f, "..{}", u32::from(first) + u32::from(count) - 1)?;

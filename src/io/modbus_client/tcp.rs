@@ -3,7 +3,7 @@
 //! A frame that does not answer the present question, also a late answer to an earlier one, breaks
 //! the connection: a new connection contains no old frames. Many peers close a connection that was
 //! idle for some time. The next question is the first to show this; it is reported as
-//! [`Failure::Closed`]. Memory is one frame.
+//! [`LinkFailure::Closed`]. Memory is one frame.
 
 use std::io;
 use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, UnexpectedEof};
@@ -14,7 +14,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-use super::link::{Failure, Link};
+use super::link::{Link, LinkFailure};
 use crate::io::device::Trouble;
 use crate::io::modbus::frame::{self, FRAME_BYTES_MAX, Header, Split};
 
@@ -57,9 +57,14 @@ impl Link for Tcp {
         Ok(())
     }
 
-    async fn ask(&mut self, unit: u8, request: &[u8], answer: &mut Vec<u8>) -> Result<(), Failure> {
+    async fn ask(
+        &mut self,
+        unit: u8,
+        request: &[u8],
+        answer: &mut Vec<u8>,
+    ) -> Result<(), LinkFailure> {
         let Some(stream) = &mut self.stream else {
-            return Err(Failure::Broken("there is no connection".to_owned()));
+            return Err(LinkFailure::Broken("there is no connection".to_owned()));
         };
         self.transaction = self.transaction.wrapping_add(1);
         let header = Header { transaction: self.transaction, unit };
@@ -71,14 +76,14 @@ impl Link for Tcp {
         };
         let limit = self.timeout.as_millis();
         match timeout(self.timeout, talk).await {
-            Err(_) if filled == 0 => Err(Failure::Silent(format!("no answer in {limit} ms"))),
-            Err(_) => Err(Failure::Broken(format!("no whole answer in {limit} ms"))),
+            Err(_) if filled == 0 => Err(LinkFailure::Silent(format!("no answer in {limit} ms"))),
+            Err(_) => Err(LinkFailure::Broken(format!("no whole answer in {limit} ms"))),
             Ok(Err(error)) if filled == 0 && self.is_proven && is_closed(&error) => {
-                Err(Failure::Closed(error.to_string()))
+                Err(LinkFailure::Closed(error.to_string()))
             }
-            Ok(Err(error)) => Err(Failure::Broken(error.to_string())),
+            Ok(Err(error)) => Err(LinkFailure::Broken(error.to_string())),
             Ok(Ok(())) => {
-                check(&self.received[..filled], header, answer).map_err(Failure::Broken)?;
+                check(&self.received[..filled], header, answer).map_err(LinkFailure::Broken)?;
                 self.is_proven = true;
                 Ok(())
             }

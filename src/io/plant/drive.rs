@@ -30,8 +30,8 @@ impl Rules {
     }
 }
 
-/// A device that has taken its first step; [`Drive::run`] takes the others.
-pub struct Drive {
+/// A device that has taken its first step; [`PlantDrive::run`] takes the others.
+pub struct PlantDrive {
     device: RuleSet,
     programs: Generations<Rules>,
     /// The program whose rules it follows.
@@ -41,14 +41,14 @@ pub struct Drive {
     started: Instant,
 }
 
-impl Drive {
+impl PlantDrive {
     /// Takes the device's first step at once, before the first scan, so that this scan sees its
     /// inputs.
-    pub fn new(programs: Generations<Rules>, port: Port) -> Drive {
+    pub fn new(programs: Generations<Rules>, port: Port) -> PlantDrive {
         let first = programs.of(0);
         let (device, layout) = (RuleSet::new(&first.rules), first.layout.clone());
         let mut drive =
-            Drive { device, programs, generation: 0, layout, port, started: Instant::now() };
+            PlantDrive { device, programs, generation: 0, layout, port, started: Instant::now() };
         drive.step();
         drive
     }

@@ -3,7 +3,7 @@
 //! [`Model`] is pure: it takes the time and the outputs to the plant, and gives the inputs. Tests
 //! step it by hand; [`Plant`] makes it a driver, with a step up to the present at each exchange.
 //! `docs/simulated-plant.md` describes the parts and faults. The rules of `[[simulated-device]]`
-//! are single parts without a plant ([`RuleSet`], and [`Drive`] beside a running controller).
+//! are single parts without a plant ([`RuleSet`], and [`PlantDrive`] beside a running controller).
 
 mod drive;
 mod fault;
@@ -16,11 +16,11 @@ pub mod settings;
 
 use std::time::Instant;
 
-pub(crate) use drive::{Drive, Rules};
+pub(crate) use drive::{PlantDrive, Rules};
 pub use model::{Lost, Model};
 pub use rules::RuleSet;
 
-use super::device::{Done, Driver, Exchange, Trouble};
+use super::device::{Driver, Exchange, Extent, Trouble};
 use settings::Plant as Settings;
 
 /// A plant that runs by the machine's clock.
@@ -43,7 +43,7 @@ impl Driver for Plant {
         Ok(())
     }
 
-    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Done, Trouble> {
+    async fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Extent, Trouble> {
         let now_ms = self.started.get_or_insert_with(Instant::now).elapsed().as_millis() as u64;
         if self.model.step(now_ms, exchange.outputs, &mut self.inputs) == Err(Lost) {
             return Err(Trouble::kept("the plant does not answer: a fault has cut it off"));
@@ -51,7 +51,7 @@ impl Driver for Plant {
         for (input, value) in exchange.inputs.iter_mut().zip(&self.inputs) {
             *input = Some(*value);
         }
-        Ok(Done::Whole)
+        Ok(Extent::Whole)
     }
 
     fn disconnect(&mut self) {}

@@ -6,8 +6,8 @@
 //! matter. Numbers are integers, and intermediate results are not rounded. No clock.
 
 use super::fault::{Falsifies, Fault};
-use super::part::Part;
-use super::settings::{Command, Drive, Effect, Feed, Plant, PointId, opening};
+use super::part::PartState;
+use super::settings::{CommandShare, Effect, Feed, Plant, PlantCommand, PointId, opening};
 use crate::io::scaling::Scaling;
 
 /// The most ticks that one step catches up with. If the process stood still for longer, the plant
@@ -17,11 +17,11 @@ const CATCH_UP_MS: u64 = 1000;
 /// A plant with its state.
 #[derive(Clone, Debug)]
 pub struct Model {
-    parts: Vec<(usize, Part)>,
+    parts: Vec<(usize, PartState)>,
     faults: Vec<Fault>,
     /// The points of faults that make the device lost.
     losses: Vec<PointId>,
-    commands: Vec<Command>,
+    commands: Vec<PlantCommand>,
     /// The first point of a fault.
     first_fault: usize,
     inputs: Vec<(usize, Scaling)>,
@@ -54,7 +54,7 @@ impl Model {
         let losses = settings.faults.iter().filter(|fault| lost(&fault.effect));
         let parts = settings.parts.iter();
         let parts: Vec<_> =
-            parts.map(|part| (part.first.0 as usize, Part::new(&part.kind))).collect();
+            parts.map(|part| (part.first.0 as usize, PartState::new(&part.kind))).collect();
         let mut values = vec![0; settings.points];
         for (first, part) in &parts {
             part.begin(&mut values[*first..]);
@@ -110,7 +110,7 @@ impl Model {
         let is_fault = |point: PointId| point.0 as usize >= self.first_fault;
         for command in self.commands.iter().filter(|command| !is_lost || is_fault(command.point)) {
             // An output drives a command alone.
-            if let Some(&Drive { feed: Feed::Output(at), .. }) = command.drives.first()
+            if let Some(&CommandShare { feed: Feed::Output(at), .. }) = command.drives.first()
                 && let (Some(known), Some(now)) = (self.outputs.get_mut(at), outputs.get(at))
             {
                 let number = self.output_scaling[at].to_integer(*now);
@@ -125,7 +125,7 @@ impl Model {
 
     fn tick(&mut self) {
         self.before.copy_from_slice(&self.values);
-        for Command { point, drives } in &self.commands {
+        for PlantCommand { point, drives } in &self.commands {
             self.values[point.0 as usize] = match drives.as_slice() {
                 [drive] => self.driven(drive),
                 shares => {
@@ -141,7 +141,7 @@ impl Model {
         self.falsify(Falsifies::Report);
     }
 
-    fn driven(&self, Drive { feed, gain }: &Drive) -> i32 {
+    fn driven(&self, CommandShare { feed, gain }: &CommandShare) -> i32 {
         let value = match *feed {
             Feed::Output(at) => self.outputs[at],
             Feed::Point(from) => self.before[from.0 as usize],

@@ -14,7 +14,7 @@ const MILLION: u64 = 1_000_000;
 
 /// A part with its state.
 #[derive(Clone, Debug)]
-pub(super) enum Part {
+pub(super) enum PartState {
     Delay { delays: Delays, invert: bool, follower: Follower },
     Motor { delays: Delays, follower: Follower, tripped: bool },
     Conveyor(Belt),
@@ -65,20 +65,20 @@ pub(super) struct Sensor {
     follower: Follower,
 }
 
-impl Part {
+impl PartState {
     /// A part at rest.
-    pub fn new(kind: &PartSettings) -> Part {
+    pub fn new(kind: &PartSettings) -> PartState {
         let follower = Follower::default();
         match kind {
             PartSettings::Delay { delays, invert } => {
-                Part::Delay { delays: *delays, invert: *invert, follower }
+                PartState::Delay { delays: *delays, invert: *invert, follower }
             }
             PartSettings::Motor { delays } => {
-                Part::Motor { delays: *delays, follower, tripped: false }
+                PartState::Motor { delays: *delays, follower, tripped: false }
             }
             PartSettings::Conveyor { length_mm, speed_mm_s, every_ms, part_mm, eyes_mm } => {
                 let nm = |mm: &u32| u64::from(*mm) * MILLION;
-                Part::Conveyor(Belt {
+                PartState::Conveyor(Belt {
                     length: nm(length_mm),
                     speed: u64::from(*speed_mm_s),
                     every_ms: u64::from(*every_ms),
@@ -92,7 +92,7 @@ impl Part {
             }
             PartSettings::Tank { capacity, fill_rate, drain_rate, initial, switches } => {
                 let millionths = |units: &u32| u64::from(*units) * MILLION;
-                Part::Tank(Tank {
+                PartState::Tank(Tank {
                     capacity: millionths(capacity),
                     fill_rate: u64::from(*fill_rate),
                     drain_rate: u64::from(*drain_rate),
@@ -102,16 +102,24 @@ impl Part {
             }
             &PartSettings::Sensor { on_at, off_at, delays, invert, scale } => {
                 let is_above = false;
-                Part::Sensor(Sensor { on_at, off_at, delays, invert, scale, is_above, follower })
+                PartState::Sensor(Sensor {
+                    on_at,
+                    off_at,
+                    delays,
+                    invert,
+                    scale,
+                    is_above,
+                    follower,
+                })
             }
-            &PartSettings::Pulse { width_ms, every_ms, offset_ms } => Part::Pulse {
+            &PartSettings::Pulse { width_ms, every_ms, offset_ms } => PartState::Pulse {
                 width_ms: width_ms.into(),
                 every_ms: every_ms.max(1).into(),
                 offset_ms: offset_ms.into(),
                 since_ms: None,
             },
             &PartSettings::Lag { gain, ambient, initial, time_ms } => {
-                Part::Lag(Lag::new([gain, ambient, initial], time_ms))
+                PartState::Lag(Lag::new([gain, ambient, initial], time_ms))
             }
         }
     }
@@ -119,36 +127,36 @@ impl Part {
     /// Sets its outputs before the first tick, so that this tick finds their first values.
     pub fn begin(&self, points: &mut [i32]) {
         match self {
-            Part::Delay { invert, .. } | Part::Sensor(Sensor { invert, .. }) => {
+            PartState::Delay { invert, .. } | PartState::Sensor(Sensor { invert, .. }) => {
                 points[1] = i32::from(*invert);
             }
-            Part::Tank(tank) => tank.tell(points),
-            Part::Lag(lag) => points[1] = lag.value(),
-            Part::Motor { .. } | Part::Conveyor(_) | Part::Pulse { .. } => {}
+            PartState::Tank(tank) => tank.tell(points),
+            PartState::Lag(lag) => points[1] = lag.value(),
+            PartState::Motor { .. } | PartState::Conveyor(_) | PartState::Pulse { .. } => {}
         }
     }
 
     /// Moves the part by one millisecond. `points` begins with the part's own points.
     pub fn tick(&mut self, now_ms: u64, points: &mut [i32]) {
         match self {
-            Part::Delay { delays, invert, follower } => {
+            PartState::Delay { delays, invert, follower } => {
                 let on = followed(follower, now_ms, points[0] != 0, *delays);
                 points[1] = i32::from(on != *invert);
             }
-            Part::Motor { delays, follower, tripped } => {
+            PartState::Motor { delays, follower, tripped } => {
                 let (run, trip, reset) = (points[0] != 0, points[1] != 0, points[2] != 0);
                 *tripped = trip || (*tripped && !reset);
                 let running = followed(follower, now_ms, run && !*tripped, *delays);
                 points[3..5].copy_from_slice(&[running.into(), (*tripped).into()]);
             }
-            Part::Conveyor(belt) => belt.tick(points),
-            Part::Tank(tank) => tank.tick(points),
-            Part::Sensor(sensor) => sensor.tick(now_ms, points),
-            Part::Lag(lag) => {
+            PartState::Conveyor(belt) => belt.tick(points),
+            PartState::Tank(tank) => tank.tick(points),
+            PartState::Sensor(sensor) => sensor.tick(now_ms, points),
+            PartState::Lag(lag) => {
                 lag.tick(opened(points[0]));
                 points[1] = lag.value();
             }
-            Part::Pulse { width_ms, every_ms, offset_ms, since_ms } => {
+            PartState::Pulse { width_ms, every_ms, offset_ms, since_ms } => {
                 if points[0] == 0 {
                     *since_ms = None;
                     points[1] = 0;

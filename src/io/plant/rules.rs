@@ -7,7 +7,7 @@
 //!
 //! `controller` has made sure that no two rules move one input, and that their times make sense.
 
-use super::part::Part;
+use super::part::PartState;
 use super::settings::{Delays, Motion, PartSettings, Rule};
 use crate::isa::Bit;
 
@@ -21,7 +21,7 @@ pub struct RuleSet {
 #[derive(Clone, Debug)]
 struct Moved {
     rule: Rule,
-    part: Part,
+    part: PartState,
     /// The input as given last; `None` before the first step.
     given: Option<bool>,
 }
@@ -62,8 +62,8 @@ impl RuleSet {
     }
 }
 
-fn at_rest(motion: Motion) -> Part {
-    Part::new(&match motion {
+fn at_rest(motion: Motion) -> PartState {
+    PartState::new(&match motion {
         Motion::Pulse { width_ms, every_ms, offset_ms } => {
             PartSettings::Pulse { width_ms, every_ms, offset_ms }
         }

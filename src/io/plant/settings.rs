@@ -25,7 +25,7 @@ pub struct Plant {
     /// Its faults, in file order.
     pub(crate) faults: Vec<FaultSettings>,
     /// The driver of each command, also of the faults'; in the order of their points.
-    pub(crate) commands: Vec<Command>,
+    pub(crate) commands: Vec<PlantCommand>,
     /// The number of points.
     pub(crate) points: usize,
     /// The points that come in, one for each input of the device.
@@ -40,16 +40,16 @@ pub struct Plant {
 
 /// A command's value: the mean of what drives it. Of several pumps each has an equal share.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Command {
+pub struct PlantCommand {
     /// The command.
     pub(crate) point: PointId,
     /// At least one; more than one for an opening only.
-    pub(crate) drives: Vec<Drive>,
+    pub(crate) drives: Vec<CommandShare>,
 }
 
 /// A share of a command's value: the feed's value times the gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Drive {
+pub struct CommandShare {
     /// The driver.
     pub(crate) feed: Feed,
     /// 1, or the value of a fully open valve if a bit opens it.

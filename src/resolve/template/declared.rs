@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::kind::{KINDS, Kind};
 use super::{given, texts};
-use crate::resolve::declare::{Role, forbidden};
+use crate::resolve::declare::{NameRole, forbidden};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{Entry, Parameter, Template, Use};
@@ -117,7 +117,7 @@ impl<'t> Templates<'t> {
         let mut by_name: HashMap<&str, usize> = HashMap::new();
         for (at, declared) in all.iter().enumerate() {
             let Some(name) = &declared.template.name else { continue };
-            findings.extend(forbidden(name, Role::Template));
+            findings.extend(forbidden(name, NameRole::Template));
             if let Some(first) = by_name.get(&*name.text) {
                 let message = format!("there is a template `{}` already", name.text);
                 let finding = Finding::new(Code::DuplicateName, name.span, message);
@@ -207,12 +207,12 @@ pub(super) fn uses(template: &Template) -> impl Iterator<Item = &Use> {
 fn names(declared: &Declared, findings: &mut Vec<Finding>) {
     let template = declared.template;
     let mut seen: HashMap<&str, Span> = HashMap::new();
-    let parameters = template.parameters.iter().map(|p| (&p.name, Role::Parameter));
-    let tags = template.tags.iter().map(|tag| (&tag.name, Role::Tag));
-    let uses = uses(template).filter_map(|of| Some((of.name.as_ref()?, Role::Use)));
+    let parameters = template.parameters.iter().map(|p| (&p.name, NameRole::Parameter));
+    let tags = template.tags.iter().map(|tag| (&tag.name, NameRole::Tag));
+    let uses = uses(template).filter_map(|of| Some((of.name.as_ref()?, NameRole::Use)));
     for (name, role) in parameters.chain(tags).chain(uses) {
         findings.extend(forbidden(name, role));
-        if role == Role::Parameter && name.text == "name" {
+        if role == NameRole::Parameter && name.text == "name" {
             let message = "`name` cannot be the name of a parameter";
             let finding = Finding::new(Code::ForbiddenName, name.span, message);
             findings.push(finding.help("in a text `{name}` is the name of the use"));

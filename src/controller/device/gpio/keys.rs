@@ -1,6 +1,6 @@
 //! The keys of local lines (`gpio`) in a `[[device]]` and its map.
 
-use crate::io::gpio::settings::{Bias, Drive};
+use crate::io::gpio::settings::{Bias, LineDrive};
 use crate::source::key::{key, words};
 use crate::source::reader::{Table, Text};
 use crate::source::span::Located;
@@ -68,7 +68,7 @@ impl RowKeys {
             ),
             drive: row.string(
                 key("drive", "`gpio`: how an output drives its line; `push-pull` if not given.")
-                    .one_of(|| words(&Drive::NAMES)),
+                    .one_of(|| words(&LineDrive::NAMES)),
             ),
         }
     }

@@ -14,9 +14,9 @@ pub(crate) mod keys;
 
 use keys::{Keys, RowKeys};
 
-use super::driver::{Direction, DriverKeys, Row, WrittenDevice, one_word};
+use super::driver::{DriverKeys, ResolvedRow, RowDirection, WrittenDevice, one_word};
 use super::settings::DriverSettings;
-use crate::io::gpio::settings::{At, Bias, Chip, Drive, Gpio, GpioLine, Setting};
+use crate::io::gpio::settings::{Bias, Chip, Gpio, GpioLine, LineDrive, LineId, Setting};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::{Table, Text};
 use crate::source::span::Span;
@@ -48,7 +48,7 @@ impl DriverKeys for Keys {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[Row<'_>],
+        rows: &[ResolvedRow<'_>],
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings> {
         lines_of(self, device, rows, findings).map(DriverSettings::Gpio)
@@ -62,7 +62,7 @@ impl DriverKeys for Keys {
 fn lines_of(
     keys: &Keys,
     device: &WrittenDevice,
-    rows: &[Row<'_>],
+    rows: &[ResolvedRow<'_>],
     findings: &mut Vec<Finding>,
 ) -> Option<Gpio> {
     let before = findings.len();
@@ -77,7 +77,7 @@ fn lines_of(
         inputs: Vec::new(),
         outputs: Vec::new(),
     };
-    let mut seen: Vec<(At, Span)> = Vec::new();
+    let mut seen: Vec<(LineId, Span)> = Vec::new();
     for row in rows {
         let lines = match lines(row) {
             Ok(lines) => lines,
@@ -90,8 +90,8 @@ fn lines_of(
         for at in lines {
             enter(&at, row.points.span, &mut seen, findings);
             let of = match row.direction {
-                Direction::In => &mut gpio.inputs,
-                Direction::Out => &mut gpio.outputs,
+                RowDirection::In => &mut gpio.inputs,
+                RowDirection::Out => &mut gpio.outputs,
             };
             of.push(GpioLine { at, setting });
         }
@@ -112,7 +112,7 @@ fn chip(text: &Text, findings: &mut Vec<Finding>) -> Chip {
 }
 
 /// The lines of a row: one for each of its addresses.
-fn lines(row: &Row<'_>) -> Result<Vec<At>, Finding> {
+fn lines(row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
     if row.is_words() {
         let message = format!("a line is ON or OFF, and `{}` is a word", row.text.text);
         return Err(row.find(message).help("take a bit: X, Y, C, MC or MI"));
@@ -131,18 +131,18 @@ fn lines(row: &Row<'_>) -> Result<Vec<At>, Finding> {
         return Err(row.find(message).help(format!("write `line {high}..{low}`")));
     }
     fits((high - low + 1) as usize, row)?;
-    Ok((low..=high).map(At::Offset).collect())
+    Ok((low..=high).map(LineId::Offset).collect())
 }
 
-fn named(text: &str, row: &Row<'_>) -> Result<Vec<At>, Finding> {
+fn named(text: &str, row: &ResolvedRow<'_>) -> Result<Vec<LineId>, Finding> {
     if text.is_empty() {
         return Err(row.find(format!("`{}` names no line", row.points.text)).help("as `line 17`"));
     }
     fits(1, row)?;
-    Ok(vec![At::Name(text.to_owned())])
+    Ok(vec![LineId::Name(text.to_owned())])
 }
 
-fn fits(lines: usize, row: &Row<'_>) -> Result<(), Finding> {
+fn fits(lines: usize, row: &ResolvedRow<'_>) -> Result<(), Finding> {
     if lines == row.addresses.len() {
         return Ok(());
     }
@@ -152,7 +152,7 @@ fn fits(lines: usize, row: &Row<'_>) -> Result<(), Finding> {
     Err(row.find(message).help(counts))
 }
 
-fn number(text: &str, row: &Row<'_>) -> Result<u32, Finding> {
+fn number(text: &str, row: &ResolvedRow<'_>) -> Result<u32, Finding> {
     let number = text.trim().parse().ok().filter(|number| *number < LINES_MAX);
     number.ok_or_else(|| {
         let message = format!("`{}` is no line's number", text.trim());
@@ -160,7 +160,7 @@ fn number(text: &str, row: &Row<'_>) -> Result<u32, Finding> {
     })
 }
 
-fn enter(at: &At, span: Span, seen: &mut Vec<(At, Span)>, findings: &mut Vec<Finding>) {
+fn enter(at: &LineId, span: Span, seen: &mut Vec<(LineId, Span)>, findings: &mut Vec<Finding>) {
     let Some((_, first)) = seen.iter().find(|(known, _)| known == at) else {
         return seen.push((at.clone(), span));
     };
@@ -171,8 +171,8 @@ fn enter(at: &At, span: Span, seen: &mut Vec<(At, Span)>, findings: &mut Vec<Fin
     }
 }
 
-fn setting(row: &Row<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> Setting {
-    let is_output = row.direction == Direction::Out;
+fn setting(row: &ResolvedRow<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> Setting {
+    let is_output = row.direction == RowDirection::Out;
     if let Some(debounce) = &keys.debounce_ms {
         if is_output {
             let finding =
@@ -191,7 +191,8 @@ fn setting(row: &Row<'_>, keys: &RowKeys, findings: &mut Vec<Finding>) -> Settin
     Setting {
         active_low: keys.active_low,
         bias: one_word("bias", keys.bias.as_ref(), &Bias::NAMES, findings).unwrap_or_default(),
-        drive: one_word("drive", keys.drive.as_ref(), &Drive::NAMES, findings).unwrap_or_default(),
+        drive: one_word("drive", keys.drive.as_ref(), &LineDrive::NAMES, findings)
+            .unwrap_or_default(),
         debounce_ms: keys.debounce_ms.as_ref().map_or(0, |ms| ms.value.max(0).unsigned_abs()),
     }
 }

@@ -9,11 +9,11 @@ mod points;
 
 use std::net::{IpAddr, SocketAddr};
 
-use super::driver::{Direction, DriverKeys, Row, WrittenDevice, at_least_one, one_word};
+use super::driver::{DriverKeys, ResolvedRow, RowDirection, WrittenDevice, at_least_one, one_word};
 use super::settings::DriverSettings;
 use crate::io::modbus::number::{NumberType, WordOrder};
 use crate::io::modbus_client::settings::{
-    Client, Link, Number, Parity, Point, PointForm, Serial, Watchdog, Writes,
+    ClientSettings, Link, ModbusPoint, Number, Parity, PointForm, Serial, Watchdog, Writes,
 };
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Table;
@@ -46,7 +46,7 @@ impl DriverKeys for Keys {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[Row<'_>],
+        rows: &[ResolvedRow<'_>],
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings> {
         client(self, device, rows, findings).map(DriverSettings::Modbus)
@@ -60,9 +60,9 @@ impl DriverKeys for Keys {
 fn client(
     keys: &Keys,
     device: &WrittenDevice,
-    rows: &[Row<'_>],
+    rows: &[ResolvedRow<'_>],
     findings: &mut Vec<Finding>,
-) -> Option<Client> {
+) -> Option<ClientSettings> {
     let link = match keys.medium? {
         Medium::Tcp => tcp(keys, device, findings),
         Medium::Serial => serial(keys, device, findings),
@@ -77,7 +77,7 @@ fn client(
         let row_unit = reader.unit(keys.rows[row.at].unit.as_ref(), unit);
         let Some(found) = reader.row(row, row_unit) else { continue };
         let is_wide = found.first().is_some_and(|point| point.width() == 2);
-        if row.direction == Direction::Out && is_wide && writes == Writes::Single {
+        if row.direction == RowDirection::Out && is_wide && writes == Writes::Single {
             let message = "two registers cannot be written as one value with `writes = \"single\"`";
             reader.findings.push(row.find(message.to_owned()));
         }
@@ -88,7 +88,16 @@ fn client(
     let write_every_ms = keys.write_every_ms.as_ref().map_or(1000, |ms| ms.value).unsigned_abs();
     let gap = keys.gap.as_ref().map_or(0, |gap| gap.value as u16);
     let link = link?;
-    Some(Client { link, timeout_ms, write_every_ms, writes, gap, watchdog, inputs, outputs })
+    Some(ClientSettings {
+        link,
+        timeout_ms,
+        write_every_ms,
+        writes,
+        gap,
+        watchdog,
+        inputs,
+        outputs,
+    })
 }
 
 fn missing(device: &WrittenDevice, key: &str, example: &str) -> Finding {
@@ -171,7 +180,7 @@ impl ModbusReader<'_> {
     }
 
     /// The points of a row, one for each address.
-    fn row(&mut self, row: &Row<'_>, unit: u8) -> Option<Vec<Point>> {
+    fn row(&mut self, row: &ResolvedRow<'_>, unit: u8) -> Option<Vec<ModbusPoint>> {
         let stretch = points::parse(row.points).map_err(|finding| self.findings.push(finding));
         let stretch = stretch.ok()?;
         let is_bits = stretch.table.is_bits() || stretch.is_bits_of_registers;
@@ -192,7 +201,7 @@ impl ModbusReader<'_> {
                 (true, _) => (at, PointForm::Bit),
                 (false, _) => (at, PointForm::Number(number)),
             };
-            Point { unit, table: stretch.table, at: at as u16, form }
+            ModbusPoint { unit, table: stretch.table, at: at as u16, form }
         };
         let last = stretch.first + count;
         Some((stretch.first..last).step_by(width as usize).map(point).collect())
@@ -230,13 +239,13 @@ impl ModbusReader<'_> {
 }
 
 /// A finding about the points of a row.
-fn of_points(row: &Row<'_>, message: String) -> Finding {
+fn of_points(row: &ResolvedRow<'_>, message: String) -> Finding {
     Finding::new(Code::Controller, row.points.span, message)
 }
 
-fn mismatch(row: &Row<'_>, stretch: &Stretch, is_bits: bool) -> Option<Finding> {
+fn mismatch(row: &ResolvedRow<'_>, stretch: &Stretch, is_bits: bool) -> Option<Finding> {
     let name = stretch.table.name();
-    if row.direction == Direction::Out && !stretch.table.is_writable() {
+    if row.direction == RowDirection::Out && !stretch.table.is_writable() {
         let message = format!("`{}` can only be read", row.points.text);
         return Some(of_points(row, message).help("outputs go to `coil` and `holding`"));
     }
@@ -255,7 +264,7 @@ fn mismatch(row: &Row<'_>, stretch: &Stretch, is_bits: bool) -> Option<Finding> 
     }
 }
 
-fn wrong_count(row: &Row<'_>, stretch: &Stretch, width: u32) -> Finding {
+fn wrong_count(row: &ResolvedRow<'_>, stretch: &Stretch, width: u32) -> Finding {
     let (count, addresses) = (stretch.count, row.addresses.len() as u32);
     let (memory, name) = (&row.text.text, stretch.table.name());
     let message = match width {

@@ -17,7 +17,9 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::super::driver::WrittenDevice;
 use super::super::settings::{Device, DriverSettings};
-use crate::io::modbus_client::settings::{Client, Link, Point, PointForm, Serial, Table};
+use crate::io::modbus_client::settings::{
+    ClientSettings, Link, ModbusPoint, PointForm, Serial, Table,
+};
 use crate::isa::DeviceId;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
@@ -69,7 +71,7 @@ pub(in crate::controller::device) fn at_odds(
     findings
 }
 
-fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &Client)> {
+fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &ClientSettings)> {
     devices.iter().filter_map(|device| {
         let DriverSettings::Modbus(client) = &device.driver else { return None };
         Some((device, client))
@@ -78,7 +80,7 @@ fn clients(devices: &[Device]) -> impl Iterator<Item = (&Device, &Client)> {
 
 fn outputs(
     device: &Device,
-    client: &Client,
+    client: &ClientSettings,
     written: &[WrittenDevice],
 ) -> Vec<(PeerElement, Writer)> {
     let peer = match &client.link {
@@ -108,7 +110,7 @@ fn outputs(
     outputs
 }
 
-fn bits(point: &Point) -> u16 {
+fn bits(point: &ModbusPoint) -> u16 {
     match point.form {
         PointForm::RegisterBit(bit) => 1 << bit,
         PointForm::Bit | PointForm::Number(_) => u16::MAX,
@@ -116,8 +118,8 @@ fn bits(point: &Point) -> u16 {
 }
 
 /// The devices on serial lines, with their clients and lines.
-fn lines<'a>(devices: &'a [Device]) -> Vec<(&'a Device, &'a Client, &'a Serial)> {
-    let serial = |(device, client): (_, &'a Client)| match &client.link {
+fn lines<'a>(devices: &'a [Device]) -> Vec<(&'a Device, &'a ClientSettings, &'a Serial)> {
+    let serial = |(device, client): (_, &'a ClientSettings)| match &client.link {
         Link::Serial(serial) => Some((device, client, serial)),
         Link::Tcp { .. } => None,
     };

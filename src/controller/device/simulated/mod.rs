@@ -21,7 +21,7 @@ mod wires;
 
 use keys::Keys;
 
-use super::driver::{DriverKeys, Row, WrittenDevice};
+use super::driver::{DriverKeys, ResolvedRow, WrittenDevice};
 use super::scaling::ScalingKeys;
 use super::settings::DriverSettings;
 use crate::io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
@@ -52,7 +52,7 @@ impl DriverKeys for Keys {
     fn resolve(
         &self,
         device: &WrittenDevice,
-        rows: &[Row<'_>],
+        rows: &[ResolvedRow<'_>],
         findings: &mut Vec<Finding>,
     ) -> Option<DriverSettings> {
         plant(self, device, rows, findings).map(DriverSettings::Simulated)
@@ -70,7 +70,7 @@ fn is_point(text: &str) -> bool {
 fn plant(
     keys: &Keys,
     device: &WrittenDevice,
-    rows: &[Row<'_>],
+    rows: &[ResolvedRow<'_>],
     findings: &mut Vec<Finding>,
 ) -> Option<Plant> {
     let before = findings.len();
@@ -116,7 +116,7 @@ fn plant(
 }
 
 /// The scaling of each row, by its number in the map.
-fn scaling(keys: &Keys, rows: &[Row<'_>], findings: &mut Vec<Finding>) -> Vec<Scaling> {
+fn scaling(keys: &Keys, rows: &[ResolvedRow<'_>], findings: &mut Vec<Finding>) -> Vec<Scaling> {
     let mut found = vec![Scaling::none(false); keys.rows.len()];
     for row in rows {
         let keys = &keys.rows[row.at];

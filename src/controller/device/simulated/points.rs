@@ -29,12 +29,12 @@ pub enum Holds {
 struct Fixed {
     name: &'static str,
     holds: Holds,
-    role: Role,
+    role: PointRole,
 }
 
 /// The role of a point: command or output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum PointRole {
     /// A command that must be driven.
     Needed,
     /// A command with the value that it has if nothing drives it.
@@ -44,24 +44,24 @@ pub enum Role {
 }
 
 /// A point of a plant.
-pub struct Point {
+pub struct PlantPoint {
     /// `belt.eye`.
     pub name: String,
     pub holds: Holds,
-    pub role: Role,
+    pub role: PointRole,
     /// The place of its part.
     pub span: Span,
 }
 
 /// All points of a plant.
 pub struct Points {
-    pub all: Vec<Point>,
+    pub all: Vec<PlantPoint>,
     /// The first point of each part.
     pub firsts: Vec<PointId>,
     by_name: HashMap<String, PointId>,
 }
 
-const fn point(name: &'static str, holds: Holds, role: Role) -> Fixed {
+const fn point(name: &'static str, holds: Holds, role: PointRole) -> Fixed {
     Fixed { name, holds, role }
 }
 
@@ -79,44 +79,44 @@ fn fixed(kind: PartKind) -> &'static [Fixed] {
 }
 
 const DELAY: [Fixed; 2] =
-    [point("in", Holds::Bit, Role::Needed), point("out", Holds::Bit, Role::Told)];
+    [point("in", Holds::Bit, PointRole::Needed), point("out", Holds::Bit, PointRole::Told)];
 
 const MOTOR: [Fixed; 5] = [
-    point("run", Holds::Bit, Role::Needed),
-    point("trip", Holds::Bit, Role::Command(0)),
-    point("reset", Holds::Bit, Role::Command(1)),
-    point("running", Holds::Bit, Role::Told),
-    point("tripped", Holds::Bit, Role::Told),
+    point("run", Holds::Bit, PointRole::Needed),
+    point("trip", Holds::Bit, PointRole::Command(0)),
+    point("reset", Holds::Bit, PointRole::Command(1)),
+    point("running", Holds::Bit, PointRole::Told),
+    point("tripped", Holds::Bit, PointRole::Told),
 ];
 
 const CONVEYOR: [Fixed; 5] = [
-    point("run", Holds::Opening, Role::Needed),
-    point("feed", Holds::Bit, Role::Command(0)),
-    point("jam", Holds::Bit, Role::Command(0)),
-    point("parts", Holds::Word, Role::Told),
-    point("out", Holds::Bit, Role::Told),
+    point("run", Holds::Opening, PointRole::Needed),
+    point("feed", Holds::Bit, PointRole::Command(0)),
+    point("jam", Holds::Bit, PointRole::Command(0)),
+    point("parts", Holds::Word, PointRole::Told),
+    point("out", Holds::Bit, PointRole::Told),
 ];
 
 const TANK: [Fixed; 6] = [
-    point("fill", Holds::Opening, Role::Command(0)),
-    point("drain", Holds::Opening, Role::Command(0)),
-    point("level", Holds::Word, Role::Told),
-    point("overflow", Holds::Bit, Role::Told),
-    point("empty", Holds::Bit, Role::Told),
-    point("outflow", Holds::Opening, Role::Told),
+    point("fill", Holds::Opening, PointRole::Command(0)),
+    point("drain", Holds::Opening, PointRole::Command(0)),
+    point("level", Holds::Word, PointRole::Told),
+    point("overflow", Holds::Bit, PointRole::Told),
+    point("empty", Holds::Bit, PointRole::Told),
+    point("outflow", Holds::Opening, PointRole::Told),
 ];
 
 const SENSOR: [Fixed; 3] = [
-    point("of", Holds::Either, Role::Needed),
-    point("out", Holds::Bit, Role::Told),
-    point("value", Holds::Word, Role::Told),
+    point("of", Holds::Either, PointRole::Needed),
+    point("out", Holds::Bit, PointRole::Told),
+    point("value", Holds::Word, PointRole::Told),
 ];
 
 const PULSE: [Fixed; 2] =
-    [point("run", Holds::Bit, Role::Command(1)), point("out", Holds::Bit, Role::Told)];
+    [point("run", Holds::Bit, PointRole::Command(1)), point("out", Holds::Bit, PointRole::Told)];
 
 const LAG: [Fixed; 2] =
-    [point("in", Holds::Opening, Role::Needed), point("out", Holds::Word, Role::Told)];
+    [point("in", Holds::Opening, PointRole::Needed), point("out", Holds::Word, PointRole::Told)];
 
 /// Whether a text can be the name of a part or a point.
 pub fn is_name(text: &str) -> bool {
@@ -141,7 +141,7 @@ impl Points {
                 if !is_name(&place.text) || !place.text.starts_with(char::is_lowercase) {
                     findings.push(no_name(place, "a place"));
                 }
-                let told = (Holds::Bit, Role::Told);
+                let told = (Holds::Bit, PointRole::Told);
                 points.add((&name.text, &place.text), told, place.span, findings);
             }
         }
@@ -151,7 +151,7 @@ impl Points {
             if !name.text.starts_with(char::is_lowercase) {
                 findings.push(no_name(name, "a fault"));
             }
-            let needed = (Holds::Bit, Role::Needed);
+            let needed = (Holds::Bit, PointRole::Needed);
             points.add((FAULT, &name.text), needed, name.span, findings);
         }
         points
@@ -164,7 +164,7 @@ impl Points {
     fn add(
         &mut self,
         (part, point): (&str, &str),
-        (holds, role): (Holds, Role),
+        (holds, role): (Holds, PointRole),
         span: Span,
         findings: &mut Vec<Finding>,
     ) {
@@ -176,11 +176,11 @@ impl Points {
                 findings.push(Finding::new(Code::DuplicateName, span, message));
             }
         }
-        self.all.push(Point { name, holds, role, span });
+        self.all.push(PlantPoint { name, holds, role, span });
     }
 
     /// The point that a text names, or the finding.
-    pub fn find(&self, text: &Text) -> Result<(PointId, &Point), Finding> {
+    pub fn find(&self, text: &Text) -> Result<(PointId, &PlantPoint), Finding> {
         if let Some(id) = self.by_name.get(&text.text) {
             return Ok((*id, &self.all[id.0 as usize]));
         }

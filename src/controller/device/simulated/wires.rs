@@ -3,10 +3,12 @@
 
 use std::collections::HashMap;
 
-use super::super::driver::{Direction, Row};
+use super::super::driver::{ResolvedRow, RowDirection};
 use super::keys::{self as written, FaultKind, Keys};
-use super::points::{FAULT, Holds, Point, Points, Role};
-use crate::io::plant::settings::{Command, Drive, Effect, FaultSettings, Feed, PointId, opening};
+use super::points::{FAULT, Holds, PlantPoint, PointRole, Points};
+use crate::io::plant::settings::{
+    CommandShare, Effect, FaultSettings, Feed, PlantCommand, PointId, opening,
+};
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Text;
 use crate::source::span::Span;
@@ -19,28 +21,28 @@ const NOISE_MS: u32 = 20;
 /// The drivers of commands found so far.
 struct Wires<'a> {
     points: &'a Points,
-    feeds: HashMap<u32, (Command, Span)>,
+    feeds: HashMap<u32, (PlantCommand, Span)>,
     findings: &'a mut Vec<Finding>,
 }
 
 /// The rows of inputs.
-pub fn incoming<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = &'a Row<'a>> {
-    rows.iter().filter(|row| row.direction == Direction::In)
+pub fn incoming<'a>(rows: &'a [ResolvedRow<'a>]) -> impl Iterator<Item = &'a ResolvedRow<'a>> {
+    rows.iter().filter(|row| row.direction == RowDirection::In)
 }
 
 /// The rows of outputs.
-pub fn outgoing<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = &'a Row<'a>> {
-    rows.iter().filter(|row| row.direction == Direction::Out)
+pub fn outgoing<'a>(rows: &'a [ResolvedRow<'a>]) -> impl Iterator<Item = &'a ResolvedRow<'a>> {
+    rows.iter().filter(|row| row.direction == RowDirection::Out)
 }
 
 /// The driver of each command, in the order of the points, and the findings for commands without a
 /// driver. These findings are valid only if no row of the map was left out.
 pub fn commands(
     keys: &Keys,
-    rows: &[Row<'_>],
+    rows: &[ResolvedRow<'_>],
     points: &Points,
     findings: &mut Vec<Finding>,
-) -> (Vec<Command>, Vec<Finding>) {
+) -> (Vec<PlantCommand>, Vec<Finding>) {
     let mut wires = Wires { points, feeds: HashMap::new(), findings };
     for (at, row) in outgoing(rows).enumerate() {
         wires.by_row(at, row);
@@ -60,12 +62,12 @@ pub fn commands(
 }
 
 impl Wires<'_> {
-    fn by_row(&mut self, at: usize, row: &Row<'_>) {
+    fn by_row(&mut self, at: usize, row: &ResolvedRow<'_>) {
         let (id, point) = match one_point(row, self.points) {
             Ok(found) => found,
             Err(finding) => return self.findings.push(finding),
         };
-        if point.role == Role::Told {
+        if point.role == PointRole::Told {
             let message = format!("`{}` is an output of the plant", point.name);
             let help = "a row that goes out drives a command, as `run`, `fill` or `in`";
             return self.findings.push(row.find(message).help(help));
@@ -73,8 +75,8 @@ impl Wires<'_> {
         if point.holds == Holds::Bit && row.is_words() {
             return self.findings.push(row.find(format!("`{}` is a bit", point.name)));
         }
-        let drive = Drive { feed: Feed::Output(at), gain: gain(point, !row.is_words()) };
-        self.enter(Command { point: id, drives: vec![drive] }, row.points.span);
+        let drive = CommandShare { feed: Feed::Output(at), gain: gain(point, !row.is_words()) };
+        self.enter(PlantCommand { point: id, drives: vec![drive] }, row.points.span);
     }
 
     fn by_points(&mut self, command: &str, from: &[Text]) {
@@ -82,15 +84,15 @@ impl Wires<'_> {
         // A command is missing if its part has a finding of its own.
         let text = Text { text: command.to_owned(), span: first.span, exact: false };
         let Ok((id, point)) = self.points.find(&text) else { return };
-        let drives: Vec<Drive> =
+        let drives: Vec<CommandShare> =
             from.iter().filter_map(|from| self.drive(command, point, from)).collect();
         if drives.len() == from.len() {
-            self.enter(Command { point: id, drives }, first.span);
+            self.enter(PlantCommand { point: id, drives }, first.span);
         }
     }
 
     /// What a point of the plant gives a command; none with a finding.
-    fn drive(&mut self, command: &str, point: &Point, from: &Text) -> Option<Drive> {
+    fn drive(&mut self, command: &str, point: &PlantPoint, from: &Text) -> Option<CommandShare> {
         let (source, told) = match self.points.find(from) {
             Ok(found) => found,
             Err(finding) => {
@@ -106,10 +108,10 @@ impl Wires<'_> {
             return None;
         }
         let gain = gain(point, told.holds == Holds::Bit);
-        Some(Drive { feed: Feed::Point(source), gain })
+        Some(CommandShare { feed: Feed::Point(source), gain })
     }
 
-    fn enter(&mut self, command: Command, span: Span) {
+    fn enter(&mut self, command: PlantCommand, span: Span) {
         let name = &self.points.all[command.point.0 as usize].name;
         if let Some((_, first)) = self.feeds.get(&command.point.0) {
             let finding = Finding::new(Code::Controller, span, format!("`{name}` is driven twice"));
@@ -119,30 +121,30 @@ impl Wires<'_> {
         self.feeds.insert(command.point.0, (command, span));
     }
 
-    fn finish(self) -> (Vec<Command>, Vec<Finding>) {
+    fn finish(self) -> (Vec<PlantCommand>, Vec<Finding>) {
         let (mut commands, mut found) = (Vec::new(), Vec::new());
         for (at, point) in self.points.all.iter().enumerate() {
             let id = PointId(at as u32);
             let fixed = match (self.feeds.get(&id.0), point.role) {
-                (_, Role::Told) => continue,
+                (_, PointRole::Told) => continue,
                 (Some((command, _)), _) => {
                     commands.push(command.clone());
                     continue;
                 }
-                (None, Role::Command(fixed)) => fixed,
-                (None, Role::Needed) => {
+                (None, PointRole::Command(fixed)) => fixed,
+                (None, PointRole::Needed) => {
                     found.push(undriven(point));
                     0
                 }
             };
-            let drive = Drive { feed: Feed::Fixed(fixed), gain: 1 };
-            commands.push(Command { point: id, drives: vec![drive] });
+            let drive = CommandShare { feed: Feed::Fixed(fixed), gain: 1 };
+            commands.push(PlantCommand { point: id, drives: vec![drive] });
         }
         (commands, found)
     }
 }
 
-fn undriven(point: &Point) -> Finding {
+fn undriven(point: &PlantPoint) -> Finding {
     let (part, command) = point.name.split_once('.').unwrap_or_default();
     let key = if part == FAULT { "when" } else { command };
     let help = format!(
@@ -155,11 +157,14 @@ fn undriven(point: &Point) -> Finding {
 }
 
 /// The factor from a driver's value to the point's: a bit opens an opening fully.
-fn gain(point: &Point, from_bit: bool) -> i32 {
+fn gain(point: &PlantPoint, from_bit: bool) -> i32 {
     if point.holds == Holds::Opening && from_bit { opening::FULL } else { 1 }
 }
 
-fn one_point<'a>(row: &Row<'_>, points: &'a Points) -> Result<(PointId, &'a Point), Finding> {
+fn one_point<'a>(
+    row: &ResolvedRow<'_>,
+    points: &'a Points,
+) -> Result<(PointId, &'a PlantPoint), Finding> {
     if row.addresses.len() != 1 {
         let message =
             format!("`{}` is one point, and `{}` is more than one", row.points.text, row.text.text);
@@ -170,11 +175,11 @@ fn one_point<'a>(row: &Row<'_>, points: &'a Points) -> Result<(PointId, &'a Poin
 
 /// The points that come in, in the order of the rows.
 pub fn inputs(
-    rows: &[Row<'_>],
+    rows: &[ResolvedRow<'_>],
     points: &Points,
     findings: &mut Vec<Finding>,
 ) -> Option<Vec<PointId>> {
-    let mut input = |row: &Row<'_>| match one_point(row, points) {
+    let mut input = |row: &ResolvedRow<'_>| match one_point(row, points) {
         Ok((id, point)) => {
             let is_word = point.holds != Holds::Bit;
             if is_word != row.is_words() {

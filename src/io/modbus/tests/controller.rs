@@ -37,7 +37,7 @@ pub struct Controller {
     pub address: SocketAddr,
     pub layout: Layout,
     pub torn: Arc<AtomicU64>,
-    log: Log,
+    log: LogBuffer,
     commands: Sender<Do>,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
@@ -71,7 +71,7 @@ impl Controller {
         let stop = Arc::new(AtomicBool::new(false));
         let torn = Arc::new(AtomicU64::new(0));
         let (commands, orders) = channel();
-        let log = Log::default();
+        let log = LogBuffer::default();
         let (address, serving) = serve((settings, log.clone()), &layout, &port, &stop);
         let scanner = Scanner {
             scan,
@@ -111,8 +111,8 @@ impl Controller {
         }
     }
 
-    pub fn client(&self) -> Client {
-        Client::connect(self.address)
+    pub fn client(&self) -> RawClient {
+        RawClient::connect(self.address)
     }
 
     /// All log lines of the server so far.
@@ -144,9 +144,9 @@ impl Drop for Controller {
 
 /// The buffer that receives the server's log.
 #[derive(Clone, Default)]
-struct Log(Arc<Mutex<Vec<u8>>>);
+struct LogBuffer(Arc<Mutex<Vec<u8>>>);
 
-impl std::io::Write for Log {
+impl std::io::Write for LogBuffer {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.0.lock().unwrap().write(bytes)
     }
@@ -157,7 +157,7 @@ impl std::io::Write for Log {
 }
 
 fn serve(
-    (settings, log): (Modbus, Log),
+    (settings, log): (Modbus, LogBuffer),
     layout: &Layout,
     port: &Port,
     stop: &Arc<AtomicBool>,
@@ -277,18 +277,18 @@ impl Scanner {
 }
 
 /// A raw TCP client.
-pub struct Client {
+pub struct RawClient {
     pub stream: TcpStream,
     pub unit: u8,
     transaction: u16,
 }
 
-impl Client {
-    pub fn connect(address: SocketAddr) -> Client {
+impl RawClient {
+    pub fn connect(address: SocketAddr) -> RawClient {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
         stream.set_nodelay(true).unwrap();
-        Client { stream, unit: 17, transaction: 0 }
+        RawClient { stream, unit: 17, transaction: 0 }
     }
 
     /// A frame around a PDU, with a new transaction number.

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use super::controller::{Client, Controller, Do, settings};
+use super::controller::{Controller, Do, RawClient, settings};
 use crate::isa::BitSpace;
 use crate::runtime::exchange::QUEUED_BATCHES_MAX;
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-fn start() -> (Controller, Client) {
+fn start() -> (Controller, RawClient) {
     let controller = Controller::start(settings(), PERIOD);
     let client = controller.client();
     (controller, client)

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 use super::super::frame::{Split, split};
-use super::controller::{Client, Controller, settings};
+use super::controller::{Controller, RawClient, settings};
 
 const PERIOD: Duration = Duration::from_millis(1);
 const CASES: u32 = 100;
@@ -19,7 +19,7 @@ fn runner() -> TestRunner {
 }
 
 /// Sends the bytes in pieces of these sizes; the sizes repeat.
-fn send(client: &mut Client, mut bytes: &[u8], pieces: &[usize]) {
+fn send(client: &mut RawClient, mut bytes: &[u8], pieces: &[usize]) {
     for piece in pieces.iter().cycle() {
         let (now, later) = bytes.split_at(bytes.len().min(*piece));
         if now.is_empty() || client.stream.write_all(now).is_err() {

@@ -3,7 +3,7 @@
 use std::net::{IpAddr, Ipv4Addr};
 
 use super::super::map::{Asker, Map, Read};
-use super::super::pdu::{self, Request};
+use super::super::pdu::{self, ModbusRequest};
 use super::{any_client, loopback, range};
 use crate::engine::Layout;
 use crate::io::modbus::settings::Modbus;
@@ -97,7 +97,7 @@ fn snapshot(layout: &Layout) -> Snapshot {
 }
 
 fn read(snapshot: &Snapshot, pdu: &[u8]) -> Result<Vec<u8>, u8> {
-    let Ok(Request::Read { table, first, count }) = pdu::parse(pdu) else {
+    let Ok(ModbusRequest::Read { table, first, count }) = pdu::parse(pdu) else {
         panic!("no read: {pdu:?}")
     };
     let mut reply = Vec::new();

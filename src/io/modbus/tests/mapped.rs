@@ -2,25 +2,25 @@
 
 use std::time::Duration;
 
-use super::controller::{Client, Controller, settings};
+use super::controller::{Controller, RawClient, settings};
 use super::{any_client, operands};
 use crate::io::modbus::clients::Network;
 use crate::io::modbus::number::{NumberType, WordOrder};
-use crate::io::modbus::settings::{Entry, Modbus, Table, WriteList};
+use crate::io::modbus::settings::{MappedOperands, Modbus, Table, WriteList};
 use crate::isa::{Address, BitSpace};
 use crate::runtime::exchange::Write;
 use crate::source::span::Span;
 
 const PERIOD: Duration = Duration::from_millis(2);
 
-fn entry(text: &str, table: Table, address: u16) -> Entry {
+fn entry(text: &str, table: Table, address: u16) -> MappedOperands {
     let operands = operands(text);
     let kind = match operands.first {
         Address::Word(word) => Some(NumberType::of(word)),
         Address::Bit(_) | Address::Structure(_) => None,
     };
     let (order, span) = (WordOrder::default(), Span::default());
-    Entry { operands, table, address, kind, order, unit: None, span }
+    MappedOperands { operands, table, address, kind, order, unit: None, span }
 }
 
 /// Holding registers from 4000: CT0.Acc; D0, low half first; D1 as i16; N0.ACC; V5; D2 as u32.
@@ -31,17 +31,17 @@ fn mapped() -> Modbus {
     use Table::{Coils, DiscreteInputs, HoldingRegisters as Holding};
     let entries = vec![
         entry("CT0.Acc", Holding, 4000),
-        Entry { order: WordOrder::LowFirst, ..entry("D0", Holding, 4002) },
-        Entry { kind: Some(NumberType::I16), ..entry("D1", Holding, 4004) },
+        MappedOperands { order: WordOrder::LowFirst, ..entry("D0", Holding, 4002) },
+        MappedOperands { kind: Some(NumberType::I16), ..entry("D1", Holding, 4004) },
         entry("N0.ACC", Holding, 4005),
         entry("V5", Holding, 4006),
-        Entry { kind: Some(NumberType::U32), ..entry("D2", Holding, 4007) },
+        MappedOperands { kind: Some(NumberType::U32), ..entry("D2", Holding, 4007) },
         entry("C0..C3", Coils, 4000),
         entry("MC101", Coils, 4004),
         entry("Y0", Coils, 4005),
         entry("X0", Coils, 4006),
         entry("Y0..Y3", DiscreteInputs, 4000),
-        Entry { unit: Some(9), ..entry("V7", Holding, 5000) },
+        MappedOperands { unit: Some(9), ..entry("V7", Holding, 5000) },
     ];
     let mut any = any_client(&["CT0.Acc", "D0..D2", "N0.ACC", "V7", "C0..C1", "MHR1..MHR123"]);
     any.ranges.push(operands("MC1..MC32"));
@@ -53,7 +53,7 @@ fn mapped() -> Modbus {
     Modbus { entries, lists, units: Some(vec![17, 9]), ..settings() }
 }
 
-fn start() -> (Controller, Client) {
+fn start() -> (Controller, RawClient) {
     let controller = Controller::start(mapped(), PERIOD);
     let client = controller.client();
     (controller, client)
