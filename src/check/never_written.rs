@@ -16,9 +16,7 @@
 //!
 //! Fails: the same without `initial`.
 
-use std::collections::HashSet;
-
-use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, NumberSet, Structure, Word, WordSpace};
 use crate::resolve::program::TagMeaning;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
@@ -31,8 +29,10 @@ use super::writers::Writable;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let (writes, writable) = (writes(context), Writable::new(context));
-    let mut structures = HashSet::new();
-    for (address, span) in reads(context).into_iter().chain(logged(context)) {
+    let mut structures = NumberSet::default();
+    let read = reads(context);
+    let logged = logged(context, &read);
+    for (address, span) in read.into_iter().chain(logged) {
         if is_always_written(address) || writes.contains_key(&address) || writable.holds(address) {
             continue;
         }
@@ -47,8 +47,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 /// What the log reads and no rung does: bits of alarms, and what is logged at each change.
-fn logged(context: &Context) -> Vec<(Address, Span)> {
-    let read: HashSet<Address> = reads(context).into_iter().map(|(address, _)| address).collect();
+fn logged(context: &Context, read: &[(Address, Span)]) -> Vec<(Address, Span)> {
+    let read: NumberSet<Address> = read.iter().map(|(address, _)| *address).collect();
     let tags = context.program.tags.iter().filter(|tag| tag.alarm.is_some() || tag.log_changes);
     let bits = tags.filter_map(|tag| match tag.meaning {
         TagMeaning::Address(address) => Some((address, tag.span)),

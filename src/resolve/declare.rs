@@ -78,9 +78,9 @@ impl Resolver<'_> {
         for name in std::mem::take(&mut self.use_names) {
             self.declare_name(&name, NameRole::Use, &mut names);
         }
-        self.uses.iter().for_each(|name| self.scope.uses().add(name.clone()));
+        self.uses.iter().for_each(|name| self.scope.add_use(name.clone()));
         // Their tags are unknown with their templates, which have a finding.
-        self.unknown_uses.iter().for_each(|name| self.scope.uses().add_unknown(name.clone()));
+        self.unknown_uses.iter().for_each(|name| self.scope.add_unknown_use(name.clone()));
         self.declare_devices(ladders(), &mut names, program);
         self.check_aliases(program);
         // A program without a name may be meant as `Main`.

@@ -27,11 +27,16 @@ impl Uses {
         self.unknown.insert(name);
     }
 
+    /// Whether there is a use of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.known.contains(name) || self.unknown.contains(name)
+    }
+
     /// Whether a name is that of a use within a use, or lies below one: `own.inner.lit`.
     pub fn is_of_inner(&self, name: &str) -> bool {
         let is_inner = |end: usize| {
             let of = &name[..end];
-            of.contains('.') && (self.known.contains(of) || self.unknown.contains(of))
+            of.contains('.') && self.has(of)
         };
         ends(name).any(is_inner)
     }
