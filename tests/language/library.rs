@@ -115,7 +115,7 @@ fn a_file_of_the_library_in_the_place_of_a_template_says_what_to_write() {
         assert_eq!(loaded.findings.len(), 1, "{:#?}", loaded.findings);
         shown(&loaded)
     };
-    let help = said(&[plant.clone()]);
+    let help = said(std::slice::from_ref(&plant));
     assert!(help.contains("`use = \"Pid\"`"), "{help}");
     // The folder's name is quoted for the shell.
     assert!(
