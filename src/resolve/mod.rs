@@ -34,10 +34,9 @@ mod template;
 mod typed;
 mod value;
 
-use std::collections::HashSet;
 use std::sync::{Arc, LazyLock};
 
-use crate::isa::{Address, MemorySizes};
+use crate::isa::{Address, MemorySizes, NumberSet};
 use crate::progress::{Progress, Step};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding, Severity, TABLE};
@@ -248,7 +247,7 @@ impl<'a> Resolver<'a> {
             false => all.sort_by_cached_key(|(span, _)| self.layers.order(*span)),
         }
         let (mut operands, mut arrays) = (Vec::new(), Vec::new());
-        let (mut seen, mut seen_arrays) = (HashSet::new(), HashSet::new());
+        let (mut seen, mut seen_arrays) = (NumberSet::default(), NumberSet::default());
         for (_, named) in all {
             match named {
                 Ok(operand) if seen.insert(operand.address) => operands.push(operand),
@@ -325,7 +324,7 @@ impl<'a> Resolver<'a> {
     /// An own tag of a template is used if one of its uses, or the ladder, names it.
     fn mark_own_tags(&mut self, program: &Program) {
         let own = || program.tags.iter().enumerate().filter(|(_, t)| Layers::is_layered(t.span));
-        let places: HashSet<Span> = own()
+        let places: NumberSet<Span> = own()
             .filter(|(at, _)| self.used[*at])
             .map(|(_, tag)| self.layers.in_file(tag.span))
             .collect();

@@ -9,10 +9,9 @@ use super::array::{Array, Element};
 pub(crate) use super::instruction::{Action, Instruction, Value};
 use super::layers::Layers;
 pub use super::places::Places;
-use std::collections::HashSet;
 use std::sync::Arc;
 
-use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Real, StageId};
+use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId};
 pub(crate) use crate::source::atom::Written;
 pub(crate) use crate::source::contact::{Comparison, Edge};
 use crate::source::span::{FileId, Span};
@@ -288,7 +287,7 @@ impl Program {
             }));
         }
         all.extend(operands);
-        let mut seen = HashSet::new();
+        let mut seen = NumberSet::default();
         all.retain(|operand| seen.insert(operand.address));
         all
     }
