@@ -88,7 +88,10 @@ fn finding(context: &Context, address: Address, span: Span) -> Finding {
     }
     let setting = match context.tag_at(address) {
         Some(_) => format!("by `initial = {initial}` in tag `{name}`"),
-        None => format!("by a tag: `setting = {{ at = \"{address}\", initial = {initial} }}`"),
+        None => format!(
+            "by a tag: `setting = {{ at = \"{address}\", initial = {initial} }}`, with its name \
+             `setting` here"
+        ),
     };
     let elsewhere = match context.outside {
         Some(_) => "a device writes it by a row of its `map`, a Modbus client if it is `writable`",
