@@ -4,7 +4,7 @@
 //! Parentheses are set wherever `&` and `|` meet.
 
 use crate::isa::{Address, Bit, BitSpace, LegName, duration, status};
-use crate::resolve::program::{Comparison, Contact, Value, Written};
+use crate::resolve::program::{Contact, Value, Written};
 
 use super::context::{Context, RungPlace, is_main};
 
@@ -139,12 +139,9 @@ fn print(context: &Context, contact: &Contact) -> String {
         Contact::All(parts, _) => join(parts, " & "),
         Contact::Any(parts, _) => join(parts, " | "),
         Contact::Edge(edge, inner, _) => format!("{}({})", edge.name(), print(context, inner)),
-        Contact::Compare(left, comparison, right, _) => format!(
-            "{} {} {}",
-            value(context, *left),
-            comparison_sign(*comparison),
-            value(context, *right)
-        ),
+        Contact::Compare(left, comparison, right, _) => {
+            format!("{} {} {}", value(context, *left), comparison.sign(), value(context, *right))
+        }
     }
 }
 
@@ -155,17 +152,6 @@ fn value(context: &Context, value: Value) -> String {
         Value::Real(real) => real.to_string(),
         Value::Word(word) => context.name(Address::Word(word)),
         Value::Element(element) => context.element(&element),
-    }
-}
-
-fn comparison_sign(comparison: Comparison) -> &'static str {
-    match comparison {
-        Comparison::Eq => "==",
-        Comparison::Ne => "!=",
-        Comparison::Lt => "<",
-        Comparison::Le => "<=",
-        Comparison::Gt => ">",
-        Comparison::Ge => ">=",
     }
 }
 

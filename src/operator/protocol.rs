@@ -113,6 +113,9 @@ pub struct Refusal {
     pub message: String,
 }
 
+/// What was asked for, or the reason why it is not done.
+pub(crate) type Answered<T> = Result<T, Refusal>;
+
 /// The kinds of refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

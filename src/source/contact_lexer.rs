@@ -24,6 +24,19 @@ pub(super) type Parsed<T> = Result<T, Finding>;
 
 /// All tokens of a text, each with its place; `span` is the place of the whole text.
 pub(super) fn lex(text: &str, span: Span) -> Parsed<Vec<(Token, Span)>> {
+    split(text, span, |rest, first, at| match sign(rest) {
+        Some(found) => Ok(found),
+        None => atom(text, first, at, span),
+    })
+}
+
+/// The tokens of a text, which spaces may separate. `next` reads the first token of the rest, from
+/// the rest, its first character and its place in the text; it returns the token's length too.
+pub(super) fn split<T>(
+    text: &str,
+    span: Span,
+    next: impl Fn(&str, char, usize) -> Parsed<(T, usize)>,
+) -> Parsed<Vec<(T, Span)>> {
     let mut tokens = Vec::new();
     let mut at = 0;
     while let Some(c) = text[at..].chars().next() {
@@ -31,11 +44,7 @@ pub(super) fn lex(text: &str, span: Span) -> Parsed<Vec<(Token, Span)>> {
             at += 1;
             continue;
         }
-        let rest = &text[at..];
-        let (token, length) = match sign(rest) {
-            Some(found) => found,
-            None => atom(text, c, at, span)?,
-        };
+        let (token, length) = next(&text[at..], c, at)?;
         tokens.push((token, span.part(at, at + length)));
         at += length;
     }

@@ -4,6 +4,7 @@
 //! finding, with the help for the notation that the character mostly comes from.
 
 use super::atom::{Atom, AtomKind};
+use super::contact_lexer::split;
 use super::expression::{Binary, PartKind, Unary};
 use super::finding::{Code, Finding};
 use super::span::Span;
@@ -33,22 +34,10 @@ pub(super) enum Token {
 /// # Errors
 /// The first mistake.
 pub(super) fn lex(text: &str, span: Span) -> Result<Vec<(Token, Span)>, Finding> {
-    let mut tokens = Vec::new();
-    let mut at = 0;
-    while let Some(c) = text[at..].chars().next() {
-        if c == ' ' || c == '\t' {
-            at += 1;
-            continue;
-        }
-        let rest = &text[at..];
-        let (token, length) = match sign(rest) {
-            Some(found) => found,
-            None => operand(rest, c, span.part(at, at + rest.len()))?,
-        };
-        tokens.push((token, span.part(at, at + length)));
-        at += length;
-    }
-    Ok(tokens)
+    split(text, span, |rest, first, at| match sign(rest) {
+        Some(found) => Ok(found),
+        None => operand(rest, first, span.part(at, at + rest.len())),
+    })
 }
 
 fn sign(rest: &str) -> Option<(Token, usize)> {

@@ -4,7 +4,6 @@
 //! Each test writes its files into a folder of its own and starts the binary. The log goes to
 //! standard error, as JSON lines or in another form; the test reads it as a person or a machine
 //! would.
-#![allow(dead_code)]
 
 use crate::support::calm::calm;
 use std::path::{Path, PathBuf};

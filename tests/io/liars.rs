@@ -1,5 +1,4 @@
 //! Modbus peers that lie, in the test's own process, and a client before them.
-#![allow(dead_code)]
 
 use std::fs::File;
 use std::io::{Read, Write};

@@ -1,8 +1,7 @@
 //! A controller that is reloaded in the middle, in virtual time: what the tests of the rules share.
 
-use crate::support::plc::Plc;
+use crate::support::plc::{Plc, of_ladder};
 use crate::support::run;
-use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine};
 use rungd::lower::lower;
 use rungd::reload::{OldMemory, ReloadPlan, Side};
@@ -15,20 +14,8 @@ pub struct Reloaded {
 }
 
 pub fn plc(ladder: &str) -> Reloaded {
-    let program = run::load(ladder).unwrap_or_else(|errors| panic!("{errors}"));
-    let (engine_program, symbols) = lower(&program);
-    let mut engine = Engine::new(engine_program);
-    engine.start(0);
-    let times = rungd::engine::ScanTimes::default();
-    let plc = Plc {
-        program,
-        symbols,
-        engine,
-        now_ns: 0,
-        period_ns: 10_000_000,
-        times,
-        local: LocalTime::default(),
-    };
+    let mut plc = of_ladder(ladder);
+    plc.engine.start(0);
     Reloaded { plc, forces: Vec::new(), report: Vec::new() }
 }
 

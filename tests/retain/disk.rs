@@ -3,7 +3,6 @@
 //! Sectors are written whole or not at all, in any order, until a sync returns. A sync that fails
 //! drops what it could not write and calls it clean, as Linux does: reads go on showing it, later
 //! syncs succeed, and whether it is on the disk nobody knows.
-#![allow(dead_code)]
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

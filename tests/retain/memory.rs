@@ -1,5 +1,4 @@
 //! A plant whose memory tells by itself whether it is one scan's, and a look into its file.
-#![allow(dead_code)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,4 @@
 //! A controller with a simulated plant, in virtual time.
-#![allow(dead_code)]
 
 use rungd::calendar::LocalTime;
 use rungd::controller::device::{Device, DriverSettings, OnLoss};

@@ -4,7 +4,6 @@
 //! The datagrams are written to a file in the journal's export format, together with the fields
 //! that journald would add. `systemd-journal-remote` turns this file into a journal for
 //! `journalctl`.
-#![allow(dead_code)]
 
 use crate::support::needs::not_installed;
 use std::collections::BTreeMap;

@@ -1,6 +1,5 @@
 //! A running controller with an operator's socket, and the commands that ask it. The tests of
 //! `rungd status` and of the other operator commands share this module.
-#![allow(dead_code)]
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;

@@ -1,5 +1,4 @@
 //! A page of `docs/`, for tests that execute its examples. Each test uses a part of this module.
-#![allow(dead_code)]
 
 use std::path::Path;
 

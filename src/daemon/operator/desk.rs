@@ -23,8 +23,8 @@ use crate::isa::{Address, Bit, BitSpace};
 use crate::operator::names::Names;
 use crate::operator::operand::Variable;
 use crate::operator::protocol::{
-    self, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX, Refusal,
-    RefusalKind, Request, Values,
+    self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
+    Refusal, RefusalKind, Request, Values,
 };
 use crate::runtime::Generations;
 use crate::runtime::command::{Before, Command, CommandId, Denial};
@@ -49,8 +49,6 @@ pub(in super::super) struct Desk {
     forced: Mutex<HashMap<Address, String>>,
 }
 
-type Done<T> = Result<T, Refusal>;
-
 impl Desk {
     pub fn new(views: Generations<View>, port: Port, reloads: Arc<Reloads>) -> Desk {
         Desk { views, port, reloads, forced: Mutex::default() }
@@ -73,7 +71,11 @@ impl Desk {
         Arc::clone(&self.seen().1.names)
     }
 
-    pub(super) async fn answer(&self, peer: &Peer, request: &Request) -> Done<serde_json::Value> {
+    pub(super) async fn answer(
+        &self,
+        peer: &Peer,
+        request: &Request,
+    ) -> Answered<serde_json::Value> {
         match request {
             Request::Status {} => as_json(&self.status()),
             Request::Read { operands } => as_json(&self.read(operands)?),
@@ -125,7 +127,7 @@ impl Desk {
         self.forced.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn read(&self, operands: &[String]) -> Done<Values> {
+    fn read(&self, operands: &[String]) -> Answered<Values> {
         let (latest, view) = self.seen();
         let mut found = Vec::new();
         for text in operands.iter().take(OPERANDS_MAX + 1) {
@@ -138,7 +140,7 @@ impl Desk {
         Ok(values(&latest, &found))
     }
 
-    async fn write(&self, peer: &Peer, text: &str, given: &GivenValue) -> Done<Change> {
+    async fn write(&self, peer: &Peer, text: &str, given: &GivenValue) -> Answered<Change> {
         let (before, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_write()?;
@@ -215,7 +217,7 @@ impl Desk {
         Refusal::new(RefusalKind::Refused, message)
     }
 
-    async fn force(&self, peer: &Peer, text: &str, given: &GivenValue) -> Done<Change> {
+    async fn force(&self, peer: &Peer, text: &str, given: &GivenValue) -> Answered<Change> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text)?;
         operand.may_force()?;
@@ -235,7 +237,7 @@ impl Desk {
         Ok(change)
     }
 
-    async fn unforce(&self, peer: &Peer, text: &str) -> Done<Change> {
+    async fn unforce(&self, peer: &Peer, text: &str) -> Answered<Change> {
         let (latest, view) = self.seen();
         let operand = view.names.find_one(text).map_err(|unknown| {
             let message = format!("{}; {}", unknown.message, self.forced_now(text.trim()));
@@ -287,7 +289,7 @@ impl Desk {
         }
     }
 
-    async fn unforce_all(&self, peer: &Peer) -> Done<Values> {
+    async fn unforce_all(&self, peer: &Peer) -> Answered<Values> {
         let before = self.port.latest();
         let forces = self.forces(&before, &self.views.of(before.generation).names);
         let operands: Vec<Variable> = forces.into_iter().map(|(operand, _)| operand).collect();
@@ -301,7 +303,7 @@ impl Desk {
         Ok(values(&latest, &operands))
     }
 
-    async fn mode(&self, peer: &Peer, to: ModeWanted) -> Done<ModeChange> {
+    async fn mode(&self, peer: &Peer, to: ModeWanted) -> Answered<ModeChange> {
         let latest = self.port.latest();
         let since_ns = latest.since_ns;
         let command = if to == ModeWanted::Run { Command::Run } else { Command::Stop };
@@ -364,7 +366,7 @@ impl Desk {
     }
 
     /// Hands in a command for the cells of the program of a generation.
-    fn hand_in(&self, generation: u32, command: Command) -> Done<CommandId> {
+    fn hand_in(&self, generation: u32, command: Command) -> Answered<CommandId> {
         self.port.command_to(generation, command).map_err(denied)
     }
 
@@ -373,7 +375,7 @@ impl Desk {
         self.names().find_one(&operand.operand).unwrap_or(operand)
     }
 
-    async fn carried_out(&self, id: CommandId) -> Done<Before> {
+    async fn carried_out(&self, id: CommandId) -> Answered<Before> {
         let answered = timeout(self.wait(), self.port.answered(id)).await;
         answered.map_err(|_| no_answer())?.map_err(denied)
     }
@@ -399,7 +401,7 @@ fn log_level(peer: &Peer, level: Level) -> LevelChange {
     LevelChange { before, after: level }
 }
 
-fn as_json(answer: &impl Serialize) -> Done<serde_json::Value> {
+fn as_json(answer: &impl Serialize) -> Answered<serde_json::Value> {
     serde_json::to_value(answer).map_err(|bug| {
         Refusal::new(RefusalKind::Refused, format!("a bug in rungd: the answer has no form: {bug}"))
     })

@@ -26,7 +26,7 @@ pub(super) use views::Views;
 use super::config::Setup;
 use super::systemd::{Notice, Systemd};
 use crate::engine::{Cell, Engine};
-use crate::operator::protocol::{Refusal, RefusalKind, Reloaded};
+use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
 use crate::reload::{OldMemory, ReloadPlan};
 use crate::runtime::command::Denial;
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
@@ -107,8 +107,6 @@ struct SwapDirection {
     resume: bool,
 }
 
-type Done<T> = Result<T, Refusal>;
-
 impl Reloads {
     pub fn new(parts: ReloadParts) -> Reloads {
         let ReloadParts { running, reloader, port, views, limit } = parts;
@@ -129,7 +127,7 @@ impl Reloads {
     }
 
     /// Reads the files again, and swaps in their program.
-    pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Done<Reloaded> {
+    pub async fn reload(self: Arc<Self>, who: String, dry_run: bool) -> Answered<Reloaded> {
         let done = tokio::spawn(async move {
             let done = match dry_run {
                 true => {
@@ -153,7 +151,7 @@ impl Reloads {
     }
 
     /// Swaps the previous program back in.
-    pub async fn rollback(self: Arc<Self>, who: String) -> Done<Reloaded> {
+    pub async fn rollback(self: Arc<Self>, who: String) -> Answered<Reloaded> {
         let done = tokio::spawn(async move {
             let done = self.go_back(&who, None).await;
             if let Err(refusal) = &done {
@@ -194,7 +192,7 @@ impl Reloads {
         }
     }
 
-    async fn in_turn(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
+    async fn in_turn(&self, who: &str, dry_run: bool) -> Answered<Reloaded> {
         let turn = timeout(TURN_MAX, self.turn.lock()).await;
         self.hangup_waits.store(false, Ordering::Release);
         let Ok(_turn) = turn else {
@@ -214,7 +212,7 @@ impl Reloads {
         }
     }
 
-    async fn read_and_swap(&self, who: &str, dry_run: bool) -> Done<Reloaded> {
+    async fn read_and_swap(&self, who: &str, dry_run: bool) -> Answered<Reloaded> {
         let started = |latest: &Snapshot| latest.mode != Mode::Stop(StopReason::NotStarted);
         if timeout(ANSWER_LEAST, self.port.shows(started)).await.is_err() {
             return Err(refused("the first scan is still to come; try again".to_owned()));
@@ -259,7 +257,7 @@ impl Reloads {
     }
 
     /// Reads the files of a program as they are now.
-    async fn read(&self, of: &Running) -> Done<Running> {
+    async fn read(&self, of: &Running) -> Answered<Running> {
         let path = PathBuf::from(&of.setup.controller);
         let sizes = of.setup.symbols.layout.sizes().clone();
         let devices = of.setup.symbols.devices.clone();
@@ -280,7 +278,7 @@ impl Reloads {
         same
     }
 
-    async fn ready(&self, inner: &mut Inner, next: Arc<Running>) -> Done<Ready> {
+    async fn ready(&self, inner: &mut Inner, next: Arc<Running>) -> Answered<Ready> {
         let (running, generation) = (Arc::clone(&inner.running), inner.generation + 1);
         let latest = self.port.latest();
         let made = spawn_blocking(move || Ready::of(&running, next, generation, &latest)).await;
@@ -288,7 +286,7 @@ impl Reloads {
     }
 
     /// Swaps the previous program back in; `fault`: because of this fault of the new one.
-    async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Done<Reloaded> {
+    async fn go_back(&self, who: &str, fault: Option<OwnFault>) -> Answered<Reloaded> {
         let mut inner = self.settled().await;
         if let Some(OwnFault { generation, .. }) = fault
             && self.on_trial().is_none_or(|(of, _)| of != generation)
@@ -317,7 +315,7 @@ impl Reloads {
         inner: &mut Inner,
         ready: Ready,
         direction: SwapDirection,
-    ) -> Done<(Vec<String>, f64)> {
+    ) -> Answered<(Vec<String>, f64)> {
         let Ready { running, plan, package, .. } = ready;
         let SwapDirection { back, resume } = direction;
         let generation = package.generation;
@@ -434,7 +432,7 @@ impl Dry for Reloaded {
     }
 }
 
-fn another_dry_run() -> Done<Reloaded> {
+fn another_dry_run() -> Answered<Reloaded> {
     Err(refused("another dry run is under way; try again when it has ended".to_owned()))
 }
 

@@ -3,7 +3,6 @@
 //! Written from the Modbus specification and `docs/modbus.md`, for `controller.toml` beside this
 //! file. It shares no code with rungd: memory is a list of named cells, a table an array of 65,536
 //! places, a request a slice of bytes.
-#![allow(dead_code)]
 
 pub mod requests;
 
