@@ -5,10 +5,10 @@
 //! findings; the names in findings come from `names`. Drivers are compared by *element* (a block's
 //! own rungs, or one stage), because a termination pass acts on an element.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::isa::{Address, Bit, ElementId, Mnemonic, StageId, Structure, Word};
+use crate::isa::{Address, Bit, ElementId, Mnemonic, NumberMap, StageId, Structure, Word};
 use crate::progress::Progress;
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
@@ -57,9 +57,9 @@ pub struct Context<'a> {
     drivers: BTreeMap<Bit, Vec<Driver<'a>>>,
     owners: BTreeMap<Structure, Vec<Placed<'a>>>,
     /// The first tag of every address that has one.
-    tags: HashMap<Address, &'a Tag>,
+    tags: NumberMap<Address, &'a Tag>,
     /// The limits that tags set for words.
-    limits: HashMap<Word, WriteLimits<'a>>,
+    limits: NumberMap<Word, WriteLimits<'a>>,
 }
 
 /// The limits of a write to a word.
@@ -121,8 +121,8 @@ impl<'a> Context<'a> {
             contacts: Vec::new(),
             drivers: BTreeMap::new(),
             owners: BTreeMap::new(),
-            tags: HashMap::new(),
-            limits: HashMap::new(),
+            tags: NumberMap::default(),
+            limits: NumberMap::default(),
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {

@@ -16,9 +16,7 @@
 //!
 //! Fails: the same without `initial`.
 
-use std::collections::HashSet;
-
-use crate::isa::{Address, Bit, BitSpace, Structure, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, NumberSet, Structure, Word, WordSpace};
 use crate::resolve::program::TagMeaning;
 use crate::source::finding::{Code, Finding};
 use crate::source::span::Span;
@@ -31,8 +29,10 @@ use super::writers::Writable;
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let (writes, writable) = (writes(context), Writable::new(context));
-    let mut structures = HashSet::new();
-    for (address, span) in reads(context).into_iter().chain(alarms(context)) {
+    let mut structures = NumberSet::default();
+    let read = reads(context);
+    let alarms = alarms(context, &read);
+    for (address, span) in read.into_iter().chain(alarms) {
         if is_always_written(address) || writes.contains_key(&address) || writable.holds(address) {
             continue;
         }
@@ -47,8 +47,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 /// The bits of alarms that no rung reads: the log reads them.
-fn alarms(context: &Context) -> Vec<(Address, Span)> {
-    let read: HashSet<Address> = reads(context).into_iter().map(|(address, _)| address).collect();
+fn alarms(context: &Context, read: &[(Address, Span)]) -> Vec<(Address, Span)> {
+    let read: NumberSet<Address> = read.iter().map(|(address, _)| *address).collect();
     let tags = context.program.tags.iter().filter(|tag| tag.alarm.is_some());
     let bits = tags.filter_map(|tag| match tag.meaning {
         TagMeaning::Address(address) => Some((address, tag.span)),

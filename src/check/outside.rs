@@ -3,9 +3,7 @@
 //! `controller` makes an [`Outside`] of its settings. Without a controller file only the ladder is
 //! known ([`may_be_moved`]). Called by `writers`, which adds what the ladder says.
 
-use std::collections::HashSet;
-
-use crate::isa::{Address, Bit, BitSpace, Space, Word, WordSpace};
+use crate::isa::{Address, Bit, BitSpace, NumberSet, Space, Word, WordSpace};
 use crate::resolve::operands::Operands;
 use crate::resolve::range::Range;
 use crate::source::span::Span;
@@ -14,7 +12,7 @@ use crate::source::span::Span;
 #[derive(Debug, Default)]
 pub struct Outside {
     /// The addresses that devices and rules of simulated devices move.
-    pub(crate) moved: HashSet<Address>,
+    pub(crate) moved: NumberSet<Address>,
     /// The operands that Modbus clients may write.
     pub(crate) listed: Vec<Operands>,
     /// The ranges that Modbus clients write by the image: coils, and the inputs that follow them.

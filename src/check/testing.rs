@@ -68,7 +68,7 @@ pub fn check_outside(rungs: &str, expected: Expect) {
     let range = |name: &str| resolve_range(&scope, &text(name)).expect("a range");
     let operands = |name: &str| resolve_operands(&scope, &text(name)).expect("operands");
     let outside = Outside {
-        moved: ["X0", "C1", "D1", "R1"].map(address).into(),
+        moved: ["X0", "C1", "D1", "R1"].map(address).into_iter().collect(),
         listed: ["MC1", "MHR1", "CT1.Acc"].map(operands).into(),
         image: ["MC5", "X5"].map(range).into(),
         wired: Some(Span::default()),

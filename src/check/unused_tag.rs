@@ -17,9 +17,7 @@
 //! infeed_2 = { at = "X1" }
 //! ```
 
-use std::collections::HashSet;
-
-use crate::isa::Address;
+use crate::isa::{Address, NumberSet};
 use crate::resolve::program::{Tag, TagMeaning};
 use crate::source::finding::{Code, Finding};
 
@@ -52,7 +50,7 @@ fn typed(context: &Context, tag: &Tag) -> Option<Finding> {
     )))
 }
 
-fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
+fn finding(named: &NumberSet<Address>, tag: &Tag) -> Finding {
     let name = tag.array_name();
     let finding = |message| Finding::new(Code::UnusedTag, tag.span, message).label("unused");
     match tag.meaning {
@@ -79,8 +77,8 @@ fn finding(named: &HashSet<Address>, tag: &Tag) -> Finding {
 
 /// The addresses that the ladder names. If it names a structure or one of its members, all
 /// addresses of the structure.
-fn named(context: &Context) -> HashSet<Address> {
-    let mut named: HashSet<Address> = context
+fn named(context: &Context) -> NumberSet<Address> {
+    let mut named: NumberSet<Address> = context
         .instructions
         .iter()
         .filter_map(|p| p.action().structure().map(Address::Structure))

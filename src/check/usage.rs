@@ -3,9 +3,7 @@
 //! Called by the rules about operands that nothing writes. A read is a contact, a side of a
 //! compare, or an operand that an instruction reads. Of a MATH, the place is the whole instruction.
 
-use std::collections::{HashMap, HashSet};
-
-use crate::isa::{Address, Bit, Structure, Word};
+use crate::isa::{Address, Bit, NumberMap, NumberSet, Structure, Word};
 use crate::resolve::formula::Part;
 use crate::resolve::instruction::{Coil, OperandValue};
 use crate::resolve::program::{Action, Contact, Tag, Value};
@@ -23,7 +21,7 @@ pub fn reads(context: &Context) -> Vec<(Address, Span)> {
     let is_first = |tag: &Tag| tag.of_array.is_none_or(|of| of.at == 0);
     all.retain(|(address, _)| context.tag_at(*address).is_none_or(is_first));
     all.sort_by_key(|(_, span)| (span.file, span.start));
-    let mut seen = HashSet::new();
+    let mut seen = NumberSet::default();
     all.retain(|(address, _)| seen.insert(*address));
     all
 }
@@ -81,8 +79,8 @@ pub enum Effect {
 }
 
 /// Every address that an instruction names to write it. Structures that are owned are not listed.
-pub fn writes(context: &Context) -> HashMap<Address, Effect> {
-    let mut writes = HashMap::new();
+pub fn writes(context: &Context) -> NumberMap<Address, Effect> {
+    let mut writes = NumberMap::default();
     for placed in &context.instructions {
         let action = placed.action();
         let only_off = matches!(action, Action::Coil { coil: Coil::Rst, .. });

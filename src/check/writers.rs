@@ -5,9 +5,7 @@
 //! which of them are meant as settings: those with `initial`, `min` or `max`. Retained memory is a
 //! setting too.
 
-use std::collections::HashSet;
-
-use crate::isa::Address;
+use crate::isa::{Address, NumberSet};
 use crate::resolve::program::{Tag, TagMeaning};
 
 use super::context::Context;
@@ -16,7 +14,7 @@ use super::outside::{holds, may_be_moved};
 /// The addresses that something other than an instruction may write.
 pub struct Writable<'c> {
     context: &'c Context<'c>,
-    settings: HashSet<Address>,
+    settings: NumberSet<Address>,
 }
 
 impl<'c> Writable<'c> {

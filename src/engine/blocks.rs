@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::control::{Control, ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, Events, MathEvent};
 use super::image::BitCell;
-use super::math::Calculator;
+use super::math::{Calculator, Maths};
 use super::memory::Memory;
 use super::ops::OpKind;
 use super::program::{BlockRole, ElementCode, Program};
@@ -207,6 +207,7 @@ impl Machine {
     /// Executes an element's batches; returns `false` if an instruction ended the block's
     /// execution.
     fn execute<R: Reach>(&mut self, code: &ElementCode, element: ElementId) -> bool {
+        let mut maths_told = self.events.maths().len();
         for at in code.batches.clone() {
             let batch = self.program.tables.batches[at as usize];
             let (first, count) = (batch.first as usize, batch.count as usize);
@@ -215,8 +216,9 @@ impl Machine {
                 self.program.tables.ops.run::<R>(batch.kind, first..first + count, view);
                 continue;
             }
-            if batch.kind == OpKind::Math {
-                self.calculate::<R>(first..first + count);
+            if batch.kind < OpKind::Control {
+                let in_columns = batch.kind == OpKind::Columns;
+                self.calculate::<R>(first..first + count, in_columns, maths_told);
                 continue;
             }
             for at in first..first + count {
@@ -225,17 +227,22 @@ impl Machine {
                     return false;
                 }
             }
+            maths_told = self.events.maths().len();
         }
         true
     }
 
-    /// Executes a batch of MATHs.
-    fn calculate<R: Reach>(&mut self, at: Range<usize>) {
+    /// Executes a batch of MATHs. They are told in the order of their rungs, from this number of
+    /// events on.
+    fn calculate<R: Reach>(&mut self, at: Range<usize>, in_columns: bool, told: usize) {
         let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
-        let formulas = (&tables.ops.math[at], tables.steps.as_slice());
-        calculator.run::<R>(formulas, memory.view::<R>(), |math, mishaps| {
-            events.push_math(MathEvent { math, mishaps });
-        });
+        let maths = Maths { maths: &tables.ops.math[at], steps: &tables.steps };
+        let report = |math, mishaps| events.insert_math(MathEvent { math, mishaps }, told);
+        if in_columns {
+            calculator.run_columns::<R>(maths, memory.view::<R>(), report);
+        } else {
+            calculator.run::<R>(maths, memory.view::<R>(), report);
+        }
     }
 
     /// Reads an element of an array outside of the batches. Writes private words and status bits
@@ -243,8 +250,8 @@ impl Machine {
     pub fn pick(&mut self, pick: u32) {
         let Machine { program: Program { tables, .. }, memory, calculator, events, .. } = self;
         let pick = pick as usize;
-        let formulas = (&tables.picks[pick..=pick], tables.steps.as_slice());
-        calculator.run::<Far>(formulas, memory.view::<Far>(), |math, mishaps| {
+        let maths = Maths { maths: &tables.picks[pick..=pick], steps: &tables.steps };
+        calculator.run::<Far>(maths, memory.view::<Far>(), |math, mishaps| {
             events.push_math(MathEvent { math, mishaps });
         });
     }

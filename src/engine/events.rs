@@ -81,6 +81,19 @@ impl Events {
         }
     }
 
+    /// Keeps a MATH in the order of numbers among those from this event on.
+    pub fn insert_math(&mut self, event: MathEvent, from: usize) {
+        let at = from + self.maths[from..].partition_point(|told| told.math < event.math);
+        if self.maths.len() == MATHS_MAX {
+            self.dropped += 1;
+            if at == MATHS_MAX {
+                return;
+            }
+            self.maths.pop();
+        }
+        self.maths.insert(at, event);
+    }
+
     pub fn maths(&self) -> &[MathEvent] {
         &self.maths
     }

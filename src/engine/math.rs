@@ -1,8 +1,9 @@
 //! MATH: evaluates its formula while its leg is ON, and stores the result in its target.
 //!
-//! Behaviour: `docs/semantics.md`, section 8. `steps` evaluates a formula.
+//! Behaviour: `docs/semantics.md`, section 8. `rows` and `columns` evaluate formulas.
 
 use super::array_places::{PutAt, Stored};
+use super::columns::{Active, Columns, LANES, Lanes};
 use super::integer;
 use super::memory::View;
 use super::mishap::{Mishap, Mishaps};
@@ -10,7 +11,8 @@ use super::places::Target;
 use super::power::LegPowers;
 use super::reach::Reach;
 use super::role::{BitOwn, BitWritten, Role, Touches, WordWritten};
-use super::steps::{End, Evaluator, Step};
+use super::rows::Evaluator;
+use super::steps::{Accumulator, Step};
 use crate::isa::Real;
 
 /// A MATH: the formula that it evaluates while its leg is ON, and its target.
@@ -20,12 +22,14 @@ pub struct Math {
     pub leg: LegPowers,
     /// Its first step.
     pub first: u32,
+    /// The number of its steps.
+    pub count: u32,
     /// Its number in the program, for the log.
     pub number: u32,
     /// Its target.
     pub put: Put,
-    /// The cell of the first status bit, ST0.
-    pub status: u32,
+    /// The accumulator that holds its result.
+    pub result: Accumulator,
     /// Whether it is another instruction with an element of an array: of the status bits it
     /// touches that of an index alone.
     pub quiet: bool,
@@ -57,18 +61,28 @@ pub enum Put {
 #[derive(Debug)]
 pub(super) struct Calculator {
     slots: Box<[u64]>,
+    lanes: Box<Lanes>,
+    /// The cell of the first status bit, ST0.
+    status: u32,
+}
+
+/// MATHs, and the steps of all formulas.
+#[derive(Clone, Copy)]
+pub(super) struct Maths<'p> {
+    pub maths: &'p [Math],
+    pub steps: &'p [Step],
 }
 
 impl Calculator {
     /// With slots for the formula that needs the most.
-    pub fn new(slots: u32) -> Calculator {
-        Calculator { slots: vec![0; slots as usize].into() }
+    pub fn new(slots: u32, status: u32) -> Calculator {
+        Calculator { slots: vec![0; slots as usize].into(), lanes: Lanes::new(), status }
     }
 
-    /// Executes MATHs; `report` gets the number of each that had a mishap.
+    /// Executes MATHs one after the other; `report` gets the number of each that had a mishap.
     pub fn run<R: Reach>(
         &mut self,
-        (maths, steps): (&[Math], &[Step]),
+        Maths { maths, steps }: Maths,
         view: View<R>,
         mut report: impl FnMut(u32, Mishaps),
     ) {
@@ -77,61 +91,119 @@ impl Calculator {
             if run.view.leg(&math.leg) == 0 {
                 continue;
             }
+            let steps = &steps[math.first as usize..][..math.count as usize];
             let mut noted = Mishaps::default();
-            match run.evaluate(steps, math.first, &mut noted) {
-                End::Integer => put(&mut run.view, &math.put, run.integer, &mut noted),
-                End::Real => put_real(&mut run.view, &math.put, run.real, &mut noted),
-            }
-            if math.quiet {
-                noted = noted.of_index();
-            }
+            run.evaluate(steps, &mut noted);
+            math.store(&mut run.view, (run.integer, run.real), &mut noted);
             if !noted.is_empty() {
-                for mishap in noted.each() {
-                    run.view.put_own(BitOwn(math.status + mishap.status()), 1);
+                math.tell(&mut run.view, (self.status, noted), &mut report);
+            }
+        }
+    }
+
+    /// Executes MATHs whose formulas have the same steps but for their cells, and of which none
+    /// reads what one before it writes.
+    pub fn run_columns<R: Reach>(
+        &mut self,
+        Maths { maths, steps }: Maths,
+        mut view: View<R>,
+        mut report: impl FnMut(u32, Mishaps),
+    ) {
+        let (height, lanes) = (maths.len(), &mut *self.lanes);
+        let columns = &steps[maths[0].first as usize..][..maths[0].count as usize * height];
+        for (chunk, maths) in maths.chunks(LANES).enumerate() {
+            let active = Active::of(maths.iter().map(|math| view.leg(&math.leg)));
+            if active.numbers().is_empty() {
+                continue;
+            }
+            let (first, count) = (chunk * LANES, maths.len());
+            lanes.evaluate(&Columns { steps: columns, height, first, count }, &active, &view);
+            for (at, number) in active.numbers().iter().enumerate() {
+                let math = &maths[usize::from(*number)];
+                let mut noted = lanes.noted[at];
+                math.store(&mut view, (lanes.integers[at], lanes.reals[at]), &mut noted);
+                if !noted.is_empty() {
+                    math.tell(&mut view, (self.status, noted), &mut report);
                 }
-                report(math.number, noted);
             }
         }
     }
 }
 
-/// Stores an integer.
-#[inline(always)]
-fn put<R: Reach>(view: &mut View<R>, put: &Put, value: i64, noted: &mut Mishaps) {
-    match put {
-        Put::Word { to, low, high } => {
-            let limited = integer::within(value, *low, *high, noted);
+impl Math {
+    /// Stores its result, which one of the accumulators holds. The way of most results has two
+    /// tests, which are cheaper than a jump by a table.
+    #[inline(always)]
+    fn store<R: Reach>(
+        &self,
+        view: &mut View<R>,
+        (integer, real): (i64, f64),
+        noted: &mut Mishaps,
+    ) {
+        if let Put::Word { to, low, high } = &self.put {
+            let integer = match self.result {
+                Accumulator::Integer => integer,
+                // Stays at the limits of 64 bits, which are beyond those of every word.
+                Accumulator::Real => real as i64,
+            };
+            let limited = integer::within(integer, *low, *high, noted);
             view.put_word(to.word, limited.max(to.min).min(to.max));
+            return;
         }
-        Put::Real(_) => put_real(view, put, value as f64, noted),
-        Put::Bit(bit) => view.put_bit(*bit, u8::from(value != 0)),
-        Put::At(at) => at.put(view, Stored::Integer(value), noted),
-        Put::Index(word) => {
-            let index = value.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
-            view.put_word(*word, index);
+        let mut own = Mishaps::default();
+        self.store_elsewhere(view, (integer, real), &mut own);
+        noted.add(own);
+    }
+
+    /// Stores its result in something else than a word of integers.
+    #[inline(never)]
+    fn store_elsewhere<R: Reach>(
+        &self,
+        view: &mut View<R>,
+        (integer, real): (i64, f64),
+        noted: &mut Mishaps,
+    ) {
+        let is_real = self.result == Accumulator::Real;
+        match self.put {
+            Put::Word { .. } => unreachable!("`store` stores in words of integers"),
+            Put::Real(to) => {
+                let (nearest, beyond) = Real::stored(if is_real { real } else { integer as f64 });
+                if beyond {
+                    noted.note(Mishap::Overflow);
+                }
+                view.put_word(to.word, nearest.cell().max(to.min).min(to.max));
+            }
+            Put::Bit(bit) => {
+                let is_on = if is_real { real != 0.0 } else { integer != 0 };
+                view.put_bit(bit, u8::from(is_on));
+            }
+            Put::At(at) => {
+                let stored = if is_real { Stored::Real(real) } else { Stored::Integer(integer) };
+                at.put(view, stored, noted);
+            }
+            Put::Index(word) => {
+                let index = integer.clamp(i32::MIN.into(), i32::MAX.into()) as i32;
+                view.put_word(word, index);
+            }
         }
     }
-}
 
-/// Stores a real.
-#[inline(always)]
-fn put_real<R: Reach>(view: &mut View<R>, put: &Put, value: f64, noted: &mut Mishaps) {
-    match put {
-        // Stays at the limits of 64 bits, which are beyond those of every word.
-        Put::Word { to, low, high } => {
-            let limited = integer::within(value as i64, *low, *high, noted);
-            view.put_word(to.word, limited.max(to.min).min(to.max));
+    /// Turns the status bits of its mishaps ON, and reports them. Apart, because it is rare.
+    #[cold]
+    fn tell<R: Reach>(
+        &self,
+        view: &mut View<R>,
+        (status, noted): (u32, Mishaps),
+        report: &mut impl FnMut(u32, Mishaps),
+    ) {
+        let noted = if self.quiet { noted.of_index() } else { noted };
+        if noted.is_empty() {
+            return;
         }
-        Put::Real(to) => {
-            let (nearest, beyond) = Real::stored(value);
-            if beyond {
-                noted.note(Mishap::Overflow);
-            }
-            view.put_word(to.word, nearest.cell().max(to.min).min(to.max));
+        for mishap in noted.each() {
+            view.put_own(BitOwn(status + mishap.status()), 1);
         }
-        Put::Bit(bit) => view.put_bit(*bit, u8::from(value != 0.0)),
-        Put::At(at) => at.put(view, Stored::Real(value), noted),
-        Put::Index(_) => unreachable!("an index is an integer"),
+        report(self.number, noted);
     }
 }
 
@@ -139,7 +211,7 @@ fn put_real<R: Reach>(view: &mut View<R>, put: &Put, value: f64, noted: &mut Mis
 impl Role for Math {
     fn touches(&self, t: &mut Touches) {
         self.leg.touches(t);
-        let reads = &t.formulas[self.number as usize];
+        let reads = &t.formulas.reads[self.number as usize];
         t.bits_read.extend(&reads.bits);
         t.words_read.extend(&reads.words);
         t.bit_arrays_read.extend(&reads.bit_arrays);
@@ -150,8 +222,6 @@ impl Role for Math {
             Put::At(at) => at.touches(t),
             Put::Index(word) => word.touches(t),
         }
-        for mishap in Mishap::ALL {
-            BitOwn(self.status + mishap.status()).touches(t);
-        }
+        t.bits_written.extend(t.formulas.mishaps());
     }
 }

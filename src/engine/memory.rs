@@ -81,6 +81,16 @@ impl<R: Reach> View<'_, R> {
     }
 
     #[inline(always)]
+    pub fn bits(&self) -> &R::Bits {
+        self.bits
+    }
+
+    #[inline(always)]
+    pub fn words(&self) -> &R::Words {
+        self.words
+    }
+
+    #[inline(always)]
     pub fn bit(&self, cell: impl BitRole) -> u8 {
         *self.bits.cell(cell.number())
     }

@@ -15,6 +15,7 @@
 mod array_places;
 mod arrays;
 mod blocks;
+mod columns;
 mod control;
 mod counters;
 mod elements;
@@ -34,6 +35,7 @@ mod reach;
 mod real;
 mod record;
 mod role;
+mod rows;
 mod scan;
 mod sensaphone;
 mod step_reads;

@@ -20,11 +20,11 @@ pub use super::power::{LegPowers, Power, Powers};
 use super::reach::Reach;
 use super::role::Role;
 pub use super::role::{
-    BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, Cells, Reads, Touches, WordRead,
+    BitOwn, BitRead, BitWritten, BitsRead, BitsWritten, Cells, Formulas, Reads, Touches, WordRead,
     WordWritten, WordsRead, WordsWritten,
 };
 pub use super::step_reads::reads;
-pub use super::steps::{At, Code, Operator, Step};
+pub use super::steps::{Accumulator, At, Code, Operator, Shape, Step, shapes};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {
@@ -50,7 +50,8 @@ macro_rules! operations {
         /// The kinds of operations.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum OpKind { $($(#[$doc])* $kind,)* /// MATH.
-            Math, /// Blocks and Stages; never in a batch of two.
+            Math, /// MATHs whose formulas differ in their cells alone. No operation has this kind.
+            Columns, /// Blocks and Stages; never in a batch of two.
             Control }
 
         /// Any operation.
@@ -109,7 +110,7 @@ macro_rules! operations {
             pub(super) fn run<R: Reach>(&self, kind: OpKind, at: Range<usize>, view: View<R>) {
                 match kind {
                     $(OpKind::$kind => run_all::<R, $kind>(&self.$table[at], view),)*
-                    OpKind::Math | OpKind::Control => {
+                    OpKind::Math | OpKind::Columns | OpKind::Control => {
                         unreachable!("the blocks execute MATH and control")
                     }
                 }

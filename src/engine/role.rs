@@ -4,14 +4,17 @@
 //! of cells for the scheduler ([`Touches`]), and the access that the operation's `run` has to each
 //! cell. A field whose type has no role does not compile.
 
+use std::ops::Range;
+
 use super::power::Powers;
+use crate::isa::status::st;
 
 /// The cells that an operation reads and writes. The scheduler keeps the order of operations that
 /// share a written cell.
 #[derive(Clone, Debug, Default)]
 pub struct Touches<'s> {
-    /// The cells that the formulas of MATHs read, by the MATH's number.
-    pub formulas: &'s [Reads],
+    /// The formulas of MATHs.
+    pub formulas: Formulas<'s>,
     /// Bits read.
     pub bits_read: Vec<u32>,
     /// Bits written, always or sometimes; they may be read too.
@@ -50,6 +53,22 @@ impl Cells {
     pub(super) fn cell(&self, index: i32) -> Option<u32> {
         let index = index.cast_unsigned();
         (index < self.count).then(|| self.first + index)
+    }
+}
+
+/// What the formulas of a program read, and the status bits that they turn ON.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Formulas<'s> {
+    /// The cells that they read, by the MATH's number.
+    pub reads: &'s [Reads],
+    /// The cell of the first status bit, ST0.
+    pub status: u32,
+}
+
+impl Formulas<'_> {
+    /// The cells of the status bits of mishaps.
+    pub fn mishaps(self) -> Range<u32> {
+        self.status + st::DIVIDE_BY_ZERO..self.status + st::INDEX_ERROR + 1
     }
 }
 

@@ -54,13 +54,14 @@ impl Engine {
             image.words[cell.0 as usize] = *value;
         }
         let memory = Memory { image, elapsed_ms: 0 };
+        let status = program.layout.bit(Bit::Space(BitSpace::St, 0));
         let machine = Machine {
             blocks: vec![BlockState::default(); program.blocks.len()].into(),
             stages: vec![StageState::default(); program.stages.len()].into(),
             events: Events::new(),
             now_ns: 0,
             stop_requested: false,
-            calculator: Calculator::new(program.tables.slots),
+            calculator: Calculator::new(program.tables.slots, status.0),
             program,
             memory,
         };

@@ -3,36 +3,42 @@
 
 use std::collections::HashMap;
 
+use super::alike;
 use super::identity::{Identity, ShiftRegister, Site};
 use super::schedule;
 use crate::engine::ops::{
-    And2, AnyWord, ArrayLimits, BitOwn, Cells, LegPowers, Math, Op, Power, Powers, Reads,
-    StageList, Step, WordRead, reads,
+    And2, AnyWord, ArrayLimits, BitOwn, Cells, Formulas, LegPowers, Math, Op, OpKind, Power,
+    Powers, Reads, StageList, Step, WordRead, reads,
 };
 use crate::engine::{
     self, Batch, BitCell, BlockCode, Cell, ElementCode, Layout, PassStep, Tables, WordCell,
 };
-use crate::isa::{Address, Bit, BitSpace, BlockId, StageId, Structure, Word};
+use crate::isa::{Address, Bit, BitSpace, BlockId, NumberMap, StageId, Structure, Word};
 use crate::resolve::array::{Array, ShiftBits};
 use crate::resolve::program::{Action, Instruction, Program, TagMeaning, Value};
+
+/// The first status bit, ST0.
+const STATUS: Bit = Bit::Space(BitSpace::St, 0);
 
 pub(super) struct Assembler<'p> {
     pub layout: Layout,
     /// The owning instructions of structures; for a Sensaphone counter, its CTU or CTD.
-    pub owners: HashMap<Structure, &'p Action>,
+    pub owners: NumberMap<Structure, &'p Action>,
     /// The limits of words, from `min` and `max` of all their tags.
-    limits: HashMap<Word, (i32, i32)>,
+    limits: NumberMap<Word, (i32, i32)>,
     /// The current element's operations, in file order.
     ops: Vec<Op>,
     window: usize,
     tables: Tables,
+    /// The steps of the current element's formulas.
+    steps: Vec<Step>,
     /// The cells that the formulas of MATHs read, by the MATH's number.
     formulas: Vec<Reads>,
     /// The rung of each MATH, by its number, for the log.
     pub maths: Vec<String>,
     bits: u32,
     words: u32,
-    constants: HashMap<i32, u32>,
+    constants: NumberMap<i32, u32>,
     initial_bits: Vec<(BitCell, bool)>,
     initial_words: Vec<(WordCell, i32)>,
     /// The names of parts with a state, and the current place in the program.
@@ -56,14 +62,15 @@ impl<'p> Assembler<'p> {
             bits: layout.bit_count(),
             words: layout.word_count(),
             layout,
-            owners: HashMap::new(),
+            owners: NumberMap::default(),
             limits: limits(program),
             ops: Vec::new(),
             window,
             tables: Tables::default(),
+            steps: Vec::new(),
             formulas: Vec::new(),
             maths: Vec::new(),
-            constants: HashMap::new(),
+            constants: NumberMap::default(),
             initial_bits: Vec::new(),
             initial_words: Vec::new(),
             identity: Identity::new(program),
@@ -200,7 +207,8 @@ impl<'p> Assembler<'p> {
     }
 
     /// Keeps a MATH for a pass or an ENTASK; returns its index.
-    pub fn pick(&mut self, math: Math) -> u32 {
+    pub fn pick(&mut self, mut math: Math) -> u32 {
+        self.lay_rows(std::slice::from_mut(&mut math));
         self.tables.picks.push(math);
         self.tables.picks.len() as u32 - 1
     }
@@ -218,19 +226,35 @@ impl<'p> Assembler<'p> {
         self.tables.terminations.push(termination);
     }
 
-    /// The number of the next step.
-    pub fn next_step(&self) -> u32 {
-        self.tables.steps.len() as u32
-    }
-
-    /// Stores the steps of a MATH's formula, and the number of slots that it needs; returns the
-    /// MATH's number.
-    pub fn formula(&mut self, steps: &[Step], slots: u32) -> u32 {
-        self.tables.steps.extend(steps);
+    /// Keeps the steps of a MATH's formula until its element ends, and the number of slots that
+    /// it needs; returns the first step and the MATH's number.
+    pub fn formula(&mut self, steps: &[Step], slots: u32) -> (u32, u32) {
+        let first = self.steps.len() as u32;
+        self.steps.extend(steps);
         self.tables.slots = self.tables.slots.max(slots);
         self.formulas.push(reads(steps));
         self.maths.push(self.site.place.clone());
-        self.formulas.len() as u32 - 1
+        (first, self.formulas.len() as u32 - 1)
+    }
+
+    /// Stores the steps of formulas, one formula after the other.
+    fn lay_rows(&mut self, maths: &mut [Math]) {
+        for math in maths {
+            let first = self.tables.steps.len() as u32;
+            let steps = &self.steps[math.first as usize..][..math.count as usize];
+            self.tables.steps.extend(steps);
+            math.first = first;
+        }
+    }
+
+    /// Stores the steps of formulas with equally many, one step of all formulas after the other.
+    fn lay_columns(&mut self, maths: &mut [Math]) {
+        let first = self.tables.steps.len() as u32;
+        for step in 0..maths[0].count {
+            let column = maths.iter().map(|math| self.steps[(math.first + step) as usize]);
+            self.tables.steps.extend(column);
+        }
+        maths.iter_mut().for_each(|math| math.first = first);
     }
 
     /// Stores the Stages that one instruction names.
@@ -265,16 +289,18 @@ impl<'p> Assembler<'p> {
     pub fn close_element(&mut self, has_rungs: bool) -> ElementCode {
         let first_batch = self.tables.batches.len() as u32;
         let ops = std::mem::take(&mut self.ops);
-        for batch in schedule::schedule(ops, &self.formulas, self.has_arrays, self.window) {
+        let formulas = std::mem::take(&mut self.formulas);
+        let all = Formulas { reads: &formulas, status: self.layout.bit(STATUS).0 };
+        for batch in schedule::schedule(ops, all, self.has_arrays, self.window) {
             let kind = batch[0].kind();
-            let count = batch.len() as u32;
-            let mut first = 0;
-            for (at, op) in batch.into_iter().enumerate() {
-                let place = self.tables.ops.push(op);
-                first = if at == 0 { place } else { first };
+            if kind == OpKind::Math {
+                self.maths_of(batch, all);
+            } else {
+                self.batch(kind, batch);
             }
-            self.tables.batches.push(Batch { kind, first, count });
         }
+        self.formulas = formulas;
+        self.steps.clear();
         let first_termination = self.terminations_from;
         self.terminations_from = self.tables.terminations.len() as u32;
         ElementCode {
@@ -282,6 +308,33 @@ impl<'p> Assembler<'p> {
             terminations: first_termination..self.terminations_from,
             has_rungs,
         }
+    }
+
+    /// Stores a batch of MATHs.
+    fn maths_of(&mut self, batch: Vec<Op>, formulas: Formulas) {
+        let math = |op| if let Op::Math(math) = op { Some(math) } else { None };
+        let maths = batch.into_iter().filter_map(math).collect();
+        for mut group in alike::groups(maths, &self.steps, formulas) {
+            let kind = if group.in_columns {
+                self.lay_columns(&mut group.maths);
+                OpKind::Columns
+            } else {
+                self.lay_rows(&mut group.maths);
+                OpKind::Math
+            };
+            self.batch(kind, group.maths.into_iter().map(Op::Math).collect());
+        }
+    }
+
+    /// Stores a batch of operations of one kind.
+    fn batch(&mut self, kind: OpKind, ops: Vec<Op>) {
+        let count = ops.len() as u32;
+        let mut first = 0;
+        for (at, op) in ops.into_iter().enumerate() {
+            let place = self.tables.ops.push(op);
+            first = if at == 0 { place } else { first };
+        }
+        self.tables.batches.push(Batch { kind, first, count });
     }
 
     pub fn finish(
@@ -304,8 +357,8 @@ impl<'p> Assembler<'p> {
     }
 }
 
-pub(super) fn limits(program: &Program) -> HashMap<Word, (i32, i32)> {
-    let mut limits = HashMap::new();
+pub(super) fn limits(program: &Program) -> NumberMap<Word, (i32, i32)> {
+    let mut limits = NumberMap::default();
     for tag in &program.tags {
         let TagMeaning::Address(Address::Word(word)) = tag.meaning else { continue };
         let (low, high) = limits.get(&word).copied().unwrap_or(word.range());

@@ -7,7 +7,9 @@
 
 use super::assembler::Assembler;
 use super::formula_marks::{Mark, marks};
-use crate::engine::ops::{At, BitWritten, Code, LegPowers, Math, Op, Operator, Put, Step};
+use crate::engine::ops::{
+    Accumulator, At, BitWritten, Code, LegPowers, Math, Op, Operator, Put, Step,
+};
 use crate::engine::ops::{Target, WordWritten};
 use crate::isa::status::st;
 use crate::isa::{Bit, BitSpace, Real, Word};
@@ -35,20 +37,17 @@ impl Assembler<'_> {
 
     /// A MATH of a formula, which stores its result so.
     pub fn formula_into(&mut self, put: Put, formula: &Formula, leg: LegPowers) -> Math {
-        let first = self.next_step();
         let mut builder = Builder {
             assembler: self,
-            first,
             steps: Vec::new(),
             operands: Vec::new(),
             jumps: Vec::new(),
             slots: 1,
         };
-        builder.walk(formula);
+        let result = builder.walk(formula);
         let (steps, slots) = (builder.steps, builder.slots);
-        let number = self.formula(&steps, slots);
-        let status = self.layout.bit(Bit::Space(BitSpace::St, 0)).0;
-        Math { leg, first, number, put, status, quiet: false }
+        let (first, number) = self.formula(&steps, slots);
+        Math { leg, first, count: steps.len() as u32, number, put, result, quiet: false }
     }
 
     /// A word as a target.
@@ -78,8 +77,6 @@ pub(super) enum Place {
 
 pub(super) struct Builder<'a, 'p> {
     assembler: &'a mut Assembler<'p>,
-    /// The number of the formula's first step.
-    first: u32,
     steps: Vec<Step>,
     pub operands: Vec<Operand>,
     /// The jumps that do not know their ends yet.
@@ -89,7 +86,8 @@ pub(super) struct Builder<'a, 'p> {
 }
 
 impl Builder<'_, '_> {
-    fn walk(&mut self, formula: &Formula) {
+    /// Makes the steps; returns the accumulator with the result.
+    fn walk(&mut self, formula: &Formula) -> Accumulator {
         let marks = marks(&formula.parts);
         for (part, mark) in formula.parts.iter().zip(marks) {
             if let Some(mark) = mark {
@@ -98,11 +96,10 @@ impl Builder<'_, '_> {
             self.part(part);
         }
         self.load(0);
-        let code = match self.operands[0].of {
-            NumberType::Integer => Code::EndInteger,
-            NumberType::Real => Code::EndReal,
-        };
-        self.step(code, 0, 0, 0);
+        match self.operands[0].of {
+            NumberType::Integer => Accumulator::Integer,
+            NumberType::Real => Accumulator::Real,
+        }
     }
 
     fn part(&mut self, part: &Part) {
@@ -365,7 +362,7 @@ impl Builder<'_, '_> {
 
     /// Lets a jump go to the next step.
     fn arrive(&mut self, jump: usize) {
-        self.steps[jump].to = self.first + self.steps.len() as u32;
+        self.steps[jump].to = self.steps.len() as u32;
     }
 
     /// The end of the right side of `&&` or `||`: 0 or 1, as the left side if it jumps here.

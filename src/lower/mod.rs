@@ -6,6 +6,7 @@
 //! does not know. `identity` and `rungs` name states and rungs, so that a reload finds them in a
 //! new version of the program.
 
+mod alike;
 mod arrays;
 mod assembler;
 mod contacts;

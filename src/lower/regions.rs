@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use crate::engine::ops::{Cells, Op, Reads, Touches};
+use crate::engine::ops::{Cells, Formulas, Op, Touches};
 
 /// The regions of bits and of words, ascending and disjoint.
 #[derive(Debug, Default)]
@@ -18,7 +18,7 @@ pub(super) struct Regions {
 
 impl Regions {
     /// The regions of operations.
-    pub fn of(ops: &[Op], formulas: &[Reads]) -> Regions {
+    pub fn of(ops: &[Op], formulas: Formulas) -> Regions {
         let mut touches = Touches { formulas, ..Touches::default() };
         let (mut bits, mut words) = (Vec::new(), Vec::new());
         for op in ops {

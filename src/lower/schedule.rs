@@ -13,17 +13,18 @@
 use std::collections::HashMap;
 
 use super::regions::Regions;
-use crate::engine::ops::{Op, OpKind, Reads, Touches};
+use crate::engine::ops::{Formulas, Op, OpKind, Touches};
+use crate::isa::NumberMap;
 
 /// Number of operations that are scheduled together.
 pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each. `formulas` are
-/// the cells that each MATH's formula reads. `has_arrays`: whether an operation may touch an array
+/// those of the MATHs. `has_arrays`: whether an operation may touch an array
 /// whose element is known at run time only.
 pub(crate) fn schedule(
     ops: Vec<Op>,
-    formulas: &[Reads],
+    formulas: Formulas,
     has_arrays: bool,
     window: usize,
 ) -> Vec<Vec<Op>> {
@@ -62,8 +63,8 @@ struct Segment<'f> {
     batches: Vec<Vec<Op>>,
     /// The positions of the batches of each kind, ascending.
     of_kind: HashMap<OpKind, Vec<usize>>,
-    bits: HashMap<u32, Uses>,
-    words: HashMap<u32, Uses>,
+    bits: NumberMap<u32, Uses>,
+    words: NumberMap<u32, Uses>,
     touches: Touches<'f>,
     regions: Option<&'f Regions>,
     count: usize,
@@ -77,7 +78,7 @@ impl Segment<'_> {
             regions.represent(&mut self.touches);
         }
         let at = self.batch_at_or_behind(op.kind(), self.earliest());
-        let mark = |uses: &mut HashMap<u32, Uses>, read: &[u32], written: &[u32]| {
+        let mark = |uses: &mut NumberMap<u32, Uses>, read: &[u32], written: &[u32]| {
             for cell in read {
                 let uses = uses.entry(*cell).or_default();
                 uses.read = uses.read.max(at + 1);
@@ -94,7 +95,7 @@ impl Segment<'_> {
 
     /// The first position that is not before a batch with an operation that this one must follow.
     fn earliest(&self) -> usize {
-        let behind = |uses: &HashMap<u32, Uses>, read: &[u32], written: &[u32]| {
+        let behind = |uses: &NumberMap<u32, Uses>, read: &[u32], written: &[u32]| {
             let of = |cell: &u32| uses.get(cell).copied().unwrap_or_default();
             let reads = read.iter().map(|cell| of(cell).written);
             let writes = written.iter().map(|cell| of(cell).written.max(of(cell).read));

@@ -3,11 +3,9 @@
 //!
 //! Made by `lower`; read by the log writer, the drivers and the simulator.
 
-use std::collections::HashMap;
-
 use super::identity::Identity;
 use crate::engine::{BitCell, Cell, Element, Layout};
-use crate::isa::{Address, BlockId, DeviceId, StageId, Structure, Word};
+use crate::isa::{Address, BlockId, DeviceId, NumberMap, StageId, Structure, Word};
 use crate::resolve::program::{Program, TagMeaning};
 
 /// A tag with an `alarm`.
@@ -49,7 +47,7 @@ pub struct Symbols {
     pub maths: Vec<String>,
     /// The names of parts with a state.
     pub identity: Identity,
-    limits: HashMap<Word, (i32, i32)>,
+    limits: NumberMap<Word, (i32, i32)>,
 }
 
 impl Symbols {

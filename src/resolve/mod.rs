@@ -33,10 +33,9 @@ mod template;
 mod typed;
 mod value;
 
-use std::collections::HashSet;
 use std::sync::{Arc, LazyLock};
 
-use crate::isa::{Address, MemorySizes};
+use crate::isa::{Address, MemorySizes, NumberSet};
 use crate::progress::{Progress, Step};
 use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding, Severity, TABLE};
@@ -237,7 +236,7 @@ impl<'a> Resolver<'a> {
             true => named.sort_by_key(|(span, _)| (span.file, span.start)),
             false => named.sort_by_cached_key(|(span, _)| self.layers.order(*span)),
         }
-        let mut seen = std::collections::HashSet::new();
+        let mut seen = NumberSet::default();
         named.retain(|(_, operand)| seen.insert(operand.address));
         named.into_iter().map(|(_, operand)| operand).collect()
     }
@@ -314,7 +313,7 @@ impl<'a> Resolver<'a> {
     /// An own tag of a template is used if one of its uses, or the ladder, names it.
     fn mark_own_tags(&mut self, program: &Program) {
         let own = || program.tags.iter().enumerate().filter(|(_, t)| Layers::is_layered(t.span));
-        let places: HashSet<Span> = own()
+        let places: NumberSet<Span> = own()
             .filter(|(at, _)| self.used[*at])
             .map(|(_, tag)| self.layers.in_file(tag.span))
             .collect();

@@ -4,17 +4,18 @@
 //! name of a contact or operand here; the controller file's reader, the simulator and the
 //! operator's commands look up the names that they watch or write.
 
+mod unknown;
+
 use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
 
 use super::array::{Array, Element};
 use super::mistake::{
-    LISTED_MAX, Mistake, address_mistake, habit, member_mistake, members_of, new, sentence,
-    unknown_member,
+    Mistake, address_mistake, member_mistake, members_of, new, sentence, unknown_member,
 };
 use super::places::Places;
 use super::program::{BlockKind, OfArray, Program, TagMeaning, Written};
-use crate::isa::address_text::{self, AddressError};
+use crate::isa::address_text::{self, AddressError, reads_as_address};
 use crate::isa::{Address, Bit, BlockId, DeviceId, Health, MemorySizes, Real, StageId};
 use crate::source::finding::Code;
 use crate::source::nearest::{KnownNames, Near};
@@ -32,6 +33,8 @@ pub struct Scope {
     uses: HashSet<String>,
     blocks: HashMap<String, BlockNames>,
     devices: HashMap<String, DeviceId>,
+    /// Whether a declared name reads as an address, which is forbidden.
+    has_address_name: bool,
     /// The names of all named blocks.
     block_names: HashMap<BlockId, String>,
     /// Every stage's name, with the first block that has a stage of this name.
@@ -119,6 +122,7 @@ impl Scope {
             uses: HashSet::new(),
             blocks: HashMap::new(),
             devices: HashMap::new(),
+            has_address_name: false,
             block_names: HashMap::new(),
             stages: HashMap::new(),
             known: OnceLock::new(),
@@ -170,17 +174,25 @@ impl Scope {
     }
 
     pub(super) fn add_tag(&mut self, name: &str, index: usize, meaning: Option<TagMeaning>) {
+        self.note_name(name);
         self.known = OnceLock::new();
         self.tags.entry(name.to_owned()).or_insert((index, meaning));
     }
 
+    fn note_name(&mut self, name: &str) {
+        let base = name.split_once('.').map_or(name, |(base, _)| base);
+        self.has_address_name |= reads_as_address(base);
+    }
+
     /// A use whose template is unknown: names of its tags cause no findings.
     pub(super) fn add_unknown_use(&mut self, name: String) {
+        self.note_name(&name);
         self.unknown_uses.insert(name);
     }
 
     /// A use in a rung.
     pub(super) fn add_use(&mut self, name: &str) {
+        self.note_name(name);
         self.uses.insert(name.to_owned());
     }
 
@@ -192,6 +204,7 @@ impl Scope {
     }
 
     pub(super) fn add_block(&mut self, name: &str, block: BlockNames) {
+        self.note_name(name);
         (self.known, self.known_blocks) = (OnceLock::new(), OnceLock::new());
         for stage in block.stages.keys() {
             self.stages.entry(stage.clone()).or_insert(block.id);
@@ -201,6 +214,7 @@ impl Scope {
     }
 
     pub(super) fn add_device(&mut self, name: &str, id: DeviceId) {
+        self.note_name(name);
         self.known = OnceLock::new();
         self.devices.entry(name.to_owned()).or_insert(id);
     }
@@ -289,6 +303,8 @@ impl Scope {
             return self.indexed(name);
         }
         match address_text::parse(name, &self.sizes) {
+            // A declared name that reads as an address has its finding where it is declared.
+            Ok(_) | Err(_) if self.has_address_name && self.is_declared(name) => {}
             Ok(address) => {
                 let Some(name) = self.places.name(address) else {
                     return Ok(LookUp::new(Thing::Address(address)));
@@ -349,86 +365,22 @@ impl Scope {
         Err(new(Code::UnknownMember, message, Some(format!("write `{base}`"))))
     }
 
-    fn unknown(&self, base: &str, member: Option<&str>) -> Mistake {
-        if base.is_empty() {
-            let help = "name a tag or an address: `D0`; a range is `D0..D3`".to_owned();
-            return new(Code::UnknownName, "a name is missing".to_owned(), Some(help));
-        }
-        if self.is_of_unknown_use(base, member) {
-            return Mistake::Reported;
-        }
-        if let Some(mistake) = self.of_use(base, member) {
-            return mistake;
-        }
-        let message = format!("nothing is called `{base}`");
-        let with_stage = self.stages.get(base).filter(|_| member.is_none());
-        if let Some(block) = with_stage.and_then(|id| self.block_names.get(id)) {
-            let help = format!("a stage is named with its program: `{block}.{base}`");
-            return new(Code::UnknownName, message, Some(help));
-        }
-        let help = habit(base).unwrap_or_else(|| self.instead(base, member));
-        let near = Some(Near::new(base, self.known()).searching_at_most(self.searched_max));
-        Mistake::New { code: Code::UnknownName, message, help: Some(help), near }
-    }
-
-    /// The mistake in a name of a use of a template, whose tags have names of their own.
-    fn of_use(&self, base: &str, member: Option<&str>) -> Option<Mistake> {
-        let prefix = format!("{base}.");
-        let known = self.known();
-        let own = KnownNames::new(known.beginning_with(&prefix).take(LISTED_MAX));
-        if own.iter().next().is_none() && !self.uses.contains(base) {
-            return None;
-        }
-        let list = own.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        let message = match member {
-            Some(member) => format!("the use `{base}` has no tag `{member}`"),
-            None => format!("`{base}` is a use of a template, not a tag"),
-        };
-        let near = member.map(|member| Near::new(&format!("{base}.{member}"), &own));
-        let help = match list.is_empty() {
-            true => "its template has no tags of its own".to_owned(),
-            false => format!("there is {list}"),
-        };
-        let (code, help) = (Code::UnknownName, Some(help));
-        Some(Mistake::New { code, message, help, near })
-    }
-
-    /// The help for a name that is near no known one.
-    fn instead(&self, base: &str, member: Option<&str>) -> String {
-        if base.contains(',') {
-            return "a Sensaphone counter is `N,19` or `N19`, and its value `N,19,6` or `N19.ACC`"
-                .to_owned();
-        }
-        if is_name(base) {
-            let (first, others) = match member {
-                None => ("bit", "\"int\", \"real\""),
-                Some(_) => ("timer", "\"counter\""),
-            };
-            return format!(
-                "declare it under [tags]: `{base} = {{ type = \"{first}\" }}`, or {others}; \
-                 or with an address: `at = \"…\"`"
-            );
-        }
-        if let Some((low, high)) = base.split_once('-') {
-            let together = format!("{low}{high}");
-            if self.is_known(&together) {
-                return format!("write `{together}`");
-            }
-            if self.is_known(low) {
-                return "nothing is computed here: `MATH D0 = a - b` in a rung above, then `D0`"
-                    .to_owned();
-            }
-        }
-        "a tag is a letter, then letters, digits and `_`; a block's name may have `-` too"
-            .to_owned()
-    }
-
     /// Whether this is a declared name or an address.
     fn is_known(&self, name: &str) -> bool {
         address_text::parse(name, &self.sizes).is_ok()
             || self.tags.contains_key(name)
             || self.blocks.contains_key(name)
             || self.devices.contains_key(name)
+    }
+
+    /// Whether a name, or what stands before its first dot, is declared.
+    fn is_declared(&self, name: &str) -> bool {
+        let base = name.split_once('.').map_or(name, |(base, _)| base);
+        self.tag_of(name).is_some()
+            || self.blocks.contains_key(base)
+            || self.devices.contains_key(base)
+            || self.uses.contains(base)
+            || self.unknown_uses.contains(base)
     }
 
     /// What an unknown name may have meant.
@@ -438,12 +390,6 @@ impl Scope {
             KnownNames::new(names.map(String::as_str))
         })
     }
-}
-
-/// Whether a text is valid as a tag's name.
-fn is_name(text: &str) -> bool {
-    let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(letters)
 }
 
 impl LookUp {

@@ -1,13 +1,13 @@
 //! Resolves tags: the meaning of each, and whether its keys fit that meaning. Called by `declare`.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use super::Resolver;
 use super::declare::kept;
 use super::mistake::address_mistake;
 use super::program::{Program, Tag, TagMeaning, Written};
 use crate::isa::address_text;
-use crate::isa::{Address, Bit, BitSpace, Real};
+use crate::isa::{Address, Bit, BitSpace, NumberMap, Real};
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
@@ -212,15 +212,16 @@ impl Resolver<'_> {
 
     /// Reports two tags of one location with different `initial`, `min` or `max`.
     pub(super) fn check_aliases(&mut self, program: &Program) {
-        let mut first: HashMap<(Address, &str), (i32, Span, Span)> = HashMap::new();
+        let mut first: NumberMap<(Address, u32), (i32, Span, Span)> = NumberMap::default();
         // Two arrays may share many elements: one finding for each pair of tags is enough.
         let mut found = HashSet::new();
         for tag in &program.tags {
             let TagMeaning::Address(address) = tag.meaning else { continue };
-            for (key, value) in [("initial", tag.initial), ("min", tag.min), ("max", tag.max)] {
+            let values = [("initial", tag.initial), ("min", tag.min), ("max", tag.max)];
+            for (number, (key, value)) in (0..).zip(values) {
                 let Some((n, span)) = value else { continue };
                 let (other, place, of) =
-                    *first.entry((address, key)).or_insert((n, span, tag.span));
+                    *first.entry((address, number)).or_insert((n, span, tag.span));
                 if other != n && found.insert((key, tag.span, of)) {
                     let message = format!("`{key}` of `{address}` is given twice, differently");
                     let finding = Finding::new(Code::TagKey, span, message);

@@ -1,6 +1,7 @@
 //! The engine by itself, and held against a model of its own.
 
 mod arrays;
+mod columns;
 mod events;
 mod forces;
 mod layout;

@@ -45,7 +45,9 @@ impl<'t> Declared<'t> {
         let own: HashSet<&str> = tags.chain(uses).collect();
         let names = template.parameters.iter().map(|parameter| &*parameter.name.text);
         let known = KnownNames::new(own.iter().copied().chain(names));
-        Declared { template, parameters, own, known, is_usable: true }
+        // A parameter without a type has its finding; what it would stand for is not known.
+        let is_usable = template.parameters.iter().all(|parameter| parameter.kind.is_some());
+        Declared { template, parameters, own, known, is_usable }
     }
 
     pub fn name(&self) -> &'t str {

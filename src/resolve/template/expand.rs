@@ -3,7 +3,7 @@
 //! A use that lacks something is left out, with a finding; its own tags are declared nevertheless,
 //! so that names of them elsewhere cause no further findings.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::declared::{Declared, Templates};
 use super::given::{self, Given};
@@ -36,6 +36,8 @@ pub(super) struct Expansion<'t> {
     pub unknown: Vec<String>,
     /// By the numbers of the templates: whether one of their uses is written out.
     pub written: Vec<bool>,
+    /// The names of the uses that are written out, in ladders.
+    named: HashSet<String>,
     room: Room,
     tags: Vec<Tag>,
     trial: bool,
@@ -56,6 +58,7 @@ impl<'t> Expansion<'t> {
             names: Vec::new(),
             unknown: Vec::new(),
             written: vec![false; templates.all.len()],
+            named: HashSet::new(),
             room: Room::new(),
             tags: Vec::new(),
             trial: false,
@@ -123,6 +126,11 @@ impl<'t> Expansion<'t> {
             used[at] = true;
         }
         self.findings.extend(self.templates.misuses(of, is_body));
+        // What a second use of the same name stands for would only repeat that the name is taken.
+        let name = of.name.as_ref()?;
+        if !self.named.insert(name.text.clone()) {
+            return None;
+        }
         self.instance(of, None, is_body)
     }
 
@@ -145,7 +153,8 @@ impl<'t> Expansion<'t> {
 
     /// A use with its arguments. Adds its own tags.
     fn instance(&mut self, of: &Use, giver: Giver<'_, 't>, is_body: bool) -> Option<Instance<'t>> {
-        let Some(number) = self.templates.of(of) else {
+        let usable = |number: &usize| self.templates.all[*number].is_usable;
+        let Some(number) = self.templates.of(of).filter(usable) else {
             self.unknown.extend(of.name.as_ref().map(|name| match giver {
                 Some(giver) => format!("{}.{}", giver.name, name.text),
                 None => name.text.clone(),
@@ -154,7 +163,7 @@ impl<'t> Expansion<'t> {
         };
         let declared = &self.templates.all[number];
         let name = of.name.as_ref()?;
-        if !declared.is_usable || self.room.is_over() {
+        if self.room.is_over() {
             return None;
         }
         let by = giver.map_or(name.span.file, |giver| giver.layer);

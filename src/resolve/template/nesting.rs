@@ -31,7 +31,7 @@ pub(super) fn check(templates: &mut Templates, findings: &mut Vec<Finding>) {
         }
     }
     for (declared, depth) in templates.all.iter_mut().zip(depths) {
-        declared.is_usable = depth.is_some_and(|depth| depth <= DEPTH_MAX);
+        declared.is_usable &= depth.is_some_and(|depth| depth <= DEPTH_MAX);
     }
 }
 

@@ -1,0 +1,221 @@
+//! The execution of formulas that differ in their cells alone: each step for all of them.
+//!
+//! A step is dispatched once for up to [`LANES`] formulas, and its loop has no branch that depends
+//! on the formula. A lane is one formula, with accumulators, slots and mishaps of its own. `lower`
+//! sees to it that no formula reads what one before it writes.
+
+use super::memory::View;
+use super::mishap::Mishaps;
+use super::reach::{Cells, Reach};
+use super::steps::{COLUMN_SLOTS, Code, Number, Step, for_each_code};
+use super::{integer, real};
+
+/// The greatest number of formulas that are executed at once.
+pub(super) const LANES: usize = 64;
+
+/// The numbers of the formulas that are executed, within their columns; the others' legs are OFF.
+pub(super) struct Active {
+    numbers: [u8; LANES],
+    count: usize,
+}
+
+impl Active {
+    /// Those for which this is 1, not 0.
+    #[inline(always)]
+    pub fn of(legs: impl Iterator<Item = u8>) -> Active {
+        let mut active = Active { numbers: [0; LANES], count: 0 };
+        for (number, leg) in (0..LANES as u8).zip(legs) {
+            active.numbers[active.count % LANES] = number;
+            active.count += usize::from(leg);
+        }
+        active
+    }
+
+    pub fn numbers(&self) -> &[u8] {
+        &self.numbers[..self.count]
+    }
+}
+
+/// The steps of formulas: a column holds the same step of all of them.
+pub(super) struct Columns<'s> {
+    pub steps: &'s [Step],
+    /// The number of formulas in a column.
+    pub height: usize,
+    /// The part of each column that is executed.
+    pub first: usize,
+    pub count: usize,
+}
+
+/// The state of the lanes.
+#[derive(Debug)]
+pub(super) struct Lanes {
+    pub integers: [i64; LANES],
+    pub reals: [f64; LANES],
+    pub noted: [Mishaps; LANES],
+    slots: [[u64; LANES]; COLUMN_SLOTS],
+}
+
+impl Lanes {
+    pub fn new() -> Box<Lanes> {
+        Box::new(Lanes {
+            integers: [0; LANES],
+            reals: [0.0; LANES],
+            noted: [Mishaps::default(); LANES],
+            slots: [[0; LANES]; COLUMN_SLOTS],
+        })
+    }
+
+    /// Executes all steps. The lanes are those of the active formulas, one behind the other.
+    pub fn evaluate<R: Reach>(&mut self, columns: &Columns, active: &Active, view: &View<R>) {
+        self.noted = [Mishaps::default(); LANES];
+        for column in columns.steps.chunks_exact(columns.height) {
+            let steps = &column[columns.first..columns.first + columns.count];
+            let (words, bits) = (view.words(), view.bits());
+            self.step(Column::<R> { steps, active, words, bits });
+        }
+    }
+
+    /// Puts accumulators in a slot, unless it is slot 0, which is never read.
+    fn save<N: Lane>(&mut self, slot: u32) {
+        if slot != 0 {
+            let numbers = *N::lanes(self);
+            self.slots[slot as usize] = numbers.map(Number::slot);
+        }
+    }
+}
+
+/// The same step of formulas, and what it reads.
+struct Column<'a, R: Reach> {
+    steps: &'a [Step],
+    active: &'a Active,
+    words: &'a R::Words,
+    bits: &'a R::Bits,
+}
+
+/// A number that lanes have an accumulator for.
+trait Lane: Number {
+    fn lanes(lanes: &Lanes) -> &[Self; LANES];
+    fn lanes_mut(lanes: &mut Lanes) -> &mut [Self; LANES];
+}
+
+impl Lane for i64 {
+    #[inline(always)]
+    fn lanes(lanes: &Lanes) -> &[i64; LANES] {
+        &lanes.integers
+    }
+
+    #[inline(always)]
+    fn lanes_mut(lanes: &mut Lanes) -> &mut [i64; LANES] {
+        &mut lanes.integers
+    }
+}
+
+impl Lane for f64 {
+    #[inline(always)]
+    fn lanes(lanes: &Lanes) -> &[f64; LANES] {
+        &lanes.reals
+    }
+
+    #[inline(always)]
+    fn lanes_mut(lanes: &mut Lanes) -> &mut [f64; LANES] {
+        &mut lanes.reals
+    }
+}
+
+/// What a lane's operator reads.
+struct Operands<'a, R: Reach> {
+    lanes: &'a Lanes,
+    at: usize,
+    words: &'a R::Words,
+    bits: &'a R::Bits,
+}
+
+/// Executes an operator for all active formulas. Not inlined, so that the loop's pointers can use
+/// all registers.
+#[inline(never)]
+fn each<R: Reach, N: Lane>(
+    column: Column<R>,
+    lanes: &mut Lanes,
+    operator: impl Fn(Operands<R>, &Step, &mut Mishaps) -> N,
+) {
+    let Column { steps, active, words, bits } = column;
+    let mut one = |at: usize, step: &Step| {
+        let mut own = Mishaps::default();
+        let result = operator(Operands { lanes, at, words, bits }, step, &mut own);
+        N::lanes_mut(lanes)[at] = result;
+        if !own.is_empty() {
+            lanes.noted[at].add(own);
+        }
+    };
+    // Most often all legs are ON: then a lane needs no look at its number.
+    if active.count == steps.len() {
+        (0..LANES).zip(steps).for_each(|(at, step)| one(at, step));
+    } else {
+        let numbers = &active.numbers[..active.count.min(LANES)];
+        (0..LANES).zip(numbers).for_each(|(at, number)| one(at, &steps[usize::from(*number)]));
+    }
+}
+
+/// Reads an operand.
+macro_rules! operand {
+    (Accumulator $from:ident $at:expr) => {
+        Lane::lanes($from.lanes)[$from.at]
+    };
+    (Slot $from:ident $at:expr) => {
+        Number::of_slot($from.lanes.slots[$at as usize % COLUMN_SLOTS][$from.at])
+    };
+    (Word $from:ident $at:expr) => {
+        Number::of_word(*$from.words.cell($at))
+    };
+    (Whole $from:ident $at:expr) => {
+        f64::from(*$from.words.cell($at))
+    };
+    (Bit $from:ident $at:expr) => {
+        i64::from(*$from.bits.cell($at))
+    };
+}
+
+macro_rules! columns {
+    (
+        two { $($two:ident = $number:ident $two_of:path, $($code:ident($a:ident $b:ident))*;)* }
+        one { $($one:ident = $one_of:expr;)* }
+        load { $($load:ident = $loaded:ident $from:ident;)* }
+        save { $($save:ident = $saved:ident;)* }
+        other { $($(#[$doc:meta])* $other:ident = $execute:ident;)* }
+    ) => {
+        impl Lanes {
+            /// Executes a step.
+            fn step<R: Reach>(&mut self, column: Column<R>) {
+                let Step { code, to, .. } = column.steps[0];
+                match code {
+                    $($(Code::$code => {
+                        columns!(save $a $b, $number self to);
+                        each(column, self, |from, step, own| {
+                            let (a, b) = (operand!($a from step.a), operand!($b from step.b));
+                            $two_of(a, b, own)
+                        });
+                    })*)*
+                    $(Code::$one => each(column, self, |from, _, own| {
+                        $one_of(operand!(Accumulator from 0), own)
+                    }),)*
+                    $(Code::$load => {
+                        self.save::<$loaded>(to);
+                        each::<R, $loaded>(column, self, |from, step, _| {
+                            operand!($from from step.a)
+                        });
+                    })*
+                    $(Code::$save => self.save::<$saved>(to),)*
+                    $(Code::$other)|* => unreachable!("a step without a shape is in no column"),
+                }
+            }
+        }
+    };
+    // Only where no operand is the accumulator can it hold something else.
+    (save Word Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save Word Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save Whole Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save Whole Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save $a:ident $b:ident, $number:ident $run:ident $to:ident) => {};
+}
+
+for_each_code!(columns);

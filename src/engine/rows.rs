@@ -1,0 +1,186 @@
+//! The execution of one formula's steps after the other.
+//!
+//! `steps` has the codes; `columns` executes many formulas at once.
+
+use super::memory::View;
+use super::mishap::{Mishap, Mishaps};
+use super::reach::Reach;
+use super::role::{BitRead, WordRead};
+use super::steps::{Code, Number, Step, cells, for_each_code};
+use super::{integer, real};
+
+/// A number that has an accumulator.
+trait Accumulated: Number {
+    fn accumulator<'e, R: Reach>(run: &'e mut Evaluator<'_, '_, R>) -> &'e mut Self;
+}
+
+impl Accumulated for i64 {
+    #[inline(always)]
+    fn accumulator<'e, R: Reach>(run: &'e mut Evaluator<'_, '_, R>) -> &'e mut i64 {
+        &mut run.integer
+    }
+}
+
+impl Accumulated for f64 {
+    #[inline(always)]
+    fn accumulator<'e, R: Reach>(run: &'e mut Evaluator<'_, '_, R>) -> &'e mut f64 {
+        &mut run.real
+    }
+}
+
+/// Reads an operand.
+macro_rules! operand {
+    (Accumulator $run:ident $at:expr) => {
+        *Accumulated::accumulator($run)
+    };
+    (Slot $run:ident $at:expr) => {
+        Number::of_slot($run.slots[$at as usize])
+    };
+    (Word $run:ident $at:expr) => {
+        Number::of_word($run.view.word(WordRead($at)))
+    };
+    (Whole $run:ident $at:expr) => {
+        f64::from($run.view.word(WordRead($at)))
+    };
+    (Bit $run:ident $at:expr) => {
+        i64::from($run.view.bit(BitRead($at)))
+    };
+}
+
+macro_rules! rows {
+    (
+        two { $($two:ident = $number:ident $two_of:path, $($code:ident($a:ident $b:ident))*;)* }
+        one { $($one:ident = $one_of:expr;)* }
+        load { $($load:ident = $loaded:ident $from:ident;)* }
+        save { $($save:ident = $saved:ident;)* }
+        other { $($(#[$doc:meta])* $other:ident = $execute:ident;)* }
+    ) => {
+        impl<R: Reach> Evaluator<'_, '_, R> {
+            /// Executes a step. An operator gets mishaps of its own: the address of `noted` goes
+            /// to no function, so that it stays in a register.
+            #[inline(always)]
+            fn step(&mut self, step: Step, noted: &mut Mishaps) {
+                let Step { code, to, a, b } = step;
+                match code {
+                    $($(Code::$code => {
+                        let (a, b) = (operand!($a self a), operand!($b self b));
+                        rows!(save $a $b, $number self to);
+                        let mut own = Mishaps::default();
+                        *Accumulated::accumulator(self) = $two_of(a, b, &mut own);
+                        noted.add(own);
+                    })*)*
+                    $(Code::$one => {
+                        let a = *Accumulated::accumulator(self);
+                        let mut own = Mishaps::default();
+                        *Accumulated::accumulator(self) = $one_of(a, &mut own);
+                        noted.add(own);
+                    })*
+                    $(Code::$load => {
+                        let a: $loaded = operand!($from self a);
+                        self.save::<$loaded>(to);
+                        *Accumulated::accumulator(self) = a;
+                    })*
+                    $(Code::$save => self.save::<$saved>(to),)*
+                    $(Code::$other => self.$execute(step, noted),)*
+                }
+            }
+        }
+    };
+    // Only where no operand is the accumulator can it hold something else.
+    (save Word Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save Word Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save Whole Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save Whole Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
+    (save $a:ident $b:ident, $number:ident $run:ident $to:ident) => {};
+}
+
+for_each_code!(rows);
+
+/// The evaluation of formulas.
+pub(super) struct Evaluator<'a, 'v, R: Reach> {
+    pub view: View<'v, R>,
+    pub integer: i64,
+    pub real: f64,
+    slots: &'a mut [u64],
+    /// The next step of the formula.
+    at: usize,
+}
+
+impl<'a, 'v, R: Reach> Evaluator<'a, 'v, R> {
+    #[inline(always)]
+    pub fn new(view: View<'v, R>, slots: &'a mut [u64]) -> Self {
+        Evaluator { view, integer: 0, real: 0.0, slots, at: 0 }
+    }
+
+    /// Executes all steps of a formula.
+    #[inline(always)]
+    pub fn evaluate(&mut self, steps: &[Step], noted: &mut Mishaps) {
+        self.at = 0;
+        while let Some(step) = steps.get(self.at) {
+            self.at += 1;
+            self.step(*step, noted);
+        }
+    }
+
+    /// Puts an accumulator in a slot.
+    #[inline(always)]
+    fn save<N: Accumulated>(&mut self, slot: u32) {
+        let number = *N::accumulator(self);
+        self.slots[slot as usize] = number.slot();
+    }
+
+    #[inline(always)]
+    fn load_mishap(&mut self, step: Step, noted: &mut Mishaps) {
+        self.save::<i64>(step.to);
+        let is_on = self.view.bit(BitRead(step.a)) != 0;
+        self.integer = i64::from(is_on || noted.has_number(step.b));
+    }
+
+    #[inline(always)]
+    fn jump(&mut self, step: Step, _: &mut Mishaps) {
+        self.at = step.to as usize;
+    }
+
+    #[inline(always)]
+    fn jump_if_zero(&mut self, step: Step, noted: &mut Mishaps) {
+        if self.integer == 0 {
+            self.jump(step, noted);
+        }
+    }
+
+    #[inline(always)]
+    fn jump_if_true(&mut self, step: Step, noted: &mut Mishaps) {
+        if self.integer != 0 {
+            self.jump(step, noted);
+        }
+    }
+
+    /// The cell of the element that the integer selects.
+    #[inline(always)]
+    fn element(&self, step: Step, noted: &mut Mishaps) -> Option<u32> {
+        let index = i32::try_from(self.integer).ok();
+        let cell = index.and_then(|index| cells(step).cell(index));
+        if cell.is_none() {
+            noted.note(Mishap::IndexError);
+        }
+        cell
+    }
+
+    #[inline(always)]
+    fn bit_of(&mut self, step: Step, noted: &mut Mishaps) {
+        let cell = self.element(step, noted);
+        self.integer = cell.map_or(0, |cell| self.view.bit(BitRead(cell)).into());
+    }
+
+    #[inline(always)]
+    fn integer_of(&mut self, step: Step, noted: &mut Mishaps) {
+        let cell = self.element(step, noted);
+        self.integer = cell.map_or(0, |cell| self.view.word(WordRead(cell)).into());
+    }
+
+    #[inline(always)]
+    fn real_of(&mut self, step: Step, noted: &mut Mishaps) {
+        let cell = self.element(step, noted);
+        self.real = cell.map_or(0.0, |cell| Number::of_word(self.view.word(WordRead(cell))));
+    }
+}

@@ -1,0 +1,141 @@
+//! Puts MATHs next to each other whose formulas have the same steps but for their cells: the
+//! engine then executes each step for all of them.
+//!
+//! Called by `assembler`, once for each batch of MATHs that `schedule` makes. Two MATHs may change
+//! places if neither writes a cell that the other reads or writes. The status bits of mishaps are
+//! no such cells, unless one of the two reads them: every MATH only turns them ON. In columns all
+//! formulas are read before anything is stored, so none may read what one before it writes.
+
+use std::collections::HashMap;
+
+use crate::engine::ops::{Accumulator, Formulas, Math, Op, Shape, Step, Touches, shapes};
+use crate::isa::NumberMap;
+
+/// The least number of MATHs that columns are made of: with fewer, the loops cost more than the
+/// dispatches. Two in a debug build, so that the small programs of tests have columns too.
+const HEIGHT_MIN: usize = if cfg!(debug_assertions) { 2 } else { 8 };
+
+/// MATHs that are executed one after the other, or in columns.
+#[derive(Debug, Default)]
+pub(super) struct Group {
+    pub maths: Vec<Math>,
+    pub in_columns: bool,
+}
+
+/// Puts MATHs into groups. `steps` are those of all formulas.
+pub(super) fn groups(maths: Vec<Math>, steps: &[Step], formulas: Formulas) -> Vec<Group> {
+    let touches = Touches { formulas, ..Touches::default() };
+    let mut grouping = Grouping { touches, ..Grouping::default() };
+    for math in maths {
+        grouping.place(math, steps);
+    }
+    let mut groups: Vec<Group> = Vec::new();
+    for Group { maths, in_columns } in grouping.groups {
+        let in_columns = in_columns && maths.len() >= HEIGHT_MIN;
+        match groups.last_mut() {
+            Some(last) if !in_columns && !last.in_columns => last.maths.extend(maths),
+            _ => groups.push(Group { maths, in_columns }),
+        }
+    }
+    groups
+}
+
+/// The steps of a formula without their cells; `None`: it needs rows.
+type Form = Option<(Vec<Shape>, Accumulator)>;
+
+/// The last groups that touched a cell, by their position + 1; 0: none.
+#[derive(Clone, Copy, Default)]
+struct Uses {
+    written: usize,
+    read: usize,
+}
+
+#[derive(Default)]
+struct Grouping<'f> {
+    groups: Vec<Group>,
+    /// The positions of the groups of each form, ascending.
+    of_form: HashMap<Form, Vec<usize>>,
+    bits: NumberMap<u32, Uses>,
+    words: NumberMap<u32, Uses>,
+    /// No group before this one takes a further MATH.
+    open_from: usize,
+    touches: Touches<'f>,
+}
+
+impl Grouping<'_> {
+    fn place(&mut self, math: Math, steps: &[Step]) {
+        self.touches.clear();
+        Op::Math(math).touches(&mut self.touches);
+        let stays = self.stays();
+        let formula = &steps[math.first as usize..][..math.count as usize];
+        let form = if stays { None } else { shapes(formula).map(|form| (form, math.result)) };
+        let in_columns = form.is_some();
+        let earliest = if stays { self.groups.len() } else { self.earliest(in_columns) };
+        let at = self.group_at_or_behind(form, earliest);
+        let mark = |uses: &mut NumberMap<u32, Uses>, read: &[u32], written: &[u32]| {
+            for cell in read {
+                let uses = uses.entry(*cell).or_default();
+                uses.read = uses.read.max(at + 1);
+            }
+            for cell in written {
+                let uses = uses.entry(*cell).or_default();
+                uses.written = uses.written.max(at + 1);
+            }
+        };
+        mark(&mut self.bits, &self.touches.bits_read, &self.touches.bits_written);
+        mark(&mut self.words, &self.touches.words_read, &self.touches.words_written);
+        self.groups[at].maths.push(math);
+        if stays {
+            self.open_from = self.groups.len();
+        }
+    }
+
+    /// Whether it keeps its place among all MATHs: it reads the status bit of a mishap, or touches
+    /// an array whose element is known at run time only. Takes the status bits off those that it
+    /// writes.
+    fn stays(&mut self) -> bool {
+        let touches = &mut self.touches;
+        let status = touches.formulas.mishaps();
+        touches.bits_written.retain(|cell| !status.contains(cell));
+        let reads_status = touches.bits_read.iter().any(|cell| status.contains(cell));
+        let arrays = [
+            &touches.bit_arrays_read,
+            &touches.bit_arrays_written,
+            &touches.word_arrays_read,
+            &touches.word_arrays_written,
+        ];
+        reads_status || arrays.iter().any(|arrays| !arrays.is_empty())
+    }
+
+    /// The first position that is not before a group with a MATH that this one must follow.
+    fn earliest(&self, in_columns: bool) -> usize {
+        let t = &self.touches;
+        let of =
+            |uses: &NumberMap<u32, Uses>, cell: &u32| uses.get(cell).copied().unwrap_or_default();
+        let uses = |read: &'_ [u32], written: &'_ [u32], uses: &NumberMap<u32, Uses>| {
+            // What it reads, a group before its own wrote, or its own if that is executed in order.
+            let behind = usize::from(in_columns);
+            let reads = read.iter().map(|cell| of(uses, cell).written).filter(|at| *at > 0);
+            let writes = written.iter().map(|cell| {
+                let uses = of(uses, cell);
+                uses.written.max(uses.read).saturating_sub(1)
+            });
+            reads.map(|at| at - 1 + behind).chain(writes).max().unwrap_or(0)
+        };
+        let bits = uses(&t.bits_read, &t.bits_written, &self.bits);
+        let words = uses(&t.words_read, &t.words_written, &self.words);
+        bits.max(words).max(self.open_from)
+    }
+
+    fn group_at_or_behind(&mut self, form: Form, earliest: usize) -> usize {
+        let in_columns = form.is_some();
+        let positions = self.of_form.entry(form).or_default();
+        let first = positions.partition_point(|at| *at < earliest);
+        if let Some(at) = positions.get(first) {
+            return *at;
+        }
+        self.groups.push(Group { maths: Vec::new(), in_columns });
+        positions.push(self.groups.len() - 1);
+        self.groups.len() - 1
+    }
+}
