@@ -15,7 +15,8 @@ use super::exit::{CommandLine, Exit};
 use super::terminal::{say, say_drawn};
 use crate::calendar;
 use crate::engine::BitCell;
-use crate::isa::{Address, Bit, BitSpace, DeviceId, Health, duration};
+use crate::isa::duration::{self, DurationError};
+use crate::isa::{Address, Bit, BitSpace, DeviceId, Health};
 use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
@@ -78,8 +79,13 @@ fn period(text: &str) -> Result<u32, String> {
 }
 
 fn time(text: &str) -> Result<u32, String> {
-    let ms = duration::parse(text).map_err(|_| {
-        format!("`{text}` is not a duration: write it as 10ms, 2s, 1m30s or 00:01:30:000")
+    let ms = duration::parse(text).map_err(|error| match error {
+        DurationError::TooLong => {
+            format!("`{text}` is too long a duration: the longest is {}", duration::print(i32::MAX))
+        }
+        DurationError::Form | DurationError::Order => {
+            format!("`{text}` is not a duration: write it as 10ms, 2s, 1m30s or 00:01:30:000")
+        }
     })?;
     Ok(ms.unsigned_abs())
 }

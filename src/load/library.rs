@@ -72,23 +72,58 @@ pub(crate) fn of_template(name: &str) -> Option<&'static LibraryFile> {
     FILES.iter().find(|file| file.text.contains(&header))
 }
 
-/// The finding, with the library's file in its help if it is about a template that the library has.
-pub(crate) fn offered(finding: Finding, files: &[SourceFile], has_controller: bool) -> Finding {
-    let Span { file, start, end } = finding.span;
-    let Some(file) = files.get(file.0 as usize) else { return finding };
-    let place = file.text.get(start as usize..end as usize).unwrap_or_default();
-    let name = place.trim_matches(['"', '\'']);
-    let Some(of) = of_template(name).filter(|_| finding.code == Code::UnknownTemplate) else {
-        return finding;
+/// The findings, with the library's files in the helps about templates that the library has. Each
+/// help names the files of all of them: a load lacks the rest otherwise.
+pub(crate) fn offered(
+    findings: Vec<Finding>,
+    files: &[SourceFile],
+    has_controller: bool,
+) -> Vec<Finding> {
+    let names: Vec<Option<&str>> = findings.iter().map(|of| unknown_template(of, files)).collect();
+    let missing = |file: &&LibraryFile| {
+        names.iter().flatten().any(|name| of_template(name).is_some_and(|of| of.name == file.name))
     };
-    let (whole, path) = (format!("{LIBRARY}{}", of.name), &file.name);
-    let help = if has_controller {
-        format!("it is in the library: add it to `ladder = [\"{whole}\", …]`")
-    } else {
-        format!(
-            "it is in the library: `rungd check {whole} {path}`; in a controller file \
-                 `ladder = [\"{whole}\", …]`"
-        )
+    let missing: Vec<String> =
+        FILES.iter().filter(missing).map(|file| format!("{LIBRARY}{}", file.name)).collect();
+    let listed = missing.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    let told = |(finding, name): (Finding, Option<&str>)| {
+        let Some(name) = name else { return finding };
+        if let Some(Err((message, help))) = named(name) {
+            return no_file(finding, name, &message, help);
+        }
+        let Some(of) = of_template(name) else { return finding };
+        let of = format!("{LIBRARY}{}", of.name);
+        let help = if has_controller {
+            format!("it is in the library's `{of}`: `ladder = [{listed}, …]`")
+        } else {
+            let given = missing.iter().map(String::as_str).chain(files.iter().map(|f| &*f.name));
+            let command = given.collect::<Vec<_>>().join(" ");
+            format!(
+                "it is in the library's `{of}`: `rungd check {command}`; in a controller file \
+                 `ladder = [{listed}, …]`"
+            )
+        };
+        finding.near_any(None).help(help)
+    };
+    findings.into_iter().zip(&names).map(|(finding, name)| told((finding, *name))).collect()
+}
+
+/// The name of an unknown template that a finding is about.
+fn unknown_template<'f>(finding: &Finding, files: &'f [SourceFile]) -> Option<&'f str> {
+    let Span { file, start, end } = finding.span;
+    let place = files.get(file.0 as usize)?.text.get(start as usize..end as usize)?;
+    (finding.code == Code::UnknownTemplate).then(|| place.trim_matches(['"', '\'']))
+}
+
+/// The finding for `use = "lib:NAME"` without such a file.
+fn no_file(finding: Finding, name: &str, message: &str, help: String) -> Finding {
+    let template = name.strip_prefix(LIBRARY).unwrap_or(name);
+    let help = match of_template(template) {
+        Some(of) => format!(
+            "name the template: `use = \"{template}\"`; it is in the library's `{LIBRARY}{}`",
+            of.name
+        ),
+        None => format!("{message} ({help}); a use names a template of such a file"),
     };
     finding.near_any(None).help(help)
 }

@@ -280,8 +280,7 @@ impl Loaded {
             return;
         }
         let (program, found) = resolve_ladders(&self.files[first..], &options);
-        let with_library = |finding| library::offered(finding, &self.files, options.has_controller);
-        self.findings.extend(found.into_iter().map(with_library));
+        self.findings.extend(library::offered(found, &self.files, options.has_controller));
         self.program = program;
     }
 

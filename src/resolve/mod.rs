@@ -306,6 +306,23 @@ impl<'a> Resolver<'a> {
         self.arrays.push((span, NamedArray { name, array, tag, behind: 0 }));
     }
 
+    /// As [`Resolver::look_up`], where only tags of some types can stand: the help for an unknown
+    /// name proposes these.
+    fn look_up_as(&mut self, name: &str, span: Span, types: &[&str]) -> Option<Thing> {
+        let before = self.findings.len();
+        let thing = self.look_up(name, span);
+        if let (None, [first, others @ ..]) = (thing, types)
+            && !name.contains(['.', '['])
+        {
+            let mut found = self.findings.split_off(before);
+            let others = others.iter().map(|other| format!(", or \"{other}\"")).collect::<String>();
+            let declared =
+                || format!("declare it under [tags]: `{name} = {{ type = \"{first}\" }}`{others}");
+            self.findings.extend(found.drain(..).map(|finding| finding.declared_as(declared)));
+        }
+        thing
+    }
+
     /// Notes the word or constant that is an index.
     fn note_index(&mut self, name: &str, span: Span) {
         if let Some(thing) = self.look_up(name, span) {

@@ -211,6 +211,26 @@ impl Resolver<'_> {
         fits
     }
 
+    /// The help for a COPY of unlike arrays: as much as the shorter one has.
+    fn copy_help(&self, from: Located<Array>, to: Located<Array>) -> String {
+        let (a, b) = (from.value, to.value);
+        if a.is_bits() != b.is_bits() {
+            return "both are of bits, or both of words".to_owned();
+        }
+        let part = |of: Located<Array>| {
+            let name = self.text(of.span);
+            match name.contains(['[', '.']) || of.value.count <= a.count.min(b.count) {
+                true => name.to_owned(),
+                false => format!("{name}[0..{}]", a.count.min(b.count) - 1),
+            }
+        };
+        let right = format!("COPY {} to={}", part(from), part(to));
+        match self.text(from.span).contains("..") || self.text(to.span).contains("..") {
+            true => "both are equally long".to_owned(),
+            false => format!("to copy as many as both have, write `{right}`"),
+        }
+    }
+
     fn copy_fits(&mut self, from: Located<Array>, to: Located<Array>) -> bool {
         let kind = |array: Array| if array.is_bits() { "bits" } else { "words" };
         let (a, b) = (from.value, to.value);
@@ -222,7 +242,7 @@ impl Resolver<'_> {
             return true;
         };
         let finding = Finding::new(Code::OperandType, to.span, message);
-        let help = format!("both are of one kind and equally long: {} and {}", a.count, b.count);
+        let help = self.copy_help(from, to);
         self.find(finding.related(from.span, "from here").help(help));
         false
     }

@@ -70,6 +70,14 @@ impl Finding {
         self
     }
 
+    /// Replaces the help to declare a name, if it has this help.
+    pub(crate) fn declared_as(self, help: impl FnOnce() -> String) -> Finding {
+        match self.help.as_deref().is_some_and(|help| help.starts_with("declare it under")) {
+            true => self.help(help()),
+            false => self,
+        }
+    }
+
     /// Searches the known names for one near to `name`; if there is one, it replaces the help.
     pub(crate) fn near(mut self, name: &str, known: &KnownNames) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
