@@ -35,6 +35,9 @@ macro_rules! usage {
 /// The number of scans if neither `--scans` nor `--for` is given.
 const DEFAULT_SCANS: u64 = 100;
 
+/// The most elements of an array in a trace without `--watch`.
+const ELEMENTS_MAX: usize = 64;
+
 /// Runs a ladder program in virtual time and prints the values of its operands
 #[derive(Args, Debug)]
 pub struct SimArgs {
@@ -258,11 +261,24 @@ fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<W
             names.iter().map(|name| named(name.trim())).collect()
         }
         None => {
-            let all = program.operands.iter().filter_map(|operand| {
+            say_left_out(program);
+            let named = program.named(ELEMENTS_MAX);
+            let all = named.iter().filter_map(|operand| {
                 let cell = symbols.layout.cell(operand.address)?;
                 Some(Watched::new(&operand.name, cell, &symbols.layout))
             });
             Ok(all.collect())
         }
+    }
+}
+
+/// Says which arrays have more elements than the trace without `--watch` shows.
+fn say_left_out(program: &Program) {
+    for of in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
+        let (name, count) = (of.name.split('[').next().unwrap_or(&of.name), of.array.count);
+        say(&format!(
+            "note: of the {count} elements of `{name}` the trace has the first {ELEMENTS_MAX}; \
+             `--watch` names others\n"
+        ));
     }
 }

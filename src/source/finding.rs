@@ -249,6 +249,10 @@ findings! {
         "`~` of a bit is never 0: a bit that takes it is always ON.";
     ConstantSaturates "constant-saturates" Warning
         "A constant never fits its target: the target's limit is stored instead.";
+    LostFraction "lost-fraction" Warning
+        "A constant has a fraction, and the word that takes it holds whole numbers.";
+    MathConstants "math-constants" Warning
+        "Constants in MATH can only be a mistake, as a division by 0.";
     RetainedButReset "retained-but-reset" Warning
         "A retained structure loses its value at every stop.";
     RetainsNothing "retains-nothing" Warning "`[retain]` names nothing that a restart keeps.";
