@@ -169,6 +169,7 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
     place.refused("count.toml --scans 3 --for 1s", 2, "cannot be used with");
     place.refused("count.toml --period 0ms", 2, "a period is at least 1ms");
     place.refused("count.toml --for soon", 2, "`soon` is not a duration");
+    place.refused("count.toml --period 600h", 2, "the longest is 596h31m23s647ms");
     place.refused("", 2, "LADDER.toml");
 }
 
