@@ -73,7 +73,13 @@ fn operand(
         return Some(in_tags(tag, span, message, number));
     }
     let message = format!("`{key}={number}` of `{}` has no unit: ms or s?", placed.name());
-    let help = choice(number, |ms| format!("{key}={}", duration::print(ms)));
+    let help = match context.program.layers.is_given(span.file) {
+        true => {
+            let help = choice(number, |ms| format!("\"{}\"", duration::print(ms)));
+            format!("where the use gives it, write {help}")
+        }
+        false => choice(number, |ms| format!("{key}={}", duration::print(ms))),
+    };
     Some(Finding::new(Code::BareTimerValue, span, message).label("read as ms").help(help))
 }
 

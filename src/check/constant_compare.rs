@@ -2,7 +2,9 @@
 //!
 //! It compares two constants, a location with itself, or a location with a constant at or beyond
 //! the limits of its range. The range is that of the memory (V 0..65535, D the whole of i32), not a
-//! tag's `min` and `max`: a compare may guard against values beyond these.
+//! tag's `min` and `max`: a compare may guard against values beyond these. A word of the time of
+//! day has a range of its own (`$Hour` 0..23), which counts against a number that stands in the
+//! compare itself: a named constant, or a template's argument, is a setting that may lie at an end.
 //!
 //! Passes:
 //!
@@ -16,9 +18,12 @@
 //! when = ["V0 >= 0"]
 //! ```
 
-use crate::isa::{Address, Word};
+use crate::isa::status::{clock_range, dst};
+use crate::isa::{Address, Word, WordSpace};
+use crate::resolve::layers::Layers;
 use crate::resolve::program::{Comparison, Contact, Value};
 use crate::source::finding::{Code, Finding};
+use crate::source::span::Span;
 
 use super::context::Context;
 
@@ -26,7 +31,9 @@ use super::context::Context;
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     for contact in &context.contacts {
         let Contact::Compare(left, comparison, right, span) = contact else { continue };
-        let Some((always, why)) = judge(context, *left, *comparison, *right) else { continue };
+        let judged = judge(context, *left, *comparison, *right)
+            .or_else(|| judge_clock(context, (*left, *comparison, *right), *span));
+        let Some((always, why)) = judged else { continue };
         let (word, bit) = if always { ("true", "$On") } else { ("false", "$Off") };
         let message = format!("`{}` is always {word}: {why}", context.contact(contact));
         findings.push(
@@ -44,6 +51,9 @@ fn remedy(left: Value, right: Value) -> &'static str {
             if real.number().fract() != 0.0 =>
         {
             "compare with a whole number, or name an R word"
+        }
+        (Value::Word(word), _) | (_, Value::Word(word)) if clock(word).is_some() => {
+            clock_words(word)
         }
         (Value::Word(word), _) | (_, Value::Word(word)) if word.range().0 == 0 => {
             "D words hold more, and numbers below 0"
@@ -89,6 +99,63 @@ fn constant(value: Value) -> Option<f64> {
     }
 }
 
+/// As [`judge`], of a word of the time of day and a number that stands in the compare itself.
+fn judge_clock(
+    context: &Context,
+    (left, comparison, right): (Value, Comparison, Value),
+    span: Span,
+) -> Option<(bool, String)> {
+    let (word, comparison, constant) = match (left, right) {
+        (Value::Word(word), Value::Const(number, _)) => (word, comparison, number),
+        (Value::Const(number, _), Value::Word(word)) => (word, mirrored(comparison), number),
+        _ => return None,
+    };
+    let (low, high) = clock(word)?;
+    let in_it =
+        |place: &Span| span.file == place.file && (span.start..span.end).contains(&place.start);
+    let names_it = context.program.constants.iter().any(|(place, _)| in_it(place));
+    if names_it || Layers::is_layered(span) {
+        return None;
+    }
+    let always = constant_result((low.into(), high.into()), comparison, constant.into())?;
+    let said = context.name(Address::Word(word));
+    Some((always, format!("`{said}` is {low} to {high}")))
+}
+
+/// The range of a word of the time of day.
+fn clock(word: Word) -> Option<(i32, i32)> {
+    match word {
+        Word::Space(WordSpace::Dst, number) => clock_range(number),
+        Word::Space(..) | Word::Acc(_) | Word::Pre(_) => None,
+    }
+}
+
+/// What the ends of a word of the time of day stand for.
+fn clock_words(word: Word) -> &'static str {
+    match word {
+        Word::Space(WordSpace::Dst, dst::MONTH) => "1 is January, 12 is December",
+        Word::Space(WordSpace::Dst, dst::WEEKDAY) => "1 is Monday, 7 is Sunday",
+        Word::Space(WordSpace::Dst, dst::HOUR) => "midnight is hour 0",
+        Word::Space(..) | Word::Acc(_) | Word::Pre(_) => {
+            "compare with a number within these limits"
+        }
+    }
+}
+
+/// The constant result of a compare of an integer in a range with a whole number in it or beyond.
+fn constant_result((low, high): (f64, f64), comparison: Comparison, constant: f64) -> Option<bool> {
+    match comparison {
+        Comparison::Eq | Comparison::Ne if (low..=high).contains(&constant) => None,
+        Comparison::Eq => Some(false),
+        Comparison::Ne => Some(true),
+        // An order is constant if it has the same result at both ends of the range.
+        Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => {
+            let at_low = holds(low, comparison, constant);
+            (at_low == holds(high, comparison, constant)).then_some(at_low)
+        }
+    }
+}
+
 fn judge_range(
     context: &Context,
     word: Word,
@@ -98,14 +165,14 @@ fn judge_range(
     let (low, high) = word.numbers();
     let held = (low..=high).contains(&constant) && (word.is_real() || constant.fract() == 0.0);
     let always = match comparison {
-        Comparison::Eq | Comparison::Ne if held => None,
-        Comparison::Eq => Some(false),
-        Comparison::Ne => Some(true),
-        // An order is constant if it has the same result at both ends of the range.
-        Comparison::Lt | Comparison::Le | Comparison::Gt | Comparison::Ge => {
-            let at_low = holds(low, comparison, constant);
-            (at_low == holds(high, comparison, constant)).then_some(at_low)
-        }
+        // Between two whole numbers lies a fraction that no word of integers holds.
+        Comparison::Eq | Comparison::Ne if !held => Some(comparison == Comparison::Ne),
+        Comparison::Eq
+        | Comparison::Ne
+        | Comparison::Lt
+        | Comparison::Le
+        | Comparison::Gt
+        | Comparison::Ge => constant_result((low, high), comparison, constant),
     }?;
     let said = context.say(Address::Word(word));
     let (low, high) = word.range();
@@ -140,7 +207,7 @@ fn mirrored(comparison: Comparison) -> Comparison {
 mod tests {
     use expect_test::expect;
 
-    use crate::check::testing::check_main;
+    use crate::check::testing::{check, check_main};
 
     #[test]
     fn the_limits_of_the_memory() {
@@ -185,6 +252,61 @@ mod tests {
                 9:12 constant-compare
                   `N0.ACC > 32767` is always false: `N0.ACC` holds -32768 to 32767
                     compare with a number within these limits; if it is meant, write `$Off`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn the_ranges_of_the_time_of_day() {
+        check(
+            r#"
+            [tags]
+            from = { value = 0 }
+            to = { value = 24 }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["$Hour > 25", "$Hour >= 0", "24 > $Hour", "$Hour < 23"], do = ["OUT Y0"] },
+              { when = ["$Weekday == 0", "$Weekday != 8", "$Weekday == 7"], do = ["OUT Y1"] },
+              { when = ["$Month == 0", "$Day == 32", "$Minute >= 60"], do = ["OUT Y2"] },
+              { when = ["$Second == 59.5", "$Second != 60", "$Year > 1"], do = ["OUT Y3"] },
+              { when = ["$Hour >= from", "$Hour < to"], do = ["OUT Y4"] },
+            ]
+            "#,
+            expect![[r#"
+                8:12 constant-compare
+                  `$Hour > 25` is always false: `$Hour` is 0 to 23
+                    midnight is hour 0; if it is meant, write `$Off`
+                8:26 constant-compare
+                  `$Hour >= 0` is always true: `$Hour` is 0 to 23
+                    midnight is hour 0; if it is meant, write `$On`
+                8:40 constant-compare
+                  `24 > $Hour` is always true: `$Hour` is 0 to 23
+                    midnight is hour 0; if it is meant, write `$On`
+                9:12 constant-compare
+                  `$Weekday == 0` is always false: `$Weekday` is 1 to 7
+                    1 is Monday, 7 is Sunday; if it is meant, write `$Off`
+                9:29 constant-compare
+                  `$Weekday != 8` is always true: `$Weekday` is 1 to 7
+                    1 is Monday, 7 is Sunday; if it is meant, write `$On`
+                10:12 constant-compare
+                  `$Month == 0` is always false: `$Month` is 1 to 12
+                    1 is January, 12 is December; if it is meant, write `$Off`
+                10:27 constant-compare
+                  `$Day == 32` is always false: `$Day` is 1 to 31
+                    compare with a number within these limits; if it is meant, write `$Off`
+                10:41 constant-compare
+                  `$Minute >= 60` is always false: `$Minute` is 0 to 59
+                    compare with a number within these limits; if it is meant, write `$Off`
+                11:12 constant-compare
+                  `$Second == 59.5` is always false: `$Second` holds whole numbers,
+                  -2147483648 to 2147483647
+                    compare with a whole number, or name an R word; if it is meant, write
+                    `$Off`
+                11:31 constant-compare
+                  `$Second != 60` is always true: `$Second` is 0 to 59
+                    compare with a number within these limits; if it is meant, write `$On`
             "#]],
         );
     }

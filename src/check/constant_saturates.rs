@@ -1,5 +1,5 @@
-//! `constant-saturates`: MOVE, ADD or SUB with a constant so large or small that the result never
-//! fits the target.
+//! `constant-saturates`: MOVE, ADD, SUB or FILL with a constant so large or small that the result
+//! never fits the target, or a MATH of such a constant alone.
 //!
 //! It is legal: a larger result becomes the target's largest number, a smaller one its smallest. A
 //! tag's `min` and `max` narrow the range of its address. The author mostly has a different range
@@ -19,11 +19,10 @@
 //! ```
 
 use crate::isa::{Address, Word};
-use crate::resolve::instruction::{Source, WordPlace};
-use crate::resolve::program::{Action, Value};
 use crate::source::finding::{Code, Finding};
 
-use super::context::{Context, Placed};
+use super::context::{Context, Placed, WriteLimits};
+use super::stored::{Words, storing};
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
@@ -31,53 +30,45 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 }
 
 fn judge(context: &Context, placed: &Placed) -> Option<Finding> {
-    let Action::Store { source, to } = placed.action() else { return None };
-    let WordPlace::Word(word) = to.value else { return None };
-    // With two locations, no constant is at fault.
-    let is_constant = |value| matches!(value, Value::Const(..) | Value::Real(_));
-    let place = source.values().filter(|of| is_constant(of.value)).last()?.span;
-    let (low, high) = match source {
-        Source::Value(a) => range(a.value),
-        Source::Sum(a, b) => {
-            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
-            (a_low + b_low, a_high + b_high)
-        }
-        Source::Difference(a, b) => {
-            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
-            (a_low - b_high, a_high - b_low)
-        }
-    };
+    let storing = storing(placed.action())?;
+    let word = storing.to.first()?;
     let limits = context.limits(word);
-    let stored = if low > word.number(limits.max) {
-        limits.max
-    } else if high < word.number(limits.min) {
-        limits.min
-    } else {
+    // Of an array, any element may be the one that takes it.
+    let mut all = storing.to.each().map(|word| limit_of(word, context.limits(word), storing.range));
+    let stored = all.next()??;
+    if all.any(|stored| stored.is_none()) {
         return None;
-    };
+    }
     let [stored, least, most] = [stored, limits.min, limits.max].map(|cell| word.text(cell));
     let said = context.say(Address::Word(word));
     let name = context.name(Address::Word(word));
     let message = format!("{said} holds {least} to {most}: `{}` stores {stored}", placed.name());
-    let finding = Finding::new(Code::ConstantSaturates, place, message).label("never stored whole");
-    let meant = format!("if it is meant, write `MOVE {stored} to={name}`");
+    let finding =
+        Finding::new(Code::ConstantSaturates, storing.place, message).label("never stored whole");
+    let meant = match storing.to {
+        Words::One(_) => format!("if it is meant, write `MOVE {stored} to={name}`"),
+        Words::Of(_) => format!("if it is meant, write {stored}"),
+    };
     let of_tag = limits.of_tag.filter(|_| word.range() != (limits.min, limits.max));
     Some(match of_tag {
         Some(tag) => finding
             .related(tag.span, "`min` and `max` are given here")
             .help(format!("give tag `{}` other limits; {meant}", tag.name)),
+        None if word.range() == (i32::MIN, i32::MAX) => {
+            finding.help(format!("an R word holds more; {meant}"))
+        }
         None => finding.help(format!("a D word holds more; {meant}")),
     })
 }
 
-/// The least and greatest number of a value. Integers of 32 bits, and their sums, are exact here.
-fn range(value: Value) -> (f64, f64) {
-    match value {
-        Value::Const(n, _) => (n.into(), n.into()),
-        Value::Real(real) => (real.into(), real.into()),
-        Value::Word(word) => word.numbers(),
-        Value::Element(element) => element.array.first_word().map_or((0.0, 0.0), Word::numbers),
+/// The limit that a word stores in place of any number of this range, none of which fits.
+fn limit_of(word: Word, limits: WriteLimits, (low, high): (f64, f64)) -> Option<i32> {
+    // A word of whole numbers takes a number without its fraction.
+    let whole = |number: f64| if word.is_real() { number } else { number.trunc() };
+    if whole(low) > word.number(limits.max) {
+        return Some(limits.max);
     }
+    (whole(high) < word.number(limits.min)).then_some(limits.min)
 }
 
 #[cfg(test)]
@@ -112,6 +103,62 @@ mod tests {
                 10:52 constant-saturates
                   `also` (D1) holds -2147483648 to 5: `MOVE` stores 5
                     give tag `more` other limits; if it is meant, write `MOVE 5 to=also`
+            "#]],
+        );
+    }
+
+    #[test]
+    fn arrays_and_expressions_of_a_constant() {
+        check(
+            r#"
+            [tags]
+            recipe = { at = "D100", count = 5, max = 10 }
+            step = { at = "V50" }
+
+            [[program]]
+            name = "Main"
+            rung = [
+              { when = ["$On"], do = ["FILL 99999 to=V0..V3", "FILL 9 to=recipe"] },
+              { when = ["$On"], do = ["FILL 11 to=recipe", "FILL 11 to=D99..D103"] },
+              { when = ["$On"], do = ["FILL V9 to=V0..V3", "FILL 1 to=C0..C3"] },
+              { when = ["X0"], do = ["MOVE -1 to=step", "MOVE 11 to=recipe[step]"] },
+              { when = ["X0"], do = ["MATH V0 = -5", "MATH D0 = 4000000000.0", "MATH D1 = -4e9"] },
+              { when = ["X0"], do = ["MATH V0 = -0.5 - 1.0", "MATH R0 = 4e9", "MATH C0 = 70000"] },
+              { when = ["X0"], do = ["MATH recipe[step] = 11", "MATH V1 = 0xFFFFFFFF"] },
+              { when = ["X0"], do = ["MOVE 3e9 to=D3"] },
+            ]
+            "#,
+            expect![[r#"
+                8:31 constant-saturates
+                  `V0` holds 0 to 65535: `FILL` stores 65535
+                    a D word holds more; if it is meant, write 65535
+                9:31 constant-saturates
+                  `recipe[0]` (D100) holds -2147483648 to 10: `FILL` stores 10
+                    give tag `recipe[0]` other limits; if it is meant, write 10
+                11:30 constant-saturates
+                  `step` (V50) holds 0 to 65535: `MOVE` stores 0
+                    a D word holds more; if it is meant, write `MOVE 0 to=step`
+                11:49 constant-saturates
+                  `recipe[0]` (D100) holds -2147483648 to 10: `MOVE` stores 10
+                    give tag `recipe[0]` other limits; if it is meant, write 10
+                12:30 constant-saturates
+                  `V0` holds 0 to 65535: `MATH` stores 0
+                    a D word holds more; if it is meant, write `MOVE 0 to=V0`
+                12:46 constant-saturates
+                  `D0` holds -2147483648 to 2147483647: `MATH` stores 2147483647
+                    an R word holds more; if it is meant, write `MOVE 2147483647 to=D0`
+                12:72 constant-saturates
+                  `D1` holds -2147483648 to 2147483647: `MATH` stores -2147483648
+                    an R word holds more; if it is meant, write `MOVE -2147483648 to=D1`
+                14:30 constant-saturates
+                  `recipe[0]` (D100) holds -2147483648 to 10: `MATH` stores 10
+                    give tag `recipe[0]` other limits; if it is meant, write 10
+                14:56 constant-saturates
+                  `V1` holds 0 to 65535: `MATH` stores 0
+                    a D word holds more; if it is meant, write `MOVE 0 to=V1`
+                15:30 constant-saturates
+                  `D3` holds -2147483648 to 2147483647: `MOVE` stores 2147483647
+                    an R word holds more; if it is meant, write `MOVE 2147483647 to=D3`
             "#]],
         );
     }

@@ -27,6 +27,7 @@ mod edge_in_clk;
 mod entask_conflict;
 mod input_unmapped;
 mod jump_outside_stage;
+mod lost_fraction;
 mod mixed_and_or;
 mod multi_scan_in_task;
 mod names;
@@ -44,6 +45,7 @@ mod sensaphone_preset;
 mod set_never_reset;
 mod silence;
 mod stage_never_entered;
+mod stored;
 mod task_starts_itself;
 #[cfg(test)]
 mod testing;
@@ -90,6 +92,7 @@ const RULES: &[(Needs, Code, Rule)] = &[
     (Needs::Place, Code::TaskStartsItself, task_starts_itself::check),
     (Needs::Itself, Code::ConstantCompare, constant_compare::check),
     (Needs::Itself, Code::ConstantSaturates, constant_saturates::check),
+    (Needs::Itself, Code::LostFraction, lost_fraction::check),
     (Needs::Itself, Code::BareTimerValue, bare_timer_value::check),
     (Needs::Itself, Code::DurationAsCount, duration_as_count::check),
     (Needs::Itself, Code::MixedAndOr, mixed_and_or::check),

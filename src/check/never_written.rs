@@ -105,7 +105,10 @@ pub(super) fn setting(context: &Context, address: Address) -> String {
     let initial = always(address).1;
     match context.tag_at(address) {
         Some(_) => format!("by `initial = {initial}` in tag `{}`", context.name(address)),
-        None => format!("by a tag: `setting = {{ at = \"{address}\", initial = {initial} }}`"),
+        None => format!(
+            "by a tag: `setting = {{ at = \"{address}\", initial = {initial} }}`, with its name \
+             `setting` here"
+        ),
     }
 }
 
@@ -174,45 +177,46 @@ mod tests {
         check(
             &main(rungs),
             expect![[r#"
-            4:12 never-written
-              nothing in the ladder writes `C0`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "C0", initial = false }`
-                check the controller file to know what devices and Modbus clients write
-            4:19 never-written
-              nothing in the ladder writes `C1`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "C1", initial = false }`
-                check the controller file to know what devices and Modbus clients write
-            4:30 never-written
-              nothing in the ladder writes `C2`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "C2", initial = false }`
-                check the controller file to know what devices and Modbus clients write
-            5:12 never-written
-              nothing in the ladder writes `V0`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "V0", initial = 0 }`
-                check the controller file to know what devices and Modbus clients write
-            5:12 never-written
-              nothing in the ladder writes `V1`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "V1", initial = 0 }`
-                check the controller file to know what devices and Modbus clients write
-            5:24 never-written
-              nothing in the ladder writes `R0`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "R0", initial = 0.0 }`
-                check the controller file to know what devices and Modbus clients write
-            6:18 never-written
-              nothing in the ladder writes `Y2`
-                `OUT Y2` in a rung that says when
-            6:31 never-written
-              nothing in the ladder writes `MI1`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "MI1", initial = false }`
-                check the controller file to know what devices and Modbus clients write
-        "#]],
+                4:12 never-written
+                  nothing in the ladder writes `C0`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "C0", initial = false }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                4:19 never-written
+                  nothing in the ladder writes `C1`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "C1", initial = false }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                4:30 never-written
+                  nothing in the ladder writes `C2`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "C2", initial = false }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                5:12 never-written
+                  nothing in the ladder writes `V0`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "V0", initial = 0 }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                5:12 never-written
+                  nothing in the ladder writes `V1`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "V1", initial = 0 }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                5:24 never-written
+                  nothing in the ladder writes `R0`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "R0", initial = 0.0 }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                6:18 never-written
+                  nothing in the ladder writes `Y2`
+                    `OUT Y2` in a rung that says when
+                6:31 never-written
+                  nothing in the ladder writes `MI1`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "MI1", initial = false }`, with its name `setting`
+                    here
+                    check the controller file to know what devices and Modbus clients write
+            "#]],
         );
     }
 
@@ -227,27 +231,27 @@ mod tests {
         check(
             &main(rungs),
             expect![[r#"
-            4:30 never-written
-              nothing in the ladder writes `D1`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "D1", initial = 0 }`
-                check the controller file to know what devices and Modbus clients write
-            4:60 never-written
-              nothing in the ladder writes `D5`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "D5", initial = 0 }`
-                check the controller file to know what devices and Modbus clients write
-            4:60 never-written
-              nothing in the ladder writes `C3`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "C3", initial = false }`
-                check the controller file to know what devices and Modbus clients write
-            5:39 never-written
-              nothing in the ladder writes `D6`
-                write it in the ladder; or if an operator sets it, say so by a tag:
-                `setting = { at = "D6", initial = 0 }`
-                check the controller file to know what devices and Modbus clients write
-        "#]],
+                4:30 never-written
+                  nothing in the ladder writes `D1`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "D1", initial = 0 }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                4:60 never-written
+                  nothing in the ladder writes `D5`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "D5", initial = 0 }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                4:60 never-written
+                  nothing in the ladder writes `C3`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "C3", initial = false }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+                5:39 never-written
+                  nothing in the ladder writes `D6`
+                    write it in the ladder; or if an operator sets it, say so by a tag:
+                    `setting = { at = "D6", initial = 0 }`, with its name `setting` here
+                    check the controller file to know what devices and Modbus clients write
+            "#]],
         );
     }
 
@@ -313,25 +317,26 @@ mod tests {
                 4:18 never-written
                   nothing writes `C0`
                     write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "C0", initial = false }`
+                    `setting = { at = "C0", initial = false }`, with its name `setting` here
                     a device writes it by a row of its `map`, a Modbus client if it is
                     `writable`
                 4:30 never-written
                   nothing writes `D0`
                     write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "D0", initial = 0 }`
+                    `setting = { at = "D0", initial = 0 }`, with its name `setting` here
                     a device writes it by a row of its `map`, a Modbus client if it is
                     `writable`
                 5:31 never-written
                   nothing writes `MC2`
                     write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "MC2", initial = false }`
+                    `setting = { at = "MC2", initial = false }`, with its name `setting`
+                    here
                     a device writes it by a row of its `map`, a Modbus client if it is
                     `writable`
                 6:24 never-written
                   nothing writes `MHR2`
                     write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "MHR2", initial = 0 }`
+                    `setting = { at = "MHR2", initial = 0 }`, with its name `setting` here
                     a device writes it by a row of its `map`, a Modbus client if it is
                     `writable`
                 6:36 never-written

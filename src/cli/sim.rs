@@ -15,7 +15,8 @@ use super::exit::{CommandLine, Exit};
 use super::terminal::{say, say_drawn};
 use crate::calendar;
 use crate::engine::BitCell;
-use crate::isa::{Address, Bit, BitSpace, DeviceId, Health, duration};
+use crate::isa::duration::{self, DurationError};
+use crate::isa::{Address, Bit, BitSpace, DeviceId, Health};
 use crate::load;
 use crate::lower::{Symbols, lower};
 use crate::resolve::program::Program;
@@ -33,6 +34,9 @@ macro_rules! usage {
 
 /// The number of scans if neither `--scans` nor `--for` is given.
 const DEFAULT_SCANS: u64 = 100;
+
+/// The most elements of an array in a trace without `--watch`.
+const ELEMENTS_MAX: usize = 64;
 
 /// Runs a ladder program in virtual time and prints the values of its operands
 #[derive(Args, Debug)]
@@ -75,8 +79,13 @@ fn period(text: &str) -> Result<u32, String> {
 }
 
 fn time(text: &str) -> Result<u32, String> {
-    let ms = duration::parse(text).map_err(|_| {
-        format!("`{text}` is not a duration: write it as 10ms, 2s, 1m30s or 00:01:30:000")
+    let ms = duration::parse(text).map_err(|error| match error {
+        DurationError::TooLong => {
+            format!("`{text}` is too long a duration: the longest is {}", duration::print(i32::MAX))
+        }
+        DurationError::Form | DurationError::Order => {
+            format!("`{text}` is not a duration: write it as 10ms, 2s, 1m30s or 00:01:30:000")
+        }
     })?;
     Ok(ms.unsigned_abs())
 }
@@ -252,11 +261,24 @@ fn watched(args: &SimArgs, program: &Program, symbols: &Symbols) -> Result<Vec<W
             names.iter().map(|name| named(name.trim())).collect()
         }
         None => {
-            let all = program.operands.iter().filter_map(|operand| {
+            say_left_out(program);
+            let named = program.named(ELEMENTS_MAX);
+            let all = named.iter().filter_map(|operand| {
                 let cell = symbols.layout.cell(operand.address)?;
                 Some(Watched::new(&operand.name, cell, &symbols.layout))
             });
             Ok(all.collect())
         }
+    }
+}
+
+/// Says which arrays have more elements than the trace without `--watch` shows.
+fn say_left_out(program: &Program) {
+    for of in program.arrays.iter().filter(|of| of.array.count as usize > ELEMENTS_MAX) {
+        let (name, count) = (of.name.split('[').next().unwrap_or(&of.name), of.array.count);
+        say(&format!(
+            "note: of the {count} elements of `{name}` the trace has the first {ELEMENTS_MAX}; \
+             `--watch` names others\n"
+        ));
     }
 }

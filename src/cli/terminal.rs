@@ -8,12 +8,7 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-/// Whether a terminal obeys a character instead of showing it.
-fn is_obeyed(c: char) -> bool {
-    let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}')
-        || matches!(c, '\u{2066}'..='\u{2069}' | '\u{61c}');
-    c.is_control() || turns
-}
+use crate::source::wording::is_obeyed;
 
 /// A text for a terminal. Line ends stay: only for a text whose lines rungd itself has made.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {

@@ -1,7 +1,6 @@
 //! The tools that resolve the tables of a controller file: the ladders' names, and the findings.
 
-use crate::isa::Space;
-use crate::isa::{Address, Bit};
+use crate::isa::{Address, Bit, BitSpace, Space};
 use crate::resolve::range::{Range, resolve_range};
 use crate::resolve::scope::Scope;
 use crate::source::finding::{Code, Finding};
@@ -30,13 +29,21 @@ impl Resolver {
         let range = match resolve_range(&self.scope, text) {
             Ok(range) => range,
             Err(finding) => {
-                self.findings.push(finding);
+                let help = || format!("it is in no ladder; here stand {}", wanted.words);
+                self.findings.push(finding.declared_as(help));
                 return None;
             }
         };
         if !wanted.spaces.contains(&range.space) {
-            let message = format!("`{range}`: only {} can stand here", wanted.words);
-            self.findings.push(Finding::new(wanted.code, text.span, message));
+            let (name, words) = (text.text.trim(), wanted.words);
+            let message = format!("`{name}`: only {words} can stand here");
+            let finding = Finding::new(wanted.code, text.span, message);
+            self.findings.push(match wanted.spaces {
+                [Space::Bit(BitSpace::Y)] => {
+                    finding.help("name the output that it drives, as `Y0`, or a tag of it")
+                }
+                _ => finding,
+            });
             return None;
         }
         Some(range)

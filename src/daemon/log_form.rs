@@ -11,6 +11,7 @@ use tracing::field::{Field, Visit};
 use super::journal::JournalEntry;
 use crate::calendar::Utc;
 use crate::events::{self, Event};
+use crate::source::wording::is_obeyed;
 
 /// A value of a field.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,9 +41,7 @@ impl LogLine {
 
     fn add(&mut self, field: &Field, value: FieldValue) {
         match (field.name(), value) {
-            ("message", FieldValue::Text(text)) => {
-                self.message = text.replace(char::is_control, " ")
-            }
+            ("message", FieldValue::Text(text)) => self.message = text.replace(is_obeyed, " "),
             ("event", FieldValue::Text(name)) => self.event = events::named(&name),
             (name, value) => self.fields.push((name, value)),
         }
@@ -166,7 +165,7 @@ impl fmt::Display for FieldValue {
             FieldValue::Real(value) => write!(f, "{value:?}"),
             FieldValue::Truth(value) => value.fmt(f),
             FieldValue::Text(text) => {
-                let odd = |c: char| c.is_whitespace() || c.is_control() || c == '"' || c == '=';
+                let odd = |c: char| c.is_whitespace() || is_obeyed(c) || c == '"' || c == '=';
                 if text.is_empty() || text.contains(odd) {
                     write!(f, "{text:?}")
                 } else {
@@ -177,9 +176,18 @@ impl fmt::Display for FieldValue {
     }
 }
 
-/// A string of JSON.
-fn quoted(text: &str) -> serde_json::Value {
-    text.into()
+/// A string of JSON, with escapes for all that a terminal would obey.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::new();
+    for c in serde_json::Value::from(text).to_string().chars() {
+        match is_obeyed(c) {
+            true => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            false => quoted.push(c),
+        }
+    }
+    quoted
 }
 
 /// `2026-11-21T12:26:21.113635Z`.
@@ -210,6 +218,7 @@ mod tests {
         assert_eq!(shown("jam"), "jam");
         assert_eq!(shown("a/b.toml"), "a/b.toml");
         assert_eq!(shown("timer slack"), "\"timer slack\"");
+        assert_eq!(shown("on\u{202e}ffo"), "\"on\\u{202e}ffo\"");
         assert_eq!((shown(""), shown("a\nb=\"c\"")), ("\"\"".into(), r#""a\nb=\"c\"""#.into()));
         assert_eq!(
             (FieldValue::Real(7.0).to_string(), FieldValue::Whole(-3).to_string()),
@@ -219,8 +228,9 @@ mod tests {
 
     #[test]
     fn json_strings_are_escaped() {
-        let text = "a\"b\\c\nd\u{1b}ü";
-        let back: String = serde_json::from_str(&quoted(text).to_string()).unwrap();
+        let text = "a\"b\\c\nd\u{1b}ü\u{202e}";
+        let back: String = serde_json::from_str(&quoted(text)).unwrap();
         assert_eq!(back, text);
+        assert!(quoted(text).ends_with("ü\\u202e\""), "{}", quoted(text));
     }
 }

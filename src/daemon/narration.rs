@@ -10,6 +10,7 @@ use crate::lower::Symbols;
 use crate::resolve::program::{Block, BlockKind, Program};
 use crate::runtime::Watched;
 use crate::runtime::exchange::{FaultReason, Mode, StopReason, Tempo};
+use crate::source::wording::is_obeyed;
 
 /// The names for all log lines.
 #[derive(Clone, Debug)]
@@ -224,7 +225,7 @@ impl Narration {
 
 /// Puts a text of the ladder's author on one line.
 pub(super) fn one_line(text: &str) -> String {
-    let words = text.split(|c: char| c.is_control() || c.is_whitespace());
+    let words = text.split(|c: char| is_obeyed(c) || c.is_whitespace());
     words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
@@ -285,8 +286,8 @@ mod tests {
     #[test]
     fn a_text_cannot_break_the_line() {
         assert_eq!(
-            one_line("Bottles jammed\n<0>at the \u{1b}[31meye"),
-            "Bottles jammed <0>at the [31meye"
+            one_line("Bottles jammed\n<0>at the \u{1b}[31m\u{202e}eye"),
+            "Bottles jammed <0>at the [31m eye"
         );
     }
 

@@ -24,7 +24,7 @@ pub use super::role::{
     WordWritten, WordsRead, WordsWritten,
 };
 pub use super::step_reads::reads;
-pub use super::steps::{Accumulator, At, Code, Operator, Shape, Step, shapes};
+pub use super::steps::{Accumulator, At, Code, Operator, Step, StepShape, shapes};
 
 /// An operation that works on memory alone.
 pub(super) trait Operation {

@@ -302,7 +302,7 @@ macro_rules! codes {
 
             /// The step without the cells that it reads; `None` if it cannot be executed for many
             /// formulas at once.
-            pub(super) fn shape(&self) -> Option<Shape> {
+            pub(super) fn shape(&self) -> Option<StepShape> {
                 let slots = match self.code {
                     $($(Code::$code => {
                         [number_of!(Slot $a self.a), number_of!(Slot $b self.b)]
@@ -311,7 +311,7 @@ macro_rules! codes {
                     $(Code::$one)|* | $(Code::$save)|* => [None, None],
                     $(Code::$other)|* => return None,
                 };
-                Some(Shape { code: self.code, to: self.to, slots })
+                Some(StepShape { code: self.code, to: self.to, slots })
             }
         }
     };
@@ -319,13 +319,13 @@ macro_rules! codes {
 
 /// What steps have in common that differ in their cells alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Shape {
+pub struct StepShape {
     code: Code,
     to: u32,
     slots: [Option<u32>; 2],
 }
 
-impl Shape {
+impl StepShape {
     /// The greatest number of a slot in it.
     fn slot(&self) -> u32 {
         let [a, b] = self.slots;
@@ -334,11 +334,11 @@ impl Shape {
 }
 
 /// The shapes of a formula's steps; `None` if they cannot be executed for many formulas at once.
-pub fn shapes(steps: &[Step]) -> Option<Vec<Shape>> {
+pub fn shapes(steps: &[Step]) -> Option<Vec<StepShape>> {
     if steps.len() > COLUMN_STEPS {
         return None;
     }
-    let shapes: Option<Vec<Shape>> = steps.iter().map(Step::shape).collect();
+    let shapes: Option<Vec<StepShape>> = steps.iter().map(Step::shape).collect();
     shapes.filter(|shapes| shapes.iter().all(|shape| (shape.slot() as usize) < COLUMN_SLOTS))
 }
 

@@ -31,6 +31,26 @@ pub(crate) fn looks_like(text: &str) -> bool {
     rest.len() < text.len() && (rest.starts_with([':', 'h', 'm', 's']))
 }
 
+/// A number of seconds with a fraction as a duration: `5.5` gives `5s500ms`.
+pub fn of_seconds(seconds: f64) -> Option<String> {
+    let ms = (seconds * 1000.0).round();
+    let fits = ms >= 1.0 && ms <= f64::from(i32::MAX);
+    // The range is checked, and the fraction is gone.
+    #[allow(clippy::cast_possible_truncation)]
+    fits.then(|| print(ms as i32))
+}
+
+/// A number with a fraction and one unit: `1.5s` gives `1s500ms`.
+pub fn of_fraction(text: &str) -> Option<String> {
+    let letters = text.find(|c: char| c.is_ascii_alphabetic())?;
+    let (number, unit) = text.split_at(letters);
+    let (_, ms) = UNITS.iter().find(|(name, _)| *name == unit)?;
+    let plain = number.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'.' | b','));
+    let number: f64 = number.replace(',', ".").parse().ok().filter(|_| plain)?;
+    let whole = u32::try_from(*ms).ok()?;
+    of_seconds(number * f64::from(whole) / 1000.0)
+}
+
 /// The text with its units in descending order (`2s5m` gives `5m2s`); `None` if a unit occurs
 /// twice.
 pub fn in_order(text: &str) -> Option<String> {

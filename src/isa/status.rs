@@ -110,6 +110,18 @@ pub fn nicknames() -> impl Iterator<Item = &'static str> {
     BIT_NICKNAMES.into_iter().chain(WORD_NICKNAMES.into_iter().map(|(name, _)| name))
 }
 
+/// The least and greatest number of a status word of the time of day; the year has none.
+pub(crate) fn clock_range(number: u32) -> Option<(i32, i32)> {
+    match number {
+        dst::MONTH => Some((1, 12)),
+        dst::DAY => Some((1, 31)),
+        dst::WEEKDAY => Some((1, 7)),
+        dst::HOUR => Some((0, 23)),
+        dst::MINUTE | dst::SECOND => Some((0, 59)),
+        _ => None,
+    }
+}
+
 /// Number of status bits: `ST0`..`ST13`.
 pub(crate) const ST_COUNT: u32 = st::COUNT as u32;
 /// Number of status words: `DST0`..`DST11`.

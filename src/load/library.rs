@@ -77,7 +77,8 @@ pub(crate) fn of_template(name: &str) -> Option<&'static LibraryFile> {
     FILES.iter().find(|file| file.templates().any(|of| of == name))
 }
 
-/// The findings; those about templates that the library has say how it is brought in.
+/// The findings, with the library's files in the helps about templates that the library has. Each
+/// help names all files that are lacking.
 pub(crate) fn offered(
     findings: Vec<Finding>,
     files: &[SourceFile],
@@ -93,7 +94,7 @@ pub(crate) fn offered(
     let how = how(&lacking, files, has_controller);
     let with_help = |(finding, wanted): (Finding, Option<Wanted>)| match wanted {
         Some(wanted) => finding.near_any(None).help(wanted.help(&how)),
-        None => finding,
+        None => no_file(finding, files),
     };
     findings.into_iter().zip(wanted).map(with_help).collect()
 }
@@ -131,6 +132,26 @@ impl Wanted {
         let use_it = format!("`{LIBRARY}{file}` is a file, its {verb} {what}: `use = \"{first}\"`");
         if how.is_empty() { use_it } else { format!("{use_it}\n{how}") }
     }
+}
+
+/// As it is; for `use = "lib:NAME"` without such a file, with the files that there are.
+fn no_file(finding: Finding, files: &[SourceFile]) -> Finding {
+    let Span { file, start, end } = finding.span;
+    let text = files.get(file.0 as usize).map_or("", |file| &file.text);
+    let name = text.get(start as usize..end as usize).unwrap_or_default().trim_matches(['"', '\'']);
+    let Some(Err((message, help))) = named(name) else { return finding };
+    if finding.code != Code::UnknownTemplate {
+        return finding;
+    }
+    let template = name.strip_prefix(LIBRARY).unwrap_or(name);
+    let help = match of_template(template) {
+        Some(of) => format!(
+            "name the template: `use = \"{template}\"`; it is in the library's `{LIBRARY}{}`",
+            of.name
+        ),
+        None => format!("{message} ({help}); a use names a template of such a file"),
+    };
+    finding.near_any(None).help(help)
 }
 
 /// How the files of the library are brought in; empty if all are there.

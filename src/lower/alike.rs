@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use crate::engine::ops::{Accumulator, Formulas, Math, Op, Shape, Step, Touches, shapes};
+use crate::engine::ops::{Accumulator, Formulas, Math, Op, Step, StepShape, Touches, shapes};
 use crate::isa::NumberMap;
 
 /// The least number of MATHs that columns are made of: with fewer, the loops cost more than the
@@ -17,46 +17,46 @@ const HEIGHT_MIN: usize = if cfg!(debug_assertions) { 2 } else { 8 };
 
 /// MATHs that are executed one after the other, or in columns.
 #[derive(Debug, Default)]
-pub(super) struct Group {
+pub(super) struct AlikeMaths {
     pub maths: Vec<Math>,
     pub in_columns: bool,
 }
 
 /// Puts MATHs into groups. `steps` are those of all formulas.
-pub(super) fn groups(maths: Vec<Math>, steps: &[Step], formulas: Formulas) -> Vec<Group> {
+pub(super) fn groups(maths: Vec<Math>, steps: &[Step], formulas: Formulas) -> Vec<AlikeMaths> {
     let touches = Touches { formulas, ..Touches::default() };
     let mut grouping = Grouping { touches, ..Grouping::default() };
     for math in maths {
         grouping.place(math, steps);
     }
-    let mut groups: Vec<Group> = Vec::new();
-    for Group { maths, in_columns } in grouping.groups {
+    let mut groups: Vec<AlikeMaths> = Vec::new();
+    for AlikeMaths { maths, in_columns } in grouping.groups {
         let in_columns = in_columns && maths.len() >= HEIGHT_MIN;
         match groups.last_mut() {
             Some(last) if !in_columns && !last.in_columns => last.maths.extend(maths),
-            _ => groups.push(Group { maths, in_columns }),
+            _ => groups.push(AlikeMaths { maths, in_columns }),
         }
     }
     groups
 }
 
 /// The steps of a formula without their cells; `None`: it needs rows.
-type Form = Option<(Vec<Shape>, Accumulator)>;
+type Form = Option<(Vec<StepShape>, Accumulator)>;
 
 /// The last groups that touched a cell, by their position + 1; 0: none.
 #[derive(Clone, Copy, Default)]
-struct Uses {
+struct GroupUses {
     written: usize,
     read: usize,
 }
 
 #[derive(Default)]
 struct Grouping<'f> {
-    groups: Vec<Group>,
+    groups: Vec<AlikeMaths>,
     /// The positions of the groups of each form, ascending.
     of_form: HashMap<Form, Vec<usize>>,
-    bits: NumberMap<u32, Uses>,
-    words: NumberMap<u32, Uses>,
+    bits: NumberMap<u32, GroupUses>,
+    words: NumberMap<u32, GroupUses>,
     /// No group before this one takes a further MATH.
     open_from: usize,
     touches: Touches<'f>,
@@ -72,7 +72,7 @@ impl Grouping<'_> {
         let in_columns = form.is_some();
         let earliest = if stays { self.groups.len() } else { self.earliest(in_columns) };
         let at = self.group_at_or_behind(form, earliest);
-        let mark = |uses: &mut NumberMap<u32, Uses>, read: &[u32], written: &[u32]| {
+        let mark = |uses: &mut NumberMap<u32, GroupUses>, read: &[u32], written: &[u32]| {
             for cell in read {
                 let uses = uses.entry(*cell).or_default();
                 uses.read = uses.read.max(at + 1);
@@ -110,9 +110,10 @@ impl Grouping<'_> {
     /// The first position that is not before a group with a MATH that this one must follow.
     fn earliest(&self, in_columns: bool) -> usize {
         let t = &self.touches;
-        let of =
-            |uses: &NumberMap<u32, Uses>, cell: &u32| uses.get(cell).copied().unwrap_or_default();
-        let uses = |read: &'_ [u32], written: &'_ [u32], uses: &NumberMap<u32, Uses>| {
+        let of = |uses: &NumberMap<u32, GroupUses>, cell: &u32| {
+            uses.get(cell).copied().unwrap_or_default()
+        };
+        let uses = |read: &'_ [u32], written: &'_ [u32], uses: &NumberMap<u32, GroupUses>| {
             // What it reads, a group before its own wrote, or its own if that is executed in order.
             let behind = usize::from(in_columns);
             let reads = read.iter().map(|cell| of(uses, cell).written).filter(|at| *at > 0);
@@ -134,7 +135,7 @@ impl Grouping<'_> {
         if let Some(at) = positions.get(first) {
             return *at;
         }
-        self.groups.push(Group { maths: Vec::new(), in_columns });
+        self.groups.push(AlikeMaths { maths: Vec::new(), in_columns });
         positions.push(self.groups.len() - 1);
         self.groups.len() - 1
     }

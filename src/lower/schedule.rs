@@ -53,7 +53,7 @@ pub(crate) fn schedule(
 
 /// The last batches that touched a cell, by their position + 1; 0: none.
 #[derive(Clone, Copy, Default)]
-struct Uses {
+struct BatchUses {
     written: usize,
     read: usize,
 }
@@ -63,8 +63,8 @@ struct Segment<'f> {
     batches: Vec<Vec<Op>>,
     /// The positions of the batches of each kind, ascending.
     of_kind: HashMap<OpKind, Vec<usize>>,
-    bits: NumberMap<u32, Uses>,
-    words: NumberMap<u32, Uses>,
+    bits: NumberMap<u32, BatchUses>,
+    words: NumberMap<u32, BatchUses>,
     touches: Touches<'f>,
     regions: Option<&'f Regions>,
     count: usize,
@@ -78,7 +78,7 @@ impl Segment<'_> {
             regions.represent(&mut self.touches);
         }
         let at = self.batch_at_or_behind(op.kind(), self.earliest());
-        let mark = |uses: &mut NumberMap<u32, Uses>, read: &[u32], written: &[u32]| {
+        let mark = |uses: &mut NumberMap<u32, BatchUses>, read: &[u32], written: &[u32]| {
             for cell in read {
                 let uses = uses.entry(*cell).or_default();
                 uses.read = uses.read.max(at + 1);
@@ -95,7 +95,7 @@ impl Segment<'_> {
 
     /// The first position that is not before a batch with an operation that this one must follow.
     fn earliest(&self) -> usize {
-        let behind = |uses: &NumberMap<u32, Uses>, read: &[u32], written: &[u32]| {
+        let behind = |uses: &NumberMap<u32, BatchUses>, read: &[u32], written: &[u32]| {
             let of = |cell: &u32| uses.get(cell).copied().unwrap_or_default();
             let reads = read.iter().map(|cell| of(cell).written);
             let writes = written.iter().map(|cell| of(cell).written.max(of(cell).read));

@@ -35,7 +35,8 @@ impl Resolver<'_> {
         }
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
-        let (initial, min, max) = (cell(&tag.initial), cell(&tag.min), cell(&tag.max));
+        let initial = cell(&tag.initial);
+        let (min, max) = self.limits(tag, meaning);
         let list = self.initial_list(tag, meaning, array.count);
         for at in 0..array.count {
             let own = list.get(at as usize).copied().flatten();

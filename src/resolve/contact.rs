@@ -77,7 +77,7 @@ impl Resolver<'_> {
             AtomKind::Real(real) => return Some(Value::Real(*real)),
             AtomKind::Name(name) => name,
         };
-        let thing = self.look_up(name, atom.span)?;
+        let thing = self.look_up_as(name, atom.span, &["int", "real", "word"])?;
         let help = match thing {
             Thing::Constant(value, written) => {
                 self.note_constant(name, atom.span);

@@ -9,6 +9,7 @@ use super::contact::of_array;
 use super::formula::{Formula, NumberType, Part, Unary, type_of_array};
 use super::formula_resolver::{Form, TypedOperand, Walk};
 use super::instruction::Target;
+use super::program::NamedArray;
 use super::scope::Thing;
 use crate::isa::{Address, Spec};
 use crate::source::expression as written;
@@ -35,6 +36,7 @@ impl Resolver<'_> {
         }
         let element = |at: i64| format!("{}[{at}]", name.value);
         if let Some((at, _)) = constant(&index.parts) {
+            self.names_an_element(name.span);
             return Some((self.plain_target(element(at), name.span, spec)?, None));
         }
         if !array.is_writable() {
@@ -129,6 +131,7 @@ impl Resolver<'_> {
             return;
         };
         if let Some((at, parts)) = constant(&walk.parts) {
+            self.names_an_element(span);
             walk.parts.truncate(walk.parts.len() - parts);
             match self.operand_of(&format!("{}[{at}]", name.value), span) {
                 Some((part, operand)) => walk.push(part, operand),
@@ -149,6 +152,14 @@ impl Resolver<'_> {
         let finding = Finding::new(Code::OperandType, name.span, message);
         self.find(finding.help("declare a tag with `count`: `{ at = \"D10\", count = 7 }`"));
         None
+    }
+
+    /// Takes back that the ladder names an array here: it names one element of it.
+    fn names_an_element(&mut self, place: Span) {
+        let is_there = |(span, _): &mut (Span, NamedArray)| {
+            span.file == place.file && (place.start..place.end).contains(&span.start)
+        };
+        self.arrays.pop_if(is_there);
     }
 
     /// Whether an index is a whole number; else a finding.

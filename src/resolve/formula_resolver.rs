@@ -31,6 +31,8 @@ pub(super) struct TypedOperand {
     pub form: Form,
     /// A whole array, each element of which is a part.
     pub whole: Option<Array>,
+    /// The number that it is, written as such at this place.
+    pub literal: Option<f64>,
 }
 
 /// The form of an operand, for the warning of a complement.
@@ -43,7 +45,7 @@ pub(super) enum Form {
 
 impl TypedOperand {
     pub fn new(of: NumberType, span: Span) -> TypedOperand {
-        TypedOperand { of, span, division: None, form: Form::Other, whole: None }
+        TypedOperand { of, span, division: None, form: Form::Other, whole: None, literal: None }
     }
 }
 
@@ -128,10 +130,14 @@ impl Resolver<'_> {
         for part in &written.parts {
             match &part.kind {
                 PartKind::Integer(n) => {
-                    walk.push(Part::Integer(*n), TypedOperand::new(NumberType::Integer, part.span));
+                    let operand = TypedOperand::new(NumberType::Integer, part.span);
+                    let literal = Some(*n as f64);
+                    walk.push(Part::Integer(*n), TypedOperand { literal, ..operand });
                 }
                 PartKind::Real(real) => {
-                    walk.push(Part::Real(*real), TypedOperand::new(NumberType::Real, part.span));
+                    let operand = TypedOperand::new(NumberType::Real, part.span);
+                    let literal = Some(f64::from(*real));
+                    walk.push(Part::Real(*real), TypedOperand { literal, ..operand });
                 }
                 PartKind::Name(name) => self.name(&mut walk, name, part.span),
                 PartKind::Element(name) => self.element_of(&mut walk, name, part.span),
@@ -187,7 +193,9 @@ impl Resolver<'_> {
         let of = operand.of;
         let whole = match operator {
             Unary::Minus => {
-                TypedOperand { division: operand.division, ..TypedOperand::new(of, span) }
+                let literal = operand.literal.map(|number| -number);
+                let division = operand.division;
+                TypedOperand { division, literal, ..TypedOperand::new(of, span) }
             }
             Unary::Not => TypedOperand::new(NumberType::Integer, span),
             Unary::Complement => {
@@ -206,6 +214,7 @@ impl Resolver<'_> {
         self.one_value(walk, right);
         let of = left.of.with(right.of);
         let division = left.division.or(right.division);
+        self.constants_of(operator, [left, right], span);
         let whole = match operator {
             Binary::Divide if of == NumberType::Integer => {
                 let own = Some((sign, [left.span, right.span]));
@@ -284,6 +293,7 @@ impl Resolver<'_> {
         }
         let count =
             arguments.iter().map(|operand| operand.whole.map_or(1, |array| array.count)).sum();
+        self.constants_of_call(function, &arguments, span);
         walk.push(Part::Call(function, count, of), whole);
     }
 }

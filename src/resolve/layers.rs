@@ -124,7 +124,7 @@ impl Layers {
     }
 
     /// Whether an argument was handed on from an outer use.
-    pub(super) fn is_given(&self, file: FileId) -> bool {
+    pub(crate) fn is_given(&self, file: FileId) -> bool {
         matches!(self.get(file), Some(Layer::Atom(_) | Layer::Contacts(_)))
     }
 

@@ -11,6 +11,7 @@ mod array_tags;
 mod contact;
 mod declare;
 pub(crate) mod formula;
+mod formula_constants;
 mod formula_elements;
 mod formula_resolver;
 mod index;
@@ -45,8 +46,9 @@ use crate::source::nearest::KnownNames;
 use crate::source::reader::Text;
 use crate::source::room::Room;
 use crate::source::span::{FileId, Located, SourceFile, Span};
+use array::{Array, Element};
 use layers::Layers;
-use program::{NamedOperand, Program};
+use program::{NamedArray, NamedOperand, Program};
 use scope::{Scope, Thing};
 use template::pending::{Argument, Trial};
 
@@ -150,6 +152,8 @@ struct Resolver<'a> {
     used: Vec<bool>,
     /// Bits and words with their names as written in the ladder, in order of resolving.
     named: Vec<(Span, NamedOperand)>,
+    /// The arrays that the ladder names.
+    arrays: Vec<(Span, NamedArray)>,
     /// The places where the ladder names a constant by its tag, and the tag's index.
     constants: Vec<(Span, usize)>,
     /// The places of rungs that templates stand for.
@@ -179,6 +183,7 @@ impl<'a> Resolver<'a> {
             misread: false,
             used: Vec::new(),
             named: Vec::new(),
+            arrays: Vec::new(),
             constants: Vec::new(),
             layers: Layers::default(),
             use_names: Vec::new(),
@@ -227,22 +232,36 @@ impl<'a> Resolver<'a> {
             tag.used = *used;
         }
         self.share_uses(&mut program.tags);
-        program.operands = self.operands();
+        (program.operands, program.arrays) = self.operands();
         program.constants = std::mem::take(&mut self.constants);
         program.constants.sort_unstable();
         program
     }
 
-    /// The operands in order of place, each address once, with its first name.
-    fn operands(&mut self) -> Vec<NamedOperand> {
-        let mut named = std::mem::take(&mut self.named);
+    /// The operands in order of place, each address once, with its first name; and the arrays.
+    fn operands(&mut self) -> (Vec<NamedOperand>, Vec<NamedArray>) {
+        let (named, arrays) = (std::mem::take(&mut self.named), std::mem::take(&mut self.arrays));
+        // At one place, as `recipe[step]`, the array stands before its index.
+        let arrays = arrays.into_iter().map(|(span, array)| (span, Err(array)));
+        let operands = named.into_iter().map(|(span, operand)| (span, Ok(operand)));
+        let mut all: Vec<(Span, Result<NamedOperand, NamedArray>)> =
+            arrays.chain(operands).collect();
         match self.layers.is_empty() {
-            true => named.sort_by_key(|(span, _)| (span.file, span.start)),
-            false => named.sort_by_cached_key(|(span, _)| self.layers.order(*span)),
+            true => all.sort_by_key(|(span, _)| (span.file, span.start)),
+            false => all.sort_by_cached_key(|(span, _)| self.layers.order(*span)),
         }
-        let mut seen = NumberSet::default();
-        named.retain(|(_, operand)| seen.insert(operand.address));
-        named.into_iter().map(|(_, operand)| operand).collect()
+        let (mut operands, mut arrays) = (Vec::new(), Vec::new());
+        let (mut seen, mut seen_arrays) = (NumberSet::default(), NumberSet::default());
+        for (_, named) in all {
+            match named {
+                Ok(operand) if seen.insert(operand.address) => operands.push(operand),
+                Err(of) if seen_arrays.insert((of.array.element(0), of.array.count)) => {
+                    arrays.push(NamedArray { behind: operands.len(), ..of });
+                }
+                Ok(_) | Err(_) => {}
+            }
+        }
+        (operands, arrays)
     }
 
     /// Checks a name of an `allow`: it must be the name of a warning.
@@ -268,6 +287,9 @@ impl<'a> Resolver<'a> {
                 if let Some(tag) = found.tag {
                     self.used[tag] = true;
                 }
+                if let Thing::Array(array) | Thing::Element(Element { array, .. }) = found.thing {
+                    self.note_array(name, span, (array, found.tag));
+                }
                 if let Some(index) = &found.index {
                     self.note_index(index, span);
                 }
@@ -280,6 +302,29 @@ impl<'a> Resolver<'a> {
                 None
             }
         }
+    }
+
+    /// Records that the ladder names this array; with the index of the tag of its element 0.
+    fn note_array(&mut self, name: &str, span: Span, (array, tag): (Array, Option<usize>)) {
+        let name = name.to_owned();
+        self.arrays.push((span, NamedArray { name, array, tag, behind: 0 }));
+    }
+
+    /// As [`Resolver::look_up`], where only tags of some types can stand: the help for an unknown
+    /// name proposes these.
+    fn look_up_as(&mut self, name: &str, span: Span, types: &[&str]) -> Option<Thing> {
+        let before = self.findings.len();
+        let thing = self.look_up(name, span);
+        if let (None, [first, others @ ..]) = (thing, types)
+            && !name.contains(['.', '['])
+        {
+            let mut found = self.findings.split_off(before);
+            let others = others.iter().map(|other| format!(", or \"{other}\"")).collect::<String>();
+            let declared =
+                || format!("declare it under [tags]: `{name} = {{ type = \"{first}\" }}`{others}");
+            self.findings.extend(found.drain(..).map(|finding| finding.declared_as(declared)));
+        }
+        thing
     }
 
     /// Notes the word or constant that is an index.

@@ -6,6 +6,7 @@ use super::declare::BUILT_IN;
 use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
 use super::program::BlockKind;
 use super::scope::Thing;
+use crate::isa::duration;
 use crate::isa::{
     Address, Bit, BitSpace, BlockId, LegName, Mnemonic, OperandKind, OperandSpec, Spec, Structure,
     Word,
@@ -154,7 +155,7 @@ impl Resolver<'_> {
         if value.is_real() {
             let message = format!("the {} `{atom}` is a real, not a whole number", row.name);
             let finding = Finding::new(Code::OperandType, atom.span, message);
-            self.find(finding.help("`MOVE` a real to a D word, and name that word here"));
+            self.find(finding.help(whole_help(atom, value, row)));
             return None;
         }
         Some(value)
@@ -190,6 +191,9 @@ impl Resolver<'_> {
         let Thing::Address(address @ Address::Bit(bit)) = thing else {
             let help = match thing {
                 Thing::Array(array) => of_array(name, array),
+                Thing::Address(Address::Structure(structure)) if spec.mnemonic == Mnemonic::Rst => {
+                    format!("write `{} {name}`", reset_of(structure))
+                }
                 Thing::Address(_)
                 | Thing::Constant(..)
                 | Thing::Real(_)
@@ -291,12 +295,7 @@ impl Resolver<'_> {
             Ok(Thing::Address(Address::Structure(structure)))
                 if spec.legs == [LegName::When] && !spec.mnemonic.owns_structure() =>
             {
-                let reset = match structure {
-                    Structure::Counter(_) => "RSTCT",
-                    Structure::Timer(_) => "RSTT",
-                    Structure::Sensaphone(_) => "RES",
-                };
-                format!("write `{reset} {base}`")
+                format!("write `{} {base}`", reset_of(structure))
             }
             Ok(_) | Err(_) => {
                 format!("`{}` works on {wanted}: `{like}`, or a tag of one", spec.name)
@@ -309,7 +308,15 @@ impl Resolver<'_> {
     /// Looks up an operand's name; a constant becomes a finding.
     fn thing<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<(&'t str, Thing)> {
         let name = self.name_of(atom, wanted)?;
-        Some((name, self.look_up(name, atom.span)?))
+        let types: &[&str] = match wanted {
+            "a bit" => &["bit"],
+            "a word" => &["int", "real", "word"],
+            "a counter" => &["counter"],
+            "a timer" => &["timer"],
+            "a Sensaphone counter" => &["sensaphone"],
+            _ => &[],
+        };
+        Some((name, self.look_up_as(name, atom.span, types)?))
     }
 
     /// The operand's name; a constant becomes a finding.
@@ -376,6 +383,35 @@ impl Resolver<'_> {
         };
         self.find(Finding::new(Code::UnknownStage, atom.span, message).help(help));
         None
+    }
+}
+
+/// The instruction that resets a structure.
+fn reset_of(structure: Structure) -> &'static str {
+    match structure {
+        Structure::Counter(_) => "RSTCT",
+        Structure::Timer(_) => "RSTT",
+        Structure::Sensaphone(_) => "RES",
+    }
+}
+
+/// The help for a real where a whole number belongs.
+fn whole_help(atom: &Atom, value: Value, row: &OperandSpec) -> String {
+    let is_time = matches!(row.kind, OperandKind::Duration | OperandKind::Interval);
+    let seconds = match value {
+        Value::Real(real) if is_time => duration::of_seconds(f64::from(real.number())),
+        Value::Real(_) | Value::Const(..) | Value::Word(_) | Value::Element(_) => None,
+    };
+    let key = row.key.map_or(String::new(), |key| format!("{key}="));
+    match (seconds, atom.name()) {
+        (Some(time), None) => format!("if it is in seconds, write `{key}{time}`"),
+        (Some(time), Some(name)) => format!(
+            "if it is in seconds, give the tag a duration: `{name} = {{ value = \"{time}\" }}`"
+        ),
+        (None, _) if is_time => {
+            format!("compute the ms in a D word, and name it here: `MATH D0 = {atom} * 1000.0`")
+        }
+        (None, _) => "`MOVE` a real to a D word, and name that word here".to_owned(),
     }
 }
 

@@ -95,7 +95,9 @@ impl Resolver<'_> {
             return None;
         }
         let (from, to) = (first.1.min(last.1), first.1.max(last.1));
-        Some(ShiftBits { array: Array { space: first.0, first: from, count: to - from + 1 }, down })
+        let array = Array { space: first.0, first: from, count: to - from + 1 };
+        self.note_array(name, atom.span, (array, None));
+        Some(ShiftBits { array, down })
     }
 
     /// An end of a range.

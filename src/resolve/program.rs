@@ -11,7 +11,7 @@ use super::layers::Layers;
 pub use super::places::Places;
 use std::sync::Arc;
 
-use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, Real, StageId};
+use crate::isa::{Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId};
 pub(crate) use crate::source::atom::Written;
 pub(crate) use crate::source::contact::{Comparison, Edge};
 use crate::source::span::{FileId, Span};
@@ -39,6 +39,8 @@ pub struct Program {
     pub devices: Vec<String>,
     /// The operands that the ladder names, as written, in order of first appearance.
     pub operands: Vec<NamedOperand>,
+    /// The arrays that the ladder names: whole, by a slice or range, or with a moving index.
+    pub arrays: Vec<NamedArray>,
     /// The places where the ladder names a constant by its tag, and the tag's index; in order of
     /// place.
     pub constants: Vec<(Span, usize)>,
@@ -223,6 +225,19 @@ pub struct NamedOperand {
     pub(crate) address: Address,
 }
 
+/// An array, slice or range that the ladder names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedArray {
+    /// The name as written: `recipe`, `recipe[step]`, `D0..D9`.
+    pub name: String,
+    /// The array.
+    pub(crate) array: Array,
+    /// The index of the tag of its first element; `None` for a range.
+    pub(crate) tag: Option<usize>,
+    /// How many of the program's operands stand before it.
+    pub(crate) behind: usize,
+}
+
 /// A part of a program that executes and terminates as a whole: a block's own rungs, or a Stage.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProgramPart<'p> {
@@ -254,6 +269,27 @@ impl Program {
             let instructions = part.rungs.iter().flat_map(Rung::instructions);
             instructions.map(move |(_, instruction)| (part.block, instruction))
         })
+    }
+
+    /// All that the ladder names, in order of first appearance, each address once; of an array the
+    /// first elements, at most this number.
+    pub fn named(&self, most: usize) -> Vec<NamedOperand> {
+        let mut all = Vec::new();
+        let mut operands = self.operands.iter().cloned();
+        let mut taken = 0;
+        for of in &self.arrays {
+            all.extend(operands.by_ref().take(of.behind - taken));
+            taken = of.behind;
+            all.extend(of.array.addresses().take(most).enumerate().map(|(at, address)| {
+                let tag = of.tag.and_then(|first| self.tags.get(first + at));
+                let name = tag.map_or_else(|| address.to_string(), |tag| tag.name.clone());
+                NamedOperand { name, address }
+            }));
+        }
+        all.extend(operands);
+        let mut seen = NumberSet::default();
+        all.retain(|operand| seen.insert(operand.address));
+        all
     }
 
     /// The block of a number.

@@ -30,7 +30,8 @@ impl Resolver<'_> {
         self.no_list(tag);
         let mut cell =
             |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
-        let (initial, min, max) = (cell(&tag.initial), cell(&tag.min), cell(&tag.max));
+        let initial = cell(&tag.initial);
+        let (min, max) = self.limits(tag, meaning);
         let resolved = Tag {
             name: kept(&tag.name.text),
             span: tag.name.span,
@@ -63,6 +64,16 @@ impl Resolver<'_> {
             let help = format!("a text has at most {TEXT_MAX}; `doc` has room for what to do");
             self.find(Finding::new(Code::TagKey, alarm.span, message).help(help));
         }
+    }
+
+    /// `min` and `max`. Of a bit both are refused already.
+    pub(super) fn limits(&mut self, tag: &ladder::Tag, meaning: TagMeaning) -> PairOfCells {
+        if matches!(meaning, TagMeaning::Address(Address::Bit(_))) {
+            return (None, None);
+        }
+        let mut cell =
+            |value: &Option<_>| value.as_ref().and_then(|value| self.tag_value(value, meaning));
+        (cell(&tag.min), cell(&tag.max))
     }
 
     pub(super) fn meaning(&mut self, tag: &ladder::Tag) -> Option<TagMeaning> {
@@ -212,25 +223,31 @@ impl Resolver<'_> {
                 | TagMeaning::Array(_) => cell.to_string(),
             });
             let finding = Finding::new(Code::OutOfRange, high_span, message);
-            self.find(finding.related(low_span, format!("{low} here, {high} there")));
+            let finding = finding.related(low_span, format!("{low} here, {high} there"));
+            self.find(match message.contains("`initial`") {
+                true => finding.help("`min` <= `initial` <= `max`: change one of them"),
+                false => finding.help(format!("exchange them: `min = {high}, max = {low}`")),
+            });
         }
     }
 
     /// Reports two tags of one location with different `initial`, `min` or `max`.
     pub(super) fn check_aliases(&mut self, program: &Program) {
-        let mut first: NumberMap<(Address, u32), (i32, Span)> = NumberMap::default();
-        // Two arrays may share many elements: one finding for each value is enough.
+        let mut first: NumberMap<(Address, u32), (i32, Span, Span)> = NumberMap::default();
+        // Two arrays may share many elements: one finding for each pair of tags is enough.
         let mut found = HashSet::new();
         for tag in &program.tags {
             let TagMeaning::Address(address) = tag.meaning else { continue };
             let values = [("initial", tag.initial), ("min", tag.min), ("max", tag.max)];
             for (number, (key, value)) in (0..).zip(values) {
                 let Some((n, span)) = value else { continue };
-                let (other, place) = *first.entry((address, number)).or_insert((n, span));
-                if other != n && found.insert((span, place)) {
+                let (other, place, of) =
+                    *first.entry((address, number)).or_insert((n, span, tag.span));
+                if other != n && found.insert((key, tag.span, of)) {
                     let message = format!("`{key}` of `{address}` is given twice, differently");
                     let finding = Finding::new(Code::TagKey, span, message);
-                    self.find(finding.related(place, "another tag of this address says this"));
+                    let finding = finding.related(place, "another tag of this address says this");
+                    self.find(finding.help(format!("leave `{key}` to one of the two tags")));
                 }
             }
         }
@@ -238,7 +255,7 @@ impl Resolver<'_> {
 }
 
 /// Two values of a tag, each with its place, if it is given.
-type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
+pub(super) type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
 
 /// The content of a bit's cell; `None` with the message of the finding.
 fn bit_cell(value: Constant) -> (Option<i32>, &'static str) {

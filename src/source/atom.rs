@@ -97,7 +97,7 @@ fn constant(word: &str, span: Span) -> Result<AtomKind, Finding> {
             let finding = Finding::new(Code::BadDuration, span, "a duration is never negative");
             return Err(finding.help(format!("write `{digits}`, or a number of ms")));
         }
-        if !duration::looks_like(digits) {
+        if !duration::looks_like(digits) && duration::of_fraction(digits).is_none() {
             return Err(no_number(word, span));
         }
         let ms = duration::parse(digits).map_err(|error| bad_duration(word, span, error))?;
@@ -137,6 +137,11 @@ pub(super) fn bad_duration(text: &str, span: Span, error: DurationError) -> Find
             format!("`{text}` is not a duration"),
             "the smallest unit is the millisecond: the least is `1ms`",
         ),
+        DurationError::Form if let Some(right) = duration::of_fraction(text) => {
+            let message = format!("`{text}` is not a duration: its numbers are whole");
+            let finding = Finding::new(Code::BadDuration, span, message);
+            return finding.help(format!("write `{right}`"));
+        }
         DurationError::Form => (
             format!("`{text}` is not a duration"),
             "write `250ms`, `2s`, `1m30s`, `1h2m3s4ms`, or `HH:MM:SS:mmm`",

@@ -1,9 +1,9 @@
-//! Splits a string of contacts into tokens. Called by `contact_parser`. A character that begins no
-//! token becomes a finding here; its help explains the notation that the character mostly comes
-//! from.
+//! Splits a string of contacts into tokens. Called by `contact_parser`. For a character that
+//! begins no token, `contact_habits` has the finding.
 
 use super::atom::Atom;
 use super::contact::Comparison;
+use super::contact_habits::stray;
 use super::finding::{Code, Finding};
 use super::span::Span;
 
@@ -26,7 +26,7 @@ pub(super) type Parsed<T> = Result<T, Finding>;
 pub(super) fn lex(text: &str, span: Span) -> Parsed<Vec<(Token, Span)>> {
     split(text, span, |rest, first, at| match sign(rest) {
         Some(found) => Ok(found),
-        None => atom(rest, first, at, span),
+        None => atom(text, first, at, span),
     })
 }
 
@@ -70,7 +70,8 @@ fn sign(rest: &str) -> Option<(Token, usize)> {
     found.map(|(sign, token)| (token.clone(), sign.len()))
 }
 
-fn atom(rest: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)> {
+fn atom(text: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)> {
+    let rest = &text[at..];
     let number = first.is_ascii_digit()
         || (first == '-' && rest[1..].starts_with(|c: char| c.is_ascii_digit()));
     let length = if number {
@@ -81,7 +82,7 @@ fn atom(rest: &str, first: char, at: usize, span: Span) -> Parsed<(Token, usize)
         let length = length + element_length(&rest[..length], &rest[length..]);
         length + index_length(&rest[length..], span.part(at + length, at + rest.len()))?
     } else {
-        return Err(stray(rest, first, at, span));
+        return Err(stray(text, at, span));
     };
     let place = span.part(at, at + length);
     let mut atom = Atom::parse(&without_spaces_in_index(&rest[..length]), place);
@@ -145,36 +146,5 @@ fn without_spaces_in_index(word: &str) -> String {
     match word.split_once('[') {
         Some((name, index)) => format!("{name}[{}", index.replace([' ', '\t'], "")),
         None => word.to_owned(),
-    }
-}
-
-/// The finding for a character that begins no contact.
-fn stray(rest: &str, first: char, at: usize, span: Span) -> Finding {
-    let place = span.part(at, at + first.len_utf8());
-    let two = span.part(at, (at + 2).min((span.end - span.start) as usize));
-    let finding = |message: String, place| Finding::new(Code::ContactSyntax, place, message);
-    match first {
-        '&' => finding("`&&` is written `&`".into(), two).help("write `&`"),
-        '|' => finding("`||` is written `|`".into(), two).help("write `|`"),
-        '<' => finding("`<>` is written `!=`".into(), two).help("write `!=`"),
-        '=' if rest.starts_with("=>") => {
-            finding("`=>` is written `>=`".into(), two).help("write `>=`")
-        }
-        '=' if rest.starts_with("=<") => {
-            finding("`=<` is written `<=`".into(), two).help("write `<=`")
-        }
-        '=' => finding("`=` is written `==`".into(), place).help("write `==`"),
-        '/' | '~' | '^' => finding(format!("`{first}` does not negate a contact"), place)
-            .help(format!("write `!{}`", rest[1..].trim_start())),
-        ',' => finding("a comma in a contact".into(), place)
-            .help("contacts in series are strings of their own: `[\"X0\", \"X1\"]`"),
-        '+' if rest[1..].starts_with(|c: char| c.is_ascii_digit()) => {
-            finding("a number has no `+`".into(), place).help("take the `+` away")
-        }
-        '+' | '-' | '*' => finding(format!("`{first}` in a contact"), place)
-            .help("contacts compute nothing: `MATH D0 = …` in a rung before, then `D0 == …` here"),
-        c if c.is_alphabetic() => finding(format!("`{c}` belongs to no name"), place)
-            .help("names are of the letters A to Z and a to z, digits and `_`: `groesse`"),
-        _ => finding(format!("`{}` belongs to no contact", first.escape_debug()), place),
     }
 }

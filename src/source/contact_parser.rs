@@ -6,6 +6,7 @@
 
 use super::atom::{Atom, AtomKind};
 use super::contact::{Comparison, Contact, Edge};
+use super::contact_habits::{called, computed, split_address};
 use super::contact_lexer::{Parsed, Token, lex};
 use super::finding::{Code, Finding};
 use super::nearest::did_you_mean;
@@ -191,6 +192,9 @@ impl Parser<'_> {
             _ => {
                 let message = format!("`{word}` cannot have parentheses after it");
                 let finding = Finding::new(Code::ContactSyntax, span, message);
+                if let Some(help) = called(self.text, (span.start - self.span.start) as usize) {
+                    return Err(finding.help(help));
+                }
                 return Err(finding.help(match word.to_ascii_lowercase().as_str() {
                     "rise" => "write `rise(…)`".to_owned(),
                     "fall" => "write `fall(…)`".to_owned(),
@@ -257,9 +261,14 @@ impl Parser<'_> {
 
     /// The finding for a token that follows a complete contact.
     fn left_over(&self, token: &Token, place: Span) -> Finding {
-        let before = &self.text[..(place.start - self.span.start) as usize];
-        let behind = &self.text[(place.start - self.span.start) as usize..];
+        let at = (place.start - self.span.start) as usize;
+        let (before, behind) = self.text.split_at(at);
         match token {
+            Token::Atom(Atom { kind: AtomKind::Integer(_) | AtomKind::Real(_), .. })
+                if behind.starts_with('-') =>
+            {
+                self.error(place, "`-` in a contact").help(computed(self.text, at))
+            }
             Token::Atom(_) | Token::Not | Token::Open => {
                 let (before, behind) = (before.trim(), behind.trim());
                 if let Some((place, help)) = self.habit(place) {
@@ -268,6 +277,9 @@ impl Parser<'_> {
                 let mut help = format!(
                     "contacts in series are strings of their own: `\"{before}\", \"{behind}\"`"
                 );
+                if let Some(help) = split_address(before, behind) {
+                    return self.error(place, "a number does not stand alone").help(help);
+                }
                 // A tag may have such a name too; in lower case it is more likely one.
                 let first = before.split_whitespace().next().unwrap_or_default();
                 if first.chars().all(|c| c.is_ascii_uppercase())

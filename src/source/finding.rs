@@ -70,6 +70,14 @@ impl Finding {
         self
     }
 
+    /// Replaces the help to declare a name, if it has this help.
+    pub(crate) fn declared_as(self, help: impl FnOnce() -> String) -> Finding {
+        match self.help.as_deref().is_some_and(|help| help.starts_with("declare it under")) {
+            true => self.help(help()),
+            false => self,
+        }
+    }
+
     /// Searches the known names for one near to `name`; if there is one, it replaces the help.
     pub(crate) fn near(mut self, name: &str, known: &KnownNames) -> Finding {
         self.near = Some(Box::new(Near::new(name, known)));
@@ -246,6 +254,10 @@ findings! {
         "`~` of a bit is never 0: a bit that takes it is always ON.";
     ConstantSaturates "constant-saturates" Warning
         "A constant never fits its target: the target's limit is stored instead.";
+    LostFraction "lost-fraction" Warning
+        "A constant has a fraction, and the word that takes it holds whole numbers.";
+    MathConstants "math-constants" Warning
+        "Constants in MATH can only be a mistake, as a division by 0.";
     RetainedButReset "retained-but-reset" Warning
         "A retained structure loses its value at every stop.";
     RetainsNothing "retains-nothing" Warning "`[retain]` names nothing that a restart keeps.";

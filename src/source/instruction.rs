@@ -7,6 +7,7 @@ use super::atom::Atom;
 use super::expression::Formula;
 use super::expression_parser::parse_formula;
 use super::finding::{Code, Finding};
+use super::instruction_habits::other_form;
 use super::span::{Located, Span};
 use crate::isa::{Mnemonic, OperandKind};
 
@@ -37,8 +38,8 @@ pub(crate) struct Operand {
 /// Parses the text of an instruction; `span` is the place of the whole text. Adds every mistake to
 /// `findings`; returns `None` if there is one.
 pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Instruction> {
-    let mut words = words(text).into_iter();
-    let Some((at, mnemonic)) = words.next() else {
+    let all = words(text);
+    let Some((&(at, mnemonic), behind)) = all.split_first() else {
         let finding = Finding::new(Code::InstructionSyntax, span, "an empty instruction");
         findings.push(finding.help("take it away, or name an instruction: `OUT Y0`"));
         return None;
@@ -48,14 +49,17 @@ pub fn parse(text: &str, span: Span, findings: &mut Vec<Finding>) -> Option<Inst
         let formula = formula(text, mnemonic.span, span, findings)?;
         return Some(Instruction { span, mnemonic, operands: Vec::new(), formula: Some(formula) });
     }
+    if let Some(finding) = other_form(text, &all, span) {
+        findings.push(finding);
+        return None;
+    }
     let mut operands = Vec::new();
     let mut whole = true;
-    let all: Vec<(usize, &str)> = words.collect();
-    for (number, &(at, word)) in all.iter().enumerate() {
+    for (number, &(at, word)) in behind.iter().enumerate() {
         match operand(word, &mnemonic.value, span.part(at, at + word.len())) {
             Ok(operand) => operands.push(operand),
             Err(finding) => {
-                findings.push(match joined(&all, number) {
+                findings.push(match joined(behind, number) {
                     Some(right) => finding.help(format!("write it without spaces: `{right}`")),
                     None => *finding,
                 });
@@ -167,6 +171,10 @@ fn comma_help(word: &str, mnemonic: &str) -> String {
         return help;
     }
     let names: Vec<&str> = word.split(',').filter(|name| !name.is_empty()).collect();
+    let number = word.rsplit('=').next().unwrap_or(word).trim_start_matches('-');
+    if names.len() == 2 && number.bytes().all(|b| b.is_ascii_digit() || b == b',') {
+        return format!("of a number with a fraction, write a point: `{}`", names.join("."));
+    }
     let spec = Mnemonic::from_name(&mnemonic.to_ascii_uppercase()).map(Mnemonic::spec);
     let positional = || spec.iter().flat_map(|s| s.operands.iter()).filter(|o| o.key.is_none());
     match names.as_slice() {

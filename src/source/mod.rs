@@ -7,6 +7,7 @@
 
 pub(crate) mod atom;
 pub(crate) mod contact;
+mod contact_habits;
 mod contact_lexer;
 pub mod contact_parser;
 #[cfg(test)]
@@ -22,6 +23,7 @@ pub mod file_kind;
 pub mod finding;
 mod headers;
 pub mod instruction;
+mod instruction_habits;
 pub(crate) mod key;
 pub(crate) mod ladder;
 pub(crate) mod nearest;
@@ -35,4 +37,4 @@ mod strict;
 pub(crate) mod table;
 mod tag;
 mod template;
-mod wording;
+pub(crate) mod wording;

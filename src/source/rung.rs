@@ -135,6 +135,7 @@ fn read_entry_in_time(table: Table<'_>) -> Option<Entry> {
 }
 
 fn read_use(mut table: Table<'_>) -> Use {
+    table.call("a use");
     let of = Use {
         span: table.span(),
         name: table.required_string(key("name", "The name of this use.")),

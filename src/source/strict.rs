@@ -32,6 +32,7 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
         if echo {
             continue;
         }
+        let behind = doc.slice(range.start..line_end);
         let finding = Finding::new(Code::TomlSyntax, doc.span(range.clone()), error.message());
         if error.message().starts_with("duplicate key")
             && let Some(finding) = headers::doubled(doc, range)
@@ -42,14 +43,18 @@ pub(super) fn report_syntax(doc: Doc<'_>, errors: &[Error]) {
             last = Some((line_end + rest.find("\n[").unwrap_or(rest.len()), error.message()));
             continue;
         }
-        doc.find(match help(error.message()) {
+        doc.find(match help(error.message(), behind) {
             Some(words) => finding.help(words),
             None => finding,
         });
     }
 }
 
-fn help(message: &str) -> Option<&'static str> {
+/// The help for an error; `rest`: the line from its place on.
+fn help(message: &str, rest: &str) -> Option<&'static str> {
+    if message.contains("unquoted key") && rest.starts_with(|c: char| !c.is_ascii()) {
+        return Some("names are of the letters A to Z and a to z, digits and `_`: `groesse`");
+    }
     if message.starts_with("duplicate key") {
         return Some("a key, and a table's header, stand once; `[[…]]` headers may repeat");
     }

@@ -88,6 +88,11 @@ impl<'a> Table<'a> {
         self.place
     }
 
+    /// Names what it is in findings.
+    pub fn call(&mut self, place: &'static str) {
+        self.place = place;
+    }
+
     /// From its header to the end of its last value.
     pub fn extent(&self) -> Span {
         Span { end: end_of(self.table).max(self.span.end as usize) as u32, ..self.span }

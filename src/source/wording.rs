@@ -15,7 +15,7 @@ const TEXT_CHARS_MAX: usize = 4_000;
 /// The text with control characters escaped (but line ends), overlong words shortened in the
 /// middle, and cut to `TEXT_CHARS_MAX` characters.
 pub fn bounded(text: String) -> String {
-    if text.len() <= WORD_CHARS_MAX && !text.chars().any(is_obeyed) {
+    if text.len() <= WORD_CHARS_MAX && !text.chars().any(|c| c != '\n' && is_obeyed(c)) {
         return text;
     }
     let mut told = String::new();
@@ -71,7 +71,7 @@ fn push(told: &mut String, c: char) -> usize {
     match c {
         // From a file with Windows line ends.
         '\r' => 0,
-        c if is_obeyed(c) => {
+        c if c != '\n' && is_obeyed(c) => {
             let escaped = c.escape_unicode();
             told.extend(escaped.clone());
             escaped.count()
@@ -84,11 +84,11 @@ fn push(told: &mut String, c: char) -> usize {
 }
 
 /// Whether a terminal may not simply show a character: control characters, and those that reverse
-/// the direction of a text.
-fn is_obeyed(c: char) -> bool {
-    let turns =
-        matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
-    turns || (c.is_control() && c != '\n')
+/// the direction of a text. A line end is a control character too.
+pub(crate) fn is_obeyed(c: char) -> bool {
+    let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}')
+        || matches!(c, '\u{2066}'..='\u{2069}' | '\u{61c}');
+    c.is_control() || turns
 }
 
 #[cfg(test)]

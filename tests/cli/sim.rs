@@ -101,6 +101,39 @@ fn without_watch_everything_that_the_ladder_names_is_traced() {
 }
 
 #[test]
+fn without_watch_arrays_are_traced_with_their_first_elements() {
+    let place = Place::new("default-arrays");
+    let ladder = |count: u32| {
+        format!(
+            r#"[tags]
+recipe = {{ at = "D10", count = 4 }}
+long = {{ at = "D1000", count = {count} }}
+step = {{ at = "V5" }}
+
+[[program]]
+name = "Main"
+rung = [
+  {{ when = ["$On"], do = ["MATH D0 = sum(recipe[1..2])", "MATH recipe[0] = 7"] }},
+  {{ when = ["recipe[step] == 7"], do = ["FILL 0 to=C4..C5", "FILL 1 to=long"] }},
+]
+"#
+        )
+    };
+    place.write("arrays.toml", &ladder(2));
+    expect_test::expect![[r#"
+        scan,time_ms,$On,D0,recipe[1],recipe[2],recipe[0],recipe[3],step,C4,C5,long[0],long[1]
+        0,0,1,0,0,0,7,0,0,0,0,1,1
+    "#]]
+    .assert_eq(&place.trace("arrays.toml --scans 1"));
+    place.write("arrays.toml", &ladder(65));
+    let output = place.sim("arrays.toml --scans 1");
+    let said = "note: of the 65 elements of `long` the trace has the first 64; `--watch` names ";
+    assert_eq!(text(&output.stderr), format!("{said}others\n"));
+    let header = text(&output.stdout).lines().next().map(str::to_owned).unwrap();
+    assert!(header.ends_with(",long[62],long[63]"), "{header}");
+}
+
+#[test]
 fn watch_chooses_operands_and_their_order() {
     let place = Place::new("watch");
     let args = "count.toml --stimulus parts.csv --scans 6 --watch full,CT0.Acc,size,X0";
@@ -136,6 +169,7 @@ fn how_long_it_runs_is_said_in_scans_or_in_time() {
     place.refused("count.toml --scans 3 --for 1s", 2, "cannot be used with");
     place.refused("count.toml --period 0ms", 2, "a period is at least 1ms");
     place.refused("count.toml --for soon", 2, "`soon` is not a duration");
+    place.refused("count.toml --period 600h", 2, "the longest is 596h31m23s647ms");
     place.refused("", 2, "LADDER.toml");
 }
 

@@ -40,7 +40,8 @@ impl Resolver<'_> {
             self.range_given(argument, atom);
             return false;
         }
-        let Some(thing) = self.look_up(name, atom.span) else { return false };
+        let kind = argument.kind.trial_type();
+        let Some(thing) = self.look_up_as(name, atom.span, kind.as_slice()) else { return false };
         let spec = Mnemonic::Out.spec();
         match (argument.kind.wanted(), thing) {
             (Wanted::Bit, Thing::Address(Address::Bit(_)))

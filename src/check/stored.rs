@@ -1,0 +1,146 @@
+//! The numbers that an instruction stores in words, if a constant is part of them.
+//!
+//! Called by the rules about constants that do not fit: `constant_saturates`, `lost_fraction`.
+
+use crate::isa::{Address, Word};
+use crate::resolve::array::Array;
+use crate::resolve::formula::{Formula, Part, Unary};
+use crate::resolve::instruction::{Filling, Source, Target, WordPlace};
+use crate::resolve::program::{Action, Value};
+use crate::source::span::Span;
+
+/// The words that an instruction stores in: one, or one or all of an array.
+#[derive(Clone, Copy)]
+pub enum Words {
+    One(Word),
+    Of(Array),
+}
+
+/// The numbers that an instruction stores.
+#[derive(Clone, Copy)]
+pub struct Storing {
+    /// Where.
+    pub to: Words,
+    /// The least and greatest number.
+    pub range: (f64, f64),
+    /// A constant with a fraction among whole numbers alone.
+    pub fraction: Option<f64>,
+    /// The place of its last constant; of a MATH, of its target.
+    pub place: Span,
+}
+
+impl Words {
+    /// The first one.
+    pub fn first(self) -> Option<Word> {
+        match self {
+            Words::One(word) => Some(word),
+            Words::Of(array) => array.first_word(),
+        }
+    }
+
+    /// All of them.
+    pub fn each(self) -> impl Iterator<Item = Word> {
+        let (one, array) = match self {
+            Words::One(word) => (Some(word), None),
+            Words::Of(array) => (None, Some(array)),
+        };
+        let elements = array.into_iter().flat_map(|array| array.addresses());
+        one.into_iter().chain(elements.filter_map(|address| match address {
+            Address::Word(word) => Some(word),
+            Address::Bit(_) | Address::Structure(_) => None,
+        }))
+    }
+}
+
+/// What an action stores in words, if a constant is part of it: of MOVE, ADD, SUB and FILL, and of
+/// a MATH whose expression is a constant alone.
+pub fn storing(action: &Action) -> Option<Storing> {
+    if let Action::Store { source, to } = action {
+        let to = match to.value {
+            WordPlace::Word(word) => Words::One(word),
+            WordPlace::Element(element) => Words::Of(element.array),
+        };
+        // With two locations, no constant is at fault.
+        let place = source.values().filter(|of| constant(of.value).is_some()).last()?.span;
+        return Some(Storing { to, range: sum(*source), fraction: fraction(*source), place });
+    }
+    if let Action::Fill { value, to } = action {
+        let Filling::Value(number) = value.value else { return None };
+        let number = constant(number).filter(|_| !to.value.is_bits())?;
+        return Some(Storing::of(Words::Of(to.value), number, value.span));
+    }
+    let Action::Math { target, index: _, formula } = action else { return None };
+    let to = match target.value {
+        Target::Word(word) => Words::One(word),
+        Target::Array(array) => Words::Of(array),
+        Target::Bit(_) => return None,
+    };
+    to.first()?;
+    Some(Storing::of(to, alone(formula)?, target.span))
+}
+
+impl Storing {
+    /// Of a constant.
+    fn of(to: Words, number: f64, place: Span) -> Storing {
+        let fraction = Some(number).filter(|number| number.fract() != 0.0);
+        Storing { to, range: (number, number), fraction, place }
+    }
+}
+
+fn sum(source: Source) -> (f64, f64) {
+    match source {
+        Source::Value(a) => range(a.value),
+        Source::Sum(a, b) => {
+            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
+            (a_low + b_low, a_high + b_high)
+        }
+        Source::Difference(a, b) => {
+            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
+            (a_low - b_high, a_high - b_low)
+        }
+    }
+}
+
+/// The constant with a fraction, if all other numbers are whole.
+fn fraction(source: Source) -> Option<f64> {
+    let mut reals = source.values().filter(|of| of.value.is_real());
+    let (real, other) = (reals.next()?, reals.next());
+    constant(real.value).filter(|number| number.fract() != 0.0 && other.is_none())
+}
+
+/// The least and greatest number of a value. Integers of 32 bits, and their sums, are exact here.
+fn range(value: Value) -> (f64, f64) {
+    match value {
+        Value::Const(n, _) => (n.into(), n.into()),
+        Value::Real(real) => (real.into(), real.into()),
+        Value::Word(word) => word.numbers(),
+        Value::Element(element) => element.array.first_word().map_or((0.0, 0.0), Word::numbers),
+    }
+}
+
+fn constant(value: Value) -> Option<f64> {
+    match value {
+        Value::Const(number, _) => Some(number.into()),
+        Value::Real(real) => Some(real.into()),
+        Value::Word(_) | Value::Element(_) => None,
+    }
+}
+
+/// The constant that is a whole expression.
+fn alone(formula: &Formula) -> Option<f64> {
+    let (number, sign) = match *formula.parts.as_slice() {
+        [number] => (number, 1.0),
+        [number, Part::Unary(Unary::Minus, _)] => (number, -1.0),
+        _ => return None,
+    };
+    match number {
+        Part::Integer(n) => Some(sign * n as f64),
+        Part::Real(real) => Some(sign * f64::from(real)),
+        Part::Word(_)
+        | Part::Bit(_)
+        | Part::Element(_)
+        | Part::Unary(..)
+        | Part::Binary(..)
+        | Part::Call(..) => None,
+    }
+}
