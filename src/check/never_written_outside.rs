@@ -107,18 +107,18 @@ mod tests {
                 1:1 never-written
                   nothing writes `C3`: X6 follows it
                     write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "C3", initial = false }`
+                    `setting = { at = "C3", initial = false }`, with its name `setting` here
                 1:1 never-written
                   nothing writes `T1.Done`: X8 follows it
                     add the instruction, such as `TMR T1 preset=1s`
                 1:1 never-written
                   nothing writes `V1`: device `rio` takes it
                     write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "V1", initial = 0 }`
+                    `setting = { at = "V1", initial = 0 }`, with its name `setting` here
                 1:1 never-written
                   nothing writes `R2`: Modbus clients read it
                     write it in the ladder; or if an operator sets it, say so by a tag:
-                    `setting = { at = "R2", initial = 0.0 }`
+                    `setting = { at = "R2", initial = 0.0 }`, with its name `setting` here
             "#]],
         );
     }
