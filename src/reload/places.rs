@@ -1,10 +1,34 @@
 //! Compares tags with a `type`: reports those that begin anew or are gone, and those that have or
 //! had an address. Called by `ReloadPlan::new`; [`moves`](super::moves) has the rules.
 
+use std::cmp::Ordering;
+
 use super::moves::{addresses, parts};
 use super::plan::{OldState, Pairs, ReloadPlan, Side};
 use crate::engine::Cell;
 use crate::isa::Address;
+use crate::resolve::places::TagPlace;
+
+/// The line about a tag with another number of elements.
+fn resized(was: &TagPlace, now: &TagPlace) -> String {
+    let name = &was.name;
+    let text = match (was.is_array, now.is_array) {
+        (true, false) => format!("tag {name} is no array now"),
+        (false, true) => format!("tag {name} is an array of {} elements now", now.count),
+        (true, true) | (false, false) => {
+            format!("tag {name} has {} elements instead of {}", now.count, was.count)
+        }
+    };
+    let between = |of: &TagPlace, from: u32| match of.count - from {
+        1 => of.name_of(from),
+        _ => format!("{} to {}", of.name_of(from), of.name_of(of.count - 1)),
+    };
+    match was.count.cmp(&now.count) {
+        Ordering::Less => format!("{text}; new: {}", between(now, was.count)),
+        Ordering::Greater => format!("{text}; gone, with the values: {}", between(was, now.count)),
+        Ordering::Equal => text,
+    }
+}
 
 /// Reports the tags with a `type` that begin anew or are gone, those that have or had an address,
 /// and forces of addresses that have become a tag's place.
@@ -21,7 +45,7 @@ pub(super) fn tell(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>) {
                 format!("tag {name} was `{was}` and is `{}`: it begins anew", now.type_name())
             }
             (Some(now), _) if now.is_array != place.is_array || now.count != place.count => {
-                format!("tag {name} has another number of elements")
+                resized(place, now)
             }
             (Some(_), _) => continue,
             (None, Some(at)) if names.moves.after(place.address(0)) == Some(*at) => {

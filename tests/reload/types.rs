@@ -261,8 +261,14 @@ fn an_array_with_new_elements_has_one_line() {
     let new = plc(&ladder("", "")).force("D4095", 5).reload(&ladder(&array(4), rungs));
     assert_eq!(about(&new), ["recipe: 4 elements are new, with their `initial`"]);
     let more = new.scan(&[("recipe[1]", 7)]).reload(&ladder(&array(6), rungs));
-    assert_eq!(about(&more), ["tag recipe has another number of elements"]);
+    assert_eq!(
+        about(&more),
+        ["tag recipe has 6 elements instead of 4; new: recipe[4] to recipe[5]"]
+    );
     let less = more.holds([("recipe[1]", 7), ("recipe[5]", 9)]).reload(&ladder(&array(2), rungs));
-    assert_eq!(about(&less), ["tag recipe has another number of elements"]);
+    assert_eq!(
+        about(&less),
+        ["tag recipe has 2 elements instead of 6; gone, with the values: recipe[2] to recipe[5]"]
+    );
     less.holds([("recipe[1]", 7)]);
 }

@@ -41,7 +41,8 @@ fn check(way: Way) {
         return;
     }
     for _ in 0..ROUNDS {
-        let story = play(way);
+        let mut stories = (0..10).map(|_| play(way));
+        let story = stories.find(|story| !story.was_held_up()).expect("a machine less busy");
         judge(way, &story);
     }
 }

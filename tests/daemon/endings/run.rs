@@ -77,6 +77,12 @@ impl Outputs {
         Outputs(POINTS.map(|point| of(changes, point)))
     }
 
+    /// Whether the device's watchdog fired before the end: the machine held rungd up for longer
+    /// than that, and may do so again behind the end.
+    fn dropped_before(&self) -> bool {
+        self.0.iter().flatten().any(|change| change.by_watchdog && change.ms < 0.0)
+    }
+
     pub fn values(&self) -> [Vec<u64>; 4] {
         [0, 1, 2, 3].map(|at| self.0[at].iter().map(|change| change.value).collect())
     }
@@ -85,6 +91,13 @@ impl Outputs {
 fn of(changes: &[Change], (bank, address): (&str, u64)) -> Vec<Change> {
     let own = |change: &&Change| change.point.0 == bank && change.point.1 == address;
     changes.iter().filter(own).cloned().collect()
+}
+
+impl Story {
+    /// Whether the machine was too busy for the device's watchdog while rungd was in RUN.
+    pub fn was_held_up(&self) -> bool {
+        self.outputs.iter().any(Outputs::dropped_before)
+    }
 }
 
 impl Way {
