@@ -4,6 +4,7 @@
 //! typed, and what it says they print must be what they print. Where a client is not installed its
 //! test says so and does nothing, unless `RUNGD_REQUIRE` names `programs`.
 
+use crate::support::calm::calm;
 use crate::support::needs::not_installed;
 use crate::support::page;
 use std::fs;
@@ -42,6 +43,7 @@ impl Controller {
                 let header = "[modbus-server]\n";
                 text = text.replacen(header, &format!("{header}listen = \"127.0.0.1:0\"\n"), 1);
             }
+            let text = if *name == file { calm(&text) } else { text };
             fs::write(folder.join(name), text).unwrap();
         }
         let mut rungd = Command::new(env!("CARGO_BIN_EXE_rungd"))
