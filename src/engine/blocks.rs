@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::control::{Control, ControlKind, RestartState, StageList};
 use super::events::{BlockEvent, Element, Events, MathEvent};
+use super::eye::{Deed, Eye};
 use super::image::BitCell;
 use super::math::{Calculator, Maths};
 use super::memory::Memory;
@@ -17,7 +18,7 @@ use super::reach::{Far, Reach};
 use crate::isa::{Bit, BlockId, ElementId, StageId};
 
 /// The state of a block.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct BlockState {
     /// It was stopped (or completed) since its last turn: its pass is due.
     pub pass_due: bool,
@@ -26,26 +27,26 @@ pub(super) struct BlockState {
     /// Its own rungs executed since their last pass.
     pub executed: bool,
     /// Timestamp of the last execution of its own rungs, whole ms.
-    executed_ms: u64,
+    pub executed_ms: u64,
     /// It is a Task that is enabled recurrently.
-    recurrent: bool,
+    pub recurrent: bool,
     /// Timestamp of a recurrent Task's first execution, ns.
-    enabled_ns: u64,
+    pub enabled_ns: u64,
     /// The interval, ns; 0: every scan.
-    every_ns: u64,
+    pub every_ns: u64,
     /// Number of intervals that had passed at its last execution.
-    intervals: u64,
+    pub intervals: u64,
 }
 
 /// The state of a Stage.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct StageState {
     /// It was left or turned OFF since its last turn: its pass is due.
     pub pass_due: bool,
     /// It executed since its last pass.
     pub executed: bool,
     /// Timestamp of its last execution, whole ms.
-    executed_ms: u64,
+    pub executed_ms: u64,
 }
 
 impl BlockState {
@@ -114,35 +115,36 @@ impl Machine {
     }
 
     /// A block's turn in the scan: its pass if one is due, then its execution if it runs.
-    pub fn turn<R: Reach>(&mut self, id: BlockId) {
+    pub fn turn<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
+        eye.before(Deed::Turn(id), &self.memory.image);
         if std::mem::take(&mut self.state(id).pass_due) {
-            self.pass_block::<R>(id);
+            self.pass_block::<R>(id, eye);
         }
-        if !self.is_running(id) {
-            return;
-        }
-        match self.program.block(id).role {
-            BlockRole::Program { .. } => self.turn_program::<R>(id),
-            BlockRole::TopOfScan | BlockRole::BottomOfScan => {
-                self.execute_own::<R>(id);
+        if self.is_running(id) {
+            match self.program.block(id).role {
+                BlockRole::Program { .. } => self.turn_program::<R>(id, eye),
+                BlockRole::TopOfScan | BlockRole::BottomOfScan => {
+                    self.execute_own::<R>(id, eye);
+                }
+                BlockRole::Task => self.turn_task::<R>(id, eye),
+                BlockRole::FirstScan | BlockRole::LastScan => self.run_once::<R>(id, eye),
             }
-            BlockRole::Task => self.turn_task::<R>(id),
-            BlockRole::FirstScan | BlockRole::LastScan => self.run_once::<R>(id),
         }
+        eye.after(Deed::Turn(id), &self.memory.image);
     }
 
-    fn turn_program<R: Reach>(&mut self, id: BlockId) {
+    fn turn_program<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
         if std::mem::take(&mut self.state(id).first_turn) {
             self.enter_initial_stage(id);
         }
-        if !self.execute_own::<R>(id) {
+        if !self.execute_own::<R>(id, eye) {
             return;
         }
         for stage in self.program.stages_of(id) {
             if std::mem::take(&mut self.stage_state(stage).pass_due) {
-                self.pass_stage::<R>(stage);
+                self.pass_stage::<R>(stage, eye);
             }
-            if self.bit_of(Bit::Stage(stage)) && !self.execute_stage::<R>(id, stage) {
+            if self.bit_of(Bit::Stage(stage)) && !self.execute_stage::<R>(id, stage, eye) {
                 return;
             }
         }
@@ -154,9 +156,9 @@ impl Machine {
         }
     }
 
-    fn turn_task<R: Reach>(&mut self, id: BlockId) {
+    fn turn_task<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
         if !self.state(id).recurrent {
-            return self.run_once::<R>(id);
+            return self.run_once::<R>(id, eye);
         }
         let now_ns = self.now_ns;
         let state = self.state(id);
@@ -171,12 +173,12 @@ impl Machine {
             }
             state.intervals = intervals;
         }
-        self.execute_own::<R>(id);
+        self.execute_own::<R>(id, eye);
     }
 
     /// Executes a run-once Task. Unless it halted itself, it is then done, and its pass is due.
-    fn run_once<R: Reach>(&mut self, id: BlockId) {
-        if !self.execute_own::<R>(id) {
+    fn run_once<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
+        if !self.execute_own::<R>(id, eye) {
             return;
         }
         self.put_bit(Bit::Running(id), false);
@@ -186,48 +188,73 @@ impl Machine {
     }
 
     /// Executes a block's own rungs; returns `false` if an instruction ended the block's execution.
-    fn execute_own<R: Reach>(&mut self, id: BlockId) -> bool {
+    fn execute_own<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) -> bool {
         let code = &self.program.blocks[id.0 as usize].own;
         let state = &mut self.blocks[id.0 as usize];
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
-        self.execute::<R>(&code, ElementId { block: id, stage: None })
+        self.execute::<R>(&code, ElementId { block: id, stage: None }, eye)
     }
 
-    fn execute_stage<R: Reach>(&mut self, block: BlockId, stage: StageId) -> bool {
+    fn execute_stage<R: Reach>(
+        &mut self,
+        block: BlockId,
+        stage: StageId,
+        eye: &mut impl Eye,
+    ) -> bool {
         let code = &self.program.stages[stage.0 as usize];
         let state = &mut self.stages[stage.0 as usize];
         state.executed |= code.has_rungs;
         self.memory.elapsed_ms = elapsed_ms(&mut state.executed_ms, self.now_ns);
         let code = code.clone();
-        self.execute::<R>(&code, ElementId { block, stage: Some(stage) })
+        self.execute::<R>(&code, ElementId { block, stage: Some(stage) }, eye)
     }
 
     /// Executes an element's batches; returns `false` if an instruction ended the block's
     /// execution.
-    fn execute<R: Reach>(&mut self, code: &ElementCode, element: ElementId) -> bool {
+    fn execute<R: Reach>(
+        &mut self,
+        code: &ElementCode,
+        element: ElementId,
+        eye: &mut impl Eye,
+    ) -> bool {
+        let seen =
+            Deed::Element(element.stage.map_or(Element::Block(element.block), Element::Stage));
+        eye.before(seen, &self.memory.image);
         let mut maths_told = self.events.maths().len();
+        let mut goes_on = true;
         for at in code.batches.clone() {
+            eye.before(Deed::Batch(at), &self.memory.image);
             let batch = self.program.tables.batches[at as usize];
-            let (first, count) = (batch.first as usize, batch.count as usize);
+            let places = batch.first as usize..batch.first as usize + batch.count as usize;
             if batch.kind < OpKind::Math {
                 let view = self.memory.view::<R>();
-                self.program.tables.ops.run::<R>(batch.kind, first..first + count, view);
-                continue;
-            }
-            if batch.kind < OpKind::Control {
+                self.program.tables.ops.run::<R>(batch.kind, places, view);
+            } else if batch.kind < OpKind::Control {
                 let in_columns = batch.kind == OpKind::Columns;
-                self.calculate::<R>(first..first + count, in_columns, maths_told);
-                continue;
+                self.calculate::<R>(places, in_columns, maths_told);
+            } else {
+                goes_on = self.control_all(places, element);
+                maths_told = self.events.maths().len();
             }
-            for at in first..first + count {
-                let control = self.program.tables.ops.control[at];
-                if !self.control(control, element) {
-                    return false;
-                }
+            eye.after(Deed::Batch(at), &self.memory.image);
+            if !goes_on {
+                break;
             }
-            maths_told = self.events.maths().len();
+        }
+        eye.after(seen, &self.memory.image);
+        goes_on
+    }
+
+    /// Executes a batch of control instructions; returns `false` if one ended the block's
+    /// execution.
+    fn control_all(&mut self, at: Range<usize>, element: ElementId) -> bool {
+        for at in at {
+            let control = self.program.tables.ops.control[at];
+            if !self.control(control, element) {
+                return false;
+            }
         }
         true
     }

@@ -77,6 +77,14 @@ impl Image {
         self.forces
     }
 
+    /// Forces exactly these cells.
+    pub(super) fn put_forced(&mut self, bits: &[bool], words: &[bool]) {
+        self.forced_bits.copy_from_slice(bits);
+        self.forced_words.copy_from_slice(words);
+        let forced = |cells: &[bool]| cells.iter().filter(|forced| **forced).count() as u32;
+        self.forces = forced(bits) + forced(words);
+    }
+
     /// Writes consecutive bits, except forced ones.
     pub(super) fn put_bits(&mut self, first: u32, values: &[u8]) {
         let at = first as usize..first as usize + values.len();

@@ -6,6 +6,7 @@
 
 use super::blocks::{BlockState, Machine, StageState};
 use super::events::{BlockEvent, Events, MathEvent};
+use super::eye::{Blind, Deed, Eye};
 use super::image::{BitCell, Image, WordCell};
 use super::layout::Cell;
 use super::math::Calculator;
@@ -166,22 +167,27 @@ impl Engine {
     pub fn execute(&mut self) -> ScanEnd {
         let image = &self.machine.memory.image;
         match (image.forces(), image.is_near()) {
-            (0, true) => self.execute_with::<Near>(),
-            (0, false) => self.execute_with::<Far>(),
-            _ => self.execute_with::<Forced>(),
+            (0, true) => self.execute_with::<Near>(&mut Blind),
+            (0, false) => self.execute_with::<Far>(&mut Blind),
+            _ => self.execute_with::<Forced>(&mut Blind),
         }
-        self.scans = self.scans.saturating_add(1);
-        ScanEnd { last: self.last }
     }
 
-    fn execute_with<R: Reach>(&mut self) {
+    /// As [`Engine::execute`], seen step by step.
+    pub(crate) fn execute_seen(&mut self, eye: &mut impl Eye) -> ScanEnd {
+        self.execute_with::<Forced>(eye)
+    }
+
+    fn execute_with<R: Reach>(&mut self, eye: &mut impl Eye) -> ScanEnd {
         if self.last {
             self.start_last_scan_task();
         }
         for at in 0..self.machine.program.order.len() {
             let id = self.machine.program.order[at];
-            self.machine.turn::<R>(id);
+            self.machine.turn::<R>(id, eye);
         }
+        self.scans = self.scans.saturating_add(1);
+        ScanEnd { last: self.last }
     }
 
     /// Starts `LastScan`. It is Running from the start of the last scan until it has executed, as
@@ -198,18 +204,25 @@ impl Engine {
     /// Call after the last scan: runs the pass of every element that executed since its last pass,
     /// in scan order. Afterwards no block is Running.
     pub fn terminate(&mut self) {
-        self.machine.events.clear();
         // Called rarely, so not compiled for near reach.
         match self.machine.memory.image.forces() {
-            0 => self.terminate_with::<Far>(),
-            _ => self.terminate_with::<Forced>(),
+            0 => self.terminate_with::<Far>(&mut Blind),
+            _ => self.terminate_with::<Forced>(&mut Blind),
         }
     }
 
-    fn terminate_with<R: Reach>(&mut self) {
+    /// As [`Engine::terminate`], seen step by step.
+    pub(crate) fn terminate_seen(&mut self, eye: &mut impl Eye) {
+        self.terminate_with::<Forced>(eye);
+    }
+
+    fn terminate_with<R: Reach>(&mut self, eye: &mut impl Eye) {
+        self.machine.events.clear();
         for at in 0..self.machine.program.order.len() {
             let id = self.machine.program.order[at];
-            self.machine.pass_block::<R>(id);
+            eye.before(Deed::Turn(id), &self.machine.memory.image);
+            self.machine.pass_block::<R>(id, eye);
+            eye.after(Deed::Turn(id), &self.machine.memory.image);
         }
         for at in 0..self.machine.blocks.len() {
             self.machine.halt(BlockId(at as u32));
@@ -291,6 +304,16 @@ impl Engine {
     /// The number of events that did not fit into the lists.
     pub fn events_dropped(&self) -> u32 {
         self.machine.events.dropped()
+    }
+
+    /// The timestamp of the last scan, ns.
+    pub(crate) fn now_ns(&self) -> u64 {
+        self.machine.now_ns
+    }
+
+    /// The cell of input `Xn`.
+    pub(crate) fn input_cell(&self, n: u32) -> BitCell {
+        self.machine.program.layout.bit(Bit::Space(BitSpace::X, n))
     }
 
     /// The program.

@@ -5,6 +5,7 @@
 
 use super::blocks::Machine;
 use super::events::Element;
+use super::eye::{Deed, Eye};
 use super::program::{ElementCode, PassStep};
 use super::reach::Reach;
 use super::role::{BitOwn, BitWritten};
@@ -13,14 +14,14 @@ use crate::isa::{BlockId, StageId};
 impl Machine {
     /// A block's pass: over its own rungs, then over the Stages that executed; then turns its
     /// Stages OFF.
-    pub fn pass_block<R: Reach>(&mut self, id: BlockId) {
+    pub fn pass_block<R: Reach>(&mut self, id: BlockId, eye: &mut impl Eye) {
         if std::mem::take(&mut self.blocks[id.0 as usize].executed) {
             let code = self.program.block(id).own.clone();
-            self.pass::<R>(&code);
+            self.pass::<R>(&code, eye);
             self.terminated(Element::Block(id));
         }
         for stage in self.program.stages_of(id) {
-            self.pass_stage::<R>(stage);
+            self.pass_stage::<R>(stage, eye);
             self.stages[stage.0 as usize].pass_due = false;
         }
         for stage in self.program.stages_of(id) {
@@ -29,35 +30,39 @@ impl Machine {
     }
 
     /// A Stage's pass, if it executed since its last pass.
-    pub fn pass_stage<R: Reach>(&mut self, stage: StageId) {
+    pub fn pass_stage<R: Reach>(&mut self, stage: StageId, eye: &mut impl Eye) {
         if std::mem::take(&mut self.stages[stage.0 as usize].executed) {
             let code = self.program.stages[stage.0 as usize].clone();
-            self.pass::<R>(&code);
+            self.pass::<R>(&code, eye);
             self.terminated(Element::Stage(stage));
         }
     }
 
-    pub(super) fn pass<R: Reach>(&mut self, code: &ElementCode) {
+    pub(super) fn pass<R: Reach>(&mut self, code: &ElementCode, eye: &mut impl Eye) {
         for at in code.terminations.clone() {
-            if let PassStep::DisableTask(task) = self.program.tables.terminations[at as usize] {
-                self.halt(task);
-                continue;
-            }
-            if let PassStep::Pick(pick) = self.program.tables.terminations[at as usize] {
-                self.pick(pick);
-                continue;
-            }
-            let mut view = self.memory.view::<R>();
-            match &self.program.tables.terminations[at as usize] {
-                PassStep::BitOff(bit) => view.put_bit(BitWritten(*bit), 0),
-                PassStep::HistoryOff(cell) => view.put_own(BitOwn(*cell), 0),
-                PassStep::Counter(counter, rule) => counter.terminate(&mut view, rule),
-                PassStep::Timer(timer, rule) => timer.terminate(&mut view, *rule),
-                PassStep::HoldTimer(timer) => timer.hold(&mut view),
-                PassStep::CountUp(counter) => counter.terminate_up(&mut view),
-                PassStep::CountDown(counter) => counter.terminate_down(&mut view),
-                PassStep::DisableTask(_) | PassStep::Pick(_) => unreachable!("handled above"),
-            }
+            eye.before(Deed::Pass(at), &self.memory.image);
+            self.pass_step::<R>(at as usize);
+            eye.after(Deed::Pass(at), &self.memory.image);
+        }
+    }
+
+    fn pass_step<R: Reach>(&mut self, at: usize) {
+        if let PassStep::DisableTask(task) = self.program.tables.terminations[at] {
+            return self.halt(task);
+        }
+        if let PassStep::Pick(pick) = self.program.tables.terminations[at] {
+            return self.pick(pick);
+        }
+        let mut view = self.memory.view::<R>();
+        match &self.program.tables.terminations[at] {
+            PassStep::BitOff(bit) => view.put_bit(BitWritten(*bit), 0),
+            PassStep::HistoryOff(cell) => view.put_own(BitOwn(*cell), 0),
+            PassStep::Counter(counter, rule) => counter.terminate(&mut view, rule),
+            PassStep::Timer(timer, rule) => timer.terminate(&mut view, *rule),
+            PassStep::HoldTimer(timer) => timer.hold(&mut view),
+            PassStep::CountUp(counter) => counter.terminate_up(&mut view),
+            PassStep::CountDown(counter) => counter.terminate_down(&mut view),
+            PassStep::DisableTask(_) | PassStep::Pick(_) => unreachable!("handled above"),
         }
     }
 }

@@ -8,6 +8,7 @@
 //! Behaviour: `docs/semantics.md`, section 4, *Reload*.
 
 use super::events::Element;
+use super::eye::Blind;
 use super::image::{BitCell, WordCell};
 use super::layout::{Cell, Layout};
 use super::program::{ElementCode, PassStep};
@@ -218,7 +219,7 @@ impl Engine {
     /// Runs the passes of the parts that are not in the new program.
     fn terminate_gone(&mut self, transfer: &Transfer) {
         for block in &transfer.gone_blocks {
-            self.machine.pass_block::<Forced>(*block);
+            self.machine.pass_block::<Forced>(*block, &mut Blind);
         }
         for (element, at) in &transfer.gone {
             let executed = match element {
@@ -228,7 +229,7 @@ impl Engine {
             if executed {
                 let one = *at..*at + 1;
                 let code = ElementCode { batches: 0..0, terminations: one, has_rungs: true };
-                self.machine.pass::<Forced>(&code);
+                self.machine.pass::<Forced>(&code, &mut Blind);
             }
         }
     }

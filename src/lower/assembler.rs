@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use super::alike;
 use super::identity::{Identity, ShiftRegister, Site};
 use super::schedule;
+use super::sites::Sites;
 use crate::engine::ops::{
     And2, AnyWord, ArrayLimits, BitOwn, Cells, Formulas, LegPowers, Math, Op, OpKind, Power,
     Powers, Reads, StageList, Step, WordRead, reads,
@@ -50,6 +51,8 @@ pub(super) struct Assembler<'p> {
     has_arrays: bool,
     /// The words with the limits of arrays, by element 0 and the number of elements.
     array_limits: HashMap<(Address, u32), ArrayLimits>,
+    /// Where operations come from, if the program is lowered to be seen.
+    pub sites: Option<Sites>,
 }
 
 impl<'p> Assembler<'p> {
@@ -78,6 +81,7 @@ impl<'p> Assembler<'p> {
             terminations_from: 0,
             has_arrays: false,
             array_limits: HashMap::new(),
+            sites: None,
         };
         for (_, instruction) in program.instructions() {
             assembler.note_owner(instruction);
@@ -220,10 +224,19 @@ impl<'p> Assembler<'p> {
 
     pub fn op(&mut self, op: Op) {
         self.ops.push(op);
+        self.note(Sites::operation);
     }
 
     pub fn terminates(&mut self, termination: PassStep) {
         self.tables.terminations.push(termination);
+        self.note(Sites::pass_step);
+    }
+
+    /// Notes where something comes from, if that is asked for.
+    pub fn note(&mut self, note: impl FnOnce(&mut Sites)) {
+        if let Some(sites) = &mut self.sites {
+            note(sites);
+        }
     }
 
     /// Keeps the steps of a MATH's formula until its element ends, and the number of slots that

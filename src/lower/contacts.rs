@@ -23,6 +23,17 @@ impl Assembler<'_> {
     }
 
     fn contact(&mut self, contact: &Contact) -> Power {
+        let power = self.power_of(contact);
+        match contact {
+            Contact::Bit(..) | Contact::Element(..) | Contact::Edge(..) | Contact::Compare(..) => {
+                self.note(|sites| sites.leaf(power))
+            }
+            Contact::Not(..) | Contact::All(..) | Contact::Any(..) => {}
+        }
+        power
+    }
+
+    fn power_of(&mut self, contact: &Contact) -> Power {
         match contact {
             Contact::Bit(bit, _) => Power::of(self.layout.bit(*bit).0),
             Contact::Element(element, _) => self.picked_bit(*element),

@@ -6,6 +6,7 @@
 
 use super::assembler::Assembler;
 use super::identity::Interval;
+use super::sites::Sites;
 use crate::engine::ops::{
     Add, AddMixed, AnyTarget, BitOwn, BitWritten, Cnt, Cntdn, Control, ControlKind, Counter,
     CounterRule, Ctd, Ctu, LegPowers, Move, Nd, Offdtmr, Ondtmr, Op, Out, OutOne, Pd, Ponoff,
@@ -55,6 +56,7 @@ impl From<Op> for Lowered {
 impl Assembler<'_> {
     /// Lowers one instruction.
     pub fn instruction(&mut self, instruction: &Instruction, legs: Legs) {
+        self.note(Sites::begin_instruction);
         self.identity.instruction(instruction, self.site.element);
         // What reads an element may turn `$IndexError` ON, which a leg may read.
         let kept: Vec<(LegName, LegPowers)>;
@@ -68,6 +70,7 @@ impl Assembler<'_> {
             self.terminate(instruction.mnemonic.spec().termination, &lowered);
             self.op(lowered.op);
         }
+        self.note(Sites::end_instruction);
     }
 
     /// Adds the steps of the termination pass that the instruction table names.

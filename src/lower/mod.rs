@@ -19,6 +19,7 @@ mod instructions;
 mod regions;
 mod rungs;
 pub mod schedule;
+pub(crate) mod sites;
 mod symbols;
 
 pub use symbols::Symbols;
@@ -31,6 +32,7 @@ use crate::isa::ElementId;
 use crate::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use assembler::Assembler;
 use instructions::Legs;
+use sites::Sites;
 
 /// Lowers a program, with operations of one kind put together.
 pub fn lower(program: &Program) -> (engine::Program, Symbols) {
@@ -40,7 +42,24 @@ pub fn lower(program: &Program) -> (engine::Program, Symbols) {
 /// As [`lower`], with a window: the number of operations among which operations may change places.
 /// 1 keeps them in file order. Scans give the same memory with every window; a test compares them.
 pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols) {
+    let (code, symbols, _) = lower_noting(program, window, None);
+    (code, symbols)
+}
+
+/// Lowers a program to be seen: each operation has a batch of its own, in file order, and a site.
+/// Scans give the same memory as those of [`lower`], cell by cell, the program's own included.
+pub(crate) fn lower_seen(program: &Program) -> (engine::Program, Symbols, Sites) {
+    let (code, symbols, sites) = lower_noting(program, 1, Some(Sites::default()));
+    (code, symbols, sites.unwrap_or_default())
+}
+
+fn lower_noting(
+    program: &Program,
+    window: usize,
+    sites: Option<Sites>,
+) -> (engine::Program, Symbols, Option<Sites>) {
     let mut assembler = Assembler::new(program, window);
+    assembler.sites = sites;
     let mut blocks = Vec::new();
     let mut stages = Vec::new();
     for block in &program.blocks {
@@ -59,7 +78,8 @@ pub fn lower_with(program: &Program, window: usize) -> (engine::Program, Symbols
     identity.finish();
     let mut symbols = Symbols::new(program, assembler.layout.clone(), identity);
     symbols.maths = std::mem::take(&mut assembler.maths);
-    (assembler.finish(blocks, stages, order), symbols)
+    let sites = assembler.sites.take();
+    (assembler.finish(blocks, stages, order), symbols, sites)
 }
 
 fn role(block: &Block) -> BlockRole {
@@ -90,7 +110,7 @@ fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) 
         assembler.identity.rung(element, rung, &whole);
         let place = place(assembler, element, (at, rung));
         assembler.site = identity::Site { element, rung: rung.name.clone(), whole, place };
-        lower_rung(assembler, rung);
+        lower_rung(assembler, rung, (element, at as u32));
     }
     assembler.close_element(!rungs.is_empty())
 }
@@ -110,7 +130,8 @@ fn place(assembler: &Assembler, element: ElementId, (at, rung): (usize, &Rung)) 
 
 /// Lowers a rung: its contacts give the power, `do` executes with it, then each branch adds its own
 /// contacts.
-fn lower_rung(assembler: &mut Assembler, rung: &Rung) {
+fn lower_rung(assembler: &mut Assembler, rung: &Rung, (element, at): (ElementId, u32)) {
+    assembler.note(|sites| sites.begin(element, at, None));
     let legs: Vec<_> = rung
         .legs
         .iter()
@@ -120,13 +141,16 @@ fn lower_rung(assembler: &mut Assembler, rung: &Rung) {
             (leg.name, whole)
         })
         .collect();
+    assembler.note(Sites::ready);
     for instruction in &rung.body {
         assembler.instruction(instruction, Legs(&legs));
     }
     let Some((when, rung_leg)) = legs.first().copied() else { return };
-    for branch in &rung.branches {
+    for (number, branch) in (0..).zip(&rung.branches) {
+        assembler.note(|sites| sites.begin(element, at, Some(number)));
         let leg = series(assembler, &branch.contacts, Some(rung_leg));
         let leg = if branch.body.len() > 1 { assembler.keep(leg) } else { leg };
+        assembler.note(Sites::ready);
         for instruction in &branch.body {
             assembler.instruction(instruction, Legs(&[(when, leg)]));
         }

@@ -16,7 +16,7 @@ use super::image::Safe;
 use super::inputs::{InputEnd, Pulse};
 use super::latest::{InputReader, LatestInput, latest};
 use super::local::{LocalEnd, LocalSide};
-use super::machine::Machine;
+use super::machine::{Machine, Origin};
 use super::record::{DeviceEdge, RecordEvent};
 use super::wiring::Wiring;
 
@@ -105,6 +105,7 @@ impl Field {
         for (at, device) in self.devices.iter_mut().enumerate() {
             let Freshness { stale, troubled } = device.take(now_ns);
             let ok = device.has_exchanged && !stale && !troubled;
+            machine.comes_from(Origin::Device(at as u32));
             machine.write_bit(device.wiring.ok, ok);
             machine.write_bit(device.wiring.stale, stale);
             let exchanged = device.has_exchanged;

@@ -200,10 +200,10 @@ impl ScanSide {
         })
     }
 
-    /// The writes of the next batch, if there are at most `writes_left`. [`ScanSide::answer`]
+    /// The next batch with its writes, if there are at most `writes_left`. [`ScanSide::answer`]
     /// answers all batches of a scan. The batch's inputs are set here for the next scans; this scan
     /// has read its inputs already, so it must apply them itself.
-    pub fn next_batch(&mut self, writes_left: usize) -> Option<&[Write]> {
+    pub fn next_batch(&mut self, writes_left: usize) -> Option<(Ticket, &[Write])> {
         // Every taken batch needs a place in the ring of returned batches.
         if self.taken.len() >= self.returns.slots().min(QUEUED_BATCHES_MAX) {
             return None;
@@ -223,7 +223,7 @@ impl ScanSide {
             }
         }
         self.taken.push(batch);
-        self.taken.last().map(|batch| &batch.writes[..])
+        self.taken.last().map(|batch| (batch.ticket, &batch.writes[..]))
     }
 
     /// Answers all taken batches: as applied, after their scan is complete and before it is

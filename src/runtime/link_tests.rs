@@ -137,7 +137,7 @@ fn a_batch_that_does_not_fit_waits_whole() {
     side.set_running(true);
     port.submit(vec![Write::Word(WordCell(0), 1); 3]).unwrap();
     assert!(side.next_batch(2).is_none());
-    assert_eq!(side.next_batch(3).unwrap().len(), 3);
+    assert_eq!(side.next_batch(3).unwrap().1.len(), 3);
 }
 
 #[test]
@@ -191,15 +191,15 @@ fn a_write_and_a_command_of_the_program_before_go_to_where_their_element_lies_no
     side.adopt(1, &mut renumbered());
     let moved = [Write::Bit(BitCell(1), true), Write::Word(WordCell(1), 6), masked(1)];
     let moved = [&moved[..], &[Write::Input(0, true)]].concat();
-    assert_eq!(side.next_batch(100), Some(&moved[..]));
+    assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&moved[..]));
     assert_eq!(side.cell(0, bit.0), Some(word.0));
     assert_eq!((side.cell(0, bit.1), side.cell(1, bit.1)), (None, Some(bit.1)));
     // One of the program that is scanned is as it is; one that is older than the last has no cell.
     port.submit_to(1, writes.clone()).unwrap();
-    assert_eq!(side.next_batch(100), Some(&writes[..]));
+    assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&writes[..]));
     port.submit_to(0, writes).unwrap();
     side.adopt(2, &mut Renumbered::default());
-    assert_eq!(side.next_batch(100), Some(&[Write::Input(0, true)][..]));
+    assert_eq!(side.next_batch(100).map(|(_, writes)| writes), Some(&[Write::Input(0, true)][..]));
     assert_eq!(side.cell(0, word.1), None);
     side.answer(true);
 }

@@ -3,6 +3,9 @@
 //! A trait, so that pacing, faults and stops are tested with a machine whose scans take as long as
 //! a test says. Nothing here adds to what the engine does.
 
+use super::command::CommandId;
+use super::exchange::Ticket;
+use super::mode::Mode;
 use crate::calendar::LocalTime;
 use crate::engine::{BitCell, BlockEvent, Cell, Engine, MathEvent, ScanTimes, Transfer, WordCell};
 
@@ -11,7 +14,7 @@ pub trait Machine {
     /// RUN begins.
     fn start(&mut self, now_ns: u64);
     /// Step 1 of a scan.
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime);
+    fn begin_scan(&mut self, start: &ScanStart);
     /// Step 2, for every X.
     fn set_input(&mut self, x: u32, on: bool);
     /// Step 3, for every queued write.
@@ -41,6 +44,41 @@ pub trait Machine {
     fn events(&self) -> (&[BlockEvent], u32);
     /// The MATHs that had a mishap in the last scan.
     fn maths(&self) -> &[MathEvent];
+
+    /// Where the writes, forces and releases come from that follow.
+    fn comes_from(&mut self, _: Origin) {}
+    /// The controller enters a mode.
+    fn enters(&mut self, _: Mode) {}
+    /// The machine has adopted the memory of the one before; the number of its program.
+    fn swapped(&mut self, _: u32) {}
+    /// The step is over, and its image is published.
+    fn settle(&mut self) {}
+}
+
+/// The start of a scan: step 1.
+#[derive(Clone, Copy, Debug)]
+pub struct ScanStart {
+    /// Complete scans before it, since the process started.
+    pub number: u64,
+    /// Its timestamp, monotonic.
+    pub now_ns: u64,
+    /// The scan times for the status words.
+    pub times: ScanTimes,
+    /// Local time, as seconds since 1970-01-01 00:00:00 of the local clock.
+    pub local_s: i64,
+}
+
+/// Where something comes from that changes memory from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The X inputs, as drivers without a wiring set them: simulated inputs, Modbus clients.
+    Inputs,
+    /// A field device, by its number.
+    Device(u32),
+    /// A batch of queued writes.
+    Batch(Ticket),
+    /// An operator's command.
+    Command(CommandId),
 }
 
 impl Machine for Engine {
@@ -48,8 +86,9 @@ impl Machine for Engine {
         Engine::start(self, now_ns);
     }
 
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime) {
-        Engine::begin_scan(self, now_ns, times, local);
+    fn begin_scan(&mut self, start: &ScanStart) {
+        let ScanStart { now_ns, times, local_s, .. } = start;
+        Engine::begin_scan(self, *now_ns, times, &LocalTime::of(*local_s));
     }
 
     fn set_input(&mut self, x: u32, on: bool) {

@@ -34,6 +34,8 @@ mod scanner_tests;
 mod statistics;
 mod swap;
 mod sys;
+mod tape;
+mod tape_reader;
 pub(crate) mod wall;
 pub mod wiring;
 
@@ -49,7 +51,7 @@ pub use image::Safe;
 pub use link::{Facts, Shape, link};
 #[cfg(test)]
 pub(crate) use link::{ScanSide, WorldSide};
-pub(crate) use machine::Machine;
+pub use machine::{Machine, Origin, ScanStart};
 pub use monitor::{Monitor, Observer};
 pub(crate) use posture::{Grant, Held};
 pub use posture::{Policy, Posture};
@@ -61,6 +63,9 @@ pub(crate) use statistics::{Meter, MeterReading, Spread};
 pub use swap::{Contents, Package, Reloader};
 pub(crate) use swap::{Generations, Swapped};
 pub use sys::monotonic_ns;
+pub use tape::{TapeEntry, Taped};
+pub(crate) use tape_reader::STATES;
+pub use tape_reader::{TapeReader, tape};
 
 use crate::engine::Layout;
 use crate::isa::status::st;

@@ -6,7 +6,7 @@
 
 use super::command::{Answer, Before, Command, Denial};
 use super::exchange::{FaultReason, Mode, StopReason};
-use super::machine::Machine;
+use super::machine::{Machine, Origin};
 use super::pacing::Clock;
 use super::scanner::{Scanner, TICK_NS_MAX};
 use super::swap::NO_PROGRAM;
@@ -41,6 +41,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
                 // A stop is answered after its last scan, which is next.
                 self.side.orders.give();
             }
+            self.machine.settle();
         }
         self.mode == Mode::Run && self.stopping.is_none() && !self.beat.stop_requested()
     }
@@ -48,6 +49,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
     /// Executes the waiting commands in order. Commands after a stop wait for its mode.
     pub(super) fn obey(&mut self, now_ns: u64) {
         while let Some((id, generation, command)) = self.side.orders.next() {
+            self.machine.comes_from(Origin::Command(id));
             let answer = match (self.denies(command), self.now(generation, command)) {
                 (Some(denial), _) => Answer::Denied(denial),
                 (None, Some(command)) => self.carry_out(command, now_ns),

@@ -16,12 +16,11 @@ use super::command::Forces;
 use super::exchange::{FaultReason, Mode, SCAN_WRITES_MAX, StopReason, Tempo, Write};
 use super::field::Field;
 use super::link::{Facts, ScanSide};
-use super::machine::Machine;
+use super::machine::{Machine, Origin, ScanStart};
 use super::pacing::{Clock, Grid};
 use super::record::{Journal, OverrunSummary, RecordEvent, Watched, Watches};
 use super::statistics::{Books, Meter, Statistics};
 use super::swap::{Package, Swapped, Swaps};
-use crate::calendar::LocalTime;
 use crate::faults::{self, FaultPoint};
 
 /// The longest time until the first report of statistics.
@@ -177,6 +176,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         self.set_tempo(package.tempo);
         let swap_ns = self.clock.now_ns().saturating_sub(begin_ns);
         package.swapped = Some(Swapped { took_ns: swap_ns, mode: self.mode });
+        self.machine.swapped(generation);
         self.journal.tell(self.scans, now_ns, RecordEvent::Swapped { generation, swap_ns });
         self.swaps.give_back(package);
         match faulted {
@@ -220,6 +220,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             self.tick(woke_ns);
         }
         self.side.orders.give();
+        self.machine.settle();
         if !scans && self.mode == Mode::Run {
             // An operator's run: its first scan is due at once.
             return true;
@@ -272,15 +273,16 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
         faults::point(FaultPoint::Scan);
         faults::point(FaultPoint::Stall);
         self.obey(now_ns);
-        let local = LocalTime::of(self.clock.local_s());
-        self.machine.begin_scan(now_ns, &self.books.scan_times(), &local);
+        let (times, local_s) = (self.books.scan_times(), self.clock.local_s());
+        self.machine.begin_scan(&ScanStart { number: self.scans, now_ns, times, local_s });
         for (x, on) in self.side.inputs() {
             self.machine.set_input(x, on);
         }
         self.bring_in(now_ns);
         let mut writes_left = SCAN_WRITES_MAX;
-        while let Some(writes) = self.side.next_batch(writes_left) {
+        while let Some((ticket, writes)) = self.side.next_batch(writes_left) {
             writes_left -= writes.len();
+            self.machine.comes_from(Origin::Batch(ticket));
             for write in writes {
                 match *write {
                     Write::Bit(cell, on) => self.machine.write_bit(cell, on),
@@ -419,6 +421,7 @@ impl<M: Machine, C: Clock> Scanner<M, C> {
             // An operator must not wait for a long period.
             self.grid = Grid::new(now_ns, self.pace.tempo.period_ns.min(TICK_NS_MAX));
         }
+        self.machine.enters(mode);
         self.journal.tell(self.scans, now_ns, RecordEvent::Mode(mode));
     }
 

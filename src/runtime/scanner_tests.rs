@@ -63,10 +63,11 @@ impl Machine for Fake {
         self.stop = false;
     }
 
-    fn begin_scan(&mut self, now_ns: u64, times: &ScanTimes, local: &LocalTime) {
-        assert_eq!(now_ns, self.clock.now_ns(), "the timestamp is taken at the scan's start");
-        self.times.set(*times);
-        self.local.set(*local);
+    fn begin_scan(&mut self, start: &ScanStart) {
+        let now_ns = self.clock.now_ns();
+        assert_eq!(start.now_ns, now_ns, "the timestamp is taken at the scan's start");
+        self.times.set(start.times);
+        self.local.set(LocalTime::of(start.local_s));
     }
 
     fn set_input(&mut self, x: u32, on: bool) {

@@ -232,7 +232,7 @@ impl Scanner {
         for (x, on) in self.scan.inputs() {
             bits[input(x)] = u8::from(on);
         }
-        while let Some(writes) = self.scan.next_batch(usize::MAX) {
+        while let Some((_, writes)) = self.scan.next_batch(usize::MAX) {
             for write in writes {
                 match *write {
                     Write::Bit(cell, on) => bits[cell.0 as usize] = u8::from(on),

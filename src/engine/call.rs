@@ -1,0 +1,90 @@
+//! The calls of an engine as data: what came in, from the first call to the last.
+//!
+//! The scan thread's tape keeps them, `record` writes them down, and a replay applies them. An
+//! engine is deterministic, so equal calls from an equal state lead to an equal state.
+
+use super::eye::Eye;
+use super::image::{BitCell, WordCell};
+use super::layout::Cell;
+use super::scan::{Engine, ScanTimes};
+use crate::calendar::LocalTime;
+
+/// One call of an engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EngineCall {
+    /// RUN begins.
+    Start {
+        /// The time, monotonic.
+        now_ns: u64,
+    },
+    /// The next scan is the last one.
+    RequestStop,
+    /// Step 1 of a scan.
+    Begin {
+        /// Its timestamp, monotonic.
+        now_ns: u64,
+        /// The scan times for the status words.
+        times: ScanTimes,
+        /// Local time, as seconds since 1970-01-01 00:00:00 of the local clock.
+        local_s: i64,
+    },
+    /// Steps 2 and 3: an input or a queued write. A bit is 0 or 1.
+    Write(Cell, i32),
+    /// Steps 4 to 7.
+    Execute,
+    /// The passes after the last scan.
+    Terminate,
+    /// A force. A bit is 0 or 1.
+    Force(Cell, i32),
+    /// The end of a force.
+    Release(Cell),
+}
+
+impl Engine {
+    /// Makes the call.
+    pub fn apply(&mut self, call: EngineCall) {
+        match call {
+            EngineCall::Start { now_ns } => self.start(now_ns),
+            EngineCall::RequestStop => self.request_stop(),
+            EngineCall::Begin { now_ns, times, local_s } => {
+                self.begin_scan(now_ns, &times, &LocalTime::of(local_s));
+            }
+            EngineCall::Write(Cell::Bit(cell), value) => self.write_bit(cell, value != 0),
+            EngineCall::Write(Cell::Word(cell), value) => self.write_word(cell, value),
+            EngineCall::Execute => {
+                self.execute();
+            }
+            EngineCall::Terminate => self.terminate(),
+            EngineCall::Force(Cell::Bit(cell), value) => self.force_bit(cell, value != 0),
+            EngineCall::Force(Cell::Word(cell), value) => self.force_word(cell, value),
+            EngineCall::Release(Cell::Bit(cell)) => self.release_bit(cell),
+            EngineCall::Release(Cell::Word(cell)) => self.release_word(cell),
+        }
+    }
+
+    /// As [`Engine::apply`]; a scan and the passes are seen step by step.
+    pub(crate) fn apply_seen(&mut self, call: EngineCall, eye: &mut impl Eye) {
+        match call {
+            EngineCall::Execute => {
+                self.execute_seen(eye);
+            }
+            EngineCall::Terminate => self.terminate_seen(eye),
+            EngineCall::Start { .. }
+            | EngineCall::RequestStop
+            | EngineCall::Begin { .. }
+            | EngineCall::Write(..)
+            | EngineCall::Force(..)
+            | EngineCall::Release(..) => self.apply(call),
+        }
+    }
+
+    /// Whether a public or private cell is forced.
+    pub(crate) fn is_forced(&self, cell: Cell) -> bool {
+        let image = &self.machine.memory.image;
+        image.forces() > 0
+            && match cell {
+                Cell::Bit(BitCell(at)) => image.forced_bits[at as usize],
+                Cell::Word(WordCell(at)) => image.forced_words[at as usize],
+            }
+    }
+}

@@ -1,0 +1,43 @@
+//! An eye on a scan: it sees memory before and after each step of the scan, in order of execution.
+//!
+//! `observe` looks, to explain; the scan thread, the simulator and every other caller execute
+//! without an eye ([`Blind`]), for which the compiler leaves nothing behind. In a program that was
+//! lowered to be seen (`lower::lower_seen`) a batch is one operation.
+
+use super::events::Element;
+use super::image::Image;
+use crate::isa::BlockId;
+
+/// A step of a scan. Steps nest: a turn has the steps of its block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Deed {
+    /// The turn of a block: it starts the block's initial Stage, ends a Task that runs once, and
+    /// turns Stages OFF after the block's pass.
+    Turn(BlockId),
+    /// A block's own rungs execute, or a Stage does.
+    Element(Element),
+    /// A batch of operations, by its index in the program.
+    Batch(u32),
+    /// A step of a termination pass, by its index in the program.
+    Pass(u32),
+}
+
+/// Sees the steps of a scan.
+pub(crate) trait Eye {
+    /// The step begins.
+    fn before(&mut self, deed: Deed, image: &Image);
+
+    /// The step has ended.
+    fn after(&mut self, deed: Deed, image: &Image);
+}
+
+/// No eye.
+pub(super) struct Blind;
+
+impl Eye for Blind {
+    #[inline(always)]
+    fn before(&mut self, _: Deed, _: &Image) {}
+
+    #[inline(always)]
+    fn after(&mut self, _: Deed, _: &Image) {}
+}

@@ -1,0 +1,136 @@
+//! A state as bytes, and back: what `docs/record-format.md` calls a base image.
+//!
+//! `record` compresses, checks and stores these bytes. All numbers are little-endian. Bytes from
+//! outside never panic: [`EngineState::read`] refuses what no state can be.
+
+use super::blocks::{BlockState, StageState};
+use super::state::EngineState;
+
+impl EngineState {
+    /// Appends the state.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        for number in [self.now_ns, self.start_ns, self.scans] {
+            out.extend(number.to_le_bytes());
+        }
+        out.push(flags([self.last, self.stop_requested]));
+        out.extend((self.bits.len() as u32).to_le_bytes());
+        out.extend_from_slice(&self.bits);
+        out.extend((self.words.len() as u32).to_le_bytes());
+        self.words.iter().for_each(|word| out.extend(word.to_le_bytes()));
+        write_forced(&self.forced_bits, out);
+        write_forced(&self.forced_words, out);
+        out.extend((self.blocks.len() as u32).to_le_bytes());
+        for block in &self.blocks {
+            out.push(flags([block.pass_due, block.first_turn, block.executed, block.recurrent]));
+            let times = [block.executed_ms, block.enabled_ns, block.every_ns, block.intervals];
+            times.iter().for_each(|number| out.extend(number.to_le_bytes()));
+        }
+        out.extend((self.stages.len() as u32).to_le_bytes());
+        for stage in &self.stages {
+            out.push(flags([stage.pass_due, stage.executed]));
+            out.extend(stage.executed_ms.to_le_bytes());
+        }
+    }
+
+    /// Reads a state that takes all of `bytes`; `None`: these bytes are no state.
+    pub fn read(bytes: &[u8]) -> Option<EngineState> {
+        let mut bytes = StateReader(bytes);
+        let (now_ns, start_ns, scans) = (bytes.u64()?, bytes.u64()?, bytes.u64()?);
+        let [last, stop_requested] = bytes.flags()?;
+        let count = bytes.u32()? as usize;
+        let bits: Box<[u8]> = bytes.take(count)?.into();
+        let count = bytes.u32()? as usize;
+        let words = bytes.take(count.checked_mul(4)?)?.as_chunks().0.iter();
+        let words: Box<[i32]> = words.map(|word| i32::from_le_bytes(*word)).collect();
+        let forced_bits = bytes.forced(bits.len())?;
+        let forced_words = bytes.forced(words.len())?;
+        let forced = |cells: &[bool]| cells.iter().filter(|forced| **forced).count() as u32;
+        let state = EngineState {
+            forces: forced(&forced_bits) + forced(&forced_words),
+            blocks: bytes.list(StateReader::block)?,
+            stages: bytes.list(StateReader::stage)?,
+            bits,
+            words,
+            forced_bits,
+            forced_words,
+            now_ns,
+            start_ns,
+            scans,
+            last,
+            stop_requested,
+        };
+        let valid = bytes.0.is_empty() && state.bits.iter().all(|bit| *bit <= 1);
+        valid.then_some(state)
+    }
+}
+
+/// The numbers of the forced cells, in ascending order, behind their count.
+fn write_forced(forced: &[bool], out: &mut Vec<u8>) {
+    let cells = || (0_u32..).zip(forced).filter(|(_, forced)| **forced);
+    out.extend((cells().count() as u32).to_le_bytes());
+    cells().for_each(|(cell, _)| out.extend(cell.to_le_bytes()));
+}
+
+/// Flags as the bits of a byte, the first one lowest.
+fn flags<const N: usize>(flags: [bool; N]) -> u8 {
+    flags.iter().rev().fold(0, |byte, flag| byte << 1 | u8::from(*flag))
+}
+
+/// The bytes of a state that are not read yet.
+struct StateReader<'b>(&'b [u8]);
+
+impl<'b> StateReader<'b> {
+    fn take(&mut self, count: usize) -> Option<&'b [u8]> {
+        let (taken, rest) = self.0.split_at_checked(count)?;
+        self.0 = rest;
+        Some(taken)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.take(4)?.try_into().ok().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.take(8)?.try_into().ok().map(u64::from_le_bytes)
+    }
+
+    fn flags<const N: usize>(&mut self) -> Option<[bool; N]> {
+        let byte = self.take(1)?[0];
+        (u32::from(byte) < 1 << N).then(|| std::array::from_fn(|at| byte >> at & 1 == 1))
+    }
+
+    /// The forced ones of so many cells.
+    fn forced(&mut self, cells: usize) -> Option<Box<[bool]>> {
+        let mut forced = vec![false; cells];
+        for _ in 0..self.u32()? {
+            *forced.get_mut(self.u32()? as usize)? = true;
+        }
+        Some(forced.into())
+    }
+
+    /// A list behind its length. Its length is not trusted before the bytes are there.
+    fn list<T>(&mut self, one: impl Fn(&mut Self) -> Option<T>) -> Option<Box<[T]>> {
+        (0..self.u32()?).map(|_| one(self)).collect()
+    }
+
+    fn block(&mut self) -> Option<BlockState> {
+        let [pass_due, first_turn, executed, recurrent] = self.flags()?;
+        let (executed_ms, enabled_ns) = (self.u64()?, self.u64()?);
+        let (every_ns, intervals) = (self.u64()?, self.u64()?);
+        Some(BlockState {
+            pass_due,
+            first_turn,
+            executed,
+            executed_ms,
+            recurrent,
+            enabled_ns,
+            every_ns,
+            intervals,
+        })
+    }
+
+    fn stage(&mut self) -> Option<StageState> {
+        let [pass_due, executed] = self.flags()?;
+        Some(StageState { pass_due, executed, executed_ms: self.u64()? })
+    }
+}

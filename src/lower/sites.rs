@@ -1,0 +1,111 @@
+//! Where each operation of an engine program comes from: the rung, its contacts, its instruction.
+//!
+//! `observe` uses it to name what it sees. Made by [`super::lower_seen`], which puts each operation
+//! into a batch of its own, in file order; the cells are those of `lower`, so a state of the one
+//! engine is a state of the other. No other lowering has sites.
+
+use std::ops::Range;
+
+use crate::engine::ops::Power;
+use crate::isa::ElementId;
+
+/// The origins of operations, contacts and steps of passes.
+#[derive(Debug, Default)]
+pub(crate) struct Sites {
+    /// By batch: what it belongs to.
+    pub batches: Vec<Site>,
+    /// By step of the passes: what it belongs to.
+    pub passes: Vec<Site>,
+    /// The parts of rungs, in file order.
+    pub parts: Vec<RungPart>,
+    /// The powers of contacts, part by part: bits, elements, compares and edges, as they stand
+    /// from left to right; the contacts within an edge stand before it.
+    pub leaves: Vec<Power>,
+    /// The instruction that is lowered now.
+    instruction: Option<u32>,
+    /// The number of instructions so far.
+    instructions: u32,
+}
+
+/// The origin of an operation or of a step of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Site {
+    /// The part of a rung, by its index.
+    pub part: u32,
+    /// The instruction, by its number in the program; `None`: a contact.
+    pub instruction: Option<u32>,
+}
+
+/// The legs of a rung with the instructions of its `do`; or one of its branches.
+#[derive(Clone, Debug)]
+pub(crate) struct RungPart {
+    /// The rung's block or Stage.
+    pub element: ElementId,
+    /// The index of the rung among those of its block or Stage.
+    pub rung: u32,
+    /// The branch; `None`: the rung's legs and its `do`.
+    pub branch: Option<u32>,
+    /// The first batch of the part.
+    pub first: u32,
+    /// The batch before which all contacts of the part have been evaluated.
+    pub ready: u32,
+    /// The powers of its contacts.
+    pub leaves: Range<u32>,
+    /// Its instructions, by their numbers in the program.
+    pub instructions: Range<u32>,
+}
+
+impl Sites {
+    /// The contacts of a part of a rung begin.
+    pub(super) fn begin(&mut self, element: ElementId, rung: u32, branch: Option<u32>) {
+        let (batch, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
+        let instructions = self.instructions..self.instructions;
+        let (leaves, first, ready) = (leaf..leaf, batch, batch);
+        self.parts.push(RungPart { element, rung, branch, first, ready, leaves, instructions });
+    }
+
+    /// All contacts of the part are lowered.
+    pub(super) fn ready(&mut self) {
+        let (batch, leaf) = (self.batches.len() as u32, self.leaves.len() as u32);
+        if let Some(part) = self.parts.last_mut() {
+            part.ready = batch;
+            part.leaves.end = leaf;
+        }
+    }
+
+    /// The next instruction of the part begins.
+    pub(super) fn begin_instruction(&mut self) {
+        self.instruction = Some(self.instructions);
+        self.instructions += 1;
+        if let Some(part) = self.parts.last_mut() {
+            part.instructions.end = self.instructions;
+        }
+    }
+
+    /// The instruction is lowered.
+    pub(super) fn end_instruction(&mut self) {
+        self.instruction = None;
+    }
+
+    /// An operation is lowered.
+    pub(super) fn operation(&mut self) {
+        let site = self.site();
+        self.batches.push(site);
+    }
+
+    /// A step of a pass is lowered.
+    pub(super) fn pass_step(&mut self) {
+        let site = self.site();
+        self.passes.push(site);
+    }
+
+    /// The power of a contact is known.
+    pub(super) fn leaf(&mut self, power: Power) {
+        self.leaves.push(power);
+    }
+
+    fn site(&self) -> Site {
+        let part = self.parts.len().saturating_sub(1) as u32;
+        Site { part, instruction: self.instruction }
+    }
+}

@@ -1,0 +1,91 @@
+//! The reader's end of the tape, for an ordinary thread: entries in order, each state with its
+//! entry.
+//!
+//! The reader decides how fast it reads; a slow one loses whole steps, never parts of one. States
+//! that it gives back circulate. Everything is allocated here, at the start.
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::machine::Origin;
+use super::mode::{Mode, StopReason};
+use super::tape::{Handed, STEP_ENTRIES_MAX, Tape, TapeEntry, Taped};
+use crate::engine::{Engine, EngineState};
+
+/// The number of entries between the two ends: some seconds of a busy plant.
+const ENTRIES: usize = 4 * STEP_ENTRIES_MAX;
+
+/// The number of states that circulate.
+pub(crate) const STATES: usize = 4;
+
+/// The reader's end of a tape.
+pub struct TapeReader {
+    entries: Consumer<TapeEntry>,
+    states: Consumer<Handed>,
+    spares: Producer<Box<EngineState>>,
+}
+
+/// Gives an engine a tape, which begins with its present state. Call before the first scan.
+pub fn tape(engine: Engine) -> (Taped, TapeReader) {
+    let (mut entry_in, entries) = RingBuffer::new(ENTRIES);
+    let (mut state_in, states) = RingBuffer::new(4 * STATES);
+    let (mut spare_in, spares) = RingBuffer::new(2 * STATES);
+    for _ in 0..STATES {
+        let _ = spare_in.push(Box::new(EngineState::of(&engine)));
+    }
+    let _ = state_in.push(Handed::State(Box::new(EngineState::of(&engine))));
+    let mode = Mode::Stop(StopReason::NotStarted);
+    let _ = entry_in.push(TapeEntry::State { generation: 0, number: 0, mode });
+    let tape = Tape {
+        entries: entry_in,
+        states: state_in,
+        spares,
+        step: Vec::with_capacity(STEP_ENTRIES_MAX),
+        overflow: false,
+        lost: 0,
+        needs_state: false,
+        next_state_ns: 0,
+        number: 0,
+        generation: 0,
+        mode,
+        origin: (Origin::Inputs, false),
+        broken: false,
+    };
+    (Taped::with_tape(engine, tape), TapeReader { entries, states, spares: spare_in })
+}
+
+impl TapeReader {
+    /// The next entry, with the state that belongs to a [`TapeEntry::State`].
+    pub fn next(&mut self) -> Option<(TapeEntry, Option<Box<EngineState>>)> {
+        let entry = self.entries.pop().ok()?;
+        let state = match entry {
+            TapeEntry::State { .. } => self.state(),
+            TapeEntry::Call(_)
+            | TapeEntry::Origin(_)
+            | TapeEntry::Number(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::Lost { .. } => None,
+        };
+        Some((entry, state))
+    }
+
+    fn state(&mut self) -> Option<Box<EngineState>> {
+        loop {
+            match self.states.pop().ok()? {
+                Handed::State(state) => return Some(state),
+                Handed::Outlived(state) => drop(state),
+            }
+        }
+    }
+
+    /// Gives a state back, to be filled again.
+    pub fn give_back(&mut self, state: Box<EngineState>) {
+        // A full ring has enough spares: this one is dropped.
+        let _ = self.spares.push(state);
+    }
+
+    /// Whether no further entry comes: the scan thread has ended, and all its entries were read.
+    pub fn is_over(&self) -> bool {
+        self.entries.is_abandoned() && self.entries.is_empty()
+    }
+}
