@@ -36,6 +36,7 @@ mod swap;
 mod sys;
 mod tape;
 mod tape_reader;
+mod tape_section;
 pub(crate) mod wall;
 pub mod wiring;
 
@@ -64,8 +65,8 @@ pub use swap::{Contents, Package, Reloader};
 pub(crate) use swap::{Generations, Swapped};
 pub use sys::monotonic_ns;
 pub use tape::{TapeEntry, Taped};
-pub(crate) use tape_reader::STATES;
 pub use tape_reader::{TapeReader, tape};
+pub use tape_section::{SectionStart, TapeSection};
 
 use crate::engine::Layout;
 use crate::isa::status::st;

@@ -15,7 +15,7 @@ use crate::engine::{Engine, EngineState};
 const ENTRIES: usize = 4 * STEP_ENTRIES_MAX;
 
 /// The number of states that circulate.
-pub(crate) const STATES: usize = 4;
+const STATES: usize = 4;
 
 /// The reader's end of a tape.
 pub struct TapeReader {
