@@ -31,9 +31,15 @@ use rungd::runtime::pacing::Clock;
 use rungd::runtime::wiring::{Source, Wiring, WiringTarget};
 use rungd::runtime::{
     Carried, Contents, Memory, Observer, Pace, Package, Posture, Record, Safe, Settings,
-    Statistics, Watched, Whole, assemble, assemble_reloadable, assemble_whole,
+    Statistics, Taped, Watched, Whole, assemble, assemble_reloadable, assemble_whole, tape,
+    tape_of,
 };
 use rungd::source::span::SourceFile;
+
+#[path = "support/follower.rs"]
+mod follower;
+
+use follower::Follower;
 
 thread_local! {
     static CALLS: Cell<Option<u64>> = const { Cell::new(None) };
@@ -251,7 +257,9 @@ fn assert_no_allocation(name: &str, program: &Program, scans: u64) {
     let (code, symbols) = lower(program);
     let settings = settings(&symbols, scans);
     let clock = SimulatedClock::default();
-    let (mut scanner, mut monitor, port) = assemble(Engine::new(code), clock, &settings, Deaf);
+    let (machine, reader) = tape(Engine::new(code.clone()));
+    let (mut scanner, mut monitor, port) = assemble(machine, clock, &settings, Deaf);
+    let mut follower = Follower::new(reader, code);
     let mut numbers = Numbers(7);
     let (_, calls) = counted(|| scanner.start());
     assert_eq!(calls, 0, "{name}: at the start of RUN");
@@ -261,6 +269,7 @@ fn assert_no_allocation(name: &str, program: &Program, scans: u64) {
         assert_eq!(calls, 0, "{name}: in scan {scan}");
         if !(scans / 3..scans / 2).contains(&scan) {
             monitor.turn(0);
+            follower.follow();
         }
         if !goes_on {
             break;
@@ -273,6 +282,9 @@ fn assert_no_allocation(name: &str, program: &Program, scans: u64) {
     let orderly = ended == (scans, Mode::Stop(StopReason::ScanLimit))
         || ended.1 == Mode::Stop(StopReason::Instruction);
     assert!(orderly, "{name}: {ended:?}");
+    follower.follow();
+    assert_eq!(follower.lost, 0, "{name}");
+    assert!(follower.shows(&latest.bits, &latest.words), "{name}: followed to another memory");
 }
 
 #[test]
@@ -290,8 +302,11 @@ fn a_hundred_reloads() {
     let (code, mut symbols) = lowered(0);
     let settings = settings(&symbols, 2000);
     let clock = SimulatedClock::default();
+    // Room for some steps alone, so that steps are lost too.
+    let (machine, reader) = tape_of(Engine::new(code.clone()), 3000);
     let (mut scanner, mut monitor, port, mut reloader) =
-        assemble_reloadable(Engine::new(code.clone()), clock, &settings, Deaf);
+        assemble_reloadable(machine, clock, &settings, Deaf);
+    let mut follower = Follower::new(reader, code.clone());
     let (mut numbers, mut running) = (Numbers(11), code);
     scanner.start();
     for generation in 1..=100 {
@@ -314,7 +329,9 @@ fn a_hundred_reloads() {
             words: next.layout.word_count() as usize,
             safe: settings.memory.safe.clone(),
         };
-        let package = Package::new(Engine::new(code.clone()), contents, &port.latest());
+        follower.know(generation, code.clone());
+        let machine = Taped::new(Engine::new(code.clone())).with_spares();
+        let package = Package::new(machine, contents, &port.latest());
         let handed_in = reloader.hand_in(package, false);
         for scan in 0..9 {
             stir(&port, &symbols, &mut numbers);
@@ -322,6 +339,7 @@ fn a_hundred_reloads() {
             assert_eq!(calls, 0, "reload {generation}: in scan {scan}");
             if generation % 7 != 0 {
                 monitor.turn(0);
+                follower.follow();
             }
         }
         // Where the queue of commands is full it is not handed in, and given back later.
@@ -337,6 +355,8 @@ fn a_hundred_reloads() {
             assert_eq!(port.latest().bits.len(), symbols.layout.bit_count() as usize);
         }
     }
+    assert!(follower.compared > 5, "{} states compared", follower.compared);
+    assert!(follower.lost > 0, "no step was lost: the ring is too long for this test");
 }
 
 /// A chip whose lines are two atomics; now and then they are gone.
@@ -404,7 +424,9 @@ fn local_lines() {
         local_budget_ns: Some(10_000_000_000),
     }];
     let clock = SimulatedClock::default();
-    let whole = assemble_whole(Engine::new(code), clock, &settings, Deaf);
+    let (machine, reader) = tape(Engine::new(code.clone()));
+    let mut follower = Follower::new(reader, code);
+    let whole = assemble_whole(machine, clock, &settings, Deaf);
     let Whole { mut scanner, mut monitor, port, mut lines, .. } = whole;
     let mut local = lines.remove(0).local.expect("it is local");
     let mut numbers = Numbers(5);
@@ -420,11 +442,13 @@ fn local_lines() {
         assert_eq!(calls, 0, "in scan {scan}");
         failures += u32::from(local.failure().is_some());
         monitor.turn(0);
+        follower.follow();
         if !goes_on {
             break;
         }
     }
     assert!(failures > 3, "{failures}");
+    assert!(follower.compared > 3 && follower.lost == 0, "{} states compared", follower.compared);
 }
 
 #[test]

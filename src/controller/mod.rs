@@ -13,6 +13,7 @@ pub(crate) mod modbus_server;
 pub mod operator;
 mod outside;
 pub(crate) mod realtime;
+pub(crate) mod record;
 mod resolver;
 pub mod retain;
 mod retain_tags;
@@ -80,6 +81,7 @@ pub fn resolve_controller(
         rules: resolver.rules(&written.rules),
         devices: device::resolve(&written.devices, &resolver.scope, &mut resolver.findings),
         operator: operator.unwrap_or_default(),
+        record: record::resolve(&written.record, &mut resolver.findings),
         statistics_ms: written.statistics_ms.unsigned_abs(),
         probation_ms: written.probation_ms.unsigned_abs(),
     };

@@ -2,6 +2,7 @@
 
 use super::device::settings::Device;
 use super::operator::Operator;
+use super::record::RecordSettings;
 use super::retain::Retention;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
@@ -33,6 +34,8 @@ pub struct Controller {
     pub devices: Vec<Device>,
     /// The operator's socket.
     pub(crate) operator: Operator,
+    /// The scan log.
+    pub(crate) record: RecordSettings,
     /// The time between two log lines of statistics, ms; 0: never.
     pub statistics_ms: u32,
     /// The time for which a reloaded program is on trial, ms; 0: no trial.

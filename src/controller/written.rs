@@ -8,6 +8,7 @@ use super::device::keys as device;
 use super::modbus_server::keys::{self as modbus_server, ModbusServer};
 use super::operator::{self, WrittenOperator};
 use super::realtime;
+use super::record::{self, WrittenRecord};
 use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
 use crate::isa::MemorySizes;
@@ -45,6 +46,8 @@ pub struct WrittenController {
     pub devices: Vec<WrittenDevice>,
     /// `[operator]`.
     pub operator: Option<WrittenOperator>,
+    /// `[record]`.
+    pub(crate) record: WrittenRecord,
     /// `[log] statistics`: the time between two log lines of scan statistics, ms; 0: never.
     pub statistics_ms: i32,
     /// `[reload] probation`, ms; 0: none.
@@ -100,6 +103,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         statistics_ms: read_statistics(&mut root),
         probation_ms: read_probation(&mut root),
         operator: operator::read_in(&mut root),
+        record: record::read_in(&mut root),
     };
     root.finish();
     controller

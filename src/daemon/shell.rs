@@ -35,7 +35,7 @@ use crate::runtime::exchange::{FaultReason, Mode, Port, StopReason};
 use crate::runtime::field::Ends;
 use crate::runtime::pacing::MachineClock;
 use crate::runtime::{
-    self, Generations, Prepared, Reloader, Report, Runtime, Settings, ThreadState,
+    self, Generations, Prepared, Reloader, Report, Runtime, Settings, Taped, ThreadState,
 };
 use crate::say::say;
 
@@ -136,7 +136,8 @@ pub fn run(
     let narration = Generations::new(setup.narration.clone());
     let writer = LogWriter::new(narration.clone(), facts, healths.clone());
     let clock = MachineClock { offset: local_time::keep()? };
-    let (mut prepared, reloader) = runtime::prepare(engine, clock, &settings, writer)?;
+    let (machine, tape) = runtime::tape(engine);
+    let (mut prepared, reloader) = runtime::prepare(machine, clock, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
     posture::tell(prepared.grants(), settings.posture.strict)
         .map_err(StartFailure::Configuration)?;
@@ -159,7 +160,7 @@ fn initial_inputs(program: &engine::Program, setup: &Setup) -> Vec<u32> {
 /// The first program, and the parts that a reload needs.
 struct First {
     running: Arc<Running>,
-    reloader: Reloader<Engine>,
+    reloader: Reloader<Taped>,
     narration: Generations<Narration>,
     /// The field devices' ends and healths, by number.
     field: (Vec<Ends>, Vec<Health>),

@@ -66,7 +66,7 @@ pub enum Level {
 }
 
 /// The hundreds of the codes, and what they are about.
-pub const GROUPS: [(u16, &str); 12] = [
+pub const GROUPS: [(u16, &str); 13] = [
     (0, "The process"),
     (1, "Real-time posture"),
     (2, "Modes"),
@@ -79,6 +79,7 @@ pub const GROUPS: [(u16, &str); 12] = [
     (9, "Retentive memory"),
     (10, "Reloads"),
     (11, "Field devices"),
+    (12, "The scan log"),
 ];
 
 impl Event {

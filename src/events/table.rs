@@ -1,15 +1,16 @@
 //! The table of all rows, and how a row is found.
 
 use super::row::Event;
-use super::{controller, device, memory, plant, reload, world};
+use super::{controller, device, memory, plant, record, reload, world};
 
-const TABLES: [&[(&str, Event)]; 6] = [
+const TABLES: [&[(&str, Event)]; 7] = [
     controller::EVENTS,
     plant::EVENTS,
     world::EVENTS,
     memory::EVENTS,
     reload::EVENTS,
     device::EVENTS,
+    record::EVENTS,
 ];
 
 /// All rows, by code.

@@ -65,7 +65,7 @@ pub use swap::{Contents, Package, Reloader};
 pub(crate) use swap::{Generations, Swapped};
 pub use sys::monotonic_ns;
 pub use tape::{TapeEntry, Taped};
-pub use tape_reader::{TapeReader, tape};
+pub use tape_reader::{TapeReader, tape, tape_of};
 pub use tape_section::{SectionStart, TapeSection};
 
 use crate::engine::Layout;

@@ -21,6 +21,9 @@ use crate::engine::{
 /// inputs.)
 pub(super) const STEP_ENTRIES_MAX: usize = 1 << 15;
 
+/// The number of states that circulate.
+pub(super) const SPARE_STATES: usize = 4;
+
 /// The time between two states on the tape.
 const STATE_EVERY_NS: u64 = 1_000_000_000;
 
@@ -110,8 +113,8 @@ impl Taped {
     }
 
     /// Brings spare states along, so that a tape can go on with this engine's program.
-    pub fn with_spares(mut self, count: usize) -> Taped {
-        self.fresh = (0..count).map(|_| Box::new(EngineState::of(&self.engine))).collect();
+    pub fn with_spares(mut self) -> Taped {
+        self.fresh = (0..SPARE_STATES).map(|_| Box::new(EngineState::of(&self.engine))).collect();
         self
     }
 
@@ -159,8 +162,8 @@ impl Tape {
         self.keep(TapeEntry::Call(call));
     }
 
-    /// Hands the step over, and a state where one is due.
-    fn hand_over(&mut self, engine: &Engine, fresh: &mut Vec<Box<EngineState>>) {
+    /// Hands the step over, or counts it as lost.
+    fn hand_over_step(&mut self) {
         // Room for the loss and the state beside the step.
         let fits = !self.overflow && self.entries.slots() >= self.step.len() + 2;
         if self.needs_state || !fits {
@@ -173,11 +176,13 @@ impl Tape {
         } else {
             self.push_step();
         }
+    }
+
+    /// Hands a state over where one is due.
+    fn hand_over_state(&mut self, engine: &Engine, fresh: &mut Vec<Box<EngineState>>) {
         let now_ns = engine.now_ns();
-        if self.broken {
-            return;
-        }
-        if (self.needs_state || now_ns >= self.next_state_ns) && self.push_state(engine, fresh) {
+        let is_due = self.needs_state || now_ns >= self.next_state_ns;
+        if is_due && !self.broken && self.push_state(engine, fresh) {
             self.next_state_ns = now_ns.saturating_add(STATE_EVERY_NS);
         }
     }
@@ -310,6 +315,11 @@ impl Machine for Taped {
     }
 
     fn adopt(&mut self, old: &mut Taped, transfer: &Transfer, running: bool, forces: &[Cell]) {
+        if let Some(tape) = &mut old.tape {
+            // The last state of the old program, by which all before it can be proven.
+            tape.next_state_ns = 0;
+        }
+        old.settle();
         self.engine.adopt(&mut old.engine, transfer, running, forces);
         self.tape = old.tape.take();
     }
@@ -346,18 +356,22 @@ impl Machine for Taped {
     }
 
     fn swapped(&mut self, generation: u32) {
-        if let Some(tape) = &mut self.tape {
-            tape.generation = generation;
-            // A state of the new program follows.
-            tape.next_state_ns = 0;
+        let Taped { engine, tape, fresh } = self;
+        if let Some(tape) = tape {
             tape.keep(TapeEntry::Swap { generation });
+            tape.generation = generation;
+            tape.hand_over_step();
+            // The calls that follow are the new program's: a state of it comes before them.
+            tape.needs_state = true;
+            tape.hand_over_state(engine, fresh);
         }
     }
 
     fn settle(&mut self) {
         let Taped { engine, tape, fresh } = self;
         if let Some(tape) = tape {
-            tape.hand_over(engine, fresh);
+            tape.hand_over_step();
+            tape.hand_over_state(engine, fresh);
         }
     }
 }

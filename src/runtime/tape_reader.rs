@@ -8,14 +8,11 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::machine::Origin;
 use super::mode::{Mode, StopReason};
-use super::tape::{Handed, STEP_ENTRIES_MAX, Tape, TapeEntry, Taped};
+use super::tape::{Handed, SPARE_STATES, STEP_ENTRIES_MAX, Tape, TapeEntry, Taped};
 use crate::engine::{Engine, EngineState};
 
 /// The number of entries between the two ends: some seconds of a busy plant.
 const ENTRIES: usize = 4 * STEP_ENTRIES_MAX;
-
-/// The number of states that circulate.
-const STATES: usize = 4;
 
 /// The reader's end of a tape.
 pub struct TapeReader {
@@ -26,10 +23,15 @@ pub struct TapeReader {
 
 /// Gives an engine a tape, which begins with its present state. Call before the first scan.
 pub fn tape(engine: Engine) -> (Taped, TapeReader) {
-    let (mut entry_in, entries) = RingBuffer::new(ENTRIES);
-    let (mut state_in, states) = RingBuffer::new(4 * STATES);
-    let (mut spare_in, spares) = RingBuffer::new(2 * STATES);
-    for _ in 0..STATES {
+    tape_of(engine, ENTRIES)
+}
+
+/// As [`tape`], with room for so many entries.
+pub fn tape_of(engine: Engine, entries: usize) -> (Taped, TapeReader) {
+    let (mut entry_in, entries) = RingBuffer::new(entries);
+    let (mut state_in, states) = RingBuffer::new(4 * SPARE_STATES);
+    let (mut spare_in, spares) = RingBuffer::new(2 * SPARE_STATES);
+    for _ in 0..SPARE_STATES {
         let _ = spare_in.push(Box::new(EngineState::of(&engine)));
     }
     let _ = state_in.push(Handed::State(Box::new(EngineState::of(&engine))));

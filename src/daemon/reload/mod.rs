@@ -25,12 +25,12 @@ pub(super) use views::Views;
 
 use super::config::Setup;
 use super::systemd::{Notice, Systemd};
-use crate::engine::{Cell, Engine};
+use crate::engine::Cell;
 use crate::operator::protocol::{Answered, Refusal, RefusalKind, Reloaded};
 use crate::reload::{OldMemory, ReloadPlan};
 use crate::runtime::command::Denial;
 use crate::runtime::exchange::{FaultReason, Mode, Port, Snapshot, StopReason};
-use crate::runtime::{Package, Reloader, Swapped, monotonic_ns};
+use crate::runtime::{Package, Reloader, Swapped, Taped, monotonic_ns};
 use crate::say::say;
 use dry::DryRuns;
 use reading::FileReader;
@@ -63,7 +63,7 @@ pub(super) struct Reloads {
 /// The parts of [`Reloads`].
 pub(super) struct ReloadParts {
     pub running: Arc<Running>,
-    pub reloader: Reloader<Engine>,
+    pub reloader: Reloader<Taped>,
     pub port: Port,
     pub views: Views,
     /// The longest time to read and check the files.
@@ -71,7 +71,7 @@ pub(super) struct ReloadParts {
 }
 
 struct Inner {
-    reloader: Reloader<Engine>,
+    reloader: Reloader<Taped>,
     /// The first program of the process. Settings that a reload does not apply stay as this program
     /// set them.
     started: Arc<Running>,
@@ -367,7 +367,7 @@ impl Reloads {
     }
 
     /// Takes back the packages that the scan thread has returned, and enters their swaps.
-    fn settle(&self, inner: &mut Inner, mut look: impl FnMut(&Package<Engine>, Swapped)) {
+    fn settle(&self, inner: &mut Inner, mut look: impl FnMut(&Package<Taped>, Swapped)) {
         while let Some(package) = inner.reloader.returned() {
             let Some(swapped) = package.swapped else { continue };
             let (generation, on_its_way) = (package.generation, inner.pending.as_ref());
@@ -407,8 +407,9 @@ impl Reloads {
 
 /// The report of a swap, made of the values from before the swap and of the image after the
 /// termination passes.
-fn report(plan: &ReloadPlan, package: &Package<Engine>, forces: &[Cell]) -> Vec<String> {
-    let image = package.machine.image();
+fn report(plan: &ReloadPlan, package: &Package<Taped>, forces: &[Cell]) -> Vec<String> {
+    let engine = package.machine.engine();
+    let image = engine.image();
     let (mut bits, mut words) = (image.bits().to_vec(), image.words().to_vec());
     for (cell, value) in &package.asked {
         match cell {
@@ -417,7 +418,7 @@ fn report(plan: &ReloadPlan, package: &Package<Engine>, forces: &[Cell]) -> Vec<
         }
     }
     let passed = Some(image.bits());
-    let layout = &package.machine.program().layout;
+    let layout = &engine.program().layout;
     plan.report(&OldMemory { layout, bits: &bits, words: &words, forces, passed })
 }
 

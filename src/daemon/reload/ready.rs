@@ -15,7 +15,7 @@ use crate::isa::MemorySizes;
 use crate::progress::Progress;
 use crate::reload::{ReloadPlan, Side, WARNING};
 use crate::runtime::exchange::Snapshot;
-use crate::runtime::{Carried, Contents, Package, Safe};
+use crate::runtime::{Carried, Contents, Package, Safe, Taped};
 use crate::source::render::Style;
 
 /// A program that is or was running, with its settings.
@@ -28,7 +28,7 @@ pub(in crate::daemon) struct Running {
 pub(super) struct Ready {
     pub running: Arc<Running>,
     pub plan: ReloadPlan,
-    pub package: Box<Package<Engine>>,
+    pub package: Box<Package<Taped>>,
 }
 
 /// The properties that the files must keep for a reload without a restart.
@@ -78,7 +78,8 @@ impl Ready {
             words: setup.memory.words,
             safe: setup.memory.safe.clone(),
         };
-        let package = Box::new(Package::new(engine, contents, latest));
+        let machine = Taped::new(engine).with_spares();
+        let package = Box::new(Package::new(machine, contents, latest));
         Ready { running: next, plan, package }
     }
 }

@@ -1,0 +1,75 @@
+//! Follows the tape of a scan thread: makes each call again on an engine of its own, and compares
+//! the states.
+
+use std::collections::HashMap;
+
+use rungd::engine::{Engine, EngineState, Program};
+use rungd::runtime::{TapeEntry, TapeReader};
+
+/// An engine that makes the calls of a tape again.
+pub struct Follower {
+    reader: TapeReader,
+    programs: HashMap<u32, Program>,
+    engine: Option<Engine>,
+    /// States that were compared with the engine's.
+    pub compared: u32,
+    /// Steps that the tape lost.
+    pub lost: u64,
+    /// Calls that were made again.
+    pub calls: u64,
+}
+
+impl Follower {
+    /// Follows from program 0 on.
+    pub fn new(reader: TapeReader, first: Program) -> Follower {
+        let programs = HashMap::from([(0, first)]);
+        Follower { reader, programs, engine: None, compared: 0, lost: 0, calls: 0 }
+    }
+
+    /// A program that may come.
+    pub fn know(&mut self, generation: u32, program: Program) {
+        self.programs.insert(generation, program);
+    }
+
+    /// Reads all entries that are there.
+    pub fn follow(&mut self) {
+        while let Some((entry, state)) = self.reader.next() {
+            match entry {
+                TapeEntry::Call(call) => {
+                    self.calls += 1;
+                    self.engine.as_mut().expect("calls come after a state").apply(call);
+                }
+                TapeEntry::State { generation, .. } => {
+                    let state = state.expect("a state comes with its entry");
+                    self.meet(generation, &state);
+                    self.reader.give_back(state);
+                }
+                TapeEntry::Swap { .. } => self.engine = None,
+                TapeEntry::Lost { steps } => {
+                    self.lost += steps;
+                    self.engine = None;
+                }
+                TapeEntry::Origin(_) | TapeEntry::Number(_) | TapeEntry::Mode(_) => {}
+            }
+        }
+    }
+
+    /// Whether its engine has this public memory.
+    pub fn shows(&self, bits: &[u8], words: &[i32]) -> bool {
+        self.engine.as_ref().is_some_and(|engine| {
+            let image = engine.image();
+            image.bits().starts_with(bits) && image.words().starts_with(words)
+        })
+    }
+
+    fn meet(&mut self, generation: u32, state: &EngineState) {
+        if let Some(engine) = &self.engine {
+            assert_eq!(&EngineState::of(engine), state, "after {} calls", self.calls);
+            self.compared += 1;
+            return;
+        }
+        let mut engine = Engine::new(self.programs[&generation].clone());
+        assert!(engine.resume(state), "a state of another program");
+        self.engine = Some(engine);
+    }
+}
