@@ -302,8 +302,8 @@ fn a_hundred_reloads() {
     let (code, mut symbols) = lowered(0);
     let settings = settings(&symbols, 2000);
     let clock = SimulatedClock::default();
-    // Room for some steps alone, so that steps are lost too.
-    let (machine, reader) = tape_of(Engine::new(code.clone()), 3000);
+    // Room for few steps, so that steps are lost too.
+    let (machine, reader) = tape_of(Engine::new(code.clone()), 200);
     let (mut scanner, mut monitor, port, mut reloader) =
         assemble_reloadable(machine, clock, &settings, Deaf);
     let mut follower = Follower::new(reader, code.clone());
