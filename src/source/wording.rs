@@ -53,6 +53,13 @@ pub fn shown_name(name: &str) -> String {
     shown
 }
 
+/// A path quoted as one word of a shell's line; never read as an option.
+pub(crate) fn shell_word(path: &str) -> String {
+    let path = if path.starts_with('-') { format!("./{path}") } else { path.to_owned() };
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
+    if path.chars().all(is_plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
+}
+
 /// Adds a word and the space after it; returns the number of characters added.
 fn push_word(told: &mut String, word: &str) -> usize {
     let length = word.chars().count();
