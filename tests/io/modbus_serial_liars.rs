@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::thread::spawn;
 
 use crate::liars::{
-    self, Answer, Lie, PATIENT, TIMEOUT, client, exchange, honest, lie, recovers, rtu_frame,
-    serve_rtu, with,
+    self, Answer, Lie, PATIENT, Script, TIMEOUT, client, exchange, honest, lie, recovers,
+    rtu_frame, serve_rtu, with,
 };
 use crate::line::{await_over_a_line, pty};
 use rungd::io::device::Driver;
-use rungd::io::modbus_client::settings::{Link, Parity, Serial};
-use rungd::io::modbus_client::{Client, SerialLines};
+use rungd::io::modbus_client::settings::{ClientSettings, Link, Parity, Serial};
+use rungd::io::modbus_client::{self, Client, SerialLines};
 use tokio::time::timeout;
 
 /// What a peer does with a read, and what the log says of it; an empty text: the client finds the
@@ -40,17 +40,26 @@ fn serial(port: String) -> Serial {
     Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo: false }
 }
 
+/// A client that has opened its line, and what the peer there is told; `alter`: its settings.
+async fn connected(
+    alter: impl FnOnce(&mut ClientSettings),
+) -> (Client<impl modbus_client::Link>, Script) {
+    let (master, port) = pty();
+    let script = honest();
+    let told = Arc::clone(&script);
+    spawn(move || serve_rtu(master, &told));
+    let serial = serial(port);
+    let mut settings = client(Link::Serial(serial.clone()));
+    alter(&mut settings);
+    let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
+    client.connect().await.unwrap();
+    (client, script)
+}
+
 #[test]
 fn every_lie_over_a_serial_line_is_trouble_that_passes() {
     await_over_a_line(async || {
-        let (master, port) = pty();
-        let script = honest();
-        let told = Arc::clone(&script);
-        spawn(move || serve_rtu(master, &told));
-        let serial = serial(port);
-        let settings = client(Link::Serial(serial.clone()));
-        let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
-        client.connect().await.unwrap();
+        let (mut client, script) = connected(|_| ()).await;
         let again = "no answer in 400 ms";
         recovers(&mut client, again).await;
         for (words, answer) in RTU_LIES {
@@ -102,16 +111,11 @@ fn every_lie_over_a_serial_line_is_trouble_that_passes() {
 #[test]
 fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
     await_over_a_line(async || {
-        let (master, port) = pty();
-        let script = honest();
-        let told = Arc::clone(&script);
-        spawn(move || serve_rtu(master, &told));
-        let serial = serial(port);
-        let mut settings = client(Link::Serial(serial.clone()));
-        settings.inputs[1].at = 10;
-        settings.outputs.clear();
-        let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
-        client.connect().await.unwrap();
+        let (mut client, script) = connected(|settings| {
+            settings.inputs[1].at = 10;
+            settings.outputs.clear();
+        })
+        .await;
         while exchange(&mut client).await != Ok([1000, 1010]) {
             tokio::task::yield_now().await;
         }
