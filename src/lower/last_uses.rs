@@ -1,6 +1,7 @@
 //! The last places that touched each cell, while operations are put into batches or groups.
 //!
-//! Used by `schedule` and `alike`: an operation must follow those that share a written cell with it.
+//! Used by `schedule` and `alike`: an operation must follow those that share a written cell with
+//! it.
 
 use crate::engine::ops::Touches;
 use crate::isa::NumberMap;
