@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::thread::spawn;
 
 use crate::liars::{
-    self, Answer, Lie, PATIENT, Script, TIMEOUT, client, exchange, honest, lie, recovers,
-    rtu_frame, serve_rtu, with,
+    self, Answer, Lie, PATIENT, TIMEOUT, client, exchange, honest, lie, recovers, rtu_client,
+    rtu_frame, serial, serve_rtu, with,
 };
 use crate::line::{await_over_a_line, pty};
 use rungd::io::device::Driver;
-use rungd::io::modbus_client::settings::{ClientSettings, Link, Parity, Serial};
-use rungd::io::modbus_client::{self, Client, SerialLines};
+use rungd::io::modbus_client::settings::{ClientSettings, Link};
+use rungd::io::modbus_client::{Client, SerialLines};
 use tokio::time::timeout;
 
 /// What a peer does with a read, and what the log says of it; an empty text: the client finds the
@@ -36,30 +36,11 @@ const RTU_LIES: [(&str, Answer); 17] = [
     ("", |_, right| Lie::Say([&rtu_frame(2, &[4, 4, 0, 1, 2, 3]), right].concat())),
 ];
 
-fn serial(port: String) -> Serial {
-    Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo: false }
-}
-
-/// A client that has opened its line, and what the peer there is told; `alter`: its settings.
-async fn connected(
-    alter: impl FnOnce(&mut ClientSettings),
-) -> (Client<impl modbus_client::Link>, Script) {
-    let (master, port) = pty();
-    let script = honest();
-    let told = Arc::clone(&script);
-    spawn(move || serve_rtu(master, &told));
-    let serial = serial(port);
-    let mut settings = client(Link::Serial(serial.clone()));
-    alter(&mut settings);
-    let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
-    client.connect().await.unwrap();
-    (client, script)
-}
-
 #[test]
 fn every_lie_over_a_serial_line_is_trouble_that_passes() {
     await_over_a_line(async || {
-        let (mut client, script) = connected(|_| ()).await;
+        let script = honest();
+        let mut client = rtu_client(Arc::clone(&script), (false, TIMEOUT), |_| ()).await;
         let again = "no answer in 400 ms";
         recovers(&mut client, again).await;
         for (words, answer) in RTU_LIES {
@@ -111,11 +92,12 @@ fn every_lie_over_a_serial_line_is_trouble_that_passes() {
 #[test]
 fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
     await_over_a_line(async || {
-        let (mut client, script) = connected(|settings| {
+        let script = honest();
+        let second_elsewhere = |settings: &mut ClientSettings| {
             settings.inputs[1].at = 10;
             settings.outputs.clear();
-        })
-        .await;
+        };
+        let mut client = rtu_client(Arc::clone(&script), (false, TIMEOUT), second_elsewhere).await;
         while exchange(&mut client).await != Ok([1000, 1010]) {
             tokio::task::yield_now().await;
         }
@@ -145,7 +127,7 @@ fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
         let link = std::env::temp_dir().join(format!("rungd-line-{}", std::process::id()));
         let _ = std::fs::remove_file(&link);
         std::os::unix::fs::symlink(&port, &link).unwrap();
-        let serial = serial(link.to_str().unwrap().to_owned());
+        let serial = serial(link.to_str().unwrap().to_owned(), false);
         let settings = client(Link::Serial(serial.clone()));
         let mut client = Client::new(&settings, SerialLines::default().link(&serial, PATIENT));
         client.connect().await.unwrap();
