@@ -2,7 +2,7 @@
 //! terminal would execute.
 //!
 //! [`super::finding::Finding`] passes all its texts through [`bounded`]; the code that makes
-//! findings need not.
+//! findings need not. Also quotes what a text says for a shell: [`shell_word`].
 
 /// The longest word that is kept whole: longer than any legal name, and than most paths.
 const WORD_CHARS_MAX: usize = 200;
