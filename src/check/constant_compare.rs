@@ -73,7 +73,7 @@ fn judge(
     comparison: Comparison,
     right: Value,
 ) -> Option<(bool, String)> {
-    match (constant(left), left, constant(right), right) {
+    match (left.constant(), left, right.constant(), right) {
         (Some(a), _, Some(b), _) => {
             Some((holds(a, comparison, b), "both sides are constants".to_owned()))
         }
@@ -87,15 +87,6 @@ fn judge(
             judge_range(context, word, mirrored(comparison), constant)
         }
         _ => None,
-    }
-}
-
-/// The number of a constant.
-fn constant(value: Value) -> Option<f64> {
-    match value {
-        Value::Const(number, _) => Some(number.into()),
-        Value::Real(real) => Some(real.into()),
-        Value::Word(_) | Value::Element(_) => None,
     }
 }
 

@@ -5,10 +5,13 @@
 //! findings; the names in findings come from `names`. Drivers are compared by *element* (a block's
 //! own rungs, or one stage), because a termination pass acts on an element.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::isa::{Address, Bit, ElementId, Mnemonic, NumberMap, StageId, Structure, Word};
+use crate::isa::{
+    Address, Bit, ElementId, Mnemonic, NumberMap, NumberSet, StageId, Structure, Word,
+};
 use crate::progress::Progress;
 use crate::resolve::instruction::Coil;
 use crate::resolve::program::{
@@ -60,6 +63,20 @@ pub struct Context<'a> {
     tags: NumberMap<Address, &'a Tag>,
     /// The limits that tags set for words.
     limits: NumberMap<Word, WriteLimits<'a>>,
+    /// The addresses of tags with `initial`, `min` or `max`: an operator sets them.
+    pub settings: NumberSet<Address>,
+    /// What the ladder reads and writes; `usage` makes both, once for all rules.
+    pub reads: OnceCell<Vec<(Address, Span)>>,
+    pub writes: OnceCell<NumberMap<Address, Effect>>,
+}
+
+/// The effect that all writes of the ladder together have on a bit or word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    /// RST alone: a bit that is ON goes OFF.
+    Off,
+    /// It may change to any value.
+    Any,
 }
 
 /// The limits of a write to a word.
@@ -123,9 +140,15 @@ impl<'a> Context<'a> {
             owners: BTreeMap::new(),
             tags: NumberMap::default(),
             limits: NumberMap::default(),
+            settings: NumberSet::default(),
+            reads: OnceCell::new(),
+            writes: OnceCell::new(),
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
+                if tag.initial.is_some() || tag.min.is_some() || tag.max.is_some() {
+                    context.settings.insert(address);
+                }
                 context.tags.entry(address).or_insert(tag);
                 context.narrow(address, tag);
             }

@@ -17,15 +17,14 @@ use crate::source::finding::{Code, Finding};
 
 use super::context::Context;
 use super::usage::reads;
-use super::writers::Writable;
+use super::writers::is_writable;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let Some(devices) = context.outside.and_then(|outside| outside.wired) else { return };
-    let writable = Writable::new(context);
-    for (address, span) in reads(context) {
+    for &(address, span) in reads(context) {
         let is_x = matches!(address, Address::Bit(Bit::Space(BitSpace::X, _)));
-        if !is_x || writable.holds(address) {
+        if !is_x || is_writable(context, address) {
             continue;
         }
         let message = format!("no device moves {}", context.say(address));

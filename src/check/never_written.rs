@@ -24,16 +24,16 @@ use crate::source::span::Span;
 use super::context::Context;
 use super::names::owner_of;
 use super::usage::{reads, structure_of, writes};
-use super::writers::Writable;
+use super::writers::is_writable;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let (writes, writable) = (writes(context), Writable::new(context));
+    let (read, writes) = (reads(context), writes(context));
     let mut structures = NumberSet::default();
-    let read = reads(context);
-    let logged = logged(context, &read);
-    for (address, span) in read.into_iter().chain(logged) {
-        if is_always_written(address) || writes.contains_key(&address) || writable.holds(address) {
+    let logged = logged(context, read);
+    for (address, span) in read.iter().copied().chain(logged) {
+        let is_written = is_always_written(address) || writes.contains_key(&address);
+        if is_written || is_writable(context, address) {
             continue;
         }
         let Some(structure) = structure_of(address) else {

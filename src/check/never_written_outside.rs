@@ -13,9 +13,7 @@
 //! rung = [ { when = ["X0"], do = ["OUT Y0"] } ]
 //! ```
 
-use std::collections::HashSet;
-
-use crate::isa::{Address, Bit, BitSpace};
+use crate::isa::{Address, Bit, BitSpace, NumberSet};
 use crate::source::finding::{Code, Finding};
 
 use super::context::Context;
@@ -23,17 +21,18 @@ use super::names::owner_of;
 use super::never_written::{always, is_always_written, setting};
 use super::outside::Read;
 use super::usage::{reads, structure_of, writes};
-use super::writers::Writable;
+use super::writers::is_writable;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
     let Some(outside) = context.outside.filter(|outside| !outside.reads.is_empty()) else { return };
-    let (writes, writable) = (writes(context), Writable::new(context));
-    let told: HashSet<Address> = reads(context).into_iter().map(|(address, _)| address).collect();
+    let writes = writes(context);
+    let told: NumberSet<Address> = reads(context).iter().map(|(address, _)| *address).collect();
     let is_owned = |of| structure_of(of).is_some_and(|structure| context.is_owned(structure));
     let is_written = |address: &Address| {
         let of = *address;
-        is_always_written(of) || writes.contains_key(address) || writable.holds(of) || is_owned(of)
+        let is_ladders = is_always_written(of) || writes.contains_key(address) || is_owned(of);
+        is_ladders || is_writable(context, of)
     };
     for read in &outside.reads {
         let is_silent = |address| is_written(address) || told.contains(address);

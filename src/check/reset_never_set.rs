@@ -21,20 +21,20 @@ use crate::resolve::instruction::Coil;
 use crate::resolve::program::Action;
 use crate::source::finding::{Code, Finding};
 
-use super::context::Context;
-use super::usage::{Effect, writes};
-use super::writers::Writable;
+use super::context::{Context, Effect};
+use super::usage::writes;
+use super::writers::is_writable;
 
 /// The rule.
 pub fn check(context: &Context, findings: &mut Vec<Finding>) {
-    let (writes, writable) = (writes(context), Writable::new(context));
+    let writes = writes(context);
     let mut seen = HashSet::new();
     for placed in &context.instructions {
         let Action::Coil { coil: Coil::Rst, bit } = placed.action() else { continue };
         let address = Address::Bit(bit.value);
         let is_set = writes.get(&address) == Some(&Effect::Any);
         // One finding for each bit is enough, at the first RST.
-        if is_set || writable.holds(address) || !seen.insert(address) {
+        if is_set || is_writable(context, address) || !seen.insert(address) {
             continue;
         }
         let message = format!("{} is RST, and nothing ever turns it ON", context.say(address));

@@ -61,12 +61,12 @@ pub fn storing(action: &Action) -> Option<Storing> {
             WordPlace::Element(element) => Words::Of(element.array),
         };
         // With two locations, no constant is at fault.
-        let place = source.values().filter(|of| constant(of.value).is_some()).last()?.span;
+        let place = source.values().filter(|of| of.value.constant().is_some()).last()?.span;
         return Some(Storing { to, range: sum(*source), fraction: fraction(*source), place });
     }
     if let Action::Fill { value, to } = action {
         let Filling::Value(number) = value.value else { return None };
-        let number = constant(number).filter(|_| !to.value.is_bits())?;
+        let number = number.constant().filter(|_| !to.value.is_bits())?;
         return Some(Storing::of(Words::Of(to.value), number, value.span));
     }
     let Action::Math { target, index: _, formula } = action else { return None };
@@ -90,22 +90,23 @@ impl Storing {
 fn sum(source: Source) -> (f64, f64) {
     match source {
         Source::Value(a) => range(a.value),
-        Source::Sum(a, b) => {
-            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
-            (a_low + b_low, a_high + b_high)
-        }
+        Source::Sum(a, b) => added(range(a.value), range(b.value)),
         Source::Difference(a, b) => {
-            let ((a_low, a_high), (b_low, b_high)) = (range(a.value), range(b.value));
-            (a_low - b_high, a_high - b_low)
+            let (low, high) = range(b.value);
+            added(range(a.value), (-high, -low))
         }
     }
+}
+
+fn added(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0 + b.0, a.1 + b.1)
 }
 
 /// The constant with a fraction, if all other numbers are whole.
 fn fraction(source: Source) -> Option<f64> {
     let mut reals = source.values().filter(|of| of.value.is_real());
     let (real, other) = (reals.next()?, reals.next());
-    constant(real.value).filter(|number| number.fract() != 0.0 && other.is_none())
+    real.value.constant().filter(|number| number.fract() != 0.0 && other.is_none())
 }
 
 /// The least and greatest number of a value. Integers of 32 bits, and their sums, are exact here.
@@ -115,14 +116,6 @@ fn range(value: Value) -> (f64, f64) {
         Value::Real(real) => (real.into(), real.into()),
         Value::Word(word) => word.numbers(),
         Value::Element(element) => element.array.first_word().map_or((0.0, 0.0), Word::numbers),
-    }
-}
-
-fn constant(value: Value) -> Option<f64> {
-    match value {
-        Value::Const(number, _) => Some(number.into()),
-        Value::Real(real) => Some(real.into()),
-        Value::Word(_) | Value::Element(_) => None,
     }
 }
 

@@ -9,11 +9,15 @@ use crate::resolve::instruction::{Coil, OperandValue};
 use crate::resolve::program::{Action, Contact, Tag, Value};
 use crate::source::span::Span;
 
-use super::context::{Context, Placed};
+use super::context::{Context, Effect, Placed};
 
 /// Every address that the ladder reads, once, with the first place that reads it; in order of
 /// place.
-pub fn reads(context: &Context) -> Vec<(Address, Span)> {
+pub fn reads<'c>(context: &'c Context) -> &'c [(Address, Span)] {
+    context.reads.get_or_init(|| listed(context))
+}
+
+fn listed(context: &Context) -> Vec<(Address, Span)> {
     let mut all = Vec::new();
     context.contacts.iter().for_each(|contact| of_contact(contact, &mut all));
     context.instructions.iter().for_each(|placed| of_instruction(placed, &mut all));
@@ -69,17 +73,12 @@ fn word(value: Value) -> Option<Address> {
     }
 }
 
-/// The effect that all writes of the ladder together have on a bit or word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Effect {
-    /// RST alone: a bit that is ON goes OFF.
-    Off,
-    /// It may change to any value.
-    Any,
+/// Every address that an instruction names to write it. Structures that are owned are not listed.
+pub fn writes<'c>(context: &'c Context) -> &'c NumberMap<Address, Effect> {
+    context.writes.get_or_init(|| effects(context))
 }
 
-/// Every address that an instruction names to write it. Structures that are owned are not listed.
-pub fn writes(context: &Context) -> NumberMap<Address, Effect> {
+fn effects(context: &Context) -> NumberMap<Address, Effect> {
     let mut writes = NumberMap::default();
     for placed in &context.instructions {
         let action = placed.action();

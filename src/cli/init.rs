@@ -11,6 +11,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 
 use super::exit::Exit;
+use crate::source::wording::shell_word;
 
 /// Writes a first project: a controller file, a ladder, a simulated device
 #[derive(Args, Debug)]
@@ -51,13 +52,6 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
     writeln!(out, "\nRun it with `cd {directory} && rungd run controller.toml`; Ctrl-C stops it.")?;
     writeln!(out, "In a second shell there, `rungd status` tells how it is.")?;
     Ok(Exit::Ok)
-}
-
-/// A path quoted as one word of a shell's line; never read as an option.
-fn shell_word(path: &str) -> String {
-    let path = if path.starts_with('-') { format!("./{path}") } else { path.to_owned() };
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
-    if path.chars().all(is_plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
 /// Refuses a directory with files, to protect them; an empty repository is accepted.

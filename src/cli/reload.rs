@@ -32,10 +32,11 @@ pub struct ReloadArgs {
     pid: Option<i32>,
 }
 
-/// Goes back to the last program that passed its probation, or to the program of the start
+/// Goes back to the last program before the running one that passed its probation
 ///
-/// Outside a probation this is the program before the last reload. During a probation, all programs
-/// that were loaded since the last proven one are skipped. No file is read.
+/// The program of the start counts as passed, and with `[reload] probation = "0ms"` every program.
+/// Programs that another reload replaced within their probation are skipped. It can be done once
+/// after a reload. No file is read.
 #[derive(Args, Debug)]
 pub struct RollbackArgs {
     #[command(flatten)]

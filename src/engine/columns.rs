@@ -7,7 +7,7 @@
 use super::memory::View;
 use super::mishap::Mishaps;
 use super::reach::{Cells, Reach};
-use super::steps::{COLUMN_SLOTS, Code, Number, Step, for_each_code};
+use super::steps::{COLUMN_SLOTS, Code, Number, Step, for_each_code, unless_accumulator};
 use super::{integer, real};
 
 /// The greatest number of formulas that are executed at once.
@@ -189,7 +189,7 @@ macro_rules! columns {
                 let Step { code, to, .. } = column.steps[0];
                 match code {
                     $($(Code::$code => {
-                        columns!(save $a $b, $number self to);
+                        unless_accumulator!($a $b, self.save::<$number>(to));
                         each(column, self, |from, step, own| {
                             let (a, b) = (operand!($a from step.a), operand!($b from step.b));
                             $two_of(a, b, own)
@@ -210,12 +210,6 @@ macro_rules! columns {
             }
         }
     };
-    // Only where no operand is the accumulator can it hold something else.
-    (save Word Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save Word Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save Whole Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save Whole Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save $a:ident $b:ident, $number:ident $run:ident $to:ident) => {};
 }
 
 for_each_code!(columns);

@@ -174,22 +174,23 @@ pub fn max(a: i64, b: i64, _: &mut Mishaps) -> i64 {
     a.max(b)
 }
 
+/// The compares of integers, or of reals.
 macro_rules! compares {
-    ($($name:ident $sign:tt;)*) => {$(
+    ($number:ident) => {
+        compares! { $number: equal ==; not_equal !=; less <; at_most <=; }
+    };
+    ($number:ident: $($name:ident $sign:tt;)*) => {$(
         #[doc = concat!("Whether `a ", stringify!($sign), " b`: 0 or 1.")]
         #[inline(always)]
-        pub fn $name(a: i64, b: i64, _: &mut Mishaps) -> i64 {
+        pub fn $name(a: $number, b: $number, _: &mut Mishaps) -> i64 {
             i64::from(a $sign b)
         }
     )*};
 }
 
-compares! {
-    equal ==;
-    not_equal !=;
-    less <;
-    at_most <=;
-}
+pub(super) use compares;
+
+compares!(i64);
 
 /// An integer within a range, or the limit beside it.
 #[inline(always)]

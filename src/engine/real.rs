@@ -6,6 +6,7 @@
 //! differences of others are never -0. The functions of `libm` are compiled into the
 //! program, so that every machine computes the same.
 
+use super::integer::compares;
 use super::mishap::{Mishap, Mishaps};
 
 /// A result: the largest number in place of an infinity.
@@ -112,22 +113,7 @@ pub fn max(a: f64, b: f64, _: &mut Mishaps) -> f64 {
     a.max(b)
 }
 
-macro_rules! compares {
-    ($($name:ident $sign:tt;)*) => {$(
-        #[doc = concat!("Whether `a ", stringify!($sign), " b`: 0 or 1.")]
-        #[inline(always)]
-        pub fn $name(a: f64, b: f64, _: &mut Mishaps) -> i64 {
-            i64::from(a $sign b)
-        }
-    )*};
-}
-
-compares! {
-    equal ==;
-    not_equal !=;
-    less <;
-    at_most <=;
-}
+compares!(f64);
 
 /// The integer of a real without a fraction, at the limits of 64 bits.
 fn integer(whole: f64, mishaps: &mut Mishaps) -> i64 {

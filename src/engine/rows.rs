@@ -6,7 +6,7 @@ use super::memory::View;
 use super::mishap::{Mishap, Mishaps};
 use super::reach::Reach;
 use super::role::{BitRead, WordRead};
-use super::steps::{Code, Number, Step, cells, for_each_code};
+use super::steps::{Code, Number, Step, cells, for_each_code, unless_accumulator};
 use super::{integer, real};
 
 /// A number that has an accumulator.
@@ -64,7 +64,7 @@ macro_rules! rows {
                 match code {
                     $($(Code::$code => {
                         let (a, b) = (operand!($a self a), operand!($b self b));
-                        rows!(save $a $b, $number self to);
+                        unless_accumulator!($a $b, self.save::<$number>(to));
                         let mut own = Mishaps::default();
                         *Accumulated::accumulator(self) = $two_of(a, b, &mut own);
                         noted.add(own);
@@ -86,12 +86,6 @@ macro_rules! rows {
             }
         }
     };
-    // Only where no operand is the accumulator can it hold something else.
-    (save Word Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save Word Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save Whole Word, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save Whole Whole, $number:ident $run:ident $to:ident) => { $run.save::<$number>($to) };
-    (save $a:ident $b:ident, $number:ident $run:ident $to:ident) => {};
 }
 
 for_each_code!(rows);

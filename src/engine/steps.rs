@@ -236,6 +236,17 @@ macro_rules! for_each_code {
 
 pub(super) use for_each_code;
 
+/// Does something where no operand is the accumulator: only there can it hold something else.
+macro_rules! unless_accumulator {
+    (Accumulator $b:ident, $then:expr) => {};
+    ($a:ident Accumulator, $then:expr) => {};
+    ($a:ident $b:ident, $then:expr) => {
+        $then
+    };
+}
+
+pub(super) use unless_accumulator;
+
 /// The number of an operand's word or slot.
 macro_rules! number_of {
     (Word Word $at:expr) => {

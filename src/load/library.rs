@@ -5,6 +5,7 @@ use crate::source::file_kind::LIBRARY;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::{SourceFile, Span};
+use crate::source::wording::shell_word;
 
 /// A file of the library.
 pub(crate) struct LibraryFile {
@@ -108,13 +109,7 @@ struct Wanted {
 
 impl Wanted {
     fn of(finding: &Finding, files: &[SourceFile]) -> Option<Wanted> {
-        let Span { file, start, end } = finding.span;
-        let text = &files.get(file.0 as usize)?.text;
-        let place = text.get(start as usize..end as usize)?;
-        let name = place.trim_matches(['"', '\'']);
-        if finding.code != Code::UnknownTemplate {
-            return None;
-        }
+        let name = unknown_template(finding, files)?;
         match named(name) {
             Some(file) => Some(Wanted { file: file.ok()?, is_file: true }),
             None => Some(Wanted { file: of_template(name)?, is_file: false }),
@@ -134,15 +129,17 @@ impl Wanted {
     }
 }
 
+/// The name that a use gives in vain, if the finding is about one.
+fn unknown_template<'f>(finding: &Finding, files: &'f [SourceFile]) -> Option<&'f str> {
+    let Span { file, start, end } = finding.span;
+    let text = &files.get(file.0 as usize).filter(|_| finding.code == Code::UnknownTemplate)?.text;
+    Some(text.get(start as usize..end as usize)?.trim_matches(['"', '\'']))
+}
+
 /// As it is; for `use = "lib:NAME"` without such a file, with the files that there are.
 fn no_file(finding: Finding, files: &[SourceFile]) -> Finding {
-    let Span { file, start, end } = finding.span;
-    let text = files.get(file.0 as usize).map_or("", |file| &file.text);
-    let name = text.get(start as usize..end as usize).unwrap_or_default().trim_matches(['"', '\'']);
+    let Some(name) = unknown_template(&finding, files) else { return finding };
     let Some(Err((message, help))) = named(name) else { return finding };
-    if finding.code != Code::UnknownTemplate {
-        return finding;
-    }
     let template = name.strip_prefix(LIBRARY).unwrap_or(name);
     let help = match of_template(template) {
         Some(of) => format!(
@@ -169,13 +166,4 @@ fn how(lacking: &[String], files: &[SourceFile], has_controller: bool) -> String
         "it is in the library: `rungd check {}`; in a controller file `ladder = [{list}, …]`",
         words.join(" ")
     )
-}
-
-/// A path as a shell takes it.
-fn shell_word(path: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-:+,@%".contains(c);
-    match path.chars().all(is_plain) {
-        true => path.to_owned(),
-        false => format!("'{}'", path.replace('\'', "'\\''")),
-    }
 }

@@ -8,8 +8,8 @@
 
 use std::collections::HashMap;
 
+use super::last_uses::LastUses;
 use crate::engine::ops::{Accumulator, Formulas, Math, Op, Step, StepShape, Touches, shapes};
-use crate::isa::NumberMap;
 
 /// The least number of MATHs that columns are made of: with fewer, the loops cost more than the
 /// dispatches. Two in a debug build, so that the small programs of tests have columns too.
@@ -43,20 +43,12 @@ pub(super) fn groups(maths: Vec<Math>, steps: &[Step], formulas: Formulas) -> Ve
 /// The steps of a formula without their cells; `None`: it needs rows.
 type Form = Option<(Vec<StepShape>, Accumulator)>;
 
-/// The last groups that touched a cell, by their position + 1; 0: none.
-#[derive(Clone, Copy, Default)]
-struct GroupUses {
-    written: usize,
-    read: usize,
-}
-
 #[derive(Default)]
 struct Grouping<'f> {
     groups: Vec<AlikeMaths>,
     /// The positions of the groups of each form, ascending.
     of_form: HashMap<Form, Vec<usize>>,
-    bits: NumberMap<u32, GroupUses>,
-    words: NumberMap<u32, GroupUses>,
+    uses: LastUses,
     /// No group before this one takes a further MATH.
     open_from: usize,
     touches: Touches<'f>,
@@ -70,20 +62,13 @@ impl Grouping<'_> {
         let formula = &steps[math.first as usize..][..math.count as usize];
         let form = if stays { None } else { shapes(formula).map(|form| (form, math.result)) };
         let in_columns = form.is_some();
-        let earliest = if stays { self.groups.len() } else { self.earliest(in_columns) };
-        let at = self.group_at_or_behind(form, earliest);
-        let mark = |uses: &mut NumberMap<u32, GroupUses>, read: &[u32], written: &[u32]| {
-            for cell in read {
-                let uses = uses.entry(*cell).or_default();
-                uses.read = uses.read.max(at + 1);
-            }
-            for cell in written {
-                let uses = uses.entry(*cell).or_default();
-                uses.written = uses.written.max(at + 1);
-            }
+        // In columns, what it reads was written in a group before its own.
+        let earliest = match stays {
+            true => self.groups.len(),
+            false => self.uses.earliest(&self.touches, in_columns).max(self.open_from),
         };
-        mark(&mut self.bits, &self.touches.bits_read, &self.touches.bits_written);
-        mark(&mut self.words, &self.touches.words_read, &self.touches.words_written);
+        let at = self.group_at_or_behind(form, earliest);
+        self.uses.mark(&self.touches, at);
         self.groups[at].maths.push(math);
         if stays {
             self.open_from = self.groups.len();
@@ -105,27 +90,6 @@ impl Grouping<'_> {
             &touches.word_arrays_written,
         ];
         reads_status || arrays.iter().any(|arrays| !arrays.is_empty())
-    }
-
-    /// The first position that is not before a group with a MATH that this one must follow.
-    fn earliest(&self, in_columns: bool) -> usize {
-        let t = &self.touches;
-        let of = |uses: &NumberMap<u32, GroupUses>, cell: &u32| {
-            uses.get(cell).copied().unwrap_or_default()
-        };
-        let uses = |read: &'_ [u32], written: &'_ [u32], uses: &NumberMap<u32, GroupUses>| {
-            // What it reads, a group before its own wrote, or its own if that is executed in order.
-            let behind = usize::from(in_columns);
-            let reads = read.iter().map(|cell| of(uses, cell).written).filter(|at| *at > 0);
-            let writes = written.iter().map(|cell| {
-                let uses = of(uses, cell);
-                uses.written.max(uses.read).saturating_sub(1)
-            });
-            reads.map(|at| at - 1 + behind).chain(writes).max().unwrap_or(0)
-        };
-        let bits = uses(&t.bits_read, &t.bits_written, &self.bits);
-        let words = uses(&t.words_read, &t.words_written, &self.words);
-        bits.max(words).max(self.open_from)
     }
 
     fn group_at_or_behind(&mut self, form: Form, earliest: usize) -> usize {

@@ -16,6 +16,7 @@ mod formula_calls;
 mod formula_marks;
 pub(crate) mod identity;
 mod instructions;
+mod last_uses;
 mod regions;
 mod rungs;
 pub mod schedule;

@@ -12,16 +12,16 @@
 
 use std::collections::HashMap;
 
+use super::last_uses::LastUses;
 use super::regions::Regions;
 use crate::engine::ops::{Formulas, Op, OpKind, Touches};
-use crate::isa::NumberMap;
 
 /// Number of operations that are scheduled together.
 pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each. `formulas` are
-/// those of the MATHs. `has_arrays`: whether an operation may touch an array
-/// whose element is known at run time only.
+/// those of the MATHs. `has_arrays`: whether an operation may touch an array whose element is known
+/// at run time only.
 pub(crate) fn schedule(
     ops: Vec<Op>,
     formulas: Formulas,
@@ -51,20 +51,12 @@ pub(crate) fn schedule(
     batches
 }
 
-/// The last batches that touched a cell, by their position + 1; 0: none.
-#[derive(Clone, Copy, Default)]
-struct BatchUses {
-    written: usize,
-    read: usize,
-}
-
 #[derive(Default)]
 struct Segment<'f> {
     batches: Vec<Vec<Op>>,
     /// The positions of the batches of each kind, ascending.
     of_kind: HashMap<OpKind, Vec<usize>>,
-    bits: NumberMap<u32, BatchUses>,
-    words: NumberMap<u32, BatchUses>,
+    uses: LastUses,
     touches: Touches<'f>,
     regions: Option<&'f Regions>,
     count: usize,
@@ -77,34 +69,11 @@ impl Segment<'_> {
         if let Some(regions) = self.regions {
             regions.represent(&mut self.touches);
         }
-        let at = self.batch_at_or_behind(op.kind(), self.earliest());
-        let mark = |uses: &mut NumberMap<u32, BatchUses>, read: &[u32], written: &[u32]| {
-            for cell in read {
-                let uses = uses.entry(*cell).or_default();
-                uses.read = uses.read.max(at + 1);
-            }
-            for cell in written {
-                uses.entry(*cell).or_default().written = at + 1;
-            }
-        };
-        mark(&mut self.bits, &self.touches.bits_read, &self.touches.bits_written);
-        mark(&mut self.words, &self.touches.words_read, &self.touches.words_written);
+        let earliest = self.uses.earliest(&self.touches, false);
+        let at = self.batch_at_or_behind(op.kind(), earliest);
+        self.uses.mark(&self.touches, at);
         self.batches[at].push(op);
         self.count += 1;
-    }
-
-    /// The first position that is not before a batch with an operation that this one must follow.
-    fn earliest(&self) -> usize {
-        let behind = |uses: &NumberMap<u32, BatchUses>, read: &[u32], written: &[u32]| {
-            let of = |cell: &u32| uses.get(cell).copied().unwrap_or_default();
-            let reads = read.iter().map(|cell| of(cell).written);
-            let writes = written.iter().map(|cell| of(cell).written.max(of(cell).read));
-            reads.chain(writes).max().unwrap_or(0)
-        };
-        let t = &self.touches;
-        let bits = behind(&self.bits, &t.bits_read, &t.bits_written);
-        let words = behind(&self.words, &t.words_read, &t.words_written);
-        bits.max(words).saturating_sub(1)
     }
 
     fn batch_at_or_behind(&mut self, kind: OpKind, earliest: usize) -> usize {

@@ -69,7 +69,7 @@ pub enum Request {
         #[serde(default)]
         dry_run: bool,
     },
-    /// Goes back to the program before the last reload: [`Reloaded`].
+    /// Goes back to the last program before this one that passed its probation: [`Reloaded`].
     Rollback {},
     /// Sets the level of the log: [`LevelChange`].
     LogLevel {

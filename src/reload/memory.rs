@@ -205,8 +205,8 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
         // A place gets no force of the address that it lies at.
         let state = OldState::Initial { cell, value: *value, forced: before.map(|_| cell) };
         let tag = names.new.addresses.get(address).cloned().flatten();
-        match tag.as_deref().and_then(|tag| tag.split_once('[')) {
-            Some((array, _)) => {
+        match tag.as_deref().and_then(array_of) {
+            Some(array) => {
                 let said = names.new.say(*address);
                 arrays.entry(array.to_owned()).or_default().push((said, state));
             }
@@ -221,6 +221,11 @@ pub(super) fn initial(plan: &mut ReloadPlan, names: &Pairs<'_>, old: Side<'_>, n
             plan.say(format!("memory {} {before} → {now}", space.name()));
         }
     }
+}
+
+/// The array of an element's name.
+pub(super) fn array_of(tag: &str) -> Option<&str> {
+    tag.split_once('[').map(|(array, _)| array)
 }
 
 /// The elements of arrays that begin with their `initial`, by the array.

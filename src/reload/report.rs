@@ -1,10 +1,10 @@
 //! The difference report: a plan in words, with values of the old memory. Called through
 //! [`ReloadPlan::report`].
 //!
-//! Each line states an effect of the swap. Before the swap, `Seen` holds the latest image, and the
-//! lines are a forecast: the effect of a pass depends on which elements executed, and the image
-//! does not show that. After the swap, `Seen` also holds the memory after the passes, and the lines
-//! state what happened.
+//! Each line states an effect of the swap. Before the swap, `OldMemory` holds the latest image, and
+//! the lines are a forecast: the effect of a pass depends on which elements executed, and the image
+//! does not show that. After the swap, `OldMemory` also holds the memory after the passes, and the
+//! lines state what happened.
 
 use super::plan::{Difference, Elsewhere, MovedElement, OldState, ReloadPlan, Start};
 use crate::engine::{BitCell, Cell, Layout, WordCell};

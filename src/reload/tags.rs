@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::memory::begins;
+use super::memory::{array_of, begins};
 use super::plan::{MovedElement, OldState, Pairs, ReloadPlan, Side};
 use crate::engine::{Cell, Layout};
 use crate::isa::{Address, Bit, BitSpace, Word};
@@ -11,13 +11,8 @@ use crate::lower::identity::Identity;
 /// Whether either program gives the tag, or the array of an element, its place; `places` reports
 /// these.
 fn is_placed(names: &Pairs<'_>, tag: &str) -> bool {
-    let whole = tag.split_once('[').map_or(tag, |(array, _)| array);
+    let whole = array_of(tag).unwrap_or(tag);
     names.old.places.named(whole).or(names.new.places.named(whole)).is_some()
-}
-
-/// The array of an element's name.
-fn array_of(tag: &str) -> Option<&str> {
-    tag.split_once('[').map(|(array, _)| array)
 }
 
 /// Tags with a changed address: the value stays at the old address.

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use crate::isa::{Address, Bit, Space, Word};
+use crate::isa::{Address, Space, Word};
 
 /// Neighbouring bits or words of one space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,11 +61,6 @@ impl Array {
     /// Whether it is of reals.
     pub fn is_real(&self) -> bool {
         matches!(self.element(0), Address::Word(word) if word.is_real())
-    }
-
-    /// Element 0, of an array of bits.
-    pub fn first_bit(&self) -> Option<Bit> {
-        if let Address::Bit(bit) = self.element(0) { Some(bit) } else { None }
     }
 
     /// Element 0, of an array of words.

@@ -11,6 +11,7 @@ use super::program::{Block, BlockKind, Program, Stage};
 use super::scope::BlockNames;
 use crate::isa::address_text::reads_as_address;
 use crate::isa::{BlockId, DeviceId, StageId, instruction, since};
+use crate::source::atom::is_name_letter;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, BlockForm, Ladder};
 use crate::source::nearest::{KnownNames, nearest};
@@ -278,7 +279,7 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
         return Some(finding.help(format!("a name has at most {NAME_MAX}")));
     }
     let hyphen = !matches!(role, NameRole::Tag | NameRole::Parameter | NameRole::Use);
-    let letters = |c: char| c.is_ascii_alphanumeric() || c == '_' || (hyphen && c == '-');
+    let letters = |c: char| is_name_letter(c) || (hyphen && c == '-');
     if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(letters) {
         let marks = if hyphen { "`_` and `-`" } else { "and `_`" };
         let finding = find(format!("`{text}` cannot be the name of a {what}"))?;

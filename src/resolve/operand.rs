@@ -4,6 +4,7 @@ use super::Resolver;
 use super::contact::of_array;
 use super::declare::BUILT_IN;
 use super::instruction::{Action, Instruction, OperandList, OperandValue, Value};
+use super::places::type_of;
 use super::program::BlockKind;
 use super::scope::Thing;
 use crate::isa::duration;
@@ -187,7 +188,7 @@ impl Resolver<'_> {
     }
 
     pub(super) fn writable_bit(&mut self, atom: &Atom, spec: &Spec) -> Option<Bit> {
-        let (name, thing) = self.thing(atom, "a bit")?;
+        let (name, thing) = self.thing(atom, "a bit", &["bit"])?;
         let Thing::Address(address @ Address::Bit(bit)) = thing else {
             let help = match thing {
                 Thing::Array(array) => of_array(name, array),
@@ -232,7 +233,7 @@ impl Resolver<'_> {
     }
 
     pub(super) fn writable_word(&mut self, atom: &Atom, spec: &Spec) -> Option<Word> {
-        let (name, thing) = self.thing(atom, "a word")?;
+        let (name, thing) = self.thing(atom, "a word", &["int", "real", "word"])?;
         let Thing::Address(address @ Address::Word(word)) = thing else {
             let help = match thing {
                 Thing::Address(Address::Structure(Structure::Sensaphone(_))) => {
@@ -277,7 +278,8 @@ impl Resolver<'_> {
             Structure::Timer(_) => "a timer",
             Structure::Sensaphone(_) => "a Sensaphone counter",
         };
-        let (name, thing) = self.thing(atom, wanted)?;
+        let kind = type_of(like.space());
+        let (name, thing) = self.thing(atom, wanted, kind.as_slice())?;
         let fits = |structure: &Structure| structure.space() == like.space();
         if let Thing::Address(address @ Address::Structure(structure)) = thing
             && fits(&structure)
@@ -305,17 +307,15 @@ impl Resolver<'_> {
         None
     }
 
-    /// Looks up an operand's name; a constant becomes a finding.
-    fn thing<'t>(&mut self, atom: &'t Atom, wanted: &str) -> Option<(&'t str, Thing)> {
+    /// Looks up an operand's name; a constant becomes a finding. `types`: those of a tag that can
+    /// stand here.
+    fn thing<'t>(
+        &mut self,
+        atom: &'t Atom,
+        wanted: &str,
+        types: &[&str],
+    ) -> Option<(&'t str, Thing)> {
         let name = self.name_of(atom, wanted)?;
-        let types: &[&str] = match wanted {
-            "a bit" => &["bit"],
-            "a word" => &["int", "real", "word"],
-            "a counter" => &["counter"],
-            "a timer" => &["timer"],
-            "a Sensaphone counter" => &["sensaphone"],
-            _ => &[],
-        };
         Some((name, self.look_up_as(name, atom.span, types)?))
     }
 

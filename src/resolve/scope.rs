@@ -177,7 +177,7 @@ impl Scope {
     }
 
     fn note_name(&mut self, name: &str) {
-        let base = name.split_once('.').map_or(name, |(base, _)| base);
+        let (base, _) = parts(name);
         self.has_address_name |= reads_as_address(base);
     }
 
@@ -365,7 +365,7 @@ impl Scope {
 
     /// Whether a name, or what stands before its first dot, is declared.
     fn is_declared(&self, name: &str) -> bool {
-        let base = name.split_once('.').map_or(name, |(base, _)| base);
+        let (base, _) = parts(name);
         self.tag_of(name).is_some()
             || self.blocks.contains_key(base)
             || self.devices.contains_key(base)

@@ -203,15 +203,19 @@ impl Resolver<'_> {
                 }
             }
         }
-        let mut between = |low, high, message| self.between(tag, (low, high), message);
-        between(tag.min, tag.max, "`min` is greater than `max`");
-        between(tag.min, tag.initial, "`initial` is less than `min`");
-        between(tag.initial, tag.max, "`initial` is greater than `max`");
+        let mut between = |low, high, words| self.between(tag, (low, high), words);
+        let exchange =
+            |low: &str, high: &str| format!("exchange them: `min = {high}, max = {low}`");
+        between(tag.min, tag.max, ("`min` is greater than `max`", exchange));
+        let change =
+            |_: &str, _: &str| "`min` <= `initial` <= `max`: change one of them".to_owned();
+        between(tag.min, tag.initial, ("`initial` is less than `min`", change));
+        between(tag.initial, tag.max, ("`initial` is greater than `max`", change));
     }
 
     /// Reports a pair of values in the wrong order; `values`: that which is to be the lower one,
-    /// and the other.
-    fn between(&mut self, tag: &Tag, values: PairOfCells, message: &str) {
+    /// and the other. The help is made of both.
+    fn between(&mut self, tag: &Tag, values: PairOfCells, (message, help): (&str, PairHelp)) {
         if let (Some((low, low_span)), Some((high, high_span))) = values
             && low > high
         {
@@ -224,10 +228,7 @@ impl Resolver<'_> {
             });
             let finding = Finding::new(Code::OutOfRange, high_span, message);
             let finding = finding.related(low_span, format!("{low} here, {high} there"));
-            self.find(match message.contains("`initial`") {
-                true => finding.help("`min` <= `initial` <= `max`: change one of them"),
-                false => finding.help(format!("exchange them: `min = {high}, max = {low}`")),
-            });
+            self.find(finding.help(help(&low, &high)));
         }
     }
 
@@ -256,6 +257,9 @@ impl Resolver<'_> {
 
 /// Two values of a tag, each with its place, if it is given.
 pub(super) type PairOfCells = (Option<(i32, Span)>, Option<(i32, Span)>);
+
+/// A help about two values of a tag, as they are written.
+type PairHelp = fn(&str, &str) -> String;
 
 /// The content of a bit's cell; `None` with the message of the finding.
 fn bit_cell(value: Constant) -> (Option<i32>, &'static str) {

@@ -15,6 +15,7 @@ use super::places::{Places, TYPES, type_of};
 use super::program::TagMeaning;
 use crate::isa::address_text;
 use crate::isa::{Address, MemorySizes, Space};
+use crate::source::atom::is_name_letter;
 use crate::source::finding::{Code, Finding};
 use crate::source::ladder::{self, Ladder, Rung};
 use crate::source::nearest::did_you_mean;
@@ -180,11 +181,10 @@ fn element(text: &str, sizes: &MemorySizes) -> Option<(Space, u32)> {
 
 /// Enters every word of a text that is an address: `D0`, `T0` of `T0.Done`, `N,3` of `N,3,6`.
 fn add_words(used: &mut Used, text: &str, sizes: &MemorySizes) {
-    let letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut rest = text;
-    while let Some(begin) = rest.find(letter) {
+    while let Some(begin) = rest.find(is_name_letter) {
         rest = &rest[begin..];
-        let end = rest.find(|c| !letter(c)).unwrap_or(rest.len());
+        let end = rest.find(|c| !is_name_letter(c)).unwrap_or(rest.len());
         let (word, behind) = rest.split_at(end);
         rest = behind;
         let found = match behind.trim_start().strip_prefix(',') {

@@ -39,6 +39,15 @@ impl Value {
         }
     }
 
+    /// The number of a constant; of a location none.
+    pub(crate) fn constant(self) -> Option<f64> {
+        match self {
+            Value::Const(number, _) => Some(number.into()),
+            Value::Real(real) => Some(real.into()),
+            Value::Word(_) | Value::Element(_) => None,
+        }
+    }
+
     /// Whether both are the same number, in any written form.
     pub(crate) fn is_as(self, other: Value) -> bool {
         match (self, other) {

@@ -11,6 +11,16 @@ use crate::isa::Real;
 use crate::isa::duration::{self, DurationError};
 use crate::isa::real::RealError;
 
+/// Whether a text is a letter, then letters, digits and `_`, as the name of a tag.
+pub(crate) fn is_name(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(is_name_letter)
+}
+
+/// Whether a name may have this behind its first letter.
+pub(crate) fn is_name_letter(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
 /// A name or constant, and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Atom {

@@ -2,7 +2,7 @@
 //! terminal would execute.
 //!
 //! [`super::finding::Finding`] passes all its texts through [`bounded`]; the code that makes
-//! findings need not.
+//! findings need not. Also quotes what a text says for a shell: [`shell_word`].
 
 /// The longest word that is kept whole: longer than any legal name, and than most paths.
 const WORD_CHARS_MAX: usize = 200;
@@ -51,6 +51,13 @@ pub fn shown_name(name: &str) -> String {
         }
     }
     shown
+}
+
+/// A path quoted as one word of a shell's line; never read as an option.
+pub(crate) fn shell_word(path: &str) -> String {
+    let path = if path.starts_with('-') { format!("./{path}") } else { path.to_owned() };
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,:@%".contains(c);
+    if path.chars().all(is_plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
 /// Adds a word and the space after it; returns the number of characters added.

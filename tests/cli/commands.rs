@@ -126,10 +126,11 @@ fn the_help_of_rollback_names_the_program_that_it_goes_back_to() {
     let help = text(&rungd(&["rollback", "--help"]).stdout);
     let words = help.split("\n\nUsage:").next().unwrap();
     expect_test::expect![[r#"
-        Goes back to the last program that passed its probation, or to the program of the start
+        Goes back to the last program before the running one that passed its probation
 
-        Outside a probation this is the program before the last reload. During a probation, all programs
-        that were loaded since the last proven one are skipped. No file is read."#]].assert_eq(words);
+        The program of the start counts as passed, and with `[reload] probation = "0ms"` every program.
+        Programs that another reload replaced within their probation are skipped. It can be done once after
+        a reload. No file is read."#]].assert_eq(words);
 }
 
 #[test]

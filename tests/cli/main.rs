@@ -15,6 +15,7 @@ mod sim;
 #[allow(dead_code)]
 #[path = "../support"]
 mod support {
+    pub mod calm;
     pub mod model;
     pub mod shown;
 }

@@ -8,6 +8,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::support::calm::calmed;
 use rungd::calendar::LocalTime;
 use rungd::engine::{Cell, Engine, ScanTimes};
 use rungd::io::plant::RuleSet;
@@ -118,6 +119,15 @@ fn files(folder: PathBuf) -> Vec<PathBuf> {
     paths.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect()
 }
 
+/// The path of a changed controller file of `config/`; its ladders are where they were.
+fn copy(text: &str, name: &str) -> PathBuf {
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/programs/");
+    let text = text.replace("\"programs/", &format!("\"{}", programs.display()));
+    let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&copy, text).expect("writable");
+    copy
+}
+
 /// A ladder, with the files of the library that its controller file names.
 fn with_library(ladder: &Path) -> Vec<PathBuf> {
     let controller = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
@@ -165,15 +175,13 @@ fn every_file_in_config_passes_check_without_a_warning() {
 fn what_the_examples_propose_to_retain_passes_check() {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let mut seen = 0;
-    for path in files(config.clone()) {
+    for path in files(config) {
         let text = std::fs::read_to_string(&path).expect("readable");
         let Some((before, behind)) = text.split_once("# [retain]\n") else { continue };
         let proposed = behind.lines().take_while(|line| line.starts_with("# "));
         let proposed: Vec<&str> = proposed.map(|line| &line[2..]).collect();
         let text = format!("{before}[retain]\n{}\n{behind}", proposed.join("\n"));
-        let text = text.replace("\"programs/", &format!("\"{}/programs/", config.display()));
-        let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plants-retain.toml");
-        std::fs::write(&copy, text).expect("writable");
+        let copy = copy(&text, "plants-retain.toml");
         let loaded = load::controller_file(&copy).expect("readable");
         assert!(loaded.findings.is_empty(), "{}: {:#?}", path.display(), loaded.findings);
         assert!(!loaded.controller.expect("a controller").retain.is_empty());
@@ -190,9 +198,10 @@ fn every_controller_runs() {
     for path in files(config) {
         let state = state.join(path.file_stem().expect("a name"));
         std::fs::create_dir_all(&state).unwrap();
+        let text = std::fs::read_to_string(&path).expect("a controller file");
         let output = Command::new(env!("CARGO_BIN_EXE_rungd"))
             .arg("run")
-            .arg(&path)
+            .arg(copy(&calmed(&text), "plants-run.toml"))
             .args(["--scans", "5"])
             .env("STATE_DIRECTORY", &state)
             .output()

@@ -7,10 +7,11 @@ use std::sync::{Arc, Mutex};
 use std::thread::{sleep, spawn};
 use std::time::Duration;
 
+use crate::line::pty;
 use rungd::io::device::{Driver, Exchange, Occasion, Trouble};
 use rungd::io::modbus::number::{NumberType, WordOrder};
 use rungd::io::modbus_client::settings;
-use rungd::io::modbus_client::{Client, Link, rtu};
+use rungd::io::modbus_client::{Client, Link, Rtu, SerialLines, rtu};
 use rungd::io::scaling::Scaling;
 use settings::{ModbusPoint, Number, PointForm, Table, Writes};
 use tokio::time::timeout;
@@ -146,6 +147,27 @@ pub fn serve_rtu(mut line: File, script: &Script) {
             return;
         }
     }
+}
+
+/// The settings of a serial line; `echo`: whether its adapter sends requests back.
+pub fn serial(port: String, echo: bool) -> settings::Serial {
+    settings::Serial { port, baud: 115_200, parity: settings::Parity::None, stop_bits: 1, echo }
+}
+
+/// A client that has opened a line to a peer with this script; `alter` changes its settings.
+pub async fn rtu_client(
+    script: Script,
+    (echo, patience): (bool, Duration),
+    alter: impl FnOnce(&mut settings::ClientSettings),
+) -> Client<Rtu> {
+    let (master, port) = pty();
+    spawn(move || serve_rtu(master, &script));
+    let serial = serial(port, echo);
+    let mut settings = client(settings::Link::Serial(serial.clone()));
+    alter(&mut settings);
+    let mut client = Client::new(&settings, SerialLines::default().link(&serial, patience));
+    client.connect().await.unwrap();
+    client
 }
 
 /// A PDU as a frame of Modbus RTU.

@@ -1,14 +1,12 @@
 //! Serial lines whose adapter sends each request back: an echo is never taken for an answer.
 
-use std::sync::Arc;
-use std::thread::spawn;
 use std::time::Duration;
 
-use crate::liars::{Lie, PATIENT, Script, TIMEOUT, client, poll, serve_rtu};
-use crate::line::{await_over_a_line, pty};
+use crate::liars::{Lie, PATIENT, Script, TIMEOUT, poll, rtu_client};
+use crate::line::await_over_a_line;
 use rungd::io::device::{Driver, Extent, Trouble};
-use rungd::io::modbus_client::settings::{ClientSettings as Settings, Link, Parity, Serial};
-use rungd::io::modbus_client::{Client, Rtu, SerialLines};
+use rungd::io::modbus_client::settings::ClientSettings as Settings;
+use rungd::io::modbus_client::{Client, Rtu};
 
 const REMEDY: &str = "the line sends requests back: set `echo = true`";
 
@@ -19,16 +17,9 @@ async fn line(
     settings: impl FnOnce(&mut Settings),
     lie: fn(&[u8], &[u8]) -> Lie,
 ) -> Client<Rtu> {
-    let (master, port) = pty();
     let script = Script::default();
     (0..100).for_each(|_| script.lock().unwrap().push(Box::new(lie)));
-    spawn(move || serve_rtu(master, &Arc::clone(&script)));
-    let serial = Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo };
-    let mut wanted = client(Link::Serial(serial.clone()));
-    settings(&mut wanted);
-    let mut client = Client::new(&wanted, SerialLines::default().link(&serial, timeout));
-    client.connect().await.unwrap();
-    client
+    rtu_client(script, (echo, timeout), settings).await
 }
 
 fn echo_and_answer(request: &[u8], right: &[u8]) -> Lie {

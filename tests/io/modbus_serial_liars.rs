@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::thread::spawn;
 
 use crate::liars::{
-    self, Answer, Lie, PATIENT, TIMEOUT, client, exchange, honest, lie, recovers, rtu_frame,
-    serve_rtu, with,
+    self, Answer, Lie, PATIENT, TIMEOUT, client, exchange, honest, lie, recovers, rtu_client,
+    rtu_frame, serial, serve_rtu, with,
 };
 use crate::line::{await_over_a_line, pty};
 use rungd::io::device::Driver;
-use rungd::io::modbus_client::settings::{Link, Parity, Serial};
+use rungd::io::modbus_client::settings::{ClientSettings, Link};
 use rungd::io::modbus_client::{Client, SerialLines};
 use tokio::time::timeout;
 
@@ -36,21 +36,11 @@ const RTU_LIES: [(&str, Answer); 17] = [
     ("", |_, right| Lie::Say([&rtu_frame(2, &[4, 4, 0, 1, 2, 3]), right].concat())),
 ];
 
-fn serial(port: String) -> Serial {
-    Serial { port, baud: 115_200, parity: Parity::None, stop_bits: 1, echo: false }
-}
-
 #[test]
 fn every_lie_over_a_serial_line_is_trouble_that_passes() {
     await_over_a_line(async || {
-        let (master, port) = pty();
         let script = honest();
-        let told = Arc::clone(&script);
-        spawn(move || serve_rtu(master, &told));
-        let serial = serial(port);
-        let settings = client(Link::Serial(serial.clone()));
-        let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
-        client.connect().await.unwrap();
+        let mut client = rtu_client(Arc::clone(&script), (false, TIMEOUT), |_| ()).await;
         let again = "no answer in 400 ms";
         recovers(&mut client, again).await;
         for (words, answer) in RTU_LIES {
@@ -102,16 +92,12 @@ fn every_lie_over_a_serial_line_is_trouble_that_passes() {
 #[test]
 fn a_late_answer_over_a_serial_line_is_never_taken_for_another() {
     await_over_a_line(async || {
-        let (master, port) = pty();
         let script = honest();
-        let told = Arc::clone(&script);
-        spawn(move || serve_rtu(master, &told));
-        let serial = serial(port);
-        let mut settings = client(Link::Serial(serial.clone()));
-        settings.inputs[1].at = 10;
-        settings.outputs.clear();
-        let mut client = Client::new(&settings, SerialLines::default().link(&serial, TIMEOUT));
-        client.connect().await.unwrap();
+        let second_elsewhere = |settings: &mut ClientSettings| {
+            settings.inputs[1].at = 10;
+            settings.outputs.clear();
+        };
+        let mut client = rtu_client(Arc::clone(&script), (false, TIMEOUT), second_elsewhere).await;
         while exchange(&mut client).await != Ok([1000, 1010]) {
             tokio::task::yield_now().await;
         }
@@ -141,7 +127,7 @@ fn a_line_that_is_gone_is_opened_again_when_it_is_back() {
         let link = std::env::temp_dir().join(format!("rungd-line-{}", std::process::id()));
         let _ = std::fs::remove_file(&link);
         std::os::unix::fs::symlink(&port, &link).unwrap();
-        let serial = serial(link.to_str().unwrap().to_owned());
+        let serial = serial(link.to_str().unwrap().to_owned(), false);
         let settings = client(Link::Serial(serial.clone()));
         let mut client = Client::new(&settings, SerialLines::default().link(&serial, PATIENT));
         client.connect().await.unwrap();

@@ -43,6 +43,33 @@ fn within_probation_the_way_back_stays_the_program_that_stood_its_own() {
     assert_eq!(live.say("rollback").code, 1, "once");
 }
 
+/// Not the program before the last reload: that one was replaced within its probation.
+#[test]
+fn behind_a_probation_what_was_replaced_within_its_own_is_skipped() {
+    let live = Live::start(&says(1), "reload.probation = \"1h\"\n", &[]);
+    live.await_values("D0", "1");
+    load(&live, &says(2));
+    let controller = live.folder.join("controller.toml");
+    let short = std::fs::read_to_string(&controller).unwrap().replace("\"1h\"", "\"50ms\"");
+    std::fs::write(&controller, short).unwrap();
+    load(&live, &says(3));
+    live.line("the new program has stood its probation");
+    live.ok("rollback");
+    live.await_values("D0", "1");
+}
+
+/// Each program counts as passed.
+#[test]
+fn without_probation_the_way_back_is_the_program_before_the_last_reload() {
+    let live = Live::start(&says(1), "reload.probation = \"0ms\"\n", &[]);
+    live.await_values("D0", "1");
+    load(&live, &says(2));
+    load(&live, &says(3));
+    live.await_values("D0", "3");
+    live.ok("rollback");
+    live.await_values("D0", "2");
+}
+
 #[test]
 fn behind_its_probation_a_program_is_the_way_back() {
     let live = Live::start(&says(1), "reload.probation = \"50ms\"\n", &[]);

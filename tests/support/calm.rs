@@ -11,3 +11,12 @@ pub fn calm(controller: &str) -> String {
         None => format!("scan.watchdog = \"30s\"\n{controller}"),
     }
 }
+
+/// As [`calm`], of an example, which names a short watchdog.
+pub fn calmed(controller: &str) -> String {
+    let Some((before, after)) = controller.split_once("watchdog = \"") else {
+        return calm(controller);
+    };
+    let (_, after) = after.split_once('"').expect("a text ends");
+    format!("{before}watchdog = \"30s\"{after}")
+}

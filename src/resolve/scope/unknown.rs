@@ -2,6 +2,7 @@
 
 use super::{Scope, parts};
 use crate::resolve::mistake::{Mistake, habit, new};
+use crate::source::atom::is_name;
 use crate::source::finding::Code;
 use crate::source::nearest::Near;
 
@@ -56,10 +57,4 @@ impl Scope {
         "a tag is a letter, then letters, digits and `_`; a block's name may have `-` too"
             .to_owned()
     }
-}
-
-/// Whether a text is valid as a tag's name.
-fn is_name(text: &str) -> bool {
-    let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.chars().all(letters)
 }

@@ -1,5 +1,6 @@
 //! `{name}` and `{patience}` in the texts of a template's tags.
 
+use crate::source::atom::{is_name, is_name_letter};
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::did_you_mean;
 use crate::source::span::Span;
@@ -7,9 +8,6 @@ use crate::source::span::Span;
 /// The pieces of a text: each a plain text, then a word in braces, if one follows.
 fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
     let mut rest = text;
-    let is_word = |word: &str| {
-        word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.chars().all(is_letter)
-    };
     std::iter::from_fn(move || {
         if rest.is_empty() {
             return None;
@@ -17,7 +15,7 @@ fn pieces(text: &str) -> impl Iterator<Item = (&str, Option<&str>)> {
         for (open, _) in rest.match_indices('{') {
             let Some(close) = rest[open..].find('}') else { break };
             let word = &rest[open + 1..open + close];
-            if is_word(word) {
+            if is_name(word) {
                 let plain = &rest[..open];
                 rest = &rest[open + close + 1..];
                 return Some((plain, Some(word)));
@@ -35,7 +33,7 @@ pub(super) fn check(text: &str, span: Span, known: &[&str]) -> Vec<Finding> {
     for (plain, word) in pieces(text) {
         if let Some(open) = unclosed(plain) {
             let begin: String = plain[open..].chars().take(SHOWN_MAX).collect();
-            let word = begin[1..].trim_start().split(|c: char| !is_letter(c)).next();
+            let word = begin[1..].trim_start().split(|c: char| !is_name_letter(c)).next();
             let help = match word.filter(|word| known.contains(word)) {
                 Some(word) => format!("write `{{{word}}}`"),
                 None => format!("{holds}; braces in pairs, as `{{}}`, are plain text"),
@@ -60,10 +58,6 @@ fn unclosed(plain: &str) -> Option<usize> {
         plain[at + 1..].find(['{', '}']).is_some_and(|end| plain[at + 1 + end..].starts_with('}'))
     };
     plain.match_indices('{').map(|(at, _)| at).find(|at| !is_closed(at))
-}
-
-fn is_letter(c: char) -> bool {
-    c.is_ascii_alphanumeric() || c == '_'
 }
 
 /// The text with what the words in braces stand for.

@@ -26,6 +26,7 @@ use super::scaling::ScalingKeys;
 use super::settings::DriverSettings;
 use crate::io::plant::settings::{FaultSettings, PartSettings, Plant, PlantPart};
 use crate::io::scaling::Scaling;
+use crate::source::atom::is_name;
 use crate::source::finding::{Code, Finding};
 use crate::source::reader::Table;
 
@@ -63,7 +64,7 @@ impl DriverKeys for Keys {
 /// lower case.
 fn is_point(text: &str) -> bool {
     text.split_once('.').is_some_and(|(part, point)| {
-        points::is_name(part) && points::is_name(point) && point.starts_with(char::is_lowercase)
+        is_name(part) && is_name(point) && point.starts_with(char::is_lowercase)
     })
 }
 

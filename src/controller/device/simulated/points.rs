@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::keys::{Keys, PartKind};
 use crate::io::plant::settings::PointId;
+use crate::source::atom::is_name;
 use crate::source::finding::{Code, Finding};
 use crate::source::nearest::nearest;
 use crate::source::reader::Text;
@@ -117,12 +118,6 @@ const PULSE: [Fixed; 2] =
 
 const LAG: [Fixed; 2] =
     [point("in", Holds::Opening, PointRole::Needed), point("out", Holds::Word, PointRole::Told)];
-
-/// Whether a text can be the name of a part or a point.
-pub fn is_name(text: &str) -> bool {
-    text.starts_with(|c: char| c.is_ascii_alphabetic())
-        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-}
 
 impl Points {
     /// The points of all parts, followed by those of all faults.
