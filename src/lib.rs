@@ -22,6 +22,7 @@ pub mod load;
 pub mod lower;
 pub mod operator;
 mod progress;
+pub mod record;
 pub mod reload;
 pub mod resolve;
 pub mod retain;

@@ -1,0 +1,27 @@
+//! The scan log: what came in, scan by scan, as bytes, in memory and on disk; and the way back.
+//!
+//! The daemon's thread reads the tape, hands its entries to a [`Recorder`], and each block that this
+//! makes to [`Recent`] and to the store. `cli` opens recordings and replays them. The format is
+//! described in `docs/record-format.md`. Deliberately absent: threads, clocks (times are
+//! arguments), the log, and any knowledge of ladders (a caller makes the engine of a program).
+
+mod block;
+mod bytes;
+mod foretold;
+mod program;
+mod recent;
+mod recorder;
+mod section;
+mod section_read;
+mod segment;
+mod segment_read;
+mod who;
+mod zip;
+
+pub use block::{BlockHead, RecordBlock, StateHash, state_hash};
+pub use program::{RecordedFile, RecordedProgram};
+pub use recent::Recent;
+pub use recorder::{Recorder, TapeClock};
+pub use section::{ENTRIES_MAX, SectionBody};
+pub use segment::{SegmentStart, VERSION};
+pub use segment_read::{FileIndex, Flaw, IndexedBlock, index};

@@ -1,0 +1,116 @@
+//! The last while in memory: as many blocks as fit into a fixed number of bytes.
+//!
+//! The daemon puts every block in; `why` and the monitor get all of it as one recording. The bytes
+//! are allocated at the start and never exceeded; the oldest block goes first.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::block::RecordBlock;
+use super::program::RecordedProgram;
+use super::segment::SegmentStart;
+
+/// The blocks in memory.
+pub struct Recent {
+    /// The most bytes of blocks and programs.
+    most: usize,
+    /// The blocks' bytes, one behind the other.
+    bytes: VecDeque<u8>,
+    blocks: VecDeque<KeptBlock>,
+    programs: VecDeque<KeptProgram>,
+}
+
+/// A block in memory.
+struct KeptBlock {
+    bytes: usize,
+    begin_ns: i64,
+    end_ns: i64,
+    has_base: bool,
+}
+
+/// A program in memory, and how many of the blocks are its own.
+struct KeptProgram {
+    program: Arc<RecordedProgram>,
+    start: SegmentStart,
+    blocks: usize,
+}
+
+impl Recent {
+    /// Room for so many bytes.
+    pub fn new(most: usize) -> Recent {
+        let bytes = VecDeque::with_capacity(most);
+        Recent { most, bytes, blocks: VecDeque::new(), programs: VecDeque::new() }
+    }
+
+    /// Puts a block in; older ones make room. One that is larger than the room is not kept, nor what
+    /// is before it.
+    pub fn put(&mut self, block: &RecordBlock) {
+        let newest = self.programs.back();
+        if newest.is_none_or(|newest| !Arc::ptr_eq(&newest.program, &block.program)) {
+            let (program, start) = (block.program.clone(), SegmentStart::new(&block.program));
+            self.programs.push_back(KeptProgram { program, start, blocks: 0 });
+        }
+        let bytes = block.bytes(true);
+        while !self.blocks.is_empty() && self.used() + bytes > self.most {
+            self.drop_oldest();
+        }
+        // A first block needs a base image.
+        let is_usable = block.has_base() || !self.blocks.is_empty();
+        if !is_usable || self.used() + bytes > self.most {
+            self.programs.retain(|program| program.blocks > 0);
+            return;
+        }
+        if let Some(program) = self.programs.back_mut() {
+            let mut written = Vec::with_capacity(bytes);
+            block.write(program.start.sum, true, &mut written);
+            self.bytes.extend(written);
+            program.blocks += 1;
+        }
+        let (begin_ns, end_ns) = (block.head.begin_ns, block.head.end_ns);
+        self.blocks.push_back(KeptBlock { bytes, begin_ns, end_ns, has_base: block.has_base() });
+    }
+
+    /// Bytes in use, of blocks and programs.
+    fn used(&self) -> usize {
+        self.bytes.len() + self.programs.iter().map(|program| program.start.bytes.len()).sum::<usize>()
+    }
+
+    /// Drops the oldest block, and those that need it.
+    fn drop_oldest(&mut self) {
+        loop {
+            let Some(block) = self.blocks.pop_front() else { return };
+            self.bytes.drain(..block.bytes);
+            if let Some(program) = self.programs.front_mut() {
+                program.blocks -= 1;
+                if program.blocks == 0 {
+                    self.programs.pop_front();
+                }
+            }
+            if self.blocks.front().is_none_or(|first| first.has_base) {
+                return;
+            }
+        }
+    }
+
+    /// The time of the first scan in memory, ns since 1970 (UTC).
+    pub fn begin_ns(&self) -> Option<i64> {
+        self.blocks.front().map(|block| block.begin_ns)
+    }
+
+    /// The time of the last scan in memory, ns since 1970 (UTC).
+    pub fn end_ns(&self) -> Option<i64> {
+        self.blocks.back().map(|block| block.end_ns)
+    }
+
+    /// All of it as a recording: a segment for each program.
+    pub fn write(&self) -> Vec<u8> {
+        let mut out = Vec::with_capacity(self.used());
+        let (mut bytes, mut blocks) = (self.bytes.iter(), self.blocks.iter());
+        for program in &self.programs {
+            out.extend_from_slice(&program.start.bytes);
+            let count = blocks.by_ref().take(program.blocks).map(|block| block.bytes).sum();
+            out.extend(bytes.by_ref().take(count));
+        }
+        out
+    }
+}

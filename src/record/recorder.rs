@@ -1,0 +1,236 @@
+//! The recorder: makes blocks of the entries of the tape, in order.
+//!
+//! The daemon's thread gives it every entry, with the state that belongs to one. A state ends a
+//! section and begins the next. What is lost makes a gap: the next section does not follow.
+//! Deliberately absent: what becomes of a block.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::block::{BlockHead, RecordBlock, StateHash, hash_of};
+use super::program::RecordedProgram;
+use super::section::{ENTRIES_MAX, SectionBody};
+use super::who::WhoNotes;
+use crate::engine::{EngineCall, EngineState};
+use crate::runtime::exchange::Mode;
+use crate::runtime::{Origin, TapeEntry};
+
+/// A section of so many entries ends at the next scan: about a second of the busiest plant.
+const SECTION_ENTRIES: usize = ENTRIES_MAX / 2;
+
+/// The time, as the caller's clocks tell it when it takes an entry from the tape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TapeClock {
+    /// Now, ns since 1970 (UTC).
+    pub unix_ns: i64,
+    /// Add it to a monotonic time to have ns since 1970 (UTC).
+    pub unix_offset_ns: i64,
+}
+
+/// Makes blocks of entries.
+pub struct Recorder {
+    programs: BTreeMap<u32, Arc<RecordedProgram>>,
+    open: Option<OpenSection>,
+    /// The number of the next section.
+    sequence: u64,
+    /// Steps lost since the last section.
+    lost: u64,
+    who: WhoNotes,
+}
+
+/// The section that is being made.
+struct OpenSection {
+    generation: u32,
+    /// The bytes of the state at its start; `None`: where the section before it ended.
+    state: Option<Vec<u8>>,
+    follows: bool,
+    lost: u64,
+    mode: Mode,
+    clock: TapeClock,
+    number: u64,
+    entries: Vec<TapeEntry>,
+    /// The mode, and the number of the next scan, behind the entries.
+    now: (Mode, u64),
+    scans: u32,
+    /// The times of its first and last scan or start of RUN, monotonic.
+    times_ns: Option<(u64, u64)>,
+}
+
+impl Recorder {
+    /// A recorder of the process's first program, number 0.
+    pub fn new(program: RecordedProgram) -> Recorder {
+        let mut recorder = Recorder {
+            programs: BTreeMap::new(),
+            open: None,
+            sequence: 0,
+            lost: 0,
+            who: WhoNotes::default(),
+        };
+        recorder.program(program);
+        recorder
+    }
+
+    /// A further program, before its first state comes. Those of earlier generations than the one
+    /// on the tape are forgotten.
+    pub fn program(&mut self, program: RecordedProgram) {
+        let now = self.open.as_ref().map_or(0, |open| open.generation);
+        self.programs.retain(|generation, _| *generation >= now);
+        self.programs.insert(program.generation, Arc::new(program));
+    }
+
+    /// Says who stands behind an origin; before its entry is taken, or up to one section after it.
+    pub fn note(&mut self, origin: Origin, who: impl Into<String>) {
+        self.who.note(origin, who.into());
+    }
+
+    /// Takes the next entry, with the state that belongs to it; gives the block that it ends.
+    pub fn take(
+        &mut self,
+        entry: TapeEntry,
+        state: Option<&EngineState>,
+        clock: TapeClock,
+    ) -> Option<RecordBlock> {
+        match entry {
+            TapeEntry::State { generation, number, mode } => {
+                let state = state.map(|state| {
+                    let mut bytes = Vec::new();
+                    state.write(&mut bytes);
+                    bytes
+                });
+                self.state(state, OpenSection::new(generation, number, mode, clock))
+            }
+            TapeEntry::Lost { steps } => {
+                self.lost = self.lost.saturating_add(steps);
+                None
+            }
+            TapeEntry::Call(_)
+            | TapeEntry::Origin(_)
+            | TapeEntry::Number(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. } => {
+                let block = self.split(entry, clock);
+                if let Some(open) = &mut self.open {
+                    open.take(entry);
+                }
+                block
+            }
+        }
+    }
+
+    /// Ends the section here, without a state: so that it is on the disk, or for a reader. What
+    /// comes next goes on from it. Call it when the tape has nothing more for now.
+    pub fn flush(&mut self, clock: TapeClock) -> Option<RecordBlock> {
+        let open = self.open.as_ref().filter(|open| !open.entries.is_empty())?;
+        let (mode, number) = open.now;
+        let mut next = OpenSection::new(open.generation, number, mode, clock);
+        let block = self.close(None);
+        next.follows = block.is_some();
+        // Without a block, what comes next has no state to go on from.
+        self.open = block.is_some().then_some(next);
+        block
+    }
+
+    /// The monotonic time of the newest scan that was taken, ns, if there is one in this section.
+    pub fn newest_ns(&self) -> Option<u64> {
+        self.open.as_ref()?.times_ns.map(|(_, last)| last)
+    }
+
+    fn state(&mut self, state: Option<Vec<u8>>, mut next: OpenSection) -> Option<RecordBlock> {
+        let lost = std::mem::take(&mut self.lost);
+        let hash = state.as_deref().map(hash_of).filter(|_| lost == 0);
+        let block = self.close(hash);
+        next.follows = lost == 0 && block.is_some();
+        next.lost = lost;
+        self.open = state.map(|state| OpenSection { state: Some(state), ..next });
+        block
+    }
+
+    /// Ends a section that is long enough, before this entry.
+    fn split(&mut self, entry: TapeEntry, clock: TapeClock) -> Option<RecordBlock> {
+        let entries = &self.open.as_ref()?.entries;
+        let begins = match entry {
+            TapeEntry::Number(_) => true,
+            TapeEntry::Call(EngineCall::Begin { .. }) => {
+                !matches!(entries.last(), Some(TapeEntry::Number(_)))
+            }
+            TapeEntry::Call(_)
+            | TapeEntry::Origin(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => false,
+        };
+        let is_due = entries.len() >= SECTION_ENTRIES && begins || entries.len() == ENTRIES_MAX;
+        if is_due { self.flush(clock) } else { None }
+    }
+
+    /// Makes a block of the open section; none if its program is unknown.
+    fn close(&mut self, hash: Option<StateHash>) -> Option<RecordBlock> {
+        let open = self.open.take()?;
+        let program = self.programs.get(&open.generation)?.clone();
+        let swapped = open.entries.iter().any(|entry| matches!(entry, TapeEntry::Swap { .. }));
+        let unix_ns = |time_ns| open.clock.unix_offset_ns.saturating_add_unsigned(time_ns);
+        let times = open.times_ns.map(|(first, last)| (unix_ns(first), unix_ns(last)));
+        let (begin_ns, end_ns) = times.unwrap_or((open.clock.unix_ns, open.clock.unix_ns));
+        let head = BlockHead {
+            sequence: self.sequence,
+            number: open.number,
+            scans: open.scans,
+            begin_ns,
+            end_ns,
+            follows: open.follows,
+            end_hash: hash.filter(|_| !swapped),
+        };
+        self.sequence += 1;
+        let section = SectionBody {
+            mode: open.mode,
+            unix_offset_ns: open.clock.unix_offset_ns,
+            lost: open.lost,
+            who: self.who.of_section(&open.entries),
+            entries: open.entries,
+        };
+        Some(RecordBlock::new(program, head, open.state.as_deref(), &section))
+    }
+}
+
+impl OpenSection {
+    fn new(generation: u32, number: u64, mode: Mode, clock: TapeClock) -> OpenSection {
+        OpenSection {
+            generation,
+            state: None,
+            follows: false,
+            lost: 0,
+            mode,
+            clock,
+            number,
+            entries: Vec::new(),
+            now: (mode, number),
+            scans: 0,
+            times_ns: None,
+        }
+    }
+
+    fn take(&mut self, entry: TapeEntry) {
+        self.entries.push(entry);
+        match entry {
+            TapeEntry::Number(number) => self.now.1 = number,
+            TapeEntry::Mode(mode) => self.now.0 = mode,
+            TapeEntry::Call(EngineCall::Start { now_ns }) => self.passes(now_ns),
+            TapeEntry::Call(EngineCall::Begin { now_ns, .. }) => {
+                self.passes(now_ns);
+                self.now.1 = self.now.1.wrapping_add(1);
+                self.scans = self.scans.saturating_add(1);
+            }
+            TapeEntry::Call(_)
+            | TapeEntry::Origin(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => {}
+        }
+    }
+
+    fn passes(&mut self, now_ns: u64) {
+        let first = self.times_ns.map_or(now_ns, |(first, _)| first);
+        self.times_ns = Some((first, now_ns));
+    }
+}

@@ -1,0 +1,295 @@
+//! A section's entries as bytes: most of them differ little from what was expected.
+//!
+//! `block` packs the bytes and puts them into a segment; `section_read` is the way back.
+//! `docs/record-format.md` describes them under *Entries*. A quiet scan takes two bytes: how far
+//! its time is from the expected one, and by how much the scan time before it has changed.
+
+use super::bytes::{folded, put_number, put_signed, put_text};
+use super::foretold::{Foretold, NEAR};
+use crate::engine::{BitCell, Cell, EngineCall, ScanTimes, WordCell};
+use crate::runtime::exchange::{FaultReason, Mode, StopReason};
+use crate::runtime::{Origin, TapeEntry};
+
+/// The most entries of a section.
+pub const ENTRIES_MAX: usize = 1 << 17;
+
+/// The most bytes of a section before they are packed: more than its entries can need.
+pub(super) const SECTION_BYTES_MAX: usize = 1 << 23;
+
+/// The first bytes of entries. Those below `SCAN` are quiet scans.
+pub(super) mod code {
+    pub const SCAN: u8 = 0xC0;
+    pub const EXECUTE: u8 = 0xC1;
+    pub const START: u8 = 0xC2;
+    pub const REQUEST_STOP: u8 = 0xC3;
+    pub const TERMINATE: u8 = 0xC4;
+    pub const ORIGIN: u8 = 0xC5;
+    pub const NUMBER: u8 = 0xC6;
+    pub const MODE: u8 = 0xC7;
+    pub const SWAP: u8 = 0xC8;
+    pub const LOST: u8 = 0xC9;
+    pub const BIT_OFF: u8 = 0xCA;
+    pub const BIT_ON: u8 = 0xCB;
+    pub const WORD: u8 = 0xCC;
+    pub const FORCE_OFF: u8 = 0xCD;
+    pub const FORCE_ON: u8 = 0xCE;
+    pub const FORCE_WORD: u8 = 0xCF;
+    pub const RELEASE_BIT: u8 = 0xD0;
+    pub const RELEASE_WORD: u8 = 0xD1;
+}
+
+/// The flags of a scan.
+pub(super) mod scan_flag {
+    /// The mean scan time has changed.
+    pub const MEAN: u8 = 1;
+    /// The shortest and longest scan time are not as expected.
+    pub const EXTREMES: u8 = 2;
+    /// Local time is not as expected.
+    pub const LOCAL: u8 = 4;
+    /// The time is not in whole microseconds.
+    pub const NANOSECONDS: u8 = 8;
+    /// The scan executes without further entries.
+    pub const EXECUTES: u8 = 16;
+}
+
+/// What a section holds beside its state and its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SectionBody {
+    /// The mode at its start.
+    pub mode: Mode,
+    /// Add it to a monotonic time to have ns since 1970 (UTC).
+    pub unix_offset_ns: i64,
+    /// Steps that are lost right before it.
+    pub lost: u64,
+    /// Who stands behind an origin, of this section or of the one before it.
+    pub who: Vec<(Origin, String)>,
+    /// What came in: no states among it, at most [`ENTRIES_MAX`].
+    pub entries: Vec<TapeEntry>,
+}
+
+impl SectionBody {
+    /// The section as bytes.
+    pub fn write(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        put_mode(&mut out, self.mode);
+        put_signed(&mut out, self.unix_offset_ns);
+        put_number(&mut out, self.lost);
+        put_number(&mut out, self.who.len() as u64);
+        for (origin, who) in &self.who {
+            let (kind, number) = numbered(*origin);
+            out.push(kind);
+            put_number(&mut out, number);
+            put_text(&mut out, who);
+        }
+        let mut writer = EntryWriter { foretold: foretold(&self.entries), out };
+        writer.foretold.put(&mut writer.out);
+        let mut entries = self.entries.as_slice();
+        while let Some((entry, rest)) = entries.split_first() {
+            entries = writer.entry(entry, rest);
+        }
+        writer.out
+    }
+}
+
+/// The origin's kind and number.
+pub(super) fn numbered(origin: Origin) -> (u8, u64) {
+    match origin {
+        Origin::Inputs => (0, 0),
+        Origin::Device(number) => (1, number.into()),
+        Origin::Batch(ticket) => (2, ticket.0),
+        Origin::Command(id) => (3, id.0),
+    }
+}
+
+fn put_mode(out: &mut Vec<u8>, mode: Mode) {
+    let number = match mode {
+        Mode::Run => 0,
+        Mode::Stop(StopReason::NotStarted) => 1,
+        Mode::Stop(StopReason::Instruction) => 2,
+        Mode::Stop(StopReason::Signal) => 3,
+        Mode::Stop(StopReason::ScanLimit) => 4,
+        Mode::Stop(StopReason::Operator) => 5,
+        Mode::Stop(StopReason::CommandLine) => 6,
+        Mode::Stop(StopReason::RestartGuard) => 7,
+        Mode::Stop(StopReason::NothingRestored) => 8,
+        Mode::Fault(FaultReason::ScanTooLong { .. }) => 16,
+        Mode::Fault(FaultReason::ScanNeverEnds) => 17,
+        Mode::Fault(FaultReason::ScanNeverBegins) => 18,
+        Mode::Fault(FaultReason::EnginePanic) => 19,
+        Mode::Fault(FaultReason::ScanThreadGone) => 20,
+    };
+    out.push(number);
+    if let Mode::Fault(FaultReason::ScanTooLong { scan_us }) = mode {
+        put_number(out, scan_us.into());
+    }
+}
+
+/// The times of the scans, in order, ns, with local time.
+fn scans(entries: &[TapeEntry]) -> impl Iterator<Item = (u64, i64)> {
+    entries.iter().filter_map(|entry| match entry {
+        TapeEntry::Call(EngineCall::Begin { now_ns, local_s, .. }) => Some((*now_ns, *local_s)),
+        TapeEntry::Call(_)
+        | TapeEntry::Origin(_)
+        | TapeEntry::Number(_)
+        | TapeEntry::Mode(_)
+        | TapeEntry::Swap { .. }
+        | TapeEntry::State { .. }
+        | TapeEntry::Lost { .. } => None,
+    })
+}
+
+/// The expectations that fit these entries best.
+fn foretold(entries: &[TapeEntry]) -> Foretold {
+    let times: Vec<u64> = scans(entries).map(|(now_ns, _)| now_ns / 1000).collect();
+    let period_us = period_us(&times);
+    let grid_us = times.first().map_or(0, |first| first.wrapping_sub(period_us));
+    Foretold::new(period_us, grid_us, local_offset_us(entries))
+}
+
+/// The mean time between scans, without the gaps that are far from usual.
+fn period_us(times: &[u64]) -> u64 {
+    let mut gaps: Vec<u64> = times.windows(2).map(|pair| pair[1].wrapping_sub(pair[0])).collect();
+    if gaps.is_empty() {
+        return 0;
+    }
+    let middle = gaps.len() / 2;
+    let usual = *gaps.select_nth_unstable(middle).1;
+    let near = gaps.iter().filter(|gap| gap.abs_diff(usual) < 500);
+    let (sum, count) = near.fold((0, 0), |(sum, count), gap| (sum + u128::from(*gap), count + 1));
+    ((sum + count / 2) / count) as u64
+}
+
+/// The offset of local time that fits as many of the first scans as possible.
+fn local_offset_us(entries: &[TapeEntry]) -> i64 {
+    let (mut low, mut high) = (i128::MIN, i128::MAX);
+    for (now_ns, local_s) in scans(entries) {
+        let least = i128::from(local_s) * 1_000_000 - i128::from(now_ns / 1000);
+        let most = least + 999_999;
+        if least > high || most < low {
+            break;
+        }
+        (low, high) = (low.max(least), high.min(most));
+    }
+    i64::try_from(low).unwrap_or(0)
+}
+
+/// The bytes of the entries so far, and what is expected of the next.
+struct EntryWriter {
+    out: Vec<u8>,
+    foretold: Foretold,
+}
+
+impl EntryWriter {
+    /// Writes an entry, and perhaps the next; gives the entries that are left.
+    fn entry<'e>(&mut self, entry: &TapeEntry, rest: &'e [TapeEntry]) -> &'e [TapeEntry] {
+        match *entry {
+            TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }) => {
+                let executes = rest.first() == Some(&TapeEntry::Call(EngineCall::Execute));
+                self.scan(now_ns, times, local_s, executes);
+                return &rest[usize::from(executes)..];
+            }
+            TapeEntry::Call(call) => self.call(call),
+            TapeEntry::Origin(origin) => {
+                let (kind, number) = numbered(origin);
+                let last = &mut self.foretold.origins[usize::from(kind)];
+                let change = number.wrapping_sub(std::mem::replace(last, number));
+                self.out.extend([code::ORIGIN, kind]);
+                put_signed(&mut self.out, change as i64);
+            }
+            TapeEntry::Number(number) => self.numbered(code::NUMBER, number),
+            TapeEntry::Mode(mode) => {
+                self.out.push(code::MODE);
+                put_mode(&mut self.out, mode);
+            }
+            TapeEntry::Swap { generation } => self.numbered(code::SWAP, generation.into()),
+            TapeEntry::Lost { steps } => self.numbered(code::LOST, steps),
+            // Not among the entries of a section.
+            TapeEntry::State { .. } => {}
+        }
+        rest
+    }
+
+    fn numbered(&mut self, code: u8, number: u64) {
+        self.out.push(code);
+        put_number(&mut self.out, number);
+    }
+
+    fn scan(&mut self, now_ns: u64, times: ScanTimes, local_s: i64, executes: bool) {
+        let (now_us, ns) = (now_ns / 1000, now_ns % 1000);
+        let foretold = &self.foretold;
+        let deviation_us = foretold.deviation_us(now_us);
+        let change_us = i64::from(times.last_us) - i64::from(foretold.times.last_us);
+        let expected = foretold.times_after(times.last_us);
+        let local_change = local_s.wrapping_sub(foretold.local_s(now_us));
+        let extremes = (times.min_us, times.max_us) != (expected.min_us, expected.max_us);
+        let mean_change = i64::from(times.mean_us) - i64::from(expected.mean_us);
+        let flags = [
+            (mean_change != 0, scan_flag::MEAN),
+            (extremes, scan_flag::EXTREMES),
+            (local_change != 0, scan_flag::LOCAL),
+            (ns != 0, scan_flag::NANOSECONDS),
+            (executes, scan_flag::EXECUTES),
+        ];
+        let flags = flags.iter().filter(|(is, _)| *is).fold(0, |all, (_, flag)| all | flag);
+        let out = &mut self.out;
+        if flags == scan_flag::EXECUTES && NEAR.contains(&deviation_us) {
+            out.push(folded(deviation_us) as u8);
+            put_signed(out, change_us);
+        } else {
+            out.extend([code::SCAN, flags]);
+            put_signed(out, deviation_us);
+            put_signed(out, change_us);
+            if mean_change != 0 {
+                put_signed(out, mean_change);
+            }
+            if extremes {
+                put_signed(out, times.min_us.into());
+                put_signed(out, times.max_us.into());
+            }
+            if local_change != 0 {
+                put_signed(out, local_change);
+            }
+            if ns != 0 {
+                put_number(out, ns);
+            }
+        }
+        self.foretold.scan(now_us, times);
+    }
+
+    fn call(&mut self, call: EngineCall) {
+        let by_bit = |value, off, on| if value == 0 { off } else { on };
+        match call {
+            // With the entry after it.
+            EngineCall::Begin { .. } => {}
+            EngineCall::Execute => self.out.push(code::EXECUTE),
+            EngineCall::Start { now_ns } => self.numbered(code::START, now_ns),
+            EngineCall::RequestStop => self.out.push(code::REQUEST_STOP),
+            EngineCall::Terminate => self.out.push(code::TERMINATE),
+            EngineCall::Write(cell @ Cell::Bit(_), value) => {
+                self.cell(by_bit(value, code::BIT_OFF, code::BIT_ON), cell);
+            }
+            EngineCall::Write(cell @ Cell::Word(_), value) => self.word(code::WORD, cell, value),
+            EngineCall::Force(cell @ Cell::Bit(_), value) => {
+                self.cell(by_bit(value, code::FORCE_OFF, code::FORCE_ON), cell);
+            }
+            EngineCall::Force(cell @ Cell::Word(_), value) => {
+                self.word(code::FORCE_WORD, cell, value);
+            }
+            EngineCall::Release(cell @ Cell::Bit(_)) => self.cell(code::RELEASE_BIT, cell),
+            EngineCall::Release(cell @ Cell::Word(_)) => self.cell(code::RELEASE_WORD, cell),
+        }
+    }
+
+    fn cell(&mut self, code: u8, cell: Cell) {
+        let (Cell::Bit(BitCell(number)) | Cell::Word(WordCell(number))) = cell;
+        let change = i64::from(number) - i64::from(self.foretold.cell(cell));
+        self.out.push(code);
+        put_signed(&mut self.out, change);
+    }
+
+    fn word(&mut self, code: u8, cell: Cell, value: i32) {
+        self.cell(code, cell);
+        let before = self.foretold.value(self.foretold.last_cell(true), value);
+        put_signed(&mut self.out, i64::from(value) - i64::from(before));
+    }
+}

@@ -1,0 +1,257 @@
+//! What lies in a file of segments: its programs and the heads of its blocks, found by hopping from
+//! block to block; then single blocks, on demand.
+//!
+//! `recording` keeps the index. Nothing is taken whose checksum is wrong. Behind a damaged place the
+//! reader looks for the next whole head; the end of a file that a power cut tore is told from damage.
+
+use std::io::{self, Read, Seek, SeekFrom};
+use std::sync::Arc;
+
+use super::block::BlockHead;
+use super::bytes::ByteSource;
+use super::program::RecordedProgram;
+use super::section::{SECTION_BYTES_MAX, SectionBody};
+use super::segment::{
+    BASE_BYTES_MAX, BLOCK_HEAD_BYTES, BLOCK_MARK, MAGIC, SEGMENT_HEAD_BYTES, VERSION, block_flag,
+};
+use super::zip::unpacked;
+use crate::engine::EngineState;
+
+/// The most bytes behind a damaged place in which a whole head is looked for.
+const SEARCH_BYTES_MAX: u64 = 1 << 26;
+
+/// The index of a file.
+#[derive(Clone, Debug, Default)]
+pub struct FileIndex {
+    /// The blocks, in the order of the file.
+    pub blocks: Vec<IndexedBlock>,
+    /// What is wrong with the file, in its order.
+    pub flaws: Vec<Flaw>,
+}
+
+/// A block in a file.
+#[derive(Clone, Debug)]
+pub struct IndexedBlock {
+    /// Its program.
+    pub program: Arc<RecordedProgram>,
+    /// Its head.
+    pub head: BlockHead,
+    /// Whether it has a base image.
+    pub has_base: bool,
+    /// The place of its parts.
+    at: u64,
+    lengths: [u32; 2],
+    sum: u32,
+}
+
+/// Something wrong with a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flaw {
+    /// It ends within a segment's beginning or a block, as after a power cut.
+    Torn {
+        /// Where that part begins, bytes from the start of the file.
+        at: u64,
+    },
+    /// These bytes are not what was written.
+    Damaged {
+        /// Where they begin, bytes from the start of the file.
+        at: u64,
+    },
+    /// A segment of a later version of the format.
+    Later {
+        /// Its version.
+        version: u32,
+    },
+}
+
+/// A part of a file, by its head.
+enum Part {
+    Segment { length: u32, sum: u32, version: u32, head_sum: u32 },
+    Block(BlockHead, [u32; 2], u32),
+}
+
+/// Reads programs and heads.
+///
+/// # Errors
+/// The source's. What is wrong with its bytes is among the index's flaws.
+pub fn index(source: &mut (impl Read + Seek)) -> io::Result<FileIndex> {
+    let size = source.seek(SeekFrom::End(0))?;
+    let mut indexer = Indexer { source, size, at: 0, segment: None };
+    let mut index = FileIndex::default();
+    while indexer.at < indexer.size {
+        indexer.part(&mut index)?;
+    }
+    Ok(index)
+}
+
+struct Indexer<'s, S> {
+    source: &'s mut S,
+    size: u64,
+    at: u64,
+    /// The program of the segment, and the checksum of its head; `None` where they are unknown.
+    segment: Option<(Arc<RecordedProgram>, u32)>,
+}
+
+impl<S: Read + Seek> Indexer<'_, S> {
+    /// Reads the part at `at`, and goes behind it.
+    fn part(&mut self, index: &mut FileIndex) -> io::Result<()> {
+        let rest = self.size - self.at;
+        let mut head = vec![0; rest.min(BLOCK_HEAD_BYTES as u64) as usize];
+        read_at(self.source, self.at, &mut head)?;
+        match part(&head, self.segment_sum()) {
+            Some(Part::Segment { length, sum, version, head_sum }) => {
+                let begin = self.at + SEGMENT_HEAD_BYTES as u64;
+                let end = begin + u64::from(length);
+                if end > self.size {
+                    return self.flaw(Flaw::Torn { at: self.at }, self.size, index);
+                }
+                self.segment = None;
+                if version != VERSION {
+                    return self.flaw(Flaw::Later { version }, end, index);
+                }
+                let mut program = vec![0; length as usize];
+                read_at(self.source, begin, &mut program)?;
+                let whole = crc32fast::hash(&program) == sum;
+                let Some(program) = RecordedProgram::read(&program).filter(|_| whole) else {
+                    return self.flaw(Flaw::Damaged { at: self.at }, end, index);
+                };
+                self.segment = Some((Arc::new(program), head_sum));
+                self.at = end;
+            }
+            Some(Part::Block(head, lengths, sum)) => {
+                let begin = self.at + BLOCK_HEAD_BYTES as u64;
+                let end = begin + lengths.iter().map(|length| u64::from(*length)).sum::<u64>();
+                if end > self.size {
+                    return self.flaw(Flaw::Torn { at: self.at }, self.size, index);
+                }
+                if let Some((program, _)) = self.segment.clone() {
+                    let (at, has_base) = (begin, lengths[0] > 0);
+                    index.blocks.push(IndexedBlock { program, head, has_base, at, lengths, sum });
+                }
+                self.at = end;
+            }
+            None => return self.behind_damage(&head, index),
+        }
+        Ok(())
+    }
+
+    fn segment_sum(&self) -> Option<u32> {
+        self.segment.as_ref().map(|(_, sum)| *sum)
+    }
+
+    fn flaw(&mut self, flaw: Flaw, go_on_at: u64, index: &mut FileIndex) -> io::Result<()> {
+        index.flaws.push(flaw);
+        self.at = go_on_at;
+        Ok(())
+    }
+
+    /// Looks for the next whole head.
+    fn behind_damage(&mut self, head: &[u8], index: &mut FileIndex) -> io::Result<()> {
+        let rest = (self.size - self.at).min(SEARCH_BYTES_MAX);
+        let mut bytes = vec![0; rest as usize];
+        read_at(self.source, self.at, &mut bytes)?;
+        let sum = self.segment_sum();
+        let found = (1..bytes.len()).find(|at| part(&bytes[*at..], sum).is_some());
+        // What a power cut leaves: a part of a head, or bytes that were never written.
+        let torn = found.is_none()
+            && (bytes.iter().all(|byte| *byte == 0) || bytes.len() < whole_head_bytes(head));
+        let at = self.at;
+        let flaw = if torn { Flaw::Torn { at } } else { Flaw::Damaged { at } };
+        let go_on_at = found.map_or(self.size, |found| at + found as u64);
+        self.flaw(flaw, go_on_at, index)
+    }
+}
+
+/// The bytes that a head has which begins like this.
+fn whole_head_bytes(head: &[u8]) -> usize {
+    let count = head.len().min(4);
+    if head[..count] == MAGIC[..count] { SEGMENT_HEAD_BYTES } else { BLOCK_HEAD_BYTES }
+}
+
+/// The head that bytes begin with, if it is whole: of a segment, or of a block in the segment with
+/// this checksum.
+fn part(bytes: &[u8], segment_sum: Option<u32>) -> Option<Part> {
+    let mark = bytes.get(..4)?;
+    if mark == BLOCK_MARK { block_head(bytes, segment_sum?) } else { segment_head(bytes) }
+}
+
+/// Whether the last four of these bytes are the checksum of the others.
+fn is_whole(bytes: &[u8], initial: u32) -> bool {
+    let (head, sum) = bytes.split_at(bytes.len() - 4);
+    let mut hasher = crc32fast::Hasher::new_with_initial(initial);
+    hasher.update(head);
+    hasher.finalize().to_le_bytes() == sum
+}
+
+fn segment_head(bytes: &[u8]) -> Option<Part> {
+    let bytes = bytes.get(..SEGMENT_HEAD_BYTES)?;
+    if !bytes.starts_with(MAGIC) || !is_whole(bytes, 0) {
+        return None;
+    }
+    let mut bytes = ByteSource(&bytes[MAGIC.len()..]);
+    let (version, length, sum) = (bytes.u32()?, bytes.u32()?, bytes.u32()?);
+    Some(Part::Segment { length, sum, version, head_sum: bytes.u32()? })
+}
+
+fn block_head(bytes: &[u8], segment_sum: u32) -> Option<Part> {
+    let bytes = bytes.get(..BLOCK_HEAD_BYTES)?;
+    if !is_whole(bytes, segment_sum) {
+        return None;
+    }
+    let mut bytes = ByteSource(&bytes[BLOCK_MARK.len()..]);
+    let lengths = [bytes.u32()?, bytes.u32()?];
+    let scans = bytes.u32()?;
+    let (sequence, number) = (bytes.u64()?, bytes.u64()?);
+    let (begin_ns, end_ns) = (bytes.i64()?, bytes.i64()?);
+    let flags = bytes.u32()?;
+    let hash = bytes.take(16)?.try_into().ok()?;
+    let end_hash = (flags & block_flag::END_HASH != 0).then_some(hash);
+    let follows = flags & block_flag::FOLLOWS != 0;
+    let sum = bytes.u32()?;
+    let head = BlockHead { sequence, number, scans, begin_ns, end_ns, follows, end_hash };
+    Some(Part::Block(head, lengths, sum))
+}
+
+fn read_at(source: &mut (impl Read + Seek), at: u64, into: &mut [u8]) -> io::Result<()> {
+    source.seek(SeekFrom::Start(at))?;
+    source.read_exact(into)
+}
+
+impl IndexedBlock {
+    /// The block's base image, if it has one, and its section; `None`: the block is damaged.
+    ///
+    /// # Errors
+    /// The source's.
+    pub fn read(
+        &self,
+        source: &mut (impl Read + Seek),
+    ) -> io::Result<Option<(Option<EngineState>, SectionBody)>> {
+        let [base, section] = self.lengths.map(|length| length as usize);
+        let mut bytes = vec![0; base + section];
+        read_at(source, self.at, &mut bytes)?;
+        Ok(self.parts(&bytes, base))
+    }
+
+    fn parts(&self, bytes: &[u8], base: usize) -> Option<(Option<EngineState>, SectionBody)> {
+        if crc32fast::hash(bytes) != self.sum {
+            return None;
+        }
+        let (base, section) = bytes.split_at(base);
+        let state = match base {
+            [] => None,
+            base => Some(EngineState::read(&unpacked(base, BASE_BYTES_MAX)?)?),
+        };
+        Some((state, SectionBody::read(&unpacked(section, SECTION_BYTES_MAX)?)?))
+    }
+
+    /// The block's bytes as they lie in the file, its head included.
+    ///
+    /// # Errors
+    /// The source's.
+    pub fn bytes(&self, source: &mut (impl Read + Seek)) -> io::Result<Vec<u8>> {
+        let parts: usize = self.lengths.iter().map(|length| *length as usize).sum();
+        let mut bytes = vec![0; BLOCK_HEAD_BYTES + parts];
+        read_at(source, self.at - BLOCK_HEAD_BYTES as u64, &mut bytes)?;
+        Ok(bytes)
+    }
+}

@@ -1,0 +1,70 @@
+//! Who stands behind an origin, until a section has it.
+//!
+//! `recorder` asks when a section ends. A note may come before its entry or after it: one that comes
+//! after is written with the next section.
+
+use std::collections::{HashSet, VecDeque};
+
+use super::section::numbered;
+use crate::runtime::{Origin, TapeEntry};
+
+/// The most notes that wait for their entry; the oldest goes first.
+const NOTES_MAX: usize = 1024;
+
+/// The most bytes of a note.
+const WHO_BYTES_MAX: usize = 256;
+
+/// The notes that wait.
+#[derive(Debug, Default)]
+pub(super) struct WhoNotes {
+    notes: VecDeque<(Origin, String)>,
+    /// The origins of the section before.
+    before: HashSet<(u8, u64)>,
+}
+
+impl WhoNotes {
+    pub fn note(&mut self, origin: Origin, mut who: String) {
+        if self.notes.len() == NOTES_MAX {
+            self.notes.pop_front();
+        }
+        who.truncate(who.floor_char_boundary(WHO_BYTES_MAX));
+        self.notes.push_back((origin, who));
+    }
+
+    /// The notes about the origins of a section that ends, and late ones about those of the section
+    /// before it.
+    pub fn of_section(&mut self, entries: &[TapeEntry]) -> Vec<(Origin, String)> {
+        let own: HashSet<_> = entries.iter().filter_map(origin).map(numbered).collect();
+        let mut found = Vec::new();
+        self.notes.retain(|(origin, who)| {
+            let key = numbered(*origin);
+            let is_here = own.contains(&key) || self.before.contains(&key);
+            if is_here {
+                found.push((*origin, who.clone()));
+            }
+            !is_here || !is_passing(*origin)
+        });
+        self.before = own;
+        found
+    }
+}
+
+/// Whether an origin comes only once.
+fn is_passing(origin: Origin) -> bool {
+    match origin {
+        Origin::Batch(_) | Origin::Command(_) => true,
+        Origin::Inputs | Origin::Device(_) => false,
+    }
+}
+
+fn origin(entry: &TapeEntry) -> Option<Origin> {
+    match entry {
+        TapeEntry::Origin(origin) => Some(*origin),
+        TapeEntry::Call(_)
+        | TapeEntry::Number(_)
+        | TapeEntry::Mode(_)
+        | TapeEntry::Swap { .. }
+        | TapeEntry::State { .. }
+        | TapeEntry::Lost { .. } => None,
+    }
+}

@@ -1,0 +1,172 @@
+//! Sections, blocks and segments as bytes: what was written comes back, and bytes that were never
+//! written so are refused.
+
+use std::io::Cursor;
+
+use crate::drawn::{Numbers, block, program, section};
+use rungd::record::{FileIndex, Flaw, Recent, SectionBody, SegmentStart, index};
+
+#[test]
+fn a_section_comes_back() {
+    for seed in 0..2_000 {
+        let section = section(&mut Numbers(seed));
+        let bytes = section.write();
+        assert_eq!(SectionBody::read(&bytes).as_ref(), Some(&section), "seed {seed}");
+    }
+}
+
+#[test]
+fn bytes_that_are_no_section_are_refused_without_harm() {
+    for seed in 0..300 {
+        let mut numbers = Numbers(seed);
+        let mut bytes = section(&mut numbers).write();
+        for _ in 0..50 {
+            match numbers.below(3) {
+                0 => bytes.truncate(numbers.below(bytes.len() as u64 + 1) as usize),
+                1 => bytes.push(numbers.below(256) as u8),
+                _ if bytes.is_empty() => {}
+                _ => {
+                    let at = numbers.below(bytes.len() as u64) as usize;
+                    bytes[at] = numbers.below(256) as u8;
+                }
+            }
+            let _ = SectionBody::read(&bytes);
+        }
+        let bytes: Vec<u8> = (0..numbers.below(300)).map(|_| numbers.below(256) as u8).collect();
+        let _ = SectionBody::read(&bytes);
+    }
+}
+
+/// A recording of two programs, with its sections.
+fn recording() -> (Vec<u8>, Vec<SectionBody>) {
+    let mut numbers = Numbers(7);
+    let sections: Vec<_> = (0..6).map(|_| section(&mut numbers)).collect();
+    let programs = [program(0), program(1)];
+    let starts = [0, 1].map(|at: usize| SegmentStart::new(&programs[at]));
+    let mut out = Vec::new();
+    for (sequence, section) in sections.iter().enumerate() {
+        let (program, start) = (&programs[sequence / 3], &starts[sequence / 3]);
+        if sequence % 3 == 0 {
+            out.extend_from_slice(&start.bytes);
+        }
+        block(sequence as u64, program, None, section).write(start.sum, true, &mut out);
+    }
+    (out, sections)
+}
+
+fn read(bytes: &[u8]) -> FileIndex {
+    index(&mut Cursor::new(bytes)).expect("bytes can be read")
+}
+
+/// The sections that can be read, with their sequence numbers.
+fn found(bytes: &[u8]) -> (Vec<(u64, SectionBody)>, Vec<Flaw>) {
+    let FileIndex { blocks, flaws } = read(bytes);
+    let mut sections = Vec::new();
+    for block in blocks {
+        if let Some((_, section)) = block.read(&mut Cursor::new(bytes)).unwrap() {
+            assert_eq!(u64::from(block.program.generation), block.head.sequence / 3);
+            sections.push((block.head.sequence, section));
+        }
+    }
+    (sections, flaws)
+}
+
+#[test]
+fn a_recording_comes_back() {
+    let (bytes, sections) = recording();
+    let (found, flaws) = found(&bytes);
+    assert_eq!(flaws, []);
+    let expected: Vec<_> = (0..).zip(sections).collect();
+    assert_eq!(found, expected);
+    let first = &read(&bytes).blocks[0];
+    assert_eq!(*first.program, *program(0));
+    assert_eq!((first.head.number, first.head.follows, first.has_base), (0, false, false));
+}
+
+#[test]
+fn a_recording_cut_anywhere_gives_what_is_whole_before_the_cut() {
+    let (bytes, sections) = recording();
+    let mut most = 0;
+    for length in 0..bytes.len() {
+        let (found, flaws) = found(&bytes[..length]);
+        assert!(found.len() >= most);
+        most = found.len();
+        for (at, (sequence, section)) in found.iter().enumerate() {
+            assert_eq!((at as u64, section), (*sequence, &sections[at]));
+        }
+        assert!(flaws.len() <= 1 && flaws.iter().all(|flaw| matches!(flaw, Flaw::Torn { .. })));
+        // Bytes that a file system has made longer but never written.
+        let longer = [&bytes[..length], &[0; 200]].concat();
+        assert_eq!(self::found(&longer).0.len(), found.len(), "{length}");
+    }
+    assert_eq!(most, 5);
+}
+
+#[test]
+fn a_flipped_bit_costs_a_block_and_nothing_is_misread() {
+    let (bytes, sections) = recording();
+    for at in 0..bytes.len() * 8 {
+        let mut other = bytes.clone();
+        other[at / 8] ^= 1 << (at % 8);
+        let (found, flaws) = found(&other);
+        let blocks = read(&other).blocks.len();
+        assert!(found.len() < 6 && found.len() >= 3, "bit {at}: {}", found.len());
+        assert!(!flaws.is_empty() || found.len() < blocks, "bit {at} was not seen");
+        for (sequence, section) in &found {
+            assert_eq!(section, &sections[*sequence as usize], "bit {at}");
+        }
+    }
+}
+
+#[test]
+fn bytes_of_any_kind_give_an_index() {
+    let (bytes, _) = recording();
+    for seed in 0..400 {
+        let mut numbers = Numbers(seed);
+        let mut other = Vec::new();
+        for _ in 0..4 {
+            let begin = numbers.below(bytes.len() as u64) as usize;
+            let end = begin + numbers.below((bytes.len() - begin) as u64) as usize;
+            other.extend_from_slice(&bytes[begin..end]);
+            (0..numbers.below(40)).for_each(|_| other.push(numbers.below(256) as u8));
+        }
+        let _ = found(&other);
+    }
+}
+
+#[test]
+fn memory_holds_the_newest_blocks_and_no_more_than_its_bytes() {
+    let mut numbers = Numbers(3);
+    let programs = [program(0), program(1), program(2)];
+    let size = 6_000;
+    let mut recent = Recent::new(size);
+    assert_eq!((recent.begin_ns(), recent.write().len()), (None, 0));
+    for sequence in 0..300 {
+        let section = section(&mut numbers);
+        let program = &programs[(sequence / 100) as usize];
+        // Every third one goes on without a state.
+        let state = (sequence % 3 == 0).then_some(&[1, 2, 3][..]);
+        let block = block(sequence, program, state, &section);
+        recent.put(&block);
+        let bytes = recent.write();
+        assert!(bytes.len() <= size, "{}", bytes.len());
+        let FileIndex { blocks, flaws } = read(&bytes);
+        assert_eq!(flaws, []);
+        let (first, last) = (&blocks[0], &blocks[blocks.len() - 1]);
+        assert!(first.has_base && last.head == block.head && last.program == *program);
+        let span = (Some(first.head.begin_ns), Some(last.head.end_ns));
+        assert_eq!((recent.begin_ns(), recent.end_ns()), span);
+        for pair in blocks.windows(2) {
+            assert_eq!(pair[0].head.sequence + 1, pair[1].head.sequence);
+        }
+        assert!(sequence < 10 || blocks.len() > 2);
+    }
+}
+
+#[test]
+fn a_block_larger_than_memory_is_not_kept() {
+    let section = section(&mut Numbers(3));
+    let mut recent = Recent::new(100);
+    recent.put(&block(0, &program(0), Some(&[0]), &section));
+    assert_eq!((recent.begin_ns(), recent.write().len()), (None, 0));
+}
