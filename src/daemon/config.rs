@@ -12,6 +12,7 @@ use anyhow::Result;
 use crate::controller::Controller;
 use crate::controller::device::{Device, DeviceInput, DriverSettings, OnLoss, Output, SafeValue};
 use crate::controller::operator::Operator;
+use crate::controller::record::RecordSettings;
 use crate::engine;
 use crate::io::modbus::settings::Modbus;
 use crate::io::plant::settings::Rule;
@@ -20,6 +21,7 @@ use crate::load::{self, Loaded};
 use crate::lower::{Symbols, lower};
 use crate::operator::names::Names;
 use crate::progress::{Progress, Step};
+use crate::record::RecordedFile;
 use crate::resolve::program::{BlockKind, Program};
 use crate::retain::RetainPlan;
 use crate::runtime::exchange::Tempo;
@@ -63,6 +65,11 @@ pub struct Setup {
     /// The trial time of a reloaded program; zero: no trial.
     pub(super) probation: Duration,
     pub(super) retain: Option<RetainSettings>,
+    pub(super) record: RecordSettings,
+    /// The files, for the scan log: the controller file first.
+    pub(super) files: Arc<[RecordedFile]>,
+    /// Whether everybody may read the files.
+    pub(super) is_public: bool,
 }
 
 /// The facts about a ladder that the log shows at the start.
@@ -128,13 +135,16 @@ pub fn settle(loaded: &Loaded, progress: &Progress) -> Result<(engine::Program, 
         devices: controller.devices.clone(),
         probation: Duration::from_millis(controller.probation_ms.into()),
         retain: retain(controller, program, &symbols, &files[0].name),
+        record: controller.record.clone(),
+        files: files.iter().map(recorded).collect(),
+        is_public: files.iter().all(|file| load::may_all_read(Path::new(&file.name))),
         symbols,
     };
     Ok((code, setup))
 }
 
 /// Loads the files and makes them ready to run. The inner `Err` is the reason why they cannot run.
-/// The texts of the files are not kept, since a controller runs for months.
+/// Of the files the scan log alone keeps the texts.
 ///
 /// # Errors
 /// The controller file cannot be read.
@@ -204,6 +214,10 @@ fn retain(
         has_operator: false,
         budget: u64::from(retention.budget_mb) * 1_000_000,
     })
+}
+
+fn recorded(file: &SourceFile) -> RecordedFile {
+    RecordedFile { name: file.name.clone(), text: file.text.clone() }
 }
 
 fn blocks(program: &Program) -> Vec<(String, bool)> {

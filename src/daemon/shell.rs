@@ -19,6 +19,8 @@ use super::log_writer::{LogWriter, tell_statistics};
 use super::narration::{Facts, Narration, span};
 use super::operator;
 use super::posture;
+use super::record;
+use super::record_thread::{RecordParts, Recording};
 use super::reload::{self, Reloads, Running, Views};
 use super::retain::{self, RetainSettings};
 use super::retain_thread::{LastImage, Retention};
@@ -142,11 +144,18 @@ pub fn run(
     posture::tell(prepared.grants(), settings.posture.strict)
         .map_err(StartFailure::Configuration)?;
     let retention = retained.map(|opened| Retention::start(opened, prepared.port())).transpose()?;
+    let recording = Recording::start(RecordParts {
+        tape,
+        port: prepared.port(),
+        first: record::program(&setup, 0),
+        memory_bytes: setup.record.memory_bytes,
+        disk: None,
+    })?;
     let Host { tokio, signals } = host;
     let (running, limit) = (Arc::new(Running { program, setup }), options.reload_limit);
     let field = (prepared.lines(), healths);
     let first = First { running, reloader, narration, field, limit, socket };
-    tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention }))
+    tokio.block_on(shell(prepared, first, Attendance { signals, guard, retention, recording }))
 }
 
 /// The inputs with the initial value ON: they are ON until their driver writes them.
@@ -175,6 +184,7 @@ struct Attendance<'a> {
     signals: &'a mut Signals,
     guard: &'a mut Guard,
     retention: Option<Retention>,
+    recording: Recording,
 }
 
 /// From the drivers' start to the scan thread's end.
@@ -184,9 +194,10 @@ async fn shell(
     mut attendance: Attendance<'_>,
 ) -> Result<Ending, StartFailure> {
     let (stop, stopped) = watch::channel(false);
-    let retention = attendance.retention.clone();
+    let kept = (attendance.retention.clone(), attendance.recording.clone());
     let inputs = devices::inputs(&first.running.setup.devices, &first.field.1);
-    let drivers = start_drivers(first, &prepared, &retention, &stopped).await?;
+    let drivers = start_drivers(first, &prepared, &kept, &stopped).await?;
+    let (retention, recording) = kept;
     let (mut drivers, reloads) = drivers;
     let systemd = Systemd::of_environment();
     let inputs = async {
@@ -216,6 +227,7 @@ async fn shell(
         return Ok(if over.waiting == Waiting::Hurried { Ending::Hurried } else { Ending::Bug });
     };
     let report = runtime.join();
+    recording.end();
     let last_image = match &retention {
         Some(retention) => retention.end(attendance.signals.stop()).await,
         None => LastImage::Kept,
@@ -320,7 +332,7 @@ fn tell_stop(name: &str, mode: Mode) {
 async fn start_drivers(
     first: First,
     prepared: &Prepared,
-    retention: &Option<Retention>,
+    (retention, recording): &(Option<Retention>, Recording),
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
     let First { running, reloader, narration, field: (ends, healths), limit, socket } = first;
@@ -328,7 +340,7 @@ async fn start_drivers(
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
     let patience = port.patience();
-    let mut about = operator::AboutParts::new(prepared, retention.clone());
+    let mut about = operator::AboutParts::new(prepared, retention.clone(), recording.clone());
     about.devices.clone_from(&healths);
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {

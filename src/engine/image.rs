@@ -85,6 +85,28 @@ impl Image {
         self.forces = forced(bits) + forced(words);
     }
 
+    /// Writes a bit, unless it is forced; returns whether that changed it.
+    #[inline]
+    pub(super) fn write_bit(&mut self, BitCell(cell): BitCell, on: bool) -> bool {
+        let bit = &mut self.bits[cell as usize];
+        let changes = *bit != u8::from(on) && !(self.forces > 0 && self.forced_bits[cell as usize]);
+        if changes {
+            *bit = u8::from(on);
+        }
+        changes
+    }
+
+    /// Writes a word, unless it is forced; returns whether that changed it.
+    #[inline]
+    pub(super) fn write_word(&mut self, WordCell(cell): WordCell, value: i32) -> bool {
+        let word = &mut self.words[cell as usize];
+        let changes = *word != value && !(self.forces > 0 && self.forced_words[cell as usize]);
+        if changes {
+            *word = value;
+        }
+        changes
+    }
+
     /// Writes consecutive bits, except forced ones.
     pub(super) fn put_bits(&mut self, first: u32, values: &[u8]) {
         let at = first as usize..first as usize + values.len();

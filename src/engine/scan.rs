@@ -13,7 +13,6 @@ use super::math::Calculator;
 use super::memory::Memory;
 use super::program::{BlockRole, Program};
 use super::reach::{Far, Forced, Near, Reach};
-use super::role::{BitWritten, WordWritten};
 use crate::calendar::LocalTime;
 use crate::isa::status::{dst, st};
 use crate::isa::{Bit, BitSpace, BlockId, Word, WordSpace};
@@ -154,13 +153,23 @@ impl Engine {
 
     /// Step 3: one queued write of a public bit. Discarded while it is forced.
     pub fn write_bit(&mut self, cell: BitCell, on: bool) {
-        self.machine.memory.view::<Forced>().put_bit(BitWritten(cell.0), u8::from(on));
+        self.change_bit(cell, on);
     }
 
     /// Step 3: one queued write of a public word. `value` must be within the word's range.
     /// Discarded while it is forced.
     pub fn write_word(&mut self, cell: WordCell, value: i32) {
-        self.machine.memory.view::<Forced>().put_word(WordWritten(cell.0), value);
+        self.change_word(cell, value);
+    }
+
+    /// As [`Engine::write_bit`]; returns whether the write changed the bit.
+    pub(crate) fn change_bit(&mut self, cell: BitCell, on: bool) -> bool {
+        self.machine.memory.image.write_bit(cell, on)
+    }
+
+    /// As [`Engine::write_word`]; returns whether the write changed the word.
+    pub(crate) fn change_word(&mut self, cell: WordCell, value: i32) -> bool {
+        self.machine.memory.image.write_word(cell, value)
     }
 
     /// Steps 4 to 7: the built-in Tasks, Programs and Tasks, each at its turn.

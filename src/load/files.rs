@@ -69,3 +69,17 @@ fn read(file: File) -> Result<Vec<u8>> {
     }
     Ok(bytes)
 }
+
+/// Whether everybody may read a file: by its own permissions and those of its folders. A file of
+/// the library is everybody's.
+pub(crate) fn may_all_read(path: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    if path.to_str().is_some_and(|name| super::library::named(name).is_some()) {
+        return true;
+    }
+    let Ok(path) = path.canonicalize() else { return false };
+    let allows = |path: &Path, bits: u32| {
+        std::fs::metadata(path).is_ok_and(|of| of.permissions().mode() & bits == bits)
+    };
+    allows(&path, 0o004) && path.ancestors().skip(1).all(|folder| allows(folder, 0o001))
+}

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 
-pub(crate) use files::read_bytes;
+pub(crate) use files::{may_all_read, read_bytes};
 
 use crate::check::{Around, check_partial, check_whole, silence};
 use crate::controller::written::WrittenController;

@@ -7,7 +7,8 @@
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::state::{
-    Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Retain, Scan, Spread,
+    Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, Record, RecordDir,
+    Retain, Scan, Spread,
 };
 pub use super::state::{Posture, Status};
 pub use super::value::GivenValue;
@@ -78,6 +79,8 @@ pub enum Request {
     },
     /// Saves retentive memory now; answered once the image is durable: [`Saved`].
     RetainSave {},
+    /// The last minute of the scan log, with the program's files: [`RecordingBytes`].
+    Recording {},
     /// Tags and addresses with a prefix, for completion: [`NameList`].
     Names {
         /// The beginning.
@@ -223,6 +226,13 @@ pub(crate) struct Saved {
     pub flush_us: u64,
 }
 
+/// The last minute of the scan log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct RecordingBytes {
+    /// The bytes of a recording (`docs/record-format.md`), in base64.
+    pub base64: String,
+}
+
 /// The answer to a question for names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct NameList {
@@ -266,6 +276,7 @@ impl Request {
             Request::Status {}
             | Request::Read { .. }
             | Request::Names { .. }
+            | Request::Recording {}
             | Request::LogLevel { .. } => Awaited::Nothing,
             Request::Mode { to: ModeWanted::Stop, no_wait: false } | Request::RetainSave {} => {
                 Awaited::Image
@@ -285,7 +296,10 @@ impl Request {
     /// costs as much as a reload.
     pub(crate) fn only_looks(&self) -> bool {
         match self {
-            Request::Status {} | Request::Read { .. } | Request::Names { .. } => true,
+            Request::Status {}
+            | Request::Read { .. }
+            | Request::Recording {}
+            | Request::Names { .. } => true,
             Request::Write { .. }
             | Request::Force { .. }
             | Request::Unforce { .. }

@@ -42,6 +42,9 @@ pub struct Status {
     /// Retentive memory, if the controller file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub retain: Option<Retain>,
+    /// The scan log.
+    #[serde(default)]
+    pub record: Record,
     pub(crate) log: LogState,
 }
 
@@ -93,6 +96,32 @@ pub struct Retain {
     /// The bytes per day at the rate so far; `None` in the first minute.
     pub bytes_per_day: Option<u64>,
     pub budget_per_day: u64,
+    /// Why it cannot be written at present.
+    pub failing: Option<String>,
+}
+
+/// The scan log.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct Record {
+    /// How far back memory reaches.
+    pub memory_ms: u64,
+    /// The most bytes that it takes.
+    pub memory_bytes: u64,
+    /// Scans that the log lacks since the process started.
+    pub lost: u64,
+    /// The folder on disk, if there is one.
+    pub disk: Option<RecordDir>,
+}
+
+/// The folder of the scan log.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub struct RecordDir {
+    pub dir: String,
+    pub bytes: u64,
+    /// The most bytes that it may take.
+    pub size: u64,
     /// Why it cannot be written at present.
     pub failing: Option<String>,
 }

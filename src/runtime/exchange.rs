@@ -20,6 +20,7 @@ use std::time::Duration;
 
 use super::command::{Answer, Before, Command, CommandId, Denial, Desk};
 pub use super::image::{Safe, Snapshot};
+use super::machine::Origin;
 pub use super::mode::{FaultReason, Mode, StopReason};
 use crate::engine::{BitCell, WordCell};
 
@@ -36,6 +37,9 @@ pub(crate) const SCAN_WRITES_MAX: usize = 2 * BATCH_WRITES_MAX;
 
 /// The number of refused tickets that are remembered: as many as can be under way at once.
 const REFUSED_TICKETS_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
+
+/// The greatest number of signatures that wait for the scan log.
+const SIGNATURES_KEPT: usize = 4 * QUEUED_BATCHES_MAX;
 
 /// One write. The caller has checked that the value is within the operand's range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,6 +130,8 @@ pub(super) struct ExchangeState {
     desk: Mutex<Desk>,
     /// The tasks that wait for news.
     waiting: Mutex<Vec<Waker>>,
+    /// Who stands behind batches and commands, for the scan log.
+    signatures: Mutex<VecDeque<(Origin, String)>>,
     /// The current [`Tempo`], in ns.
     period_ns: AtomicU64,
     watchdog_ns: AtomicU64,
@@ -181,6 +187,7 @@ impl Port {
             stuck: AtomicBool::new(false),
             desk: Mutex::new(desk),
             waiting: Mutex::default(),
+            signatures: Mutex::default(),
             period_ns: AtomicU64::new(0),
             watchdog_ns: AtomicU64::new(0),
         };
@@ -200,6 +207,20 @@ impl Port {
     pub(super) fn set_tempo(&self, tempo: Tempo) {
         self.shared.period_ns.store(tempo.period_ns, Ordering::Release);
         self.shared.watchdog_ns.store(tempo.watchdog_ns, Ordering::Release);
+    }
+
+    /// Says who stands behind a batch or a command, for the scan log.
+    pub(crate) fn sign(&self, origin: Origin, who: String) {
+        let mut signatures = locked(&self.shared.signatures);
+        if signatures.len() == SIGNATURES_KEPT {
+            signatures.pop_front();
+        }
+        signatures.push_back((origin, who));
+    }
+
+    /// Takes the signatures since the last call.
+    pub(crate) fn signatures(&self) -> VecDeque<(Origin, String)> {
+        std::mem::take(&mut *locked(&self.shared.signatures))
     }
 
     /// The shortest time that a caller should wait for the scan that sees its request.

@@ -129,15 +129,9 @@ impl Taped {
         }
     }
 
-    /// Keeps a write that will change memory.
+    /// Keeps a write that has changed memory.
     fn keep_write(&mut self, cell: Cell, value: i32) {
-        let Some(tape) = &mut self.tape else { return };
-        let image = self.engine.image();
-        let before = match cell {
-            Cell::Bit(bit) => i32::from(image.bit(bit)),
-            Cell::Word(word) => image.word(word),
-        };
-        if before != value && !self.engine.is_forced(cell) {
+        if let Some(tape) = &mut self.tape {
             tape.keep_from(EngineCall::Write(cell, value));
         }
     }
@@ -272,13 +266,15 @@ impl Machine for Taped {
     }
 
     fn write_bit(&mut self, cell: BitCell, on: bool) {
-        self.keep_write(Cell::Bit(cell), i32::from(on));
-        self.engine.write_bit(cell, on);
+        if self.engine.change_bit(cell, on) {
+            self.keep_write(Cell::Bit(cell), i32::from(on));
+        }
     }
 
     fn write_word(&mut self, cell: WordCell, value: i32) {
-        self.keep_write(Cell::Word(cell), value);
-        self.engine.write_word(cell, value);
+        if self.engine.change_word(cell, value) {
+            self.keep_write(Cell::Word(cell), value);
+        }
     }
 
     fn execute(&mut self) -> bool {

@@ -13,6 +13,7 @@ use tokio::time::timeout;
 
 use super::memory;
 use super::peer::Peer;
+use super::record;
 use super::status::{View, reason};
 use crate::daemon::log;
 use crate::daemon::narration::span;
@@ -26,9 +27,9 @@ use crate::operator::protocol::{
     self, Answered, Change, GivenValue, Held, LevelChange, ModeChange, ModeWanted, OPERANDS_MAX,
     Refusal, RefusalKind, Request, Values,
 };
-use crate::runtime::Generations;
 use crate::runtime::command::{Before, Command, CommandId, Denial};
 use crate::runtime::exchange::{Mode, Port, Refused, Snapshot, Write};
+use crate::runtime::{Generations, Origin};
 use crate::say::say;
 
 /// The longest period at which a write is answered only after the scan that sees it.
@@ -100,6 +101,10 @@ impl Desk {
                 let view = self.seen().1;
                 as_json(&memory::save(view.about.retention(), peer).await?)
             }
+            Request::Recording {} => {
+                let view = self.seen().1;
+                as_json(&record::recent(&view.about, peer).await?)
+            }
             Request::Names { prefix } => {
                 let names = self.names().beginning(prefix);
                 as_json(&protocol::NameList { names })
@@ -161,6 +166,7 @@ impl Desk {
             .port
             .submit_to(before.generation, vec![write])
             .map_err(|why| self.not_taken(why))?;
+        self.port.sign(Origin::Batch(ticket), peer.to_string());
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         let is_long = period > PERIOD_AWAITED_MAX;
         let patience = if is_long { PERIOD_AWAITED_MAX } else { self.wait() };
@@ -223,7 +229,7 @@ impl Desk {
         operand.may_force()?;
         let value = view.names.number(&operand, given)?;
         let force = Command::Force { cell: operand.cell, value };
-        let id = self.hand_in(latest.generation, force)?;
+        let id = self.hand_in(peer, latest.generation, force)?;
         // Noted first: the status may show it before the answer is here.
         self.forced().insert(operand.what, operand.operand.clone());
         let before = self.carried_out(id).await?;
@@ -244,7 +250,7 @@ impl Desk {
             Refusal { message, ..unknown }
         })?;
         let before = self
-            .carried_out(self.hand_in(latest.generation, Command::Release(operand.cell))?)
+            .carried_out(self.hand_in(peer, latest.generation, Command::Release(operand.cell))?)
             .await?;
         let mut change = self.forced_change(&operand, before);
         if before.forced {
@@ -293,7 +299,7 @@ impl Desk {
         let before = self.port.latest();
         let forces = self.forces(&before, &self.views.of(before.generation).names);
         let operands: Vec<Variable> = forces.into_iter().map(|(operand, _)| operand).collect();
-        self.carried_out(self.hand_in(before.generation, Command::ReleaseAll)?).await?;
+        self.carried_out(self.hand_in(peer, before.generation, Command::ReleaseAll)?).await?;
         let latest = self.port.latest();
         for operand in &operands {
             let change = Change { was_forced: true, ..change(operand, &before, &latest) };
@@ -307,7 +313,7 @@ impl Desk {
         let latest = self.port.latest();
         let since_ns = latest.since_ns;
         let command = if to == ModeWanted::Run { Command::Run } else { Command::Stop };
-        let before = self.carried_out(self.hand_in(latest.generation, command)?).await?.mode;
+        let before = self.carried_out(self.hand_in(peer, latest.generation, command)?).await?.mode;
         let there = match to {
             ModeWanted::Run => before == Mode::Run,
             ModeWanted::Stop => matches!(before, Mode::Stop(_)),
@@ -366,8 +372,10 @@ impl Desk {
     }
 
     /// Hands in a command for the cells of the program of a generation.
-    fn hand_in(&self, generation: u32, command: Command) -> Answered<CommandId> {
-        self.port.command_to(generation, command).map_err(denied)
+    fn hand_in(&self, peer: &Peer, generation: u32, command: Command) -> Answered<CommandId> {
+        let id = self.port.command_to(generation, command).map_err(denied)?;
+        self.port.sign(Origin::Command(id), peer.to_string());
+        Ok(id)
     }
 
     /// The operand in the program that scans now: a reload may have come.

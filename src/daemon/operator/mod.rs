@@ -11,6 +11,7 @@ mod desk;
 mod memory;
 mod pace;
 mod peer;
+mod record;
 mod seats;
 mod server;
 mod session;

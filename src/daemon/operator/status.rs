@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::daemon::config::{LadderFacts, Setup};
 use crate::daemon::log;
+use crate::daemon::record_thread::Recording;
 use crate::daemon::retain_thread::Retention;
 use crate::engine::{BitCell, Layout};
 use crate::io::device::Health;
@@ -17,7 +18,7 @@ use crate::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
 use crate::operator::names::Names;
 use crate::operator::protocol::{
     self, Alarm, Bar, BlockStatus, Devices, FieldDevice, Ladder, LogState, Modbus, PROTOCOL,
-    Posture, Retain, Scan, ShownValue, Spread, Status,
+    Posture, Record, RecordDir, Retain, Scan, ShownValue, Spread, Status,
 };
 use crate::runtime::exchange::{Mode, Snapshot, Tempo};
 use crate::runtime::{self, Gauge, Grant, Prepared, monotonic_ns};
@@ -31,19 +32,25 @@ pub(in super::super) struct AboutParts {
     /// The Modbus server's address, its greatest number of clients, and their current number.
     pub modbus: Option<(String, u32, Arc<AtomicUsize>)>,
     pub retention: Option<Retention>,
+    pub recording: Recording,
     /// The field devices, by number.
     pub devices: Vec<Health>,
 }
 
 impl AboutParts {
     /// The facts without a Modbus server and field devices; the caller adds these.
-    pub fn new(prepared: &Prepared, retention: Option<Retention>) -> AboutParts {
+    pub fn new(
+        prepared: &Prepared,
+        retention: Option<Retention>,
+        recording: Recording,
+    ) -> AboutParts {
         AboutParts {
             grants: prepared.grants().to_vec(),
             gauge: prepared.gauge(),
             started: Instant::now(),
             modbus: None,
             retention,
+            recording,
             devices: Vec::new(),
         }
     }
@@ -65,6 +72,8 @@ impl View {
 pub(in super::super) struct About {
     controller: String,
     ladder: LadderFacts,
+    /// Whether everybody may read the files.
+    is_public: bool,
     parts: AboutParts,
     tempo: Tempo,
     blocks: Vec<NamedBlock>,
@@ -101,6 +110,7 @@ impl About {
         About {
             controller: setup.controller.clone(),
             ladder: setup.ladder.clone(),
+            is_public: setup.is_public,
             parts: parts.clone(),
             tempo: setup.pace.tempo,
             blocks: named_blocks(setup),
@@ -114,6 +124,16 @@ impl About {
     /// Retentive memory, if the controller file has it.
     pub(super) fn retention(&self) -> Option<&Retention> {
         self.parts.retention.as_ref()
+    }
+
+    /// The scan log.
+    pub(super) fn recording(&self) -> &Recording {
+        &self.parts.recording
+    }
+
+    /// Whether everybody may read the program's files.
+    pub(super) fn is_public(&self) -> bool {
+        self.is_public
     }
 
     /// The driver that moves an input, or a word or bit that serves as an input.
@@ -161,6 +181,7 @@ impl About {
                 field: self.field(latest),
             },
             retain: self.parts.retention.as_ref().map(retain),
+            record: record(&self.parts.recording),
             log: LogState {
                 level: log::level(),
                 lines_dropped: log::lines_dropped(),
@@ -248,6 +269,22 @@ fn retain(retention: &Retention) -> Retain {
         budget_per_day: wanted.budget,
         restored: figures.restored,
         failing: figures.failing,
+    }
+}
+
+fn record(recording: &Recording) -> Record {
+    let figures = recording.figures();
+    let seconds = |(from, to): (i64, i64)| to.saturating_sub(from).max(0) / 1_000_000;
+    Record {
+        memory_ms: figures.in_memory_ns.map_or(0, seconds).unsigned_abs(),
+        memory_bytes: figures.memory_bytes,
+        lost: figures.lost,
+        disk: figures.disk.map(|disk| RecordDir {
+            dir: disk.dir,
+            bytes: disk.bytes,
+            size: disk.size,
+            failing: disk.failing,
+        }),
     }
 }
 

@@ -4,6 +4,7 @@
 use crate::daemon::config::Setup;
 use crate::daemon::narration::Narration;
 use crate::daemon::operator::{AboutParts, View};
+use crate::daemon::record;
 use crate::io::modbus::settings::Modbus;
 use crate::io::{modbus, plant};
 use crate::resolve::program::Program;
@@ -23,6 +24,7 @@ pub(in super::super) struct Views {
 impl Views {
     /// Enters a program, before its swap.
     pub(super) fn insert(&self, generation: u32, setup: &Setup) {
+        self.about.recording.program(record::program(setup, generation));
         self.desk.insert(generation, View::new(setup, &self.about));
         self.narration.insert(generation, setup.narration.clone());
         let layout = &setup.symbols.layout;

@@ -20,6 +20,7 @@ use super::frame::{self, Broken, FRAME_BYTES_MAX, Header, Split};
 use super::map::Asker;
 use super::refusal::ModbusRefusal;
 use super::shared::ServerState;
+use crate::runtime::Origin;
 use crate::runtime::exchange::Write;
 
 /// One client's connection.
@@ -141,6 +142,7 @@ impl Connection {
         let ticket = port
             .submit_to(generation, batch)
             .map_err(|refused| ModbusRefusal::of_batch(refused, port.latest().mode))?;
+        port.sign(Origin::Batch(ticket), format!("Modbus client {}", self.client));
         let wait = self.shared.write_wait.max(self.shared.port.patience());
         match timeout(wait, port.done(ticket)).await {
             Err(_) => Err(ModbusRefusal::NotSeen),

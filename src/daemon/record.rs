@@ -1,0 +1,34 @@
+//! The scan log at the start: its folder, and the program as a recording has it.
+//!
+//! Called by the shell, and at every reload. `record_thread` and `record_disk` do the work.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use super::config::Setup;
+use super::record_thread::clock;
+use crate::record::RecordedProgram;
+
+/// The program of a generation as a recording has it.
+pub(super) fn program(setup: &Setup, generation: u32) -> RecordedProgram {
+    static START_NS: OnceLock<i64> = OnceLock::new();
+    RecordedProgram {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        process_start_ns: *START_NS.get_or_init(|| clock().unix_ns),
+        generation,
+        source: if generation == 0 { "start" } else { "reload" }.to_owned(),
+        hash: setup.ladder.sha256.clone(),
+        files: setup.files.to_vec(),
+    }
+}
+
+/// The folder: the one that the controller file names (relative to itself), else that of the
+/// command line; `None`: nothing is recorded on disk.
+pub(super) fn place(setup: &Setup, asked: Option<&Path>) -> Option<PathBuf> {
+    let named = || {
+        let dir = setup.record.dir.as_ref()?;
+        Some(Path::new(&setup.controller).parent().unwrap_or(Path::new("")).join(dir))
+    };
+    let dir = named().or_else(|| asked.map(Path::to_owned));
+    dir.filter(|_| setup.record.enabled)
+}

@@ -1,0 +1,248 @@
+//! The thread of the scan log: it reads the scan thread's tape, makes blocks of it, keeps the last
+//! minute in memory, and hands every block to the disk's thread.
+//!
+//! It is an ordinary thread, and touches no file: a disk that stalls delays `record_disk` alone.
+//! The operator's desk asks it for what is in memory; a reload tells it the program that may come.
+
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use tokio::sync::oneshot;
+
+use super::record_disk::{DiskFigures, RecordDisk};
+use crate::record::{Recent, RecordBlock, RecordedProgram, Recorder, TapeClock};
+use crate::runtime::exchange::Port;
+use crate::runtime::{TapeEntry, TapeReader, monotonic_ns};
+use crate::say::say;
+
+/// The longest time between two looks at the tape.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// A section ends after this time, if scans are that far apart, or in STOP.
+const SECTION_MAX: Duration = Duration::from_secs(1);
+/// How long the end of the process waits for the last block.
+const END_MAX: Duration = Duration::from_secs(3);
+
+/// A handle to the thread. Cheap to clone.
+#[derive(Clone)]
+pub(super) struct Recording {
+    orders: Sender<Order>,
+    figures: Arc<Mutex<RecordFigures>>,
+}
+
+/// What `status` shows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RecordFigures {
+    /// The bytes that memory has room for.
+    pub memory_bytes: u64,
+    /// The times of the first and the last scan in memory, ns since 1970.
+    pub in_memory_ns: Option<(i64, i64)>,
+    /// Steps that the tape has lost.
+    pub lost: u64,
+    /// The folder, if there is one.
+    pub disk: Option<DiskFigures>,
+}
+
+enum Order {
+    Program(Box<RecordedProgram>),
+    Recent(oneshot::Sender<Vec<u8>>),
+    End(Sender<()>),
+}
+
+/// All that the thread begins with.
+pub(super) struct RecordParts {
+    pub tape: TapeReader,
+    pub port: Port,
+    pub first: RecordedProgram,
+    pub memory_bytes: u64,
+    pub disk: Option<RecordDisk>,
+}
+
+impl Recording {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The system cannot start a thread.
+    pub fn start(parts: RecordParts) -> io::Result<Recording> {
+        let RecordParts { tape, port, first, memory_bytes, disk } = parts;
+        let figures = RecordFigures { memory_bytes, ..RecordFigures::default() };
+        let figures = Arc::new(Mutex::new(figures));
+        let (orders, inbox) = channel();
+        let worker = Worker {
+            inbox,
+            tape,
+            port,
+            recorder: Recorder::new(first),
+            recent: Recent::new(usize::try_from(memory_bytes).unwrap_or(usize::MAX)),
+            disk,
+            figures: Arc::clone(&figures),
+            section: Instant::now(),
+            asked: Vec::new(),
+        };
+        thread::Builder::new().name("rungd-record".into()).spawn(move || worker.work())?;
+        Ok(Recording { orders, figures })
+    }
+
+    /// A program that may come by a reload; tell it before it is handed to the scan thread.
+    pub fn program(&self, program: RecordedProgram) {
+        let _ = self.orders.send(Order::Program(Box::new(program)));
+    }
+
+    /// What is in memory, as a recording; `None`: the thread is gone (a bug).
+    pub async fn recent(&self) -> Option<Vec<u8>> {
+        let (reply, answer) = oneshot::channel();
+        self.orders.send(Order::Recent(reply)).ok()?;
+        answer.await.ok()
+    }
+
+    /// The current figures.
+    pub fn figures(&self) -> RecordFigures {
+        locked(&self.figures).clone()
+    }
+
+    /// The scan thread has ended: the last block is written. Waits for a while.
+    pub fn end(&self) {
+        let (reply, done) = channel();
+        if self.orders.send(Order::End(reply)).is_ok() {
+            let _ = done.recv_timeout(END_MAX);
+        }
+    }
+}
+
+struct Worker {
+    inbox: Receiver<Order>,
+    tape: TapeReader,
+    port: Port,
+    recorder: Recorder,
+    recent: Recent,
+    disk: Option<RecordDisk>,
+    figures: Arc<Mutex<RecordFigures>>,
+    /// When the section under way began.
+    section: Instant,
+    /// Those that wait for what is in memory.
+    asked: Vec<oneshot::Sender<Vec<u8>>>,
+}
+
+impl Worker {
+    fn work(mut self) {
+        loop {
+            let ended = match self.inbox.recv_timeout(LOOK_EVERY) {
+                Ok(order) => self.obey(order),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
+            let ended = ended.or(self.obey_all());
+            self.read();
+            if self.section.elapsed() >= SECTION_MAX || !self.asked.is_empty() || ended.is_some() {
+                self.flush();
+            }
+            self.answer();
+            if let Some(done) = ended {
+                if let Some(disk) = &mut self.disk {
+                    disk.end(END_MAX);
+                }
+                let _ = done.send(());
+                return;
+            }
+        }
+    }
+
+    fn obey(&mut self, order: Order) -> Option<Sender<()>> {
+        match order {
+            Order::Program(program) => self.recorder.program(*program),
+            Order::Recent(asked) => self.asked.push(asked),
+            Order::End(done) => return Some(done),
+        }
+        None
+    }
+
+    fn obey_all(&mut self) -> Option<Sender<()>> {
+        let mut ended = None;
+        while let Ok(order) = self.inbox.try_recv() {
+            ended = self.obey(order).or(ended);
+        }
+        ended
+    }
+
+    /// Takes all that is on the tape.
+    fn read(&mut self) {
+        let clock = clock();
+        for (origin, who) in self.port.signatures() {
+            self.recorder.note(origin, who);
+        }
+        while let Some((entry, state)) = self.tape.next() {
+            match entry {
+                // Its program was told before.
+                TapeEntry::State { .. } => self.learn_programs(),
+                TapeEntry::Lost { steps } => self.lose(steps),
+                TapeEntry::Call(_)
+                | TapeEntry::Origin(_)
+                | TapeEntry::Number(_)
+                | TapeEntry::Mode(_)
+                | TapeEntry::Swap { .. } => {}
+            }
+            let block = self.recorder.take(entry, state.as_deref(), clock);
+            if let Some(state) = state {
+                self.tape.give_back(state);
+            }
+            if let Some(block) = block {
+                self.keep(block);
+            }
+        }
+        if let Some(disk) = &self.disk {
+            locked(&self.figures).disk = Some(disk.figures());
+        }
+    }
+
+    fn learn_programs(&mut self) {
+        while let Ok(order) = self.inbox.try_recv() {
+            if let Some(done) = self.obey(order) {
+                // The end waits until the tape is read.
+                let _ = done.send(());
+            }
+        }
+    }
+
+    fn lose(&mut self, steps: u64) {
+        locked(&self.figures).lost += steps;
+        say!(
+            RECORD_LOST,
+            steps,
+            "the scan log lacks {steps} scans: its thread was late; control was not touched"
+        );
+    }
+
+    fn flush(&mut self) {
+        if let Some(block) = self.recorder.flush(clock()) {
+            self.keep(block);
+        }
+    }
+
+    fn keep(&mut self, block: RecordBlock) {
+        self.section = Instant::now();
+        self.recent.put(&block);
+        locked(&self.figures).in_memory_ns = self.recent.begin_ns().zip(self.recent.end_ns());
+        if let Some(disk) = &mut self.disk {
+            disk.put(block);
+        }
+    }
+
+    fn answer(&mut self) {
+        for asked in self.asked.drain(..) {
+            let _ = asked.send(self.recent.write());
+        }
+    }
+}
+
+/// The present time, by both clocks.
+pub(super) fn clock() -> TapeClock {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let unix_ns = i64::try_from(since.as_nanos()).unwrap_or(i64::MAX);
+    TapeClock { unix_ns, unix_offset_ns: unix_ns.saturating_sub_unsigned(monotonic_ns()) }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
