@@ -105,7 +105,7 @@ fn a_recording_cut_anywhere_gives_what_is_whole_before_the_cut() {
 #[test]
 fn a_flipped_bit_costs_a_block_and_nothing_is_misread() {
     let (bytes, sections) = recording();
-    for at in 0..bytes.len() * 8 {
+    for at in (0..bytes.len() * 8).step_by(11) {
         let mut other = bytes.clone();
         other[at / 8] ^= 1 << (at % 8);
         let (found, flaws) = found(&other);

@@ -3,3 +3,16 @@
 
 mod bytes;
 mod drawn;
+mod replayed;
+
+/// A binary uses a part of what they share.
+#[allow(dead_code, unused_imports)]
+#[path = "../support"]
+mod support {
+    pub mod case;
+    pub mod model;
+    pub mod needs;
+    pub mod run;
+    pub mod table;
+    pub mod written_out;
+}

@@ -1,0 +1,225 @@
+//! A recording to be read: a file or a folder of segments, or bytes of memory; found by time or
+//! scan, section by section.
+//!
+//! `replay` executes it, `cli` lists and cuts it. Only heads are read when it is opened. Sections
+//! are in the order in which they happened, whatever the files are called.
+
+use std::cmp::Reverse;
+use std::fs::{self, File};
+use std::io::{self, Cursor, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::block::BlockHead;
+use super::program::RecordedProgram;
+use super::section::SectionBody;
+use super::segment::{BLOCK_HEAD_BYTES, SegmentStart};
+use super::segment_read::{FileIndex, Flaw, IndexedBlock, index};
+use crate::engine::EngineState;
+use crate::runtime::SectionStart;
+
+/// The ending of the names of files of segments.
+pub const EXTENSION: &str = "rungd-log";
+
+/// A recording.
+#[derive(Debug)]
+pub struct Recording {
+    sources: Vec<RecordSource>,
+    sections: Vec<RecordedSection>,
+    /// What is wrong with its files, each with the file's path.
+    pub flaws: Vec<(PathBuf, Flaw)>,
+}
+
+/// Where segments lie.
+#[derive(Debug)]
+enum RecordSource {
+    File(PathBuf),
+    Bytes(Vec<u8>),
+}
+
+/// A section's place.
+#[derive(Debug)]
+struct RecordedSection {
+    source: usize,
+    block: IndexedBlock,
+    /// It goes on where the section before it in this recording ended.
+    follows: bool,
+}
+
+/// A section as it was read: its state, if it has a base image, and what it holds.
+pub type ReadSection = (Option<EngineState>, SectionBody);
+
+impl Recording {
+    /// Opens a file of segments, or all of a folder's.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn open(path: &Path) -> io::Result<Recording> {
+        let mut paths = Vec::new();
+        if fs::metadata(path)?.is_dir() {
+            for entry in fs::read_dir(path)? {
+                paths.push(entry?.path());
+            }
+            paths.retain(|path| path.extension().is_some_and(|end| end == EXTENSION));
+            paths.sort();
+        } else {
+            paths.push(path.to_owned());
+        }
+        let mut indexes = Vec::new();
+        for path in &paths {
+            match File::open(path) {
+                Ok(mut file) => indexes.push((path.clone(), index(&mut file)?)),
+                // The oldest one may just have been deleted.
+                Err(error) if error.kind() == io::ErrorKind::NotFound && paths.len() > 1 => {}
+                Err(error) => return Err(error),
+            }
+        }
+        let sources = indexes.iter().map(|(path, _)| RecordSource::File(path.clone())).collect();
+        Ok(Recording::new(sources, indexes))
+    }
+
+    /// A recording in memory, as `Recent` writes it.
+    pub fn of_bytes(bytes: Vec<u8>) -> Recording {
+        let index = index(&mut Cursor::new(&bytes[..])).expect("memory can be read");
+        Recording::new(vec![RecordSource::Bytes(bytes)], vec![(PathBuf::new(), index)])
+    }
+
+    fn new(sources: Vec<RecordSource>, indexes: Vec<(PathBuf, FileIndex)>) -> Recording {
+        let (mut sections, mut flaws) = (Vec::new(), Vec::new());
+        for (source, (path, index)) in indexes.into_iter().enumerate() {
+            flaws.extend(index.flaws.into_iter().map(|flaw| (path.clone(), flaw)));
+            let section = |block| RecordedSection { source, block, follows: false };
+            sections.extend(index.blocks.into_iter().map(section));
+        }
+        let place = |section: &RecordedSection| {
+            (section.block.program.process_start_ns, section.block.head.sequence)
+        };
+        // Of two copies of a section the one with a base image stays.
+        sections.sort_by_key(|section| (place(section), Reverse(section.block.has_base)));
+        sections.dedup_by_key(|section| place(section));
+        for at in 1..sections.len() {
+            let (process, sequence) = place(&sections[at - 1]);
+            let follows = place(&sections[at]) == (process, sequence.wrapping_add(1));
+            sections[at].follows = follows && sections[at].block.head.follows;
+        }
+        Recording { sources, sections, flaws }
+    }
+
+    /// The number of sections.
+    pub fn count(&self) -> usize {
+        self.sections.len()
+    }
+
+    /// The head of a section.
+    pub fn head(&self, at: usize) -> &BlockHead {
+        &self.sections[at].block.head
+    }
+
+    /// The program of a section.
+    pub fn program(&self, at: usize) -> &Arc<RecordedProgram> {
+        &self.sections[at].block.program
+    }
+
+    /// Whether a section goes on where the one before it in this recording ended. A swap of
+    /// programs may lie between the two.
+    pub fn follows(&self, at: usize) -> bool {
+        self.sections[at].follows
+    }
+
+    /// Whether a section has a base image.
+    pub fn has_base(&self, at: usize) -> bool {
+        self.sections[at].block.has_base
+    }
+
+    /// The nearest section with a base image from which a section can be reached.
+    pub fn base_of(&self, at: usize) -> Option<usize> {
+        let mut base = at;
+        while !self.has_base(base) {
+            let is_same = base > 0 && self.program(base - 1) == self.program(at);
+            if !is_same || !self.follows(base) {
+                return None;
+            }
+            base -= 1;
+        }
+        Some(base)
+    }
+
+    /// The section in which a time lies, ns since 1970 (UTC), or the last one before it.
+    pub fn place_of_time(&self, unix_ns: i64) -> Option<usize> {
+        self.sections.iter().rposition(|section| section.block.head.begin_ns <= unix_ns)
+    }
+
+    /// The section in which a scan lies: of the newest process that has recorded it.
+    pub fn place_of_scan(&self, number: u64) -> Option<usize> {
+        self.sections.iter().rposition(|RecordedSection { block: IndexedBlock { head, .. }, .. }| {
+            (head.number..head.number.saturating_add(head.scans.into())).contains(&number)
+        })
+    }
+
+    /// How a section begins.
+    pub fn start(&self, at: usize, body: &SectionBody) -> SectionStart {
+        SectionStart {
+            generation: self.program(at).generation,
+            number: self.head(at).number,
+            mode: body.mode,
+            unix_offset_ns: body.unix_offset_ns,
+            lost: body.lost,
+            follows: self.follows(at),
+        }
+    }
+
+    /// Reads a section; `None`: it is damaged.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn read(&self, at: usize) -> io::Result<Option<ReadSection>> {
+        let RecordedSection { source, block, .. } = &self.sections[at];
+        match &self.sources[*source] {
+            RecordSource::File(path) => block.read(&mut File::open(path)?),
+            RecordSource::Bytes(bytes) => block.read(&mut Cursor::new(&bytes[..])),
+        }
+    }
+
+    /// Writes a part of the recording as a file of its own. It begins with a base image, and so
+    /// perhaps a little earlier.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn cut(&self, range: Range<usize>, out: &mut impl Write) -> io::Result<()> {
+        let Some(first) = range.clone().find_map(|at| self.base_of(at)) else { return Ok(()) };
+        let mut segment: Option<(&Arc<RecordedProgram>, SegmentStart)> = None;
+        for at in first..range.end {
+            let program = self.program(at);
+            let start = match segment {
+                Some((of, start)) if of == program => start,
+                Some(_) | None => {
+                    let start = SegmentStart::new(program);
+                    out.write_all(&start.bytes)?;
+                    start
+                }
+            };
+            let mut bytes = self.block_bytes(at)?;
+            put_head_sum(&mut bytes[..BLOCK_HEAD_BYTES], start.sum);
+            out.write_all(&bytes)?;
+            segment = Some((program, start));
+        }
+        Ok(())
+    }
+
+    fn block_bytes(&self, at: usize) -> io::Result<Vec<u8>> {
+        let RecordedSection { source, block, .. } = &self.sections[at];
+        match &self.sources[*source] {
+            RecordSource::File(path) => block.bytes(&mut File::open(path)?),
+            RecordSource::Bytes(bytes) => block.bytes(&mut Cursor::new(&bytes[..])),
+        }
+    }
+}
+
+/// Makes a block's head one of the segment with this checksum.
+fn put_head_sum(head: &mut [u8], segment_sum: u32) {
+    let (head, sum) = head.split_at_mut(BLOCK_HEAD_BYTES - 4);
+    let mut hasher = crc32fast::Hasher::new_with_initial(segment_sum);
+    hasher.update(head);
+    sum.copy_from_slice(&hasher.finalize().to_le_bytes());
+}

@@ -1,0 +1,285 @@
+//! A recording executed again: every section with its state, every scan with its image, every hash
+//! computed anew.
+//!
+//! `cli` replays, verifies and exports; `observe` gets its sections here. The caller makes the engine
+//! of a program, since `record` lies below `load`. A recording from outside may fit no engine: it is
+//! refused, section by section.
+
+use std::fmt;
+use std::io;
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
+
+use super::block::state_hash;
+use super::program::RecordedProgram;
+use super::recording::{ReadSection, Recording};
+use super::section::SectionBody;
+use crate::engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
+use crate::runtime::{Origin, TapeEntry, TapeSection};
+
+/// Why a section cannot be replayed.
+#[derive(Debug)]
+pub enum Unreplayable {
+    /// Its file cannot be read.
+    Io(io::Error),
+    /// Its bytes are not what was written.
+    Damaged,
+    /// No base image leads to it.
+    NoBase,
+    /// The engine of its program cannot be made, and why.
+    NoEngine(String),
+    /// It is not of its program.
+    DoesNotFit,
+}
+
+/// The outcome of a verification.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Verified {
+    /// The scans that were executed again.
+    pub scans: u64,
+    /// The sections that were executed again.
+    pub sections: u64,
+    /// Those of them whose end was compared.
+    pub compared: u64,
+    /// The sections that do not go on where the one before them ended.
+    pub gaps: u64,
+    /// The sections that cannot be replayed.
+    pub unreplayable: u64,
+    /// The first section whose end is not as it was recorded.
+    pub first_difference: Option<usize>,
+}
+
+/// A scan that was executed again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReplayedScan {
+    /// Complete scans of the process before it.
+    pub number: u64,
+    /// Its time, ns since 1970 (UTC).
+    pub unix_ns: i64,
+    /// Its section.
+    pub section: usize,
+}
+
+/// A recording with an engine that executes it.
+pub struct Replay<M> {
+    recording: Recording,
+    make: M,
+    engine: Option<(Arc<RecordedProgram>, Box<Engine>)>,
+    /// The section at whose start the engine is.
+    at: Option<usize>,
+}
+
+impl<M: FnMut(&RecordedProgram) -> Result<Engine, String>> Replay<M> {
+    /// A replay; `make` makes the engine of a program, or says why it cannot.
+    pub fn new(recording: Recording, make: M) -> Replay<M> {
+        Replay { recording, make, engine: None, at: None }
+    }
+
+    /// The recording.
+    pub fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    /// A section with the state at its start.
+    ///
+    /// # Errors
+    /// Why it cannot be had.
+    pub fn section(&mut self, at: usize) -> Result<TapeSection, Unreplayable> {
+        let (base, body) = self.read(at)?;
+        let state = match base {
+            Some(state) => state,
+            None => EngineState::of(self.engine_at(at)?),
+        };
+        let start = self.recording.start(at, &body);
+        let mut who = body.who;
+        who.extend(self.late_who(at));
+        Ok(TapeSection { start, state, entries: body.entries, who })
+    }
+
+    /// The engine at the start of a section.
+    ///
+    /// # Errors
+    /// Why it cannot be had.
+    pub fn engine_at(&mut self, at: usize) -> Result<&Engine, Unreplayable> {
+        let base = self.recording.base_of(at).ok_or(Unreplayable::NoBase)?;
+        let begin = self.at.filter(|now| (base..=at).contains(now)).unwrap_or(base);
+        for section in begin..at {
+            self.execute(section, &mut |_, _| ControlFlow::Continue(()))?;
+        }
+        self.prepare(at)?;
+        self.engine.as_ref().map(|(_, engine)| &**engine).ok_or(Unreplayable::NoBase)
+    }
+
+    /// Executes sections, and visits the end of each scan. A `Break` ends it.
+    ///
+    /// # Errors
+    /// Why the next section cannot be executed.
+    pub fn scans(
+        &mut self,
+        sections: Range<usize>,
+        mut visit: impl FnMut(ReplayedScan, &Engine) -> ControlFlow<()>,
+    ) -> Result<(), Unreplayable> {
+        for at in sections {
+            self.engine_at(at)?;
+            if self.execute(at, &mut visit)?.is_break() {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// Executes sections, and compares the state at the end of each with what was recorded.
+    pub fn verify(&mut self, sections: Range<usize>) -> Verified {
+        let mut verified = Verified::default();
+        let first = sections.start;
+        for at in sections {
+            verified.gaps += u64::from(at > first && !self.recording.follows(at));
+            match self.verify_one(at, &mut verified.scans) {
+                Ok(same) => {
+                    verified.sections += 1;
+                    verified.compared += u64::from(same.is_some());
+                    if same == Some(false) {
+                        verified.first_difference.get_or_insert(at);
+                    }
+                }
+                Err(_) => verified.unreplayable += 1,
+            }
+        }
+        verified
+    }
+
+    /// Whether the end of a section is as it was recorded; `None`: nothing is known of it.
+    fn verify_one(&mut self, at: usize, scans: &mut u64) -> Result<Option<bool>, Unreplayable> {
+        // The state where the section before it has ended.
+        let reached = if self.at == Some(at) && self.recording.follows(at) {
+            self.engine.as_ref().map(|(program, engine)| (program.clone(), EngineState::of(engine)))
+        } else {
+            None
+        };
+        let start = EngineState::of(self.engine_at(at)?);
+        let goes_on = match &reached {
+            Some((program, state)) if program == self.recording.program(at) => *state == start,
+            Some(_) | None => true,
+        };
+        let _ = self.execute(at, &mut |_, _| {
+            *scans += 1;
+            ControlFlow::Continue(())
+        })?;
+        let hash = self.recording.head(at).end_hash;
+        let Some((_, engine)) = &self.engine else { return Err(Unreplayable::NoBase) };
+        let same = hash.map(|hash| hash == state_hash(&EngineState::of(engine)));
+        Ok(if goes_on { same } else { Some(false) })
+    }
+
+    fn read(&self, at: usize) -> Result<ReadSection, Unreplayable> {
+        let read = self.recording.read(at).map_err(Unreplayable::Io)?;
+        read.ok_or(Unreplayable::Damaged)
+    }
+
+    /// Who stands behind origins of a section, where the next one says it.
+    fn late_who(&self, at: usize) -> Vec<(Origin, String)> {
+        let next = at + 1;
+        if next >= self.recording.count() || !self.recording.follows(next) {
+            return Vec::new();
+        }
+        self.read(next).map_or_else(|_| Vec::new(), |(_, body)| body.who)
+    }
+
+    /// Brings the engine to the start of a section that has a base image, or at which it is.
+    fn prepare(&mut self, at: usize) -> Result<SectionBody, Unreplayable> {
+        let (base, body) = self.read(at)?;
+        let program = self.recording.program(at).clone();
+        if let Some(state) = base {
+            self.at = None;
+            let (_, engine) = match &mut self.engine {
+                Some(engine) if engine.0.files == program.files => engine,
+                engine => {
+                    let made = (self.make)(&program).map_err(Unreplayable::NoEngine)?;
+                    engine.insert((program.clone(), Box::new(made)))
+                }
+            };
+            if !engine.resume(&state) {
+                return Err(Unreplayable::DoesNotFit);
+            }
+            self.at = Some(at);
+        }
+        if let Some((of, _)) = &mut self.engine {
+            *of = program;
+        }
+        if self.at == Some(at) { Ok(body) } else { Err(Unreplayable::NoBase) }
+    }
+
+    /// Executes a section, and visits the end of each scan.
+    fn execute(
+        &mut self,
+        at: usize,
+        visit: &mut impl FnMut(ReplayedScan, &Engine) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<()>, Unreplayable> {
+        let body = self.prepare(at)?;
+        self.at = None;
+        let mut number = self.recording.head(at).number;
+        let mut unix_ns = body.unix_offset_ns;
+        let Some((_, engine)) = &mut self.engine else { return Err(Unreplayable::NoBase) };
+        for entry in &body.entries {
+            let call = match *entry {
+                TapeEntry::Call(call) => call,
+                TapeEntry::Number(next) => {
+                    number = next;
+                    continue;
+                }
+                TapeEntry::Origin(_)
+                | TapeEntry::Mode(_)
+                | TapeEntry::Swap { .. }
+                | TapeEntry::State { .. }
+                | TapeEntry::Lost { .. } => continue,
+            };
+            if !fits(call, engine) {
+                return Err(Unreplayable::DoesNotFit);
+            }
+            engine.apply(call);
+            if let EngineCall::Begin { now_ns, .. } = call {
+                unix_ns = body.unix_offset_ns.saturating_add_unsigned(now_ns);
+            }
+            if call == EngineCall::Execute {
+                let scan = ReplayedScan { number, unix_ns, section: at };
+                number = number.wrapping_add(1);
+                if visit(scan, engine).is_break() {
+                    return Ok(ControlFlow::Break(()));
+                }
+            }
+        }
+        self.at = Some(at + 1);
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+/// Whether an engine has the cell of a call.
+fn fits(call: EngineCall, engine: &Engine) -> bool {
+    match call {
+        EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell) => {
+            match cell {
+                Cell::Bit(BitCell(at)) => (at as usize) < engine.image().bits().len(),
+                Cell::Word(WordCell(at)) => (at as usize) < engine.image().words().len(),
+            }
+        }
+        EngineCall::Start { .. }
+        | EngineCall::RequestStop
+        | EngineCall::Begin { .. }
+        | EngineCall::Execute
+        | EngineCall::Terminate => true,
+    }
+}
+
+impl fmt::Display for Unreplayable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Unreplayable::Io(error) => write!(f, "it cannot be read: {error}"),
+            Unreplayable::Damaged => f.write_str("its bytes are damaged"),
+            Unreplayable::NoBase => f.write_str("no base image leads to it"),
+            Unreplayable::NoEngine(why) => write!(f, "its program cannot be loaded: {why}"),
+            Unreplayable::DoesNotFit => f.write_str("it does not fit its program"),
+        }
+    }
+}
+
+impl std::error::Error for Unreplayable {}

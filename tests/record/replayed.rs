@@ -1,0 +1,394 @@
+//! What was recorded is executed again: every image of every scan, and every state's hash, is as it
+//! was. Random ladders of the reference model's generator, with forces, writes, stops and starts.
+//!
+//! `RUNGD_RECORD_PROGRAMS` (60) of them from `RUNGD_RECORD_SEED` (1) on.
+
+use std::ops::ControlFlow;
+
+use crate::drawn::Numbers;
+use crate::support::model::clock;
+use crate::support::model::generate::generate;
+use crate::support::run::{load, target};
+use rungd::calendar::parse_seconds;
+use rungd::engine::{BitCell, Cell, Engine, EngineState, ScanTimes, WordCell};
+use rungd::lower::lower;
+use rungd::record::{
+    RecordBlock, RecordedFile, RecordedProgram, Recent, Recorder, Recording, Replay, SegmentStart,
+    TapeClock,
+};
+use rungd::runtime::command::CommandId;
+use rungd::runtime::exchange::{Mode, StopReason, Ticket};
+use rungd::runtime::{Machine, Origin, ScanStart, TapeEntry, TapeReader, Taped, tape};
+use rungd::sim::stimulus::{Change, Stimulus};
+
+const UNIX_NS: i64 = 1_700_000_000_000_000_000;
+
+fn setting(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+/// A program of one ladder.
+pub fn recorded(ladder: &str, generation: u32) -> RecordedProgram {
+    let file = RecordedFile { name: "main.toml".into(), text: ladder.into() };
+    RecordedProgram {
+        version: "0.1.0".into(),
+        process_start_ns: UNIX_NS,
+        generation,
+        source: "start".into(),
+        hash: "00ff".into(),
+        files: vec![file],
+    }
+}
+
+/// The engine of a recorded ladder.
+pub fn engine(program: &RecordedProgram) -> Result<Engine, String> {
+    load(&program.files[0].text).map(|program| Engine::new(lower(&program).0))
+}
+
+/// A scan thread and its recorder.
+pub struct Line {
+    pub taped: Taped,
+    pub reader: TapeReader,
+    pub recorder: Recorder,
+    pub blocks: Vec<RecordBlock>,
+    /// All entries of the tape but its states.
+    pub entries: Vec<TapeEntry>,
+    /// The image behind each scan, with its number.
+    pub images: Vec<(u64, Vec<u8>, Vec<i32>)>,
+    pub now_ns: u64,
+    number: u64,
+}
+
+impl Line {
+    pub fn new(ladder: &str) -> Line {
+        let program = recorded(ladder, 0);
+        let engine = engine(&program).unwrap_or_else(|error| panic!("{error}"));
+        let (taped, reader) = tape(engine);
+        Line {
+            taped,
+            reader,
+            recorder: Recorder::new(program),
+            blocks: Vec::new(),
+            entries: Vec::new(),
+            images: Vec::new(),
+            now_ns: 5_000_000_000,
+            number: 0,
+        }
+    }
+
+    pub fn clock(&self) -> TapeClock {
+        let unix_offset_ns = UNIX_NS;
+        TapeClock { unix_ns: UNIX_NS + self.now_ns as i64, unix_offset_ns }
+    }
+
+    /// Reads the tape to its end.
+    pub fn read(&mut self) {
+        while let Some((entry, state)) = self.reader.next() {
+            if !matches!(entry, TapeEntry::State { .. } | TapeEntry::Lost { .. }) {
+                self.entries.push(entry);
+            }
+            self.blocks.extend(self.recorder.take(entry, state.as_deref(), self.clock()));
+            state.into_iter().for_each(|state| self.reader.give_back(state));
+        }
+    }
+
+    pub fn flush(&mut self) {
+        self.read();
+        self.blocks.extend(self.recorder.flush(self.clock()));
+    }
+
+    pub fn start(&mut self) {
+        self.taped.start(self.now_ns);
+        self.taped.enters(Mode::Run);
+        self.taped.settle();
+    }
+
+    pub fn scan(&mut self, period_ns: u64, come_in: impl FnOnce(&mut Taped)) -> bool {
+        self.now_ns += period_ns;
+        let times = ScanTimes { mean_us: 300, min_us: 290, max_us: 320, last_us: 310 };
+        let local_s = (self.now_ns / 1_000_000_000) as i64 + 7200;
+        let start = ScanStart { number: self.number, now_ns: self.now_ns, times, local_s };
+        Machine::begin_scan(&mut self.taped, &start);
+        come_in(&mut self.taped);
+        let last = self.taped.execute();
+        let image = Machine::image(&self.taped);
+        self.images.push((self.number, image.0.to_vec(), image.1.to_vec()));
+        self.number += 1;
+        self.taped.settle();
+        last
+    }
+
+    pub fn stop(&mut self) {
+        self.taped.terminate();
+        self.taped.enters(Mode::Stop(StopReason::Operator));
+        self.taped.settle();
+    }
+}
+
+/// The blocks as a recording on disk: with a base image only where there must be one.
+pub fn on_disk(blocks: &[RecordBlock]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut start: Option<(u32, SegmentStart)> = None;
+    for (at, block) in blocks.iter().enumerate() {
+        let generation = block.program.generation;
+        let is_new = start.as_ref().is_none_or(|(of, _)| *of != generation);
+        if is_new {
+            start = Some((generation, SegmentStart::new(&block.program)));
+            out.extend_from_slice(&start.as_ref().unwrap().1.bytes);
+        }
+        let sum = start.as_ref().unwrap().1.sum;
+        block.write(sum, is_new || !block.head.follows || at % 5 == 4, &mut out);
+    }
+    out
+}
+
+pub fn in_memory(blocks: &[RecordBlock]) -> Vec<u8> {
+    let mut recent = Recent::new(1 << 26);
+    blocks.iter().for_each(|block| recent.put(block));
+    recent.write()
+}
+
+fn random_line(seed: u64) -> Line {
+    let case = generate(seed);
+    let ladder = case.ladder();
+    let program = load(&ladder).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+    let (_, symbols) = lower(&program);
+    let stimulus = Stimulus::parse(&case.stimulus(), &|name| target(&program, &symbols, name));
+    let stimulus = stimulus.unwrap_or_else(|e| panic!("seed {seed}: {}", e.message));
+    assert!(parse_seconds(&clock::text(case.clock)).is_some());
+    let mut numbers = Numbers(seed);
+    let mut line = Line::new(&ladder);
+    line.start();
+    let mut next = 0;
+    for scan in 0..case.scans as u64 {
+        if numbers.below(20) == 0 {
+            line.taped.request_stop();
+        }
+        if numbers.below(10) == 0 {
+            force(&mut line, &mut numbers, scan);
+        }
+        let period_ns = 1_000_000 + numbers.below(300_000_000);
+        let last = line.scan(period_ns, |taped| {
+            for change in stimulus.of_scan(scan, &mut next) {
+                taped.comes_from(Origin::Batch(Ticket(scan)));
+                match change {
+                    Change::Input(n, on) => taped.set_input(n, on),
+                    Change::Bit(cell, on) => Machine::write_bit(taped, cell, on),
+                    Change::Word(cell, value) => Machine::write_word(taped, cell, value),
+                }
+            }
+        });
+        if last {
+            line.stop();
+            line.now_ns += numbers.below(3_000_000_000);
+            line.start();
+        }
+        match numbers.below(12) {
+            0 => line.flush(),
+            1..6 => line.read(),
+            _ => {}
+        }
+    }
+    line.flush();
+    line
+}
+
+/// Forces or releases a cell, as an operator does.
+fn force(line: &mut Line, numbers: &mut Numbers, scan: u64) {
+    let (bits, words) = Machine::image(&line.taped);
+    let (bits, words) = (bits.len() as u64, words.len() as u64);
+    let cell = match numbers.below(2) {
+        // The first ones are memory, the last ones the program's own.
+        0 => Cell::Bit(BitCell(numbers.below(bits.min(4000)) as u32)),
+        _ => Cell::Word(WordCell(numbers.below(words.min(2000)) as u32)),
+    };
+    line.taped.comes_from(Origin::Command(CommandId(scan + 1)));
+    line.recorder.note(Origin::Command(CommandId(scan + 1)), format!("operator {scan}"));
+    match numbers.below(3) {
+        0 => line.taped.release(cell),
+        _ => line.taped.force(cell, numbers.below(2) as i32),
+    }
+    line.taped.settle();
+}
+
+/// Replays a recording whole, and holds it against the run.
+fn assert_replays(line: &Line, bytes: Vec<u8>, seed: u64) {
+    let recording = Recording::of_bytes(bytes);
+    assert_eq!((recording.flaws.len(), recording.count()), (0, line.blocks.len()), "seed {seed}");
+    let mut replay = Replay::new(recording, engine);
+    let count = replay.recording().count();
+    let verified = replay.verify(0..count);
+    assert_eq!(verified.first_difference, None, "seed {seed}");
+    assert_eq!((verified.gaps, verified.unreplayable), (0, 0), "seed {seed}");
+    assert_eq!((verified.scans, verified.sections), (line.images.len() as u64, count as u64));
+    let hashes = line.blocks.iter().filter(|block| block.head.end_hash.is_some()).count();
+    assert_eq!(verified.compared, hashes as u64);
+    let mut images = line.images.iter();
+    let visited = replay.scans(0..count, |scan, engine| {
+        let (number, bits, words) = images.next().expect("as many scans");
+        let image = engine.image();
+        assert_eq!(scan.number, *number);
+        assert!(image.bits() == &bits[..] && image.words() == &words[..], "seed {seed}: {scan:?}");
+        ControlFlow::Continue(())
+    });
+    visited.unwrap();
+    assert!(images.next().is_none());
+    let sections = (0..count).map(|at| replay.section(at).unwrap());
+    let entries: Vec<_> = sections.flat_map(|section| section.entries).collect();
+    assert!(entries == line.entries, "seed {seed}");
+}
+
+#[test]
+fn random_programs_are_replayed_as_they_ran() {
+    let first = setting("RUNGD_RECORD_SEED", 1);
+    for seed in first..first + setting("RUNGD_RECORD_PROGRAMS", 60) {
+        let line = random_line(seed);
+        assert_replays(&line, in_memory(&line.blocks), seed);
+        assert_replays(&line, on_disk(&line.blocks), seed);
+    }
+}
+
+const COUNTER: &str = r#"
+[[program]]
+name = "Main"
+rung = [
+  { when = ["$On"], do = ["ADD D0 1 to=D0", "TMRAG T0 preset=1s"] },
+  { when = ["X0"], do = ["OUT Y0"] },
+]
+"#;
+
+#[test]
+fn a_section_is_had_from_anywhere_and_is_the_same() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for scan in 0..900 {
+        line.scan(10_000_000, |taped| taped.set_input(0, scan % 7 < 3));
+        line.read();
+    }
+    line.flush();
+    let whole = |bytes| {
+        let mut replay = Replay::new(Recording::of_bytes(bytes), engine);
+        (0..line.blocks.len()).map(|at| replay.section(at).unwrap()).collect::<Vec<_>>()
+    };
+    let sections = whole(in_memory(&line.blocks));
+    assert!(sections.len() >= 9, "{}", sections.len());
+    let disk = on_disk(&line.blocks);
+    assert_eq!(sections, whole(disk.clone()));
+    for at in (0..sections.len()).rev() {
+        let mut replay = Replay::new(Recording::of_bytes(disk.clone()), engine);
+        assert_eq!(replay.section(at).unwrap(), sections[at]);
+        let state = EngineState::of(replay.engine_at(at).unwrap());
+        assert_eq!(state, sections[at].state);
+    }
+    let recording = Recording::of_bytes(disk);
+    for (scan, _, _) in &line.images {
+        let at = recording.place_of_scan(*scan).unwrap();
+        let head = recording.head(at);
+        assert!((head.number..head.number + u64::from(head.scans)).contains(scan));
+        let unix_ns = UNIX_NS + 5_010_000_000 + *scan as i64 * 10_000_000;
+        assert_eq!(recording.place_of_time(unix_ns), Some(at), "scan {scan}");
+    }
+    assert_eq!(recording.place_of_scan(900), None);
+    assert_eq!(recording.place_of_time(UNIX_NS - 1), None);
+    let mut cut = Vec::new();
+    recording.cut(3..6, &mut cut).unwrap();
+    let cut = Recording::of_bytes(cut);
+    assert_eq!((cut.flaws.len(), cut.head(cut.count() - 1)), (0, recording.head(5)));
+    assert!(cut.has_base(0) && cut.head(0).sequence <= 3);
+}
+
+#[test]
+fn an_entry_that_was_changed_shows_as_the_first_difference() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for _ in 0..500 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    line.flush();
+    // A hash that belongs to another state.
+    line.blocks[2].head.end_hash = Some([7; 16]);
+    let mut replay = Replay::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
+    let count = replay.recording().count();
+    assert_eq!(replay.verify(0..count).first_difference, Some(2));
+}
+
+#[test]
+fn what_is_lost_makes_a_gap_and_the_recording_goes_on_behind_it() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for _ in 0..100 {
+        line.scan(10_000_000, |_| {});
+        line.read();
+    }
+    // Nobody reads until the tape is full.
+    for _ in 0..70_000 {
+        line.scan(10_000_000, |_| {});
+    }
+    for _ in 0..300 {
+        line.read();
+        line.scan(10_000_000, |_| {});
+    }
+    line.flush();
+    let recording = Recording::of_bytes(on_disk(&line.blocks));
+    let gaps: Vec<_> = (1..recording.count()).filter(|at| !recording.follows(*at)).collect();
+    assert_eq!(gaps.len(), 1);
+    let mut replay = Replay::new(recording, engine);
+    let section = replay.section(gaps[0]).unwrap();
+    assert!(section.start.lost > 100 && !section.start.follows);
+    let count = replay.recording().count();
+    let verified = replay.verify(0..count);
+    assert_eq!((verified.first_difference, verified.gaps, verified.unreplayable), (None, 1, 0));
+}
+
+#[test]
+fn who_stands_behind_an_origin_is_known_though_it_is_told_late() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    let (early, late) = (Origin::Batch(Ticket(1)), Origin::Command(CommandId(9)));
+    line.recorder.note(early, "Modbus client 10.0.0.7");
+    for scan in 0..350 {
+        line.scan(10_000_000, |taped| {
+            if scan == 120 {
+                taped.comes_from(early);
+                taped.set_input(0, true);
+            }
+        });
+        if scan == 130 {
+            line.taped.comes_from(late);
+            line.taped.force(Cell::Bit(BitCell(3)), 1);
+            line.taped.settle();
+        }
+        line.read();
+        if scan == 220 {
+            line.recorder.note(late, "root");
+        }
+    }
+    line.flush();
+    let mut replay = Replay::new(Recording::of_bytes(on_disk(&line.blocks)), engine);
+    let at = replay.recording().place_of_scan(130).unwrap();
+    let who = replay.section(at).unwrap().who;
+    assert!(who.contains(&(early, "Modbus client 10.0.0.7".to_owned())), "{who:?}");
+    assert!(who.contains(&(late, "root".to_owned())), "{who:?}");
+}
+
+#[test]
+fn a_recording_that_fits_no_engine_is_refused() {
+    let mut line = Line::new(COUNTER);
+    line.start();
+    for _ in 0..200 {
+        line.scan(10_000_000, |taped| taped.set_input(0, true));
+        line.read();
+    }
+    line.flush();
+    let bytes = in_memory(&line.blocks);
+    let other = |_: &RecordedProgram| {
+        engine(&recorded("[[program]]\nname = \"Main\"\nrung = []\n", 0))
+    };
+    let mut replay = Replay::new(Recording::of_bytes(bytes.clone()), other);
+    let count = replay.recording().count() as u64;
+    assert_eq!(replay.verify(0..count as usize).unreplayable, count);
+    let none = |_: &RecordedProgram| Err("no such file".to_owned());
+    let error = Replay::new(Recording::of_bytes(bytes), none).engine_at(0).unwrap_err();
+    assert_eq!(error.to_string(), "its program cannot be loaded: no such file");
+}
