@@ -8,6 +8,7 @@ use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::scan::{Engine, ScanTimes};
 use crate::calendar::LocalTime;
+use crate::isa::BlockId;
 
 /// One call of an engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +77,12 @@ impl Engine {
             | EngineCall::Force(..)
             | EngineCall::Release(..) => self.apply(call),
         }
+    }
+
+    /// Starts a Program that does not run, as RUN does. For a copy of an engine on which something
+    /// is tried.
+    pub(crate) fn try_run(&mut self, program: BlockId) {
+        self.machine.start_program(program);
     }
 
     /// Whether a public or private cell is forced.
