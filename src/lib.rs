@@ -20,6 +20,7 @@ pub mod io;
 pub mod isa;
 pub mod load;
 pub mod lower;
+pub mod observe;
 pub mod operator;
 mod progress;
 pub mod record;

@@ -4,9 +4,11 @@
 //! engine is deterministic, so equal calls from an equal state lead to an equal state.
 
 use super::eye::Eye;
+use super::image::{BitCell, WordCell};
 use super::layout::Cell;
 use super::scan::{Engine, ScanTimes};
 use crate::calendar::LocalTime;
+use crate::isa::BlockId;
 
 /// One call of an engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,5 +77,21 @@ impl Engine {
             | EngineCall::Force(..)
             | EngineCall::Release(..) => self.apply(call),
         }
+    }
+
+    /// Starts a Program that does not run, as RUN does. For a copy of an engine on which something
+    /// is tried.
+    pub(crate) fn try_run(&mut self, program: BlockId) {
+        self.machine.start_program(program);
+    }
+
+    /// Whether a public or private cell is forced.
+    pub(crate) fn is_forced(&self, cell: Cell) -> bool {
+        let image = &self.machine.memory.image;
+        image.forces() > 0
+            && match cell {
+                Cell::Bit(BitCell(at)) => image.forced_bits[at as usize],
+                Cell::Word(WordCell(at)) => image.forced_words[at as usize],
+            }
     }
 }

@@ -48,7 +48,7 @@ impl Image {
     }
 
     /// Whether a power is ON.
-    pub(super) fn power(&self, power: Power) -> bool {
+    pub(crate) fn power(&self, power: Power) -> bool {
         self.bit(BitCell(power.cell())) != power.is_opposite()
     }
 

@@ -47,6 +47,7 @@ mod steps;
 mod termination;
 mod timers;
 mod transfer;
+mod written;
 
 pub use call::EngineCall;
 pub(crate) use events::Element;
@@ -61,3 +62,4 @@ pub use scan::{Engine, ScanEnd, ScanTimes};
 pub use state::EngineState;
 pub use transfer::{Renumbered, Transfer};
 pub(crate) use transfer::{Restage, Stretch};
+pub(crate) use written::Stretches;

@@ -106,6 +106,14 @@ macro_rules! operations {
                 }
             }
 
+            /// Adds the cells that an operation of a kind touches; none for MATH and control.
+            pub(super) fn touches(&self, kind: OpKind, at: usize, t: &mut Touches) {
+                match kind {
+                    $(OpKind::$kind => self.$table[at].touches(t),)*
+                    OpKind::Math | OpKind::Columns | OpKind::Control => {}
+                }
+            }
+
             /// Executes a batch of one kind, except MATH and control.
             pub(super) fn run<R: Reach>(&self, kind: OpKind, at: Range<usize>, view: View<R>) {
                 match kind {

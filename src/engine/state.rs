@@ -88,6 +88,15 @@ impl EngineState {
         }
     }
 
+    /// Whether a bit or word is forced.
+    pub(crate) fn is_forced(&self, cell: Cell) -> bool {
+        self.forces > 0
+            && match cell {
+                Cell::Bit(BitCell(at)) => self.forced_bits[at as usize],
+                Cell::Word(WordCell(at)) => self.forced_words[at as usize],
+            }
+    }
+
     /// The timestamp of the last scan, ns.
     pub fn now_ns(&self) -> u64 {
         self.now_ns

@@ -151,20 +151,23 @@ fn controller(input: &InputFile, progress: &Progress) -> Loaded {
     let Some(written) = written else { return loaded };
     loaded.findings.extend(own_files::findings(path, &written));
     let first = loaded.files.len();
-    if !loaded.named_files(path, &written.ladder) {
-        loaded.settings(&written);
-        loaded.judge();
-        return loaded;
+    if loaded.named_files(path, &written.ladder) {
+        loaded.controlled(&written, first);
     }
-    let first_file = FileId(first as u32);
-    let (sizes, order) = (written.memory.clone(), written.order.clone());
-    let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
-    let progress = progress.clone();
-    let addresses = written.strings.clone();
-    let has_controller = true;
-    let options =
-        LoadOptions { sizes, order, devices, addresses, has_controller, first_file, progress };
-    loaded.ladders(first, options);
+    loaded.settings(&written);
+    loaded.judge();
+    loaded
+}
+
+/// Loads the files of a recording: the texts of a controller file and of its ladder files, in order.
+/// No file is read.
+pub fn recorded_files(files: &[SourceFile]) -> Loaded {
+    let mut loaded = Loaded { files: files.to_vec(), ..Loaded::default() };
+    let Some(controller) = files.first() else { return loaded };
+    let (written, found) = controller::read(&controller.text, FileId(0));
+    loaded.findings.extend(found);
+    let Some(written) = written else { return loaded };
+    loaded.controlled(&written, 1);
     loaded.settings(&written);
     loaded.judge();
     loaded
@@ -270,6 +273,18 @@ impl Loaded {
         };
         self.findings.push(finding);
         false
+    }
+
+    /// Resolves the ladder files of a controller file, from `first` on.
+    fn controlled(&mut self, written: &WrittenController, first: usize) {
+        let first_file = FileId(first as u32);
+        let (sizes, order) = (written.memory.clone(), written.order.clone());
+        let devices = written.devices.iter().filter_map(|device| device.name.clone()).collect();
+        let (progress, addresses) = (self.progress.clone(), written.strings.clone());
+        let has_controller = true;
+        let options =
+            LoadOptions { sizes, order, devices, addresses, has_controller, first_file, progress };
+        self.ladders(first, options);
     }
 
     /// Resolves the files from `first` on.

@@ -1,0 +1,378 @@
+//! An answer as data: what `why` says, for text, JSON and tests.
+//!
+//! Shapes only. `inquiry` makes answers; values of words are contents of cells.
+
+use crate::engine::Cell;
+use crate::runtime::Origin;
+
+/// The answer to `why`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// The time that the question is about.
+    pub at: When,
+    /// The operand, its value, and the reasons.
+    pub root: Node,
+    /// What would turn it over in the next scan; `None` of a word.
+    pub change: Option<Change>,
+}
+
+/// How far an answer goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The number of steps from the operand to reasons of reasons; 0: the write alone.
+    pub depth: u32,
+    /// The most operands that are explained.
+    pub nodes: u32,
+    /// Whether a change is looked for.
+    pub change: bool,
+}
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits { depth: 3, nodes: 60, change: true }
+    }
+}
+
+/// A scan and its time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct When {
+    /// Complete scans before it, since the process started; `None` before the first scan.
+    pub scan: Option<u64>,
+    /// Its timestamp, monotonic.
+    pub now_ns: u64,
+    /// The same as ns since 1970 (UTC).
+    pub unix_ns: i64,
+}
+
+/// When something happened last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Since {
+    /// In this scan.
+    At(When),
+    /// Before this, or never; the tape begins there, or the search ended there.
+    Before(When),
+}
+
+/// A bit or word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operand {
+    /// Its cell.
+    pub cell: Cell,
+    /// Its tag, or else its address, nickname, Stage or block.
+    pub name: String,
+    /// Its address, if it has a tag.
+    pub address: Option<String>,
+    /// The tag's `doc`.
+    pub doc: Option<String>,
+    /// Whether it is a bit.
+    pub is_bit: bool,
+    /// Whether it holds a real.
+    pub is_real: bool,
+    /// Whether it is a time in ms.
+    pub is_time: bool,
+}
+
+/// A place in a file, with its text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file as it was given.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The first byte.
+    pub start: u32,
+    /// The byte after the last one.
+    pub end: u32,
+    /// The text.
+    pub text: String,
+}
+
+/// A block or Stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// Its name; of a Stage with its Program's.
+    pub name: String,
+    /// The place of its name.
+    pub place: Place,
+}
+
+/// A rung, or a branch of one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rung {
+    /// Its block or Stage.
+    pub element: Block,
+    /// Its name.
+    pub name: Option<String>,
+    /// Its number in the block or Stage, from 1.
+    pub number: u32,
+    /// The number of the branch, from 1.
+    pub branch: Option<u32>,
+}
+
+/// An operand at a moment, and why it had its value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// The operand.
+    pub operand: Operand,
+    /// Its value.
+    pub value: i32,
+    /// The write that decided the value.
+    pub write: Write,
+    /// The state of the timer or counter that it belongs to.
+    pub about: Option<About>,
+    /// Instructions that would write it, but stand in blocks that do not run.
+    pub idle: Vec<Idle>,
+}
+
+/// A write that decided a value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Write {
+    /// When it happened.
+    pub since: Since,
+    /// The value before it, if it changed the value.
+    pub before: Option<i32>,
+    /// Whether it happened in the last scan before the moment.
+    pub in_last_scan: bool,
+    /// What wrote.
+    pub cause: Cause,
+}
+
+/// What wrote.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cause {
+    /// An instruction.
+    Instruction {
+        /// Its rung.
+        rung: Rung,
+        /// Its place and text.
+        place: Place,
+        /// Its legs, each with the contacts that decided its power.
+        legs: Vec<Leg>,
+        /// The operands whose values it used.
+        operands: Vec<(Operand, i32, Followed)>,
+    },
+    /// A termination pass over the block or Stage of an instruction.
+    Pass {
+        /// The rung of the instruction.
+        rung: Rung,
+        /// The place and text of the instruction.
+        place: Place,
+        /// What caused the pass.
+        stop: Stop,
+    },
+    /// The turn of a block: the start of its initial Stage, the end of a Task that runs once,
+    /// Stages that go OFF with their Program.
+    Turn {
+        /// The block.
+        block: Block,
+        /// The block's `.Running`.
+        running: Option<Box<Node>>,
+    },
+    /// A force.
+    Force {
+        /// Who forced it.
+        who: Option<String>,
+    },
+    /// A write from outside: an input, a field device, a queued write, a command.
+    Outside {
+        /// Where it came from.
+        origin: Origin,
+        /// The device's name, or who.
+        who: Option<String>,
+    },
+    /// The controller writes status bits and words at the start of each scan.
+    Status,
+    /// RUN began, or the last scan: what runs by itself was started or stopped.
+    Controller,
+    /// Memory as it was at the start of the process: a cold start's value.
+    Initial,
+    /// Memory as it was at the start of the process: restored.
+    Restored,
+    /// Nothing on the tape changed it.
+    Older(TapeEnd),
+}
+
+/// Why a block or Stage was terminated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stop {
+    /// The controller stopped.
+    Controller,
+    /// The block or Stage was stopped: its bit, and why it went OFF.
+    Bit(Box<Node>),
+    /// The block was stopped and started again at once.
+    Again(Block),
+}
+
+/// The end of the tape that can be searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TapeEnd {
+    /// The oldest section.
+    Oldest,
+    /// A new program came.
+    Swapped,
+    /// Scans are missing.
+    Lost,
+    /// Another process, or another recording.
+    Restarted,
+    /// A section that cannot be read, or does not fit the program.
+    Unreadable,
+}
+
+/// A leg of an instruction, at its execution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leg {
+    /// `when`, or the name after `leg.`.
+    pub name: &'static str,
+    /// Its power.
+    pub on: bool,
+    /// The places of its contacts, in series; of a branch the rung's own first.
+    pub series: Vec<Place>,
+    /// The contacts that decide its power alone.
+    pub contacts: Vec<Contact>,
+    /// Other contacts of a series that were OFF.
+    pub also_off: Vec<Contact>,
+}
+
+/// A contact, as its rung saw it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// Its place and text.
+    pub place: Place,
+    /// Its state.
+    pub on: bool,
+    /// What it is.
+    pub detail: ContactDetail,
+}
+
+/// What a contact is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ContactDetail {
+    /// A bit.
+    Bit(Operand, Followed),
+    /// A bit of an array that a word selects; `None` outside of the array.
+    Element {
+        /// The bit.
+        bit: Option<(Operand, Followed)>,
+        /// The word that selects.
+        index: (Operand, i32, Followed),
+    },
+    /// A compare: the operands with their values, left and right; of a constant the value alone.
+    Compare {
+        /// Left and right.
+        sides: [(i32, Option<Operand>, Followed); 2],
+        /// Whether left and right are reals.
+        real: [bool; 2],
+    },
+    /// An edge: when it was ON last, and the contacts that it is of.
+    Edge {
+        /// When it was ON last.
+        last: Since,
+        /// Whether the contacts within were ON.
+        inner_on: bool,
+        /// Those that decide that.
+        inner: Vec<Contact>,
+    },
+}
+
+/// The reasons of an operand, or why they are not given.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Followed {
+    /// They are given.
+    Node(Box<Node>),
+    /// They are not.
+    Cut(Cut),
+}
+
+/// Why reasons are not given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// The depth is reached.
+    Depth,
+    /// They stand elsewhere in the answer.
+    Shown,
+    /// The answer is long enough.
+    Length,
+    /// It is a constant.
+    Constant,
+}
+
+/// The state of a timer or counter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum About {
+    /// A timer.
+    Timer {
+        /// `.Acc`, ms.
+        acc_ms: i32,
+        /// The preset, ms.
+        preset_ms: Option<i32>,
+        /// Whether it is timing.
+        timing: bool,
+        /// Since when it is timing, or is not.
+        since: Since,
+    },
+    /// A counter.
+    Counter {
+        /// `.Acc`.
+        acc: i32,
+        /// The presets.
+        presets: Vec<i32>,
+        /// When it counted last.
+        counted: Since,
+        /// When it was reset last.
+        reset: Since,
+    },
+}
+
+/// An instruction whose block or Stage does not run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Idle {
+    /// The rung of the instruction.
+    pub rung: Rung,
+    /// The place and text of the instruction.
+    pub place: Place,
+    /// The bit of the block or Stage, and why it is OFF.
+    pub running: Followed,
+    /// The bit.
+    pub bit: Operand,
+}
+
+/// What would turn a bit over in the next scan.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// These, all at once; tried on a copy.
+    Edits(Vec<Edit>),
+    /// Nothing is needed: it turns over by itself.
+    Itself,
+    /// The end of its force.
+    Release,
+    /// The controller scans nothing.
+    NoScan,
+    /// Nothing that was tried.
+    None(SearchEnd),
+}
+
+/// An edit of memory before a scan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Edit {
+    /// An operand gets a value.
+    Write {
+        /// The operand.
+        operand: Operand,
+        /// The value.
+        value: i32,
+    },
+    /// A Program is started.
+    Run {
+        /// The Program.
+        block: Block,
+    },
+}
+
+/// How far a search for a change went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SearchEnd {
+    /// Whether every single input and operand was tried that nothing in the program writes.
+    pub every_single: bool,
+    /// The number of scans that were tried.
+    pub tried: u32,
+}

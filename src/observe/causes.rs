@@ -1,0 +1,316 @@
+//! Operands with the writes that decided their values, as data.
+
+use super::answer::{About, Cause, Cut, Followed, Idle, Node, Since, Stop, Write};
+use super::inquiry::{Found, Inquiry, Writer};
+use super::leaves::{LeafSeen, Side, side};
+use super::operands::structure;
+use super::past::{self, Moment};
+use crate::engine::{Cell, Deed, EngineCall};
+use crate::isa::status::st;
+use crate::isa::{Address, Bit, BitSpace, BlockId, Flag, Structure, Word, WordSpace};
+use crate::resolve::instruction::OperandValue;
+use crate::runtime::{Origin, TapeEntry};
+
+/// The most instructions of blocks that do not run.
+const IDLE_MAX: usize = 3;
+
+impl Inquiry<'_> {
+    /// The reasons of an operand, if there is room for them.
+    pub fn follow(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Followed {
+        if depth == 0 && self.subject.is_written(cell) {
+            return Followed::Cut(Cut::Depth);
+        }
+        if self.nodes >= self.limits.nodes {
+            return Followed::Cut(Cut::Length);
+        }
+        match self.node(cell, value, at, depth.saturating_sub(1)) {
+            Some(node) => Followed::Node(Box::new(node)),
+            None => Followed::Cut(Cut::Shown),
+        }
+    }
+
+    /// An operand with the write that decided its value; `None` if the answer has it already.
+    pub fn node(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Option<Node> {
+        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let write = if let Some(since) = self.replay.forced(cell, at) {
+            self.nodes += 1;
+            self.force(since, at)
+        } else {
+            let found = self.find(cell, at);
+            if self.shown.contains(&(cell, found.at)) {
+                return None;
+            }
+            self.nodes += 1;
+            self.shown.push((cell, found.at));
+            let is_status = is_status(address) && !matches!(found.writer, Writer::Step { .. });
+            if is_status { self.status(at) } else { self.write(cell, value, found, (at, depth)) }
+        };
+        if let Some(Address::Bit(Bit::Running(block))) = address
+            && value == 0
+        {
+            self.stopped.push(block);
+        }
+        let idle = match write.in_last_scan {
+            true => Vec::new(),
+            false => self.idle(cell, at, depth),
+        };
+        let about = structure(address).and_then(|of| self.about(of, at));
+        let operand = self.subject.names.operand(&self.subject.symbols, cell);
+        Some(Node { operand, value, write, about, idle })
+    }
+
+    fn force(&mut self, since: Result<Moment, super::answer::TapeEnd>, at: Moment) -> Write {
+        let (since, who) = match since {
+            Ok(moment) => {
+                let section = self.replay.section(moment.section);
+                let who = section.and_then(|section| past::origin(&section, moment.entry).1);
+                (Since::At(self.replay.when_of(moment.section, moment.entry)), who)
+            }
+            Err(_) => (Since::Before(self.replay.start_of(at.section)), None),
+        };
+        Write { since, before: None, in_last_scan: true, cause: Cause::Force { who } }
+    }
+
+    fn status(&mut self, at: Moment) -> Write {
+        let since = Since::At(self.replay.when(at));
+        Write { since, before: None, in_last_scan: true, cause: Cause::Status }
+    }
+
+    fn write(&mut self, cell: Cell, value: i32, found: Found, at: (Moment, u32)) -> Write {
+        let (_, depth) = at;
+        let Found { at, before, in_last_scan, writer } = found;
+        let mut since = Since::At(self.replay.when_of(at.section, at.entry));
+        let cause = match writer {
+            Writer::Step { deed, leaves, operands } => {
+                self.step(deed, (&leaves, &operands), at, depth)
+            }
+            Writer::Turn(block) => self.turn(cell, block, at, depth),
+            Writer::Call => self.call(at),
+            Writer::End(end, section) => {
+                since = Since::Before(self.replay.start_of(section));
+                let is_start = self
+                    .replay
+                    .section(section)
+                    .is_some_and(|section| section.start.number == 0 && section.state.scans() == 0);
+                match is_start {
+                    true if self.subject.initial.value(cell) == value => Cause::Initial,
+                    true => Cause::Restored,
+                    false => Cause::Older(end),
+                }
+            }
+        };
+        Write { since, before, in_last_scan, cause }
+    }
+
+    /// An instruction, or its part of a pass.
+    fn step(
+        &mut self,
+        deed: Deed,
+        (leaves, operands): (&[LeafSeen], &[Side]),
+        at: Moment,
+        depth: u32,
+    ) -> Cause {
+        let Some(site) = self.subject.site(deed) else { return Cause::Controller };
+        let number = site.instruction.unwrap_or(0);
+        let rung = self.subject.place_of_rung(site.part);
+        let span = match self.subject.instruction(site.part, number) {
+            Some(instruction) => instruction.span,
+            None => self.subject.rung(site.part).extent,
+        };
+        let place = self.subject.place(span);
+        if let Deed::Pass(_) = deed {
+            return Cause::Pass { rung, place, stop: self.stop(site.part, at, depth) };
+        }
+        let legs = self.legs(site.part, leaves, at, depth);
+        let operands = operands.iter().filter(|side| side.cell.is_some());
+        let operands = operands.map(|of| self.side(*of, at, depth)).collect::<Vec<_>>();
+        let operands = operands
+            .into_iter()
+            .filter_map(|(value, operand, followed)| Some((operand?, value, followed)))
+            .collect();
+        Cause::Instruction { rung, place, legs, operands }
+    }
+
+    /// Why the block or Stage of a part had a pass.
+    fn stop(&mut self, part: u32, at: Moment, depth: u32) -> Stop {
+        let section = self.replay.section(at.section);
+        let call = section.as_ref().and_then(|section| section.entries.get(at.entry));
+        if call == Some(&TapeEntry::Call(EngineCall::Terminate)) {
+            return Stop::Controller;
+        }
+        let element = self.subject.part(part).element;
+        let stage = element.stage.map(Bit::Stage);
+        for bit in [Bit::Running(element.block)].into_iter().chain(stage) {
+            let cell = Cell::Bit(self.subject.symbols.layout.bit(bit));
+            if self.replay.value(cell, at) == 0
+                && let Some(node) = self.node(cell, 0, at, depth.saturating_sub(1))
+            {
+                return Stop::Bit(Box::new(node));
+            }
+        }
+        Stop::Again(self.subject.element(element))
+    }
+
+    fn turn(&mut self, cell: Cell, block: BlockId, at: Moment, depth: u32) -> Cause {
+        let running = Cell::Bit(self.subject.symbols.layout.bit(Bit::Running(block)));
+        let element = crate::isa::ElementId { block, stage: None };
+        let of = self.subject.element(element);
+        let node = match running == cell || depth == 0 {
+            true => None,
+            false => {
+                let value = self.replay.value(running, at);
+                self.node(running, value, at, depth.saturating_sub(1)).map(Box::new)
+            }
+        };
+        Cause::Turn { block: of, running: node }
+    }
+
+    /// The call of an entry.
+    fn call(&mut self, at: Moment) -> Cause {
+        let Some(section) = self.replay.section(at.section) else { return Cause::Controller };
+        match section.entries.get(at.entry) {
+            Some(TapeEntry::Call(EngineCall::Write(..))) => {
+                let (origin, who) = past::origin(&section, at.entry);
+                let device = match origin {
+                    Origin::Device(n) => self.subject.symbols.devices.get(n as usize).cloned(),
+                    Origin::Inputs | Origin::Batch(_) | Origin::Command(_) => None,
+                };
+                Cause::Outside { origin, who: who.or(device) }
+            }
+            Some(TapeEntry::Call(EngineCall::Force(..))) => {
+                Cause::Force { who: past::origin(&section, at.entry).1 }
+            }
+            Some(
+                TapeEntry::Call(
+                    EngineCall::Start { .. }
+                    | EngineCall::RequestStop
+                    | EngineCall::Begin { .. }
+                    | EngineCall::Execute
+                    | EngineCall::Terminate
+                    | EngineCall::Release(_),
+                )
+                | TapeEntry::Origin(_)
+                | TapeEntry::Number(_)
+                | TapeEntry::Mode(_)
+                | TapeEntry::Swap { .. }
+                | TapeEntry::State { .. }
+                | TapeEntry::Lost { .. },
+            )
+            | None => Cause::Controller,
+        }
+    }
+
+    /// Instructions that would write a cell, but whose block or Stage does not run.
+    fn idle(&mut self, cell: Cell, at: Moment, depth: u32) -> Vec<Idle> {
+        let mut idle = Vec::new();
+        for deed in self.subject.writers(cell) {
+            let Deed::Batch(_) = deed else { continue };
+            let Some(site) = self.subject.site(deed) else { continue };
+            let Some(instruction) =
+                site.instruction.and_then(|number| self.subject.instruction(site.part, number))
+            else {
+                continue;
+            };
+            let element = self.subject.part(site.part).element;
+            let stage = element.stage.map(Bit::Stage);
+            let mut bits = [Bit::Running(element.block)].into_iter().chain(stage);
+            let layout = &self.subject.symbols.layout;
+            let off = bits.find_map(|bit| {
+                let cell = Cell::Bit(layout.bit(bit));
+                (self.replay.value(cell, at) == 0).then_some((bit, cell))
+            });
+            let Some((bit, running)) = off else { continue };
+            if let Bit::Running(block) = bit {
+                self.stopped.push(block);
+            }
+            idle.push(Idle {
+                rung: self.subject.place_of_rung(site.part),
+                place: self.subject.place(instruction.span),
+                bit: self.subject.names.operand(&self.subject.symbols, running),
+                running: self.follow(running, 0, at, depth),
+            });
+            if idle.len() == IDLE_MAX {
+                break;
+            }
+        }
+        idle
+    }
+
+    /// The state of a timer or counter at a moment.
+    fn about(&mut self, of: Structure, at: Moment) -> Option<About> {
+        let layout = &self.subject.symbols.layout;
+        let bit = |flag| Cell::Bit(layout.bit(Bit::Flag(of, flag)));
+        let acc_cell = Cell::Word(layout.word(Word::Acc(of)));
+        let presets = self.presets(of, at);
+        let acc = self.replay.value(acc_cell, at);
+        match of {
+            Structure::Timer(_) => {
+                let timing = bit(Flag::Timing);
+                Some(About::Timer {
+                    acc_ms: acc,
+                    preset_ms: presets.first().copied(),
+                    timing: self.replay.value(timing, at) != 0,
+                    since: self.replay.since(timing, at, &|_| true),
+                })
+            }
+            Structure::Counter(_) => {
+                let counts = |step: i32| step == 1 || step == -1;
+                let owner = self.owner(of);
+                Some(About::Counter {
+                    acc,
+                    presets,
+                    counted: self.replay.since(acc_cell, at, &|change| {
+                        let by = change.by.is_some() && change.by == owner;
+                        by && counts(change.after.wrapping_sub(change.before))
+                    }),
+                    reset: self.replay.since(bit(Flag::Reset), at, &|change| change.after == 1),
+                })
+            }
+            Structure::Sensaphone(_) => None,
+        }
+    }
+
+    /// The operation of the instruction that owns a structure.
+    fn owner(&self, of: Structure) -> Option<Deed> {
+        let acc = Cell::Word(self.subject.symbols.layout.word(Word::Acc(of)));
+        self.subject.writers(acc).into_iter().find(|deed| {
+            let site = self.subject.site(*deed);
+            let instruction =
+                site.and_then(|site| self.subject.instruction(site.part, site.instruction?));
+            let owned = instruction.and_then(|instruction| instruction.owned());
+            matches!(deed, Deed::Batch(_)) && owned == Some(of)
+        })
+    }
+
+    fn presets(&mut self, of: Structure, at: Moment) -> Vec<i32> {
+        let mut all = self.subject.program.instructions();
+        let owner = all.find(|(_, instruction)| instruction.owned() == Some(of));
+        let Some((_, owner)) = owner else { return Vec::new() };
+        let subject = self.subject;
+        let Some(engine) = self.replay.seek(at.section, at.entry) else { return Vec::new() };
+        let operands = owner.action.operands();
+        let presets = operands.each().filter_map(|(_, operand)| {
+            let OperandValue::Value(value) = operand else { return None };
+            Some(side(subject, value, engine.image()).value)
+        });
+        presets.collect()
+    }
+
+    /// Remembers a cell that may be tried.
+    pub fn propose(&mut self, cell: Cell, values: Vec<i32>) {
+        let known = self.free.iter_mut().find(|(of, _)| *of == cell);
+        match known {
+            Some((_, known)) => known.extend(values),
+            None => self.free.push((cell, values)),
+        }
+    }
+}
+
+/// Whether a scan's start writes it.
+fn is_status(address: Option<Address>) -> bool {
+    match address {
+        Some(Address::Bit(Bit::Space(BitSpace::St, n))) => n < st::COUNT as u32,
+        Some(Address::Word(Word::Space(WordSpace::Dst, _))) => true,
+        Some(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) | None => false,
+    }
+}

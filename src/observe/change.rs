@@ -1,0 +1,254 @@
+//! What would turn a bit over in the next scan: tried on a copy of the engine before it is said.
+//!
+//! The smallest set of edits: one, then two, then three. A single edit is looked for among the
+//! reasons first, then among all inputs and operands that the ladder names and nothing in it
+//! writes; two and three among the reasons alone. Of a large program not every one is tried; the
+//! answer says so.
+
+use super::answer::{Block, Change, Edit, SearchEnd};
+use super::inquiry::Inquiry;
+use super::past::Moment;
+use super::subject::Subject;
+use crate::engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
+use crate::isa::{Address, Bit, BitSpace, BlockId, ElementId, Word, WordSpace};
+use crate::resolve::program::BlockKind;
+use crate::runtime::TapeEntry;
+use crate::runtime::exchange::Mode;
+
+/// Scans times operations that a search may execute.
+const WORK_MAX: usize = 2_000_000;
+
+/// The most reasons of which two or three are tried together.
+const TOGETHER_MAX: usize = 10;
+
+/// The period where the tape has no two scans.
+const PERIOD_NS: u64 = 10_000_000;
+
+/// The most elements of an array among which an input is looked for.
+const ELEMENTS_MAX: usize = 256;
+
+/// An edit that can be tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Try {
+    Write(Cell, i32),
+    Run(BlockId),
+}
+
+/// A copy of the engine, and the next scan.
+struct Trial<'a> {
+    subject: &'a Subject,
+    engine: Engine,
+    state: EngineState,
+    begin: EngineCall,
+    cell: Cell,
+    tried: usize,
+    tried_max: usize,
+}
+
+impl Trial<'_> {
+    /// Whether these edits turn the bit over; `None`: the search is over.
+    fn turns_over(&mut self, edits: &[Try]) -> Option<bool> {
+        if self.tried >= self.tried_max {
+            return None;
+        }
+        self.tried += 1;
+        self.engine.resume(&self.state);
+        self.engine.apply(self.begin);
+        for edit in edits {
+            match edit {
+                Try::Write(cell, value) => self.engine.apply(EngineCall::Write(*cell, *value)),
+                Try::Run(block) => self.engine.try_run(*block),
+            }
+        }
+        self.engine.apply(EngineCall::Execute);
+        let after = super::leaves::content(self.engine.image(), self.cell);
+        Some(after != self.state.value(self.cell))
+    }
+
+    /// The first set of `size` edits that turns it over.
+    fn search(&mut self, all: &[Try], size: usize) -> Option<Option<Vec<Try>>> {
+        let mut places: Vec<usize> = (0..size).collect();
+        if all.len() < size {
+            return Some(None);
+        }
+        loop {
+            let edits: Vec<Try> = places.iter().map(|at| all[*at]).collect();
+            if self.turns_over(&edits)? {
+                return Some(Some(edits));
+            }
+            let movable = (0..size).rev().find(|at| places[*at] < all.len() - size + at);
+            let Some(at) = movable else { return Some(None) };
+            places[at] += 1;
+            for next in at + 1..size {
+                places[next] = places[next - 1] + 1;
+            }
+        }
+    }
+
+    /// The values that an operand can be tried with.
+    fn values(&self, cell: Cell, values: &[i32]) -> Vec<Try> {
+        let now = self.state.value(cell);
+        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let (low, high) = match address {
+            Some(Address::Word(word)) => self.subject.symbols.limits(word),
+            Some(Address::Bit(_) | Address::Structure(_)) | None => (0, 1),
+        };
+        let mut tries: Vec<Try> = Vec::new();
+        for value in values.iter().copied().filter(|value| (low..=high).contains(value)) {
+            let edit = Try::Write(cell, value);
+            if value != now && !tries.contains(&edit) {
+                tries.push(edit);
+            }
+        }
+        tries
+    }
+
+    /// Whether a person or the plant can change a cell, and nothing in the program does.
+    fn is_free(&self, cell: Cell) -> bool {
+        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        let may = match address {
+            Some(Address::Bit(Bit::Space(BitSpace::X, _))) => true,
+            Some(Address::Bit(Bit::Space(space, _))) => space != BitSpace::St,
+            Some(Address::Word(Word::Space(space, _))) => space != WordSpace::Dst,
+            Some(Address::Bit(_) | Address::Word(_) | Address::Structure(_)) | None => false,
+        };
+        may && !self.subject.is_written(cell) && !self.state.is_forced(cell)
+    }
+}
+
+impl Inquiry<'_> {
+    /// What would turn a bit over in the scan after a moment.
+    pub fn change(&mut self, cell: Cell, at: Moment) -> Change {
+        if self.replay.forced(cell, at).is_some() {
+            return Change::Release;
+        }
+        let Some(begin) = self.next_begin(at) else { return Change::NoScan };
+        let Some(engine) = self.replay.seek(at.section, at.entry) else { return Change::NoScan };
+        let state = EngineState::of(engine);
+        let operations = self.subject.batches.len().max(1);
+        let mut trial = Trial {
+            subject: self.subject,
+            engine: Engine::new(self.subject.fast.clone()),
+            state,
+            begin,
+            cell,
+            tried: 0,
+            tried_max: (WORK_MAX / operations).clamp(64, 4096),
+        };
+        let change = self.try_all(&mut trial);
+        let tried = trial.tried as u32;
+        match change {
+            Some(Some(edits)) if edits.is_empty() => Change::Itself,
+            Some(Some(edits)) => Change::Edits(edits.iter().map(|edit| self.edit(*edit)).collect()),
+            Some(None) => Change::None(SearchEnd { every_single: true, tried }),
+            None => Change::None(SearchEnd { every_single: self.subject_is_tried(tried), tried }),
+        }
+    }
+
+    /// Whether every single edit was tried.
+    fn subject_is_tried(&self, tried: u32) -> bool {
+        self.singles_end.is_some_and(|end| tried > end)
+    }
+
+    fn try_all(&mut self, trial: &mut Trial) -> Option<Option<Vec<Try>>> {
+        if trial.turns_over(&[])? {
+            return Some(Some(Vec::new()));
+        }
+        let reasons = self.reasons(trial);
+        let others = self.others(trial, &reasons);
+        for all in [&reasons, &others] {
+            if let Some(found) = trial.search(all, 1)? {
+                return Some(Some(found));
+            }
+        }
+        self.singles_end = Some(trial.tried.saturating_sub(1) as u32);
+        let mut together = reasons;
+        together.truncate(TOGETHER_MAX);
+        for size in [2, 3] {
+            if let Some(found) = trial.search(&together, size)? {
+                return Some(Some(found));
+            }
+        }
+        Some(None)
+    }
+
+    /// Edits of the operands among the reasons, and of the Programs that do not run.
+    fn reasons(&self, trial: &Trial) -> Vec<Try> {
+        let free = self.free.iter().filter(|(cell, _)| trial.is_free(*cell));
+        let mut tries: Vec<Try> =
+            free.flat_map(|(cell, values)| trial.values(*cell, values)).collect();
+        for block in &self.stopped {
+            let of = self.subject.program.block(*block);
+            let is_started = of.kind == BlockKind::Program && of.name != "Main";
+            if is_started && !tries.contains(&Try::Run(*block)) {
+                tries.push(Try::Run(*block));
+            }
+        }
+        tries
+    }
+
+    /// Edits of all other bits that the ladder names.
+    fn others(&self, trial: &Trial, reasons: &[Try]) -> Vec<Try> {
+        let layout = &self.subject.symbols.layout;
+        let named = self.subject.program.named(ELEMENTS_MAX);
+        let cells = named.iter().filter_map(|operand| layout.cell(operand.address));
+        let bits = cells.filter(|cell| matches!(cell, Cell::Bit(_)) && trial.is_free(*cell));
+        let tries = bits.map(|cell| Try::Write(cell, 1 - trial.state.value(cell)));
+        tries.filter(|edit| !reasons.contains(edit)).collect()
+    }
+
+    fn edit(&self, edit: Try) -> Edit {
+        match edit {
+            Try::Write(cell, value) => {
+                let operand = self.subject.names.operand(&self.subject.symbols, cell);
+                Edit::Write { operand, value }
+            }
+            Try::Run(block) => Edit::Run { block: self.block(block) },
+        }
+    }
+
+    fn block(&self, block: BlockId) -> Block {
+        self.subject.element(ElementId { block, stage: None })
+    }
+
+    /// The start of the scan after a moment, one period after the last; `None` if none follows.
+    fn next_begin(&mut self, at: Moment) -> Option<EngineCall> {
+        let section = self.replay.section(at.section)?;
+        let before = section.entries.get(..at.entries())?;
+        let mut runs = section.start.mode == Mode::Run;
+        let mut last: Option<(u64, ScanTimes, i64)> = None;
+        let mut period_ns = PERIOD_NS;
+        for entry in before {
+            match entry {
+                TapeEntry::Call(EngineCall::Begin { now_ns, times, local_s }) => {
+                    if let Some((other_ns, ..)) = last {
+                        period_ns = now_ns.saturating_sub(other_ns);
+                    }
+                    last = Some((*now_ns, *times, *local_s));
+                }
+                TapeEntry::Call(EngineCall::Start { .. }) => runs = true,
+                TapeEntry::Call(EngineCall::Terminate) => runs = false,
+                TapeEntry::Mode(mode) => runs = *mode == Mode::Run,
+                TapeEntry::Call(
+                    EngineCall::RequestStop
+                    | EngineCall::Write(..)
+                    | EngineCall::Execute
+                    | EngineCall::Force(..)
+                    | EngineCall::Release(_),
+                )
+                | TapeEntry::Origin(_)
+                | TapeEntry::Number(_)
+                | TapeEntry::Swap { .. }
+                | TapeEntry::State { .. }
+                | TapeEntry::Lost { .. } => {}
+            }
+        }
+        let (now_ns, times, local_s) =
+            last.unwrap_or((section.state.now_ns(), ScanTimes::default(), 0));
+        runs.then_some(EngineCall::Begin {
+            now_ns: now_ns.saturating_add(period_ns),
+            times,
+            local_s,
+        })
+    }
+}

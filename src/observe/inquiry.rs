@@ -1,0 +1,175 @@
+//! One question: the write that decided a value, found by executing the past again.
+//!
+//! `causes` and `reasons` make data of what is found; `change` tries what would change it.
+
+use super::answer::{Limits, TapeEnd};
+use super::leaves::{LeafSeen, Side};
+use super::past::Moment;
+use super::replay::{Changed, Replay};
+use super::section_log::CellChange;
+use super::subject::Subject;
+use super::watch::{Decided, Watch};
+use crate::engine::{Cell, Deed, EngineCall};
+use crate::isa::BlockId;
+use crate::runtime::TapeEntry;
+
+/// A question while it is answered.
+pub(super) struct Inquiry<'a> {
+    pub subject: &'a Subject,
+    pub replay: Replay<'a>,
+    pub limits: Limits,
+    /// The operands explained so far.
+    pub nodes: u32,
+    /// The writes explained so far.
+    pub shown: Vec<(Cell, Moment)>,
+    /// What may be tried: cells that nothing in the program writes, each with values.
+    pub free: Vec<(Cell, Vec<i32>)>,
+    /// Programs that do not run.
+    pub stopped: Vec<BlockId>,
+    /// The number of scans that were tried when every single edit had been.
+    pub singles_end: Option<u32>,
+}
+
+/// A write that was found.
+#[derive(Debug)]
+pub(super) struct Found {
+    /// The moment right before it.
+    pub at: Moment,
+    /// The value before it, if it changed the value.
+    pub before: Option<i32>,
+    /// Whether it happened in the last scan before the question.
+    pub in_last_scan: bool,
+    pub writer: Writer,
+}
+
+/// What wrote.
+#[derive(Debug)]
+pub(super) enum Writer {
+    /// An instruction or a step of a pass, with the contacts of its part and its operands.
+    Step { deed: Deed, leaves: Vec<LeafSeen>, operands: Vec<Side> },
+    /// A block's turn.
+    Turn(BlockId),
+    /// The entry's call itself.
+    Call,
+    /// Nothing on the tape: its end, and the section where it is.
+    End(TapeEnd, usize),
+}
+
+impl<'a> Inquiry<'a> {
+    pub fn new(subject: &'a Subject, replay: Replay<'a>, limits: Limits) -> Inquiry<'a> {
+        Inquiry {
+            subject,
+            replay,
+            limits,
+            nodes: 0,
+            shown: Vec::new(),
+            free: Vec::new(),
+            stopped: Vec::new(),
+            singles_end: None,
+        }
+    }
+
+    /// The write that decided the value that a cell has at a moment: in the last scan if one wrote
+    /// it there, else the last that changed it.
+    pub fn find(&mut self, cell: Cell, until: Moment) -> Found {
+        let begin = self.replay.last_begin(until);
+        let begin = begin.map(|(section, entry)| Moment { section, entry, step: 0 });
+        let decided = begin.and_then(|begin| self.decided_in_scan(cell, begin, until));
+        if let Some(found) = decided {
+            if !self.may_be_later(cell, found.at, until) {
+                return found;
+            }
+            return match self.replay.last_change(cell, until, &|_| true) {
+                Changed::At(change, at) if at > found.at => self.changed(cell, change, (at, true)),
+                Changed::At(..) | Changed::Never(..) => found,
+            };
+        }
+        match self.replay.last_change(cell, until, &|_| true) {
+            Changed::At(change, at) => {
+                let in_last_scan = begin.is_some_and(|begin| at >= begin);
+                self.changed(cell, change, (at, in_last_scan))
+            }
+            Changed::Never(end, section) => Found {
+                at: Moment { section, entry: 0, step: 0 },
+                before: None,
+                in_last_scan: false,
+                writer: Writer::End(end, section),
+            },
+        }
+    }
+
+    /// Whether something may have written the cell behind a step of the last scan, which the watch
+    /// does not see: a block's turn, or a write from outside.
+    fn may_be_later(&mut self, cell: Cell, at: Moment, until: Moment) -> bool {
+        let is_of_block = self.subject.turns.iter().any(|turn| turn.has(cell));
+        is_of_block || at.section != until.section || {
+            let Some(section) = self.replay.section(at.section) else { return true };
+            let behind = section.entries.get(at.entry + 1..until.entries().max(at.entry + 1));
+            behind.unwrap_or_default().iter().any(
+                |entry| matches!(entry, TapeEntry::Call(EngineCall::Write(to, _)) if *to == cell),
+            )
+        }
+    }
+
+    /// The last step that decided a cell in a scan.
+    fn decided_in_scan(&mut self, cell: Cell, begin: Moment, until: Moment) -> Option<Found> {
+        let writers = self.subject.writers(cell);
+        if writers.is_empty() {
+            return None;
+        }
+        for section in (begin.section..=until.section).rev() {
+            let of = self.replay.section(section)?;
+            let from = if section == begin.section { begin.entry } else { 0 };
+            let to = if section == until.section { until.entries() } else { usize::MAX };
+            for entry in (from..to.min(of.entries.len())).rev() {
+                let call = of.entries.get(entry);
+                let is_seen = matches!(
+                    call,
+                    Some(TapeEntry::Call(EngineCall::Execute | EngineCall::Terminate))
+                );
+                if !is_seen {
+                    continue;
+                }
+                let is_last = (section, entry) == (until.section, until.entry) && until.step > 0;
+                let limit = if is_last { until.step } else { u32::MAX };
+                let mut watch = Watch::new(self.subject, cell, writers.clone(), limit);
+                self.replay.see(section, entry, &mut watch)?;
+                if let Some(decided) = watch.decided.last().cloned() {
+                    let at = Moment { section, entry, step: decided.step };
+                    let before = (decided.before != decided.after).then_some(decided.before);
+                    let writer = self.writer(&watch, &decided);
+                    return Some(Found { at, before, in_last_scan: true, writer });
+                }
+            }
+        }
+        None
+    }
+
+    fn writer(&self, watch: &Watch, decided: &Decided) -> Writer {
+        let part = self.subject.site(decided.by).map(|site| site.part);
+        Writer::Step {
+            deed: decided.by,
+            leaves: part.map(|part| watch.leaves(part)).unwrap_or_default(),
+            operands: decided.operands.clone(),
+        }
+    }
+
+    /// A change from the log, with what its rung saw.
+    fn changed(&mut self, cell: Cell, change: CellChange, (at, last): (Moment, bool)) -> Found {
+        let writer = match change.by {
+            None => Writer::Call,
+            Some(Deed::Turn(block)) => Writer::Turn(block),
+            Some(Deed::Element(_)) => Writer::Call,
+            Some(deed @ (Deed::Batch(_) | Deed::Pass(_))) => {
+                let limit = at.step.saturating_add(1);
+                let mut watch = Watch::new(self.subject, cell, vec![deed], limit);
+                self.replay.see(at.section, at.entry, &mut watch);
+                match watch.decided.last().cloned() {
+                    Some(decided) => self.writer(&watch, &decided),
+                    None => Writer::Step { deed, leaves: Vec::new(), operands: Vec::new() },
+                }
+            }
+        };
+        Found { at, before: Some(change.before), in_last_scan: last, writer }
+    }
+}

@@ -1,0 +1,143 @@
+//! The contacts of a part of a rung with their states, as the rung saw them.
+
+use super::logic::{Leaves, Logic};
+use super::subject::Subject;
+use crate::engine::ops::Power;
+use crate::engine::{BitCell, Cell, Image, WordCell};
+use crate::isa::{LegName, Word};
+use crate::resolve::array::Element;
+use crate::resolve::program::{Contact, Value};
+
+/// The state of a contact.
+#[derive(Clone, Debug)]
+pub(super) struct LeafSeen {
+    /// The number of the step right behind its evaluation.
+    pub step: u32,
+    /// Its power.
+    pub power: Power,
+    /// Whether it was ON.
+    pub on: bool,
+    /// Of a compare left and right, of an element the index.
+    pub sides: Vec<Side>,
+    /// The bit of an element; `None` outside of its array.
+    pub selected: Option<Cell>,
+}
+
+/// A value in a contact or an instruction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    /// The content of its cell, or the constant.
+    pub value: i32,
+    /// Its cell; `None` of a constant, and outside of an array.
+    pub cell: Option<Cell>,
+    /// Whether it is a real.
+    pub real: bool,
+}
+
+/// A leg: its contacts as one boolean over the leaves of its part.
+#[derive(Debug)]
+pub(super) struct LegLogic<'p> {
+    pub name: LegName,
+    pub logic: Logic,
+    /// Its contacts, in series.
+    pub series: Vec<&'p Contact>,
+}
+
+/// The legs of a part; a branch's own contacts come after those of its rung.
+pub(super) fn legs<'p>(subject: &'p Subject, part: u32) -> (Vec<LegLogic<'p>>, Leaves<'p>) {
+    let mut leaves = Leaves::default();
+    let mut legs = Vec::new();
+    let branch = subject.branch(part).map_or(&[][..], |branch| &branch.contacts);
+    for leg in &subject.rung(part).legs {
+        let series: Vec<&Contact> = leg.contacts.iter().chain(branch).collect();
+        let logic = Logic::All(series.iter().map(|contact| leaves.add(contact)).collect());
+        legs.push(LegLogic { name: leg.name, logic, series });
+    }
+    (legs, leaves)
+}
+
+/// The contacts of a part alone: of a branch without the rung's.
+pub(super) fn own_contacts(subject: &Subject, part: u32) -> Vec<&Contact> {
+    match subject.branch(part) {
+        Some(branch) => branch.contacts.iter().collect(),
+        None => subject.rung(part).legs.iter().flat_map(|leg| &leg.contacts).collect(),
+    }
+}
+
+/// The states of a part's own contacts, in order of its leaves, right after their evaluation.
+pub(super) fn states(subject: &Subject, part: u32, image: &Image) -> Vec<bool> {
+    powers(subject, part).iter().map(|power| image.power(*power)).collect()
+}
+
+fn powers(subject: &Subject, part: u32) -> &[Power] {
+    let of = &subject.part(part).leaves;
+    subject.sites.leaves.get(of.start as usize..of.end as usize).unwrap_or_default()
+}
+
+/// The same with all values that the contacts read.
+pub(super) fn look(subject: &Subject, part: u32, step: u32, image: &Image) -> Vec<LeafSeen> {
+    let mut leaves = Leaves::default();
+    own_contacts(subject, part).into_iter().for_each(|contact| {
+        leaves.add(contact);
+    });
+    let on = states(subject, part, image);
+    let all = leaves.contacts.iter().zip(powers(subject, part)).zip(on);
+    all.map(|((contact, power), on)| {
+        let (sides, selected) = values(subject, contact, image);
+        LeafSeen { step, power: *power, on, sides, selected }
+    })
+    .collect()
+}
+
+fn values(subject: &Subject, contact: &Contact, image: &Image) -> (Vec<Side>, Option<Cell>) {
+    match contact {
+        Contact::Compare(a, _, b, _) => {
+            (vec![side(subject, *a, image), side(subject, *b, image)], None)
+        }
+        Contact::Element(element, _) => {
+            let (index, bit) = select(subject, *element, image);
+            (vec![index], bit)
+        }
+        Contact::Bit(..)
+        | Contact::Not(..)
+        | Contact::All(..)
+        | Contact::Any(..)
+        | Contact::Edge(..) => (Vec::new(), None),
+    }
+}
+
+/// A value as an image has it.
+pub(super) fn side(subject: &Subject, value: Value, image: &Image) -> Side {
+    let real = value.is_real();
+    match value {
+        Value::Const(value, _) => Side { value, cell: None, real },
+        Value::Real(value) => Side { value: value.cell(), cell: None, real },
+        Value::Word(at) => word(subject, at, image),
+        Value::Element(element) => {
+            let cell = select(subject, element, image).1;
+            Side { value: cell.map_or(0, |cell| content(image, cell)), cell, real }
+        }
+    }
+}
+
+/// A word as an image has it.
+pub(super) fn word(subject: &Subject, word: Word, image: &Image) -> Side {
+    let cell = Cell::Word(subject.symbols.layout.word(word));
+    Side { value: content(image, cell), cell: Some(cell), real: word.is_real() }
+}
+
+/// The word that selects an element, and the cell that it selects.
+pub(super) fn select(subject: &Subject, of: Element, image: &Image) -> (Side, Option<Cell>) {
+    let index = word(subject, of.index, image);
+    let at = u32::try_from(index.value).ok().filter(|at| *at < of.array.count);
+    let cell = at.and_then(|at| subject.symbols.layout.cell(of.array.element(at)));
+    (index, cell)
+}
+
+/// The content of a cell.
+pub(super) fn content(image: &Image, cell: Cell) -> i32 {
+    match cell {
+        Cell::Bit(BitCell(at)) => image.bits().get(at as usize).map_or(0, |bit| i32::from(*bit)),
+        Cell::Word(WordCell(at)) => image.words().get(at as usize).copied().unwrap_or(0),
+    }
+}

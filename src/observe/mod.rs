@@ -1,0 +1,36 @@
+//! One scan executed again on a copy, and seen rung by rung; and `why`: what made an operand what
+//! it is.
+//!
+//! A [`Subject`] is made once of a program. The questions come from the daemon, of the tape in
+//! memory, and from a command, of a recording: both hand over a [`Past`], the sections of a tape.
+//! An answer is data; `text` and `json` render it. Nothing here reads a clock or a file, and no
+//! tape, however torn, makes it panic: a section that does not fit the program ends the past.
+
+mod answer;
+mod causes;
+mod change;
+mod decide;
+mod inquiry;
+mod json;
+mod leaves;
+mod logic;
+mod names;
+mod operands;
+mod past;
+mod reasons;
+mod replay;
+mod section_log;
+mod subject;
+#[cfg(test)]
+mod tests;
+mod text;
+mod walk;
+mod watch;
+mod why;
+
+pub use answer::{
+    About, Answer, Block, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Idle, Leg,
+    Limits, Node, Operand, Place, Rung, SearchEnd, Since, Stop, TapeEnd, When, Write,
+};
+pub use past::{At, Past, Refusal};
+pub use subject::Subject;

@@ -1,0 +1,127 @@
+//! The words and bits that an instruction reads beside its contacts, to make the value of a cell.
+
+use super::leaves::{Side, content, select, side, word};
+use super::subject::Subject;
+use crate::engine::{Cell, Image};
+use crate::isa::{Bit, Structure};
+use crate::resolve::array::Array;
+use crate::resolve::formula::{Formula, Part};
+use crate::resolve::instruction::{Filling, WordPlace};
+use crate::resolve::program::{Action, Value};
+use crate::source::span::Located;
+
+/// The operands that an instruction reads, right before it executes.
+pub(super) fn operands(subject: &Subject, action: &Action, to: Cell, image: &Image) -> Vec<Side> {
+    let values = |all: &[Located<Value>]| -> Vec<Side> {
+        all.iter().map(|value| side(subject, value.value, image)).collect()
+    };
+    match action {
+        Action::Coil { .. }
+        | Action::Shift { .. }
+        | Action::Run { .. }
+        | Action::Restart { .. }
+        | Action::Halt { .. }
+        | Action::Exit
+        | Action::Jump { .. }
+        | Action::StageOn { .. }
+        | Action::StageOff { .. }
+        | Action::Converge { .. }
+        | Action::Stop => Vec::new(),
+        Action::SetElement { on: _, bit } => vec![select(subject, bit.value, image).0],
+        Action::Counter { preset, .. }
+        | Action::DelayTimer { preset, .. }
+        | Action::Timer { preset, .. } => values(&[*preset]),
+        Action::UpDownCounter { up_preset, dn_preset, .. } => {
+            values(&[*up_preset, *dn_preset].into_iter().flatten().collect::<Vec<_>>())
+        }
+        Action::Sensaphone { preset, .. } => values(&preset.iter().copied().collect::<Vec<_>>()),
+        Action::Reset { structure: _ } => Vec::new(),
+        Action::Entask { block: _, every } => values(&every.iter().copied().collect::<Vec<_>>()),
+        Action::Store { source, to } => {
+            let mut read = values(&source.values().collect::<Vec<_>>());
+            if let WordPlace::Element(element) = to.value {
+                read.push(word(subject, element.index, image));
+            }
+            read
+        }
+        Action::Math { target: _, index, formula: of } => {
+            let index = index.iter().flat_map(|index| formula(subject, index, image));
+            index.chain(formula(subject, of, image)).collect()
+        }
+        Action::Copy { from, to: target } => {
+            copied(subject, (from.value, target.value), to, image).into_iter().collect()
+        }
+        Action::Fill { value, to: _ } => vec![filling(subject, value.value, image)],
+    }
+}
+
+/// The words and bits of an expression, once each.
+fn formula(subject: &Subject, of: &Formula, image: &Image) -> Vec<Side> {
+    let mut read: Vec<Side> = Vec::new();
+    let layout = &subject.symbols.layout;
+    for part in &of.parts {
+        let side = match part {
+            Part::Word(at) => word(subject, *at, image),
+            Part::Bit(of) => bit(Cell::Bit(layout.bit(*of)), image),
+            Part::Integer(_)
+            | Part::Real(_)
+            | Part::Element(_)
+            | Part::Unary(..)
+            | Part::Binary(..)
+            | Part::Call(..) => continue,
+        };
+        if read.iter().all(|other| other.cell != side.cell) {
+            read.push(side);
+        }
+    }
+    read
+}
+
+/// The element that COPY reads for one that it writes.
+fn copied(
+    subject: &Subject,
+    (from, to): (Array, Array),
+    cell: Cell,
+    image: &Image,
+) -> Option<Side> {
+    let layout = &subject.symbols.layout;
+    let at = to.addresses().position(|address| layout.cell(address) == Some(cell))?;
+    let from = layout.cell(from.element(at as u32))?;
+    Some(any(subject, from, image))
+}
+
+fn filling(subject: &Subject, value: Filling, image: &Image) -> Side {
+    match value {
+        Filling::Value(value) => side(subject, value, image),
+        Filling::Bit(of) => bit(Cell::Bit(subject.symbols.layout.bit(of)), image),
+        Filling::Element(element) => {
+            let cell = select(subject, element, image).1;
+            Side { value: cell.map_or(0, |cell| content(image, cell)), cell, real: false }
+        }
+    }
+}
+
+fn bit(cell: Cell, image: &Image) -> Side {
+    Side { value: content(image, cell), cell: Some(cell), real: false }
+}
+
+fn any(subject: &Subject, cell: Cell, image: &Image) -> Side {
+    let real = matches!(cell, Cell::Word(word) if subject.symbols.layout.is_real(word));
+    Side { value: content(image, cell), cell: Some(cell), real }
+}
+
+/// The structure that a bit or word is a member of.
+pub(super) fn structure(address: Option<crate::isa::Address>) -> Option<Structure> {
+    use crate::isa::{Address, Word};
+    match address? {
+        Address::Bit(Bit::Flag(structure, _)) | Address::Word(Word::Acc(structure)) => {
+            Some(structure)
+        }
+        Address::Word(Word::Pre(number)) => Some(Structure::Sensaphone(number)),
+        Address::Bit(
+            Bit::Space(..) | Bit::Stage(_) | Bit::Running(_) | Bit::Done(_) | Bit::Device(..),
+        )
+        | Address::Word(Word::Space(..))
+        | Address::Structure(_) => None,
+    }
+}

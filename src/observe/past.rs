@@ -1,0 +1,140 @@
+//! The past: the sections of a tape, loaded where they are asked for; and moments in it.
+
+use std::sync::Arc;
+
+use super::answer::{TapeEnd, When};
+use crate::engine::EngineCall;
+use crate::runtime::{Origin, TapeEntry, TapeSection};
+
+/// The sections of a tape, the newest last.
+pub trait Past {
+    /// The number of sections.
+    fn count(&self) -> usize;
+
+    /// A section; `None` if it cannot be read.
+    fn section(&mut self, at: usize) -> Option<Arc<TapeSection>>;
+}
+
+impl Past for Vec<Arc<TapeSection>> {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
+        self.get(at).cloned()
+    }
+}
+
+/// The time that a question is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum At {
+    /// The end of the tape.
+    Now,
+    /// The end of a scan, by its number: complete scans before it, since the process started.
+    Scan(u64),
+}
+
+/// Why a question has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The tape has no section that fits the program.
+    NoPast,
+    /// The scan is not on the tape.
+    NoSuchScan {
+        /// The number of the first scan on the tape.
+        first: u64,
+        /// The number of the last scan on the tape.
+        last: u64,
+    },
+    /// The cell is not one of the program.
+    NoSuchCell,
+}
+
+/// A moment: right before a step of a call, or before the whole call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Moment {
+    /// The section.
+    pub section: usize,
+    /// The entry of the section.
+    pub entry: usize,
+    /// The number of the step in the call; 0: before the call.
+    pub step: u32,
+}
+
+impl Moment {
+    /// The first entry that has not begun.
+    pub fn entries(self) -> usize {
+        self.entry + usize::from(self.step > 0)
+    }
+}
+
+/// A scan that begins in a section.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Begin {
+    /// The entry.
+    pub entry: usize,
+    /// The number of the scan.
+    pub number: u64,
+    /// Its timestamp.
+    pub now_ns: u64,
+}
+
+/// The scans of a section, in order.
+pub(super) fn begins(section: &TapeSection) -> Vec<Begin> {
+    let mut number = section.start.number;
+    let mut begins = Vec::new();
+    for (entry, of) in section.entries.iter().enumerate() {
+        match of {
+            TapeEntry::Number(next) => number = *next,
+            TapeEntry::Call(EngineCall::Begin { now_ns, .. }) => {
+                begins.push(Begin { entry, number, now_ns: *now_ns });
+                number = number.saturating_add(1);
+            }
+            TapeEntry::Call(_)
+            | TapeEntry::Origin(_)
+            | TapeEntry::Mode(_)
+            | TapeEntry::Swap { .. }
+            | TapeEntry::State { .. }
+            | TapeEntry::Lost { .. } => {}
+        }
+    }
+    begins
+}
+
+/// The scan and time of an entry: those of the scan that began last.
+pub(super) fn when(section: &TapeSection, begins: &[Begin], entry: usize) -> When {
+    let last = begins.partition_point(|begin| begin.entry <= entry).checked_sub(1);
+    let (scan, now_ns) = match last.and_then(|at| begins.get(at)) {
+        Some(begin) => (Some(begin.number), begin.now_ns),
+        None => (section.start.number.checked_sub(1), section.state.now_ns()),
+    };
+    let unix_ns = i64::try_from(now_ns).unwrap_or(i64::MAX);
+    When { scan, now_ns, unix_ns: unix_ns.saturating_add(section.start.unix_offset_ns) }
+}
+
+/// Where the entry of a write, force or release comes from, and the person behind it.
+pub(super) fn origin(section: &TapeSection, entry: usize) -> (Origin, Option<String>) {
+    let mut origin = Origin::Inputs;
+    for of in section.entries.iter().take(entry).rev() {
+        if let TapeEntry::Origin(known) = of {
+            origin = *known;
+            break;
+        }
+        if let TapeEntry::Call(EngineCall::Begin { .. }) = of {
+            break;
+        }
+    }
+    let who = section.who.iter().find(|(of, _)| *of == origin).map(|(_, who)| who.clone());
+    (origin, who)
+}
+
+/// Whether a section goes on where the one before it ended, with the same program.
+pub(super) fn joins(older: &TapeSection, newer: &TapeSection) -> Result<(), TapeEnd> {
+    if newer.start.generation != older.start.generation {
+        return Err(TapeEnd::Swapped);
+    }
+    if !newer.start.follows {
+        return Err(if newer.start.lost > 0 { TapeEnd::Lost } else { TapeEnd::Restarted });
+    }
+    Ok(())
+}

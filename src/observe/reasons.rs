@@ -1,0 +1,186 @@
+//! The legs of an instruction as data: the contacts that decided their powers, each followed.
+
+use std::collections::HashMap;
+
+use super::answer::{Contact, ContactDetail, Cut, Followed, Leg, Operand};
+use super::inquiry::Inquiry;
+use super::leaves::{LeafSeen, LegLogic, Side, legs};
+use super::logic::{Leaves, Logic};
+use super::past::Moment;
+use crate::engine::{BitCell, Cell};
+use crate::resolve::program::{self, Comparison};
+
+/// The contacts of a part, as they were seen in the call of an entry.
+struct PartSeen<'s> {
+    leaves: Leaves<'s>,
+    seen: &'s [LeafSeen],
+    /// Of each leaf the first that is the same contact.
+    keys: Vec<usize>,
+    /// The moment of the call.
+    at: Moment,
+}
+
+impl PartSeen<'_> {
+    fn is_on(&self, leaf: usize) -> bool {
+        self.seen.get(leaf).is_some_and(|leaf| leaf.on)
+    }
+
+    fn key(&self, leaf: usize) -> usize {
+        self.keys.get(leaf).copied().unwrap_or(leaf)
+    }
+
+    /// The moment at which a contact was evaluated.
+    fn moment(&self, leaf: usize) -> Moment {
+        let step = self.seen.get(leaf).map_or(self.at.step, |leaf| leaf.step);
+        Moment { step, ..self.at }
+    }
+}
+
+impl Inquiry<'_> {
+    /// The legs of an instruction of a part, at its execution.
+    pub fn legs(&mut self, part: u32, seen: &[LeafSeen], at: Moment, depth: u32) -> Vec<Leg> {
+        let (legs, leaves) = legs(self.subject, part);
+        let keys = keys(&leaves);
+        let part = PartSeen { leaves, seen, keys, at };
+        legs.iter().map(|leg| self.leg(&part, leg, depth)).collect()
+    }
+
+    fn leg(&mut self, part: &PartSeen, leg: &LegLogic, depth: u32) -> Leg {
+        let (on, key) = (|at: usize| part.is_on(at), |at: usize| part.key(at));
+        let why = leg.logic.why(&on, &key);
+        let series = leg.series.iter().map(|contact| self.subject.place(contact.span()));
+        Leg {
+            name: leg.name.key(),
+            on: leg.logic.is_on(&on),
+            series: series.collect(),
+            contacts: why.named.iter().map(|at| self.contact(part, *at, depth)).collect(),
+            also_off: why.also_off.iter().map(|at| self.contact(part, *at, 0)).collect(),
+        }
+    }
+
+    fn contact(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> Contact {
+        let contact = part.leaves.contacts[leaf];
+        let place = self.subject.place(contact.span());
+        Contact { place, on: part.is_on(leaf), detail: self.detail(part, leaf, depth) }
+    }
+
+    fn detail(&mut self, part: &PartSeen, leaf: usize, depth: u32) -> ContactDetail {
+        let at = part.moment(leaf);
+        let none = || LeafSeen {
+            step: at.step,
+            power: crate::engine::ops::Power::of(0),
+            on: false,
+            sides: Vec::new(),
+            selected: None,
+        };
+        let seen = part.seen.get(leaf).cloned().unwrap_or_else(none);
+        match part.leaves.contacts[leaf] {
+            program::Contact::Bit(bit, _) => {
+                let cell = Cell::Bit(self.subject.symbols.layout.bit(*bit));
+                let (operand, followed) = self.operand(cell, i32::from(seen.on), at, depth);
+                ContactDetail::Bit(operand, followed)
+            }
+            program::Contact::Element(..) => {
+                let value = i32::from(seen.on);
+                let bit = seen.selected.map(|cell| self.operand(cell, value, at, depth));
+                let index = seen.sides.first().copied().unwrap_or(NO_SIDE);
+                let word = index.cell.unwrap_or(Cell::Bit(BitCell(0)));
+                let (operand, followed) = self.operand(word, index.value, at, depth);
+                ContactDetail::Element { bit, index: (operand, index.value, followed) }
+            }
+            program::Contact::Compare(_, how, _, _) => self.compare(&seen, *how, at, depth),
+            program::Contact::Edge(..) => self.edge(part, leaf, seen.power.cell(), depth),
+            // These are no leaves.
+            program::Contact::Not(..) | program::Contact::All(..) | program::Contact::Any(..) => {
+                ContactDetail::Compare {
+                    sides: [
+                        (0, None, Followed::Cut(Cut::Constant)),
+                        (0, None, Followed::Cut(Cut::Constant)),
+                    ],
+                    real: [false; 2],
+                }
+            }
+        }
+    }
+
+    fn operand(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> (Operand, Followed) {
+        if let Cell::Bit(_) = cell {
+            self.propose(cell, vec![1 - value]);
+        }
+        let operand = self.subject.names.operand(&self.subject.symbols, cell);
+        (operand, self.follow(cell, value, at, depth))
+    }
+
+    /// A side of a compare, or an operand of an instruction.
+    pub fn side(&mut self, side: Side, at: Moment, depth: u32) -> (i32, Option<Operand>, Followed) {
+        match side.cell {
+            Some(cell) => {
+                let (operand, followed) = self.operand(cell, side.value, at, depth);
+                (side.value, Some(operand), followed)
+            }
+            None => (side.value, None, Followed::Cut(Cut::Constant)),
+        }
+    }
+
+    fn compare(
+        &mut self,
+        seen: &LeafSeen,
+        how: Comparison,
+        at: Moment,
+        depth: u32,
+    ) -> ContactDetail {
+        let left = seen.sides.first().copied().unwrap_or(NO_SIDE);
+        let right = seen.sides.get(1).copied().unwrap_or(NO_SIDE);
+        if !left.real && !right.real {
+            // Values at which the compare turns over.
+            let near = |value: i32| vec![value, value.saturating_add(1), value.saturating_sub(1)];
+            for (side, other) in [(left, right), (right, left)] {
+                if let Some(cell @ Cell::Word(_)) = side.cell {
+                    self.propose(cell, near(other.value));
+                }
+            }
+        }
+        let _ = how;
+        ContactDetail::Compare {
+            sides: [self.side(left, at, depth), self.side(right, at, depth)],
+            real: [left.real, right.real],
+        }
+    }
+
+    fn edge(&mut self, part: &PartSeen, leaf: usize, cell: u32, depth: u32) -> ContactDetail {
+        let at = part.moment(leaf);
+        let last = match part.is_on(leaf) {
+            true => super::answer::Since::At(self.replay.when_of(at.section, at.entry)),
+            false => self.replay.since(Cell::Bit(BitCell(cell)), at, &|change| change.after == 1),
+        };
+        let inner = part.leaves.inner.get(leaf).cloned().flatten();
+        let inner = inner.unwrap_or(Logic::All(Vec::new()));
+        let (on, key) = (|at: usize| part.is_on(at), |at: usize| part.key(at));
+        let named = inner.why(&on, &key).named;
+        ContactDetail::Edge {
+            last,
+            inner_on: inner.is_on(&on),
+            inner: named.iter().map(|at| self.contact(part, *at, depth)).collect(),
+        }
+    }
+}
+
+const NO_SIDE: Side = Side { value: 0, cell: None, real: false };
+
+/// Of each leaf the first that is the same contact. Edges are never the same: each has a history.
+fn keys(leaves: &Leaves) -> Vec<usize> {
+    let mut first = HashMap::new();
+    let key = |(at, contact): (usize, &&program::Contact)| {
+        let text = match contact {
+            program::Contact::Bit(bit, _) => format!("{bit:?}"),
+            program::Contact::Element(element, _) => format!("{element:?}"),
+            program::Contact::Compare(a, how, b, _) => format!("{a:?} {how:?} {b:?}"),
+            program::Contact::Not(..)
+            | program::Contact::All(..)
+            | program::Contact::Any(..)
+            | program::Contact::Edge(..) => return at,
+        };
+        *first.entry(text).or_insert(at)
+    };
+    leaves.contacts.iter().enumerate().map(key).collect()
+}

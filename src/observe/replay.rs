@@ -1,0 +1,344 @@
+//! Executes parts of the past again: goes to a moment, finds the last change of a cell.
+//!
+//! Keeps the logs of the sections that were looked at, up to a number of changes, and the last
+//! states that it went to.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::answer::{Since, TapeEnd, When};
+use super::past::{self, At, Moment, Past, Refusal, joins};
+use super::section_log::{CellChange, SectionLog};
+use super::subject::Subject;
+use super::walk::{Witness, walk};
+use crate::engine::{Cell, Engine, EngineCall, EngineState};
+use crate::runtime::{TapeEntry, TapeSection};
+
+/// The most changes that are kept in logs.
+const CHANGES_MAX: usize = 2_000_000;
+
+/// The states that are kept beside those in logs.
+const STATES_MAX: usize = 4;
+
+/// Sections times operations that a search for a lesser fact may execute.
+const SEARCHED_MAX: usize = 100_000;
+
+/// The past of a subject.
+pub(super) struct Replay<'a> {
+    pub subject: &'a Subject,
+    past: &'a mut dyn Past,
+    engine: Engine,
+    sections: BTreeMap<usize, Arc<TapeSection>>,
+    logs: BTreeMap<usize, Rc<SectionLog>>,
+    /// The newest last.
+    states: Vec<((usize, usize), EngineState)>,
+}
+
+/// A change of a cell, or the end of the tape.
+pub(super) enum Changed {
+    /// The change, and its moment.
+    At(CellChange, Moment),
+    /// None from this section on.
+    Never(TapeEnd, usize),
+}
+
+impl<'a> Replay<'a> {
+    pub fn new(subject: &'a Subject, past: &'a mut dyn Past) -> Replay<'a> {
+        let engine = Engine::new(subject.seen.clone());
+        let (sections, logs) = (BTreeMap::new(), BTreeMap::new());
+        Replay { subject, past, engine, sections, logs, states: Vec::new() }
+    }
+
+    /// A section that fits the program.
+    pub fn section(&mut self, at: usize) -> Option<Arc<TapeSection>> {
+        if let Some(section) = self.sections.get(&at) {
+            return Some(Arc::clone(section));
+        }
+        let section = self.past.section(at)?;
+        if !section.state.fits(&self.subject.seen) || !calls_fit(self.subject, &section) {
+            return None;
+        }
+        self.sections.insert(at, Arc::clone(&section));
+        Some(section)
+    }
+
+    /// The section before this one, if it goes on without a gap.
+    pub fn older(&mut self, section: usize) -> Result<usize, TapeEnd> {
+        let newer = self.section(section).ok_or(TapeEnd::Unreadable)?;
+        let at = section.checked_sub(1).ok_or(TapeEnd::Oldest)?;
+        let older = self.section(at).ok_or(TapeEnd::Unreadable)?;
+        joins(&older, &newer).map(|()| at)
+    }
+
+    /// The moment of a question.
+    pub fn moment(&mut self, at: At) -> Result<Moment, Refusal> {
+        let newest = self.past.count().checked_sub(1).ok_or(Refusal::NoPast)?;
+        let end = self.section(newest).ok_or(Refusal::NoPast)?;
+        let At::Scan(scan) = at else {
+            return Ok(Moment { section: newest, entry: end.entries.len(), step: 0 });
+        };
+        let mut at = newest;
+        loop {
+            let Some(section) = self.section(at) else { break };
+            let begins = past::begins(&section);
+            if let Some(found) = begins.iter().find(|begin| begin.number == scan) {
+                return Ok(Moment {
+                    section: at,
+                    entry: end_of_scan(&section, found.entry),
+                    step: 0,
+                });
+            }
+            if section.start.number < scan || at == 0 {
+                break;
+            }
+            at -= 1;
+        }
+        let first = self.section(0).map_or(0, |section| section.start.number);
+        let last = past::begins(&end).last().map(|begin| begin.number);
+        let last = last.unwrap_or(end.start.number.saturating_sub(1));
+        Err(Refusal::NoSuchScan { first, last })
+    }
+
+    /// The changes of a section.
+    pub fn log(&mut self, at: usize) -> Option<Rc<SectionLog>> {
+        if let Some(log) = self.logs.get(&at) {
+            return Some(Rc::clone(log));
+        }
+        let section = self.section(at)?;
+        let log = Rc::new(SectionLog::new(self.subject, &mut self.engine, &section));
+        while self.logs.values().map(|log| log.changes.len()).sum::<usize>() > CHANGES_MAX {
+            self.logs.pop_first();
+        }
+        self.logs.insert(at, Rc::clone(&log));
+        Some(log)
+    }
+
+    /// The engine, right before an entry. `None` if the section is gone.
+    pub fn seek(&mut self, section: usize, entry: usize) -> Option<&mut Engine> {
+        let of = self.section(section)?;
+        let mut from = 0;
+        let mut start = &of.state;
+        let log = self.logs.get(&section).cloned();
+        let kept = log.iter().flat_map(|log| log.states.iter());
+        let own = self.states.iter().filter(|((at, _), _)| *at == section);
+        for (at, state) in kept.map(|(at, state)| (*at, state)).chain(own.map(|(at, s)| (at.1, s)))
+        {
+            if at <= entry && at >= from {
+                (from, start) = (at, state);
+            }
+        }
+        self.engine.resume(start);
+        let entries = of.entries.get(from..entry.min(of.entries.len())).unwrap_or_default();
+        for entry in entries {
+            if let TapeEntry::Call(call) = entry {
+                self.engine.apply(*call);
+            }
+        }
+        if entries.iter().any(|entry| matches!(entry, TapeEntry::Call(EngineCall::Execute))) {
+            self.states.truncate(self.states.len().min(STATES_MAX));
+            if self.states.len() == STATES_MAX {
+                self.states.remove(0);
+            }
+            self.states.push(((section, entry), EngineState::of(&self.engine)));
+        }
+        Some(&mut self.engine)
+    }
+
+    /// Executes an entry again, seen.
+    pub fn see(&mut self, section: usize, entry: usize, witness: &mut impl Witness) -> Option<()> {
+        let of = self.section(section)?;
+        let TapeEntry::Call(call) = of.entries.get(entry)? else { return None };
+        self.seek(section, entry)?;
+        walk(self.subject, &mut self.engine, *call, witness);
+        Some(())
+    }
+
+    /// The last change of a cell before a moment.
+    pub fn last_change(
+        &mut self,
+        cell: Cell,
+        before: Moment,
+        is: &dyn Fn(&CellChange) -> bool,
+    ) -> Changed {
+        let mut section = before.section;
+        let mut end = (before.entry, before.step);
+        let quiet = !self.subject.is_written(cell);
+        loop {
+            let found = if quiet {
+                self.written_from_outside(cell, section, end.0)
+            } else {
+                self.log(section).and_then(|log| log.last(cell, end, is))
+            };
+            if let Some(change) = found {
+                let (entry, step) = (change.entry as usize, change.step);
+                return Changed::At(change, Moment { section, entry, step });
+            }
+            match self.older(section) {
+                Ok(older) => section = older,
+                Err(why) => return Changed::Never(why, section),
+            }
+            end = (usize::MAX, 0);
+        }
+    }
+
+    /// The last change of a cell that no step writes: nothing is executed.
+    fn written_from_outside(
+        &mut self,
+        cell: Cell,
+        section: usize,
+        end: usize,
+    ) -> Option<CellChange> {
+        let of = self.section(section)?;
+        let mut value = of.state.value(cell);
+        let mut last = None;
+        for (at, entry) in of.entries.iter().enumerate().take(end) {
+            let TapeEntry::Call(EngineCall::Write(to, new) | EngineCall::Force(to, new)) = entry
+            else {
+                continue;
+            };
+            if *to == cell && *new != value {
+                let (before, after) = (std::mem::replace(&mut value, *new), *new);
+                last =
+                    Some(CellChange { entry: at as u32, step: 0, cell, by: None, before, after });
+            }
+        }
+        last
+    }
+
+    /// Whether a cell is forced at a moment, and since when.
+    pub fn forced(&mut self, cell: Cell, at: Moment) -> Option<Result<Moment, TapeEnd>> {
+        let mut section = at.section;
+        let mut end = at.entries();
+        loop {
+            let of = self.section(section)?;
+            for (entry, call) in of.entries.iter().enumerate().take(end).rev() {
+                let TapeEntry::Call(call) = call else { continue };
+                if *call == EngineCall::Release(cell) {
+                    return None;
+                }
+                if matches!(call, EngineCall::Force(forced, _) if *forced == cell) {
+                    return Some(Ok(Moment { section, entry, step: 0 }));
+                }
+            }
+            if !of.state.is_forced(cell) {
+                return None;
+            }
+            match self.older(section) {
+                Ok(older) => section = older,
+                Err(why) => return Some(Err(why)),
+            }
+            end = usize::MAX;
+        }
+    }
+
+    /// The last scan that began before a moment: its section and entry.
+    pub fn last_begin(&mut self, at: Moment) -> Option<(usize, usize)> {
+        let (mut section, mut end) = (at.section, at.entries());
+        loop {
+            let of = self.section(section)?;
+            let begins =
+                |entry: &TapeEntry| matches!(entry, TapeEntry::Call(EngineCall::Begin { .. }));
+            let found = of.entries[..end.min(of.entries.len())].iter().rposition(begins);
+            if let Some(entry) = found {
+                return Some((section, entry));
+            }
+            section = self.older(section).ok()?;
+            end = usize::MAX;
+        }
+    }
+
+    /// The scan and time of a moment.
+    pub fn when(&mut self, at: Moment) -> When {
+        let begins = |section: &TapeSection| past::begins(section);
+        match self.section(at.section) {
+            Some(section) => {
+                let last = at.entries().saturating_sub(usize::from(at.step == 0 && at.entry > 0));
+                let last = if at.step > 0 { at.entry } else { last };
+                past::when(&section, &begins(&section), last)
+            }
+            None => When { scan: None, now_ns: 0, unix_ns: 0 },
+        }
+    }
+
+    /// The scan and time of an entry.
+    pub fn when_of(&mut self, section: usize, entry: usize) -> When {
+        self.when(Moment { section, entry, step: 1 })
+    }
+
+    /// The scan and time at the start of a section.
+    pub fn start_of(&mut self, section: usize) -> When {
+        match self.section(section) {
+            Some(of) => past::when(&of, &[], 0),
+            None => When { scan: None, now_ns: 0, unix_ns: 0 },
+        }
+    }
+
+    /// When a cell changed last, in a certain way. Of a large program only the last few sections
+    /// are searched.
+    pub fn since(&mut self, cell: Cell, at: Moment, is: &dyn Fn(&CellChange) -> bool) -> Since {
+        let most = (SEARCHED_MAX / self.subject.batches.len().max(1)).clamp(3, 120);
+        let mut section = at.section;
+        let mut end = (at.entry, at.step);
+        for _ in 0..most {
+            if let Some(change) = self.log(section).and_then(|log| log.last(cell, end, is)) {
+                return Since::At(self.when_of(section, change.entry as usize));
+            }
+            let Ok(older) = self.older(section) else { break };
+            section = older;
+            end = (usize::MAX, 0);
+        }
+        Since::Before(self.start_of(section))
+    }
+
+    /// The value of a cell at a moment.
+    pub fn value(&mut self, cell: Cell, at: Moment) -> i32 {
+        let last =
+            self.log(at.section).and_then(|log| log.last(cell, (at.entry, at.step), |_| true));
+        match (last, self.section(at.section)) {
+            (Some(change), _) => change.after,
+            (None, Some(section)) => section.state.value(cell),
+            (None, None) => 0,
+        }
+    }
+}
+
+/// The entry behind the execution of a scan that begins at an entry.
+fn end_of_scan(section: &TapeSection, begin: usize) -> usize {
+    let rest = section.entries.iter().enumerate().skip(begin + 1);
+    for (at, entry) in rest {
+        if *entry == TapeEntry::Call(EngineCall::Execute) {
+            return at + 1;
+        }
+        if matches!(entry, TapeEntry::Call(EngineCall::Begin { .. })) {
+            return at;
+        }
+    }
+    section.entries.len()
+}
+
+/// Whether all calls name cells of the program.
+fn calls_fit(subject: &Subject, section: &TapeSection) -> bool {
+    let (bits, words) = (subject.seen.bit_count, subject.seen.word_count);
+    section.entries.iter().all(|entry| match entry {
+        TapeEntry::Call(
+            EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell),
+        ) => match cell {
+            Cell::Bit(bit) => bit.0 < bits,
+            Cell::Word(word) => word.0 < words,
+        },
+        TapeEntry::Call(
+            EngineCall::Start { .. }
+            | EngineCall::RequestStop
+            | EngineCall::Begin { .. }
+            | EngineCall::Execute
+            | EngineCall::Terminate,
+        )
+        | TapeEntry::Origin(_)
+        | TapeEntry::Number(_)
+        | TapeEntry::Mode(_)
+        | TapeEntry::Swap { .. }
+        | TapeEntry::State { .. }
+        | TapeEntry::Lost { .. } => true,
+    })
+}

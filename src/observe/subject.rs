@@ -1,0 +1,221 @@
+//! The program that is observed: resolved, lowered to be seen, with the origin of every step.
+//!
+//! Made once of a program and its files, used for every question. It finds the rung of a part, the
+//! text and place of an instruction, and the steps that may write a cell.
+
+use std::sync::Arc;
+
+use super::answer::{Block, Place, Rung};
+use super::names::CellNames;
+use crate::engine::{self, Cell, Deed, Engine, EngineState, Stretches};
+use crate::isa::{BlockId, ElementId};
+use crate::lower::sites::{RungPart, Site, Sites};
+use crate::lower::{Symbols, lower, lower_seen};
+use crate::resolve::program::{self, Instruction, Program};
+use crate::source::span::{SourceFile, Span};
+
+/// A program that can be observed.
+#[derive(Debug)]
+pub struct Subject {
+    pub(super) program: Arc<Program>,
+    /// One operation a batch, in file order.
+    pub(super) seen: engine::Program,
+    /// The same, as the scan thread executes it.
+    pub(super) fast: engine::Program,
+    pub(super) symbols: Symbols,
+    pub(super) sites: Sites,
+    pub(super) names: CellNames,
+    /// Memory after a cold start.
+    pub(super) initial: EngineState,
+    files: Vec<SourceFile>,
+    /// By batch: the cells that it may write.
+    pub(super) batches: Vec<Stretches>,
+    /// By step of the passes.
+    pub(super) passes: Vec<Stretches>,
+    /// By block.
+    pub(super) turns: Vec<Stretches>,
+    /// The parts, in order of the batch before which their contacts are evaluated.
+    ready: Vec<(u32, u32)>,
+    /// By batch: the first in `ready`.
+    ready_from: Vec<u32>,
+}
+
+impl Subject {
+    /// Lowers a program to be seen. `files`: those of the load, by the numbers that places have.
+    pub fn new(program: Arc<Program>, files: Vec<SourceFile>) -> Subject {
+        let (seen, symbols, sites) = lower_seen(&program);
+        let (fast, _) = lower(&program);
+        let names = CellNames::new(&program, &symbols);
+        let initial = EngineState::of(&Engine::new(seen.clone()));
+        let element = |site: &Site| sites.parts[site.part as usize].element;
+        let batches = sites.batches.iter().enumerate();
+        let batches =
+            batches.map(|(at, site)| seen.written_by_batch(at as u32, element(site))).collect();
+        let passes = (0..sites.passes.len()).map(|at| seen.written_by_pass(at as u32)).collect();
+        let turns =
+            (0..program.blocks.len()).map(|at| seen.written_by_turn(BlockId(at as u32))).collect();
+        let parts = (0..).zip(&sites.parts).filter(|(_, part)| has_steps(part));
+        let mut ready: Vec<(u32, u32)> = parts.map(|(at, part)| (part.ready, at)).collect();
+        ready.sort_unstable();
+        let from = |batch: u32| ready.partition_point(|(at, _)| *at < batch) as u32;
+        let ready_from = (0..=sites.batches.len() as u32 + 1).map(from).collect();
+        Subject {
+            program,
+            seen,
+            fast,
+            symbols,
+            sites,
+            names,
+            initial,
+            files,
+            batches,
+            passes,
+            turns,
+            ready,
+            ready_from,
+        }
+    }
+
+    /// The parts of rungs whose contacts have been evaluated right before a batch.
+    pub(super) fn ready_at(&self, batch: u32) -> impl Iterator<Item = u32> + use<'_> {
+        let from = |at: u32| self.ready_from.get(at as usize).map_or(0, |from| *from as usize);
+        let ready = self.ready.get(from(batch)..from(batch + 1)).unwrap_or_default();
+        ready.iter().map(|(_, part)| *part)
+    }
+
+    /// The part of the rung's own legs, for a part that is a branch.
+    pub(super) fn outer(&self, part: u32) -> Option<u32> {
+        let at = part as usize;
+        self.sites.parts[at].branch?;
+        let outer = self.sites.parts[..at].iter().rposition(|part| part.branch.is_none())?;
+        Some(outer as u32)
+    }
+
+    /// A part of a rung.
+    pub(super) fn part(&self, part: u32) -> &RungPart {
+        &self.sites.parts[part as usize]
+    }
+
+    /// The rung of a part.
+    pub(super) fn rung(&self, part: u32) -> &program::Rung {
+        let RungPart { element, rung, .. } = self.part(part);
+        let rungs = match element.stage {
+            Some(stage) => &self.program.stage(stage).rungs,
+            None => &self.program.block(element.block).rungs,
+        };
+        &rungs[*rung as usize]
+    }
+
+    /// The branch of a part.
+    pub(super) fn branch(&self, part: u32) -> Option<&program::Branch> {
+        let branch = self.part(part).branch?;
+        self.rung(part).branches.get(branch as usize)
+    }
+
+    /// An instruction, by its number, and the part that it stands in.
+    pub(super) fn instruction(&self, part: u32, number: u32) -> Option<&Instruction> {
+        let at = number.checked_sub(self.part(part).instructions.start)?;
+        let body = match self.branch(part) {
+            Some(branch) => &branch.body,
+            None => &self.rung(part).body,
+        };
+        body.get(at as usize)
+    }
+
+    /// Where a step comes from; of a turn nothing does.
+    pub(super) fn site(&self, deed: Deed) -> Option<Site> {
+        match deed {
+            Deed::Batch(at) => self.sites.batches.get(at as usize).copied(),
+            Deed::Pass(at) => self.sites.passes.get(at as usize).copied(),
+            Deed::Turn(_) | Deed::Element(_) => None,
+        }
+    }
+
+    /// The cells that a step may write by itself.
+    pub(super) fn written_by(&self, deed: Deed) -> Option<&Stretches> {
+        match deed {
+            Deed::Batch(at) => self.batches.get(at as usize),
+            Deed::Pass(at) => self.passes.get(at as usize),
+            Deed::Turn(BlockId(at)) => self.turns.get(at as usize),
+            Deed::Element(_) => None,
+        }
+    }
+
+    /// The steps that may write a cell, in file order: operations, then passes, then turns.
+    pub(super) fn writers(&self, cell: Cell) -> Vec<Deed> {
+        let of = |all: &[Stretches], deed: &dyn Fn(u32) -> Deed| -> Vec<Deed> {
+            let has = all.iter().enumerate().filter(|(_, written)| written.has(cell));
+            has.map(|(at, _)| deed(at as u32)).collect()
+        };
+        let mut all = of(&self.batches, &Deed::Batch);
+        all.extend(of(&self.passes, &Deed::Pass));
+        all.extend(of(&self.turns, &|at| Deed::Turn(BlockId(at))));
+        all
+    }
+
+    /// Whether a step of the program may write a cell.
+    pub(super) fn is_written(&self, cell: Cell) -> bool {
+        let has = |all: &[Stretches]| all.iter().any(|written| written.has(cell));
+        has(&self.batches) || has(&self.passes) || has(&self.turns)
+    }
+
+    /// A place with its file, line and text; of a part of a template, in the template.
+    pub(super) fn place(&self, span: Span) -> Place {
+        let span = self.program.layers.in_file(span);
+        let file = self.files.get(span.file.0 as usize);
+        let text = file.map_or("", |file| file.text.as_str());
+        let (start, end) = (span.start as usize, span.end as usize);
+        let before = text.as_bytes().get(..start).unwrap_or_default();
+        Place {
+            file: file.map_or_else(String::new, |file| file.name.clone()),
+            line: before.iter().filter(|byte| **byte == b'\n').count() as u32 + 1,
+            start: span.start,
+            end: span.end,
+            text: text.get(start..end).unwrap_or_default().to_owned(),
+        }
+    }
+
+    /// The rung of a part, for people.
+    pub(super) fn place_of_rung(&self, part: u32) -> Rung {
+        let (of, rung) = (self.part(part), self.rung(part));
+        Rung {
+            element: self.element(of.element),
+            name: rung.name.clone(),
+            number: of.rung + 1,
+            branch: of.branch.map(|branch| branch + 1),
+        }
+    }
+
+    /// A block or Stage, for people.
+    pub(super) fn element(&self, element: ElementId) -> Block {
+        let name = match element.stage {
+            Some(stage) => self.symbols.stage(stage).to_owned(),
+            None => self.symbols.block(element.block).to_owned(),
+        };
+        let span = match element.stage {
+            Some(stage) => self.program.stage(stage).span,
+            None => self.program.block(element.block).span,
+        };
+        Block { name, place: self.place(span) }
+    }
+
+    /// The cell of an operand, by its name.
+    ///
+    /// # Errors
+    /// It names nothing, or a whole structure.
+    pub fn cell(&self, name: &str) -> Result<Cell, String> {
+        let address = crate::resolve::resolve_operand(&self.program, name)?;
+        let cell = self.symbols.layout.cell(address);
+        cell.ok_or_else(|| format!("`{name}` is a structure: name a member, as `{name}.Acc`"))
+    }
+
+    /// The names and cells of the program.
+    pub fn symbols(&self) -> &Symbols {
+        &self.symbols
+    }
+}
+
+fn has_steps(part: &RungPart) -> bool {
+    // A rung without a `do` of its own is followed by its branches.
+    !part.instructions.is_empty() || part.branch.is_none()
+}

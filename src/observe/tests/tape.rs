@@ -1,0 +1,115 @@
+//! A tape for tests: an engine in virtual time, and all calls that it got.
+
+use std::sync::Arc;
+
+use crate::engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
+use crate::observe::{Answer, At, Limits, Subject};
+use crate::resolve::{LoadOptions, load_ladders};
+use crate::runtime::exchange::Mode;
+use crate::runtime::{Origin, SectionStart, TapeEntry, TapeSection};
+use crate::source::span::SourceFile;
+
+/// The scans of a section.
+const SECTION_SCANS: u64 = 10;
+
+pub struct Tape {
+    pub subject: Subject,
+    engine: Engine,
+    pub sections: Vec<Arc<TapeSection>>,
+    now: TapeSection,
+    pub number: u64,
+    pub now_ns: u64,
+}
+
+/// A started controller with rungs of Main, and what stands behind them.
+pub fn tape(main: &str) -> Tape {
+    let mut tape = ladder(&format!("[[program]]\nname = \"Main\"\n{main}\n"));
+    tape.call(EngineCall::Start { now_ns: 0 });
+    tape
+}
+
+/// A controller that is not started yet.
+pub fn ladder(text: &str) -> Tape {
+    let file = SourceFile { name: "case.toml".into(), text: text.into() };
+    let (program, findings) = load_ladders(&[file.clone()], &LoadOptions::default());
+    let program = program.unwrap_or_else(|| panic!("{findings:?}"));
+    let subject = Subject::new(Arc::new(program), vec![file]);
+    let engine = Engine::new(subject.fast.clone());
+    let now = section(&engine, 0);
+    Tape { subject, engine, sections: Vec::new(), now, number: 0, now_ns: 0 }
+}
+
+fn section(engine: &Engine, number: u64) -> TapeSection {
+    TapeSection {
+        start: SectionStart {
+            generation: 1,
+            number,
+            mode: Mode::Run,
+            unix_offset_ns: 0,
+            lost: 0,
+            follows: number > 0,
+        },
+        state: EngineState::of(engine),
+        entries: Vec::new(),
+        who: Vec::new(),
+    }
+}
+
+impl Tape {
+    pub fn call(&mut self, call: EngineCall) {
+        self.engine.apply(call);
+        self.now.entries.push(TapeEntry::Call(call));
+    }
+
+    pub fn from(&mut self, origin: Origin, who: &str) {
+        self.now.entries.push(TapeEntry::Origin(origin));
+        self.now.who.push((origin, who.to_owned()));
+    }
+
+    pub fn cell(&self, name: &str) -> Cell {
+        self.subject.cell(name).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    pub fn begin(&mut self) {
+        if self.number % SECTION_SCANS == 0 && self.number > 0 {
+            self.cut();
+        }
+        let now_ns = self.now_ns;
+        self.call(EngineCall::Begin { now_ns, times: ScanTimes::default(), local_s: 0 });
+        self.now_ns += 10_000_000;
+        self.number += 1;
+    }
+
+    /// One scan with these inputs and queued writes.
+    pub fn scan(&mut self, writes: &[(&str, i32)]) {
+        self.begin();
+        for (name, value) in writes {
+            let cell = self.cell(name);
+            self.call(EngineCall::Write(cell, *value));
+        }
+        self.call(EngineCall::Execute);
+    }
+
+    pub fn scans(&mut self, count: u32) {
+        (0..count).for_each(|_| self.scan(&[]));
+    }
+
+    /// A new section begins.
+    pub fn cut(&mut self) {
+        let next = section(&self.engine, self.number);
+        self.sections.push(Arc::new(std::mem::replace(&mut self.now, next)));
+    }
+
+    pub fn answer(&self, name: &str, at: At) -> Answer {
+        let mut past = self.sections.clone();
+        past.push(Arc::new(self.now.clone()));
+        let cell = self.cell(name);
+        let answer = self.subject.why(&mut past, cell, (at, Limits::default()));
+        answer.unwrap_or_else(|refusal| panic!("{refusal:?}"))
+    }
+
+    /// The answer of now, as text.
+    pub fn why(&self, name: &str) -> String {
+        self.answer(name, At::Now).text()
+    }
+}

@@ -1,0 +1,57 @@
+//! The walk of a scan: the steps of the engine as steps of the program.
+//!
+//! Executes one call of an engine and tells a [`Witness`] of each rung part when its contacts are
+//! evaluated, and of each step before and after. `why` watches a cell with it; coverage and a live
+//! picture of the ladder can use it as it is. The steps of a call have numbers, the same whenever
+//! the call is executed from the same state.
+
+use super::subject::Subject;
+use crate::engine::{Deed, Engine, EngineCall, Eye, Image};
+
+/// Sees a scan rung by rung. What a witness does not want to see has an empty method.
+pub(crate) trait Witness {
+    /// The contacts of a part of a rung are evaluated; its instructions execute next.
+    fn part(&mut self, _part: u32, _number: u32, _image: &Image) {}
+
+    /// A step begins.
+    fn before(&mut self, _deed: Deed, _number: u32, _image: &Image) {}
+
+    /// A step has ended. A turn and a block's or Stage's execution end with a new number.
+    fn after(&mut self, _deed: Deed, _number: u32, _image: &Image) {}
+}
+
+/// The eye of a witness.
+struct Walk<'a, W> {
+    subject: &'a Subject,
+    witness: &'a mut W,
+    number: u32,
+}
+
+/// Makes a call; a scan and the passes are seen.
+pub(crate) fn walk(
+    subject: &Subject,
+    engine: &mut Engine,
+    call: EngineCall,
+    witness: &mut impl Witness,
+) {
+    engine.apply_seen(call, &mut Walk { subject, witness, number: 0 });
+}
+
+impl<W: Witness> Eye for Walk<'_, W> {
+    fn before(&mut self, deed: Deed, image: &Image) {
+        self.number += 1;
+        if let Deed::Batch(at) = deed {
+            for part in self.subject.ready_at(at) {
+                self.witness.part(part, self.number, image);
+            }
+        }
+        self.witness.before(deed, self.number, image);
+    }
+
+    fn after(&mut self, deed: Deed, image: &Image) {
+        if let Deed::Turn(_) | Deed::Element(_) = deed {
+            self.number += 1;
+        }
+        self.witness.after(deed, self.number, image);
+    }
+}

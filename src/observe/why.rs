@@ -1,0 +1,42 @@
+//! `why`: the question and its answer.
+
+use super::answer::{Answer, Limits};
+use super::inquiry::Inquiry;
+use super::past::{At, Past, Refusal};
+use super::replay::Replay;
+use super::subject::Subject;
+use crate::engine::{BitCell, Cell, WordCell};
+
+impl Subject {
+    /// What made a cell what it is at the end of the tape, or was at the end of a scan.
+    ///
+    /// # Errors
+    /// The tape has no such scan, or none that fits the program.
+    pub fn why(
+        &self,
+        past: &mut dyn Past,
+        cell: Cell,
+        (at, limits): (At, Limits),
+    ) -> Result<Answer, Refusal> {
+        let layout = &self.symbols.layout;
+        let is_known = match cell {
+            Cell::Bit(BitCell(at)) => at < layout.bit_count(),
+            Cell::Word(WordCell(at)) => at < layout.word_count(),
+        };
+        if !is_known {
+            return Err(Refusal::NoSuchCell);
+        }
+        let mut replay = Replay::new(self, past);
+        let moment = replay.moment(at)?;
+        let image = replay.seek(moment.section, moment.entry).ok_or(Refusal::NoPast)?.image();
+        let value = super::leaves::content(image, cell);
+        let when = replay.when(moment);
+        let mut inquiry = Inquiry::new(self, replay, limits);
+        let root = inquiry.node(cell, value, moment, limits.depth).ok_or(Refusal::NoPast)?;
+        let change = match cell {
+            Cell::Bit(_) if limits.change => Some(inquiry.change(cell, moment)),
+            Cell::Bit(_) | Cell::Word(_) => None,
+        };
+        Ok(Answer { at: when, root, change })
+    }
+}
