@@ -72,7 +72,8 @@ impl Recent {
 
     /// Bytes in use, of blocks and programs.
     fn used(&self) -> usize {
-        self.bytes.len() + self.programs.iter().map(|program| program.start.bytes.len()).sum::<usize>()
+        self.bytes.len()
+            + self.programs.iter().map(|program| program.start.bytes.len()).sum::<usize>()
     }
 
     /// Drops the oldest block, and those that need it.

@@ -108,9 +108,8 @@ pub fn section(numbers: &mut Numbers) -> SectionBody {
         entries.push(TapeEntry::Call(EngineCall::Execute));
     }
     let names = ["root", "", "Modbus client 10.0.0.7", "ä"];
-    let who = |numbers: &mut Numbers| {
-        (origin(numbers), names[numbers.below(4) as usize].to_owned())
-    };
+    let who =
+        |numbers: &mut Numbers| (origin(numbers), names[numbers.below(4) as usize].to_owned());
     SectionBody {
         mode: mode(numbers),
         unix_offset_ns: numbers.any() as i64,
