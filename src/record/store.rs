@@ -226,7 +226,8 @@ impl<F: Folder> Store<F> {
         });
         let begins = must_begin || is_full && block.has_base();
         let has_gap = self.open.as_ref().is_none_or(|open| {
-            !block.head.follows || open.sequence.map(|last| last.wrapping_add(1)) != Some(block.head.sequence)
+            !block.head.follows
+                || open.sequence.map(|last| last.wrapping_add(1)) != Some(block.head.sequence)
         });
         if (begins || has_gap) && !block.has_base() {
             return Ok(false);
