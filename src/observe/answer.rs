@@ -36,7 +36,7 @@ impl Default for Limits {
 /// A scan and its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct When {
-    /// Complete scans before it, since the process started; `None` before the first scan.
+    /// Its number; the first of a process is 1. `None` before the first scan.
     pub scan: Option<u64>,
     /// Its timestamp, monotonic.
     pub now_ns: u64,

@@ -52,7 +52,7 @@ pub struct Verified {
 /// A scan that was executed again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReplayedScan {
-    /// Complete scans of the process before it.
+    /// Its number; the first of a process is 1.
     pub number: u64,
     /// Its time, ns since 1970 (UTC).
     pub unix_ns: i64,
