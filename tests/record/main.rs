@@ -4,6 +4,7 @@
 mod bytes;
 mod drawn;
 mod folder;
+mod format;
 mod replayed;
 mod size;
 mod stored;
