@@ -1,9 +1,9 @@
 //! The store: blocks into files of segments, in a folder that keeps its limits.
 //!
 //! The daemon's thread puts every block in, and hears once of a disk that fails, and once of one
-//! that works again. A file is never written behind a failure, nor one of an earlier process: what is
-//! next begins a new file. Only this controller's files are deleted, the oldest first. Deliberately
-//! absent: threads, clocks, the log.
+//! that works again. A file is never written behind a failure, nor one of an earlier process: what
+//! is next begins a new file. Only this controller's files are deleted, the oldest first.
+//! Deliberately absent: threads, clocks, the log.
 
 use std::io;
 use std::sync::Arc;
@@ -286,8 +286,8 @@ impl<F: Folder> Store<F> {
         Ok(())
     }
 
-    /// Deletes the oldest files, until so many bytes more are within the limits; false if they never
-    /// are.
+    /// Deletes the oldest files, until so many bytes more are within the limits; false if they
+    /// never are.
     fn make_room(&mut self, bytes: u64, clock: TapeClock) -> io::Result<bool> {
         let files = &mut self.files;
         let open = self.open.as_ref().map(|open| &open.name);
