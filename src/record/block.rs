@@ -1,7 +1,7 @@
 //! A block: one section of the tape, packed, with a head that says where it lies in time.
 //!
-//! `recorder` makes blocks; `recent` keeps them, the store writes them. Both may leave a block's base
-//! image away, as the block before it leads to the same state.
+//! `recorder` makes blocks; `recent` keeps them, the store writes them. Both may leave a block's
+//! base image away, as the block before it leads to the same state.
 
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
 //! A recording executed again: every section with its state, every scan with its image, every hash
 //! computed anew.
 //!
-//! `cli` replays, verifies and exports; `observe` gets its sections here. The caller makes the engine
-//! of a program, since `record` lies below `load`. A recording from outside may fit no engine: it is
-//! refused, section by section.
+//! `cli` replays, verifies and exports; `observe` gets its sections here. The caller makes the
+//! engine of a program, since `record` lies below `load`. A recording from outside may fit no
+//! engine: it is refused, section by section.
 
 use std::fmt;
 use std::io;
