@@ -14,6 +14,10 @@ use crate::runtime::{Origin, TapeEntry};
 impl Inquiry<'_> {
     /// The reasons of an operand, if there is room for them.
     pub fn follow(&mut self, cell: Cell, value: i32, at: Moment, depth: u32) -> Followed {
+        let address = self.subject.names.address(&self.subject.symbols.layout, cell);
+        if let Some(Address::Bit(Bit::Space(BitSpace::St, st::ON | st::OFF))) = address {
+            return Followed::Cut(Cut::Constant);
+        }
         if depth == 0 && self.subject.is_written(cell) {
             return Followed::Cut(Cut::Depth);
         }

@@ -218,7 +218,7 @@ impl Lines {
                 let of = preset_ms.map(|preset| format!(" of {}", ms(preset)));
                 let of = of.unwrap_or_default();
                 let timing = if *timing { "timing" } else { "not timing" };
-                format!("{}{of}, {timing} since {}", ms(*acc_ms), self.since(*since))
+                format!("{}{of}, {timing}{}", ms(*acc_ms), self.lasting(*since))
             }
             About::Counter { acc, presets, counted, reset } => {
                 let presets: Vec<String> = presets.iter().map(i32::to_string).collect();
@@ -272,9 +272,23 @@ impl Lines {
         }
     }
 
+    /// ` for 2.1 s, since scan 812`.
+    fn lasting(&self, since: Since) -> String {
+        match since {
+            Since::At(when) if when.scan == self.now.scan => " since this scan".to_owned(),
+            Since::At(when) => {
+                let ago_ms = self.now.now_ns.saturating_sub(when.now_ns) / 1_000_000;
+                let ago = ms(i32::try_from(ago_ms).unwrap_or(i32::MAX));
+                format!(" for {ago}, since {}", self.scan(when))
+            }
+            Since::Before(when) => format!(" since before {}", self.scan(when)),
+        }
+    }
+
     fn since(&self, since: Since) -> String {
         match since {
-            Since::At(when) => self.ago(when).replace(" ago, in", " ago, from"),
+            Since::At(when) if when.scan == self.now.scan => "this scan".to_owned(),
+            Since::At(when) => self.ago(when).replace(" ago, in ", ", "),
             Since::Before(when) => format!("before {}", self.scan(when)),
         }
     }
