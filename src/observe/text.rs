@@ -3,7 +3,7 @@
 
 use super::answer::{
     About, Answer, Cause, Change, Contact, ContactDetail, Cut, Edit, Followed, Hindrance, Idle,
-    Leg, Node, Operand, Place, Rung, Since, Stop, TapeEnd, When, Write,
+    Leg, Node, Operand, Place, Restart, Rung, Since, Stop, TapeEnd, When, Write,
 };
 use crate::isa::Real;
 use crate::runtime::Origin;
@@ -67,12 +67,14 @@ impl Lines {
             }
             Cause::Pass { stop, .. } => match stop {
                 Stop::Controller => self.add(indent + 1, "because the controller stopped"),
-                Stop::Again(block) => {
+                Stop::Again(_, Some(restart)) => self.restart(restart, indent + 1),
+                Stop::Again(block, None) => {
                     let line = format!("because {} was stopped and started again", block.name);
                     self.add(indent + 1, &line);
                 }
                 Stop::Bit(node) => self.because(node, indent + 1),
             },
+            Cause::Turn { restart: Some(restart), .. } => self.restart(restart, indent + 1),
             Cause::Turn { running: Some(node), .. } => self.because(node, indent + 1),
             Cause::Turn { running: None, .. }
             | Cause::Force { .. }
@@ -83,6 +85,12 @@ impl Lines {
             | Cause::Restored
             | Cause::Older(_) => {}
         }
+    }
+
+    fn restart(&mut self, restart: &Restart, indent: usize) {
+        let (when, rung) = (self.ago(restart.at), rung_text(&restart.rung, &restart.place));
+        self.add(indent, &format!("because of {} {when}: {rung}", restart.place.text));
+        restart.legs.iter().for_each(|leg| self.leg(leg, indent));
     }
 
     fn because(&mut self, node: &Node, indent: usize) {

@@ -21,7 +21,10 @@ fn an_out_is_written_in_every_scan() {
     let mut plc = rung(r#""X0", "!X1 | X2", "X3""#, r#""OUT Y0""#);
     plc.scan(&[("X1", 1)]);
     plc.scans(25);
-    check(&plc, "Y0", expect![[r#"
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
         Y0 is OFF
           OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
             the rung is OFF, because
@@ -34,9 +37,13 @@ fn an_out_is_written_in_every_scan() {
               also: X3 is OFF
                 nothing wrote it: a cold start's value
         X0 ON and X1 OFF and X3 ON would turn it ON in the next scan
-    "#]]);
+    "#]],
+    );
     plc.scan(&[("X0", 1), ("X2", 1), ("X3", 1)]);
-    check(&plc, "Y0", expect![[r#"
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
         Y0 is ON
           OUT Y0 turned it ON in this scan: Main, rung 1, case.toml:5
             the rung is ON, because
@@ -47,7 +54,8 @@ fn an_out_is_written_in_every_scan() {
               X3 is ON
                 the input turned it ON in this scan
         X0 OFF would turn it OFF in the next scan
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -65,7 +73,10 @@ fn a_set_is_told_after_it_acted_and_before() {
         "#,
     );
     plc.scans(3);
-    check(&plc, "C0", expect![[r#"
+    check(
+        &plc,
+        "C0",
+        expect![[r#"
         C0 is OFF
           nothing wrote it: a cold start's value
           SET C0 leaves it so: Main, rung on, case.toml:7
@@ -73,11 +84,15 @@ fn a_set_is_told_after_it_acted_and_before() {
               X0 is OFF
                 nothing wrote it: a cold start's value
         X0 ON would turn it ON in the next scan
-    "#]]);
+    "#]],
+    );
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X0", 0)]);
     plc.scans(30);
-    check(&plc, "C0", expect![[r#"
+    check(
+        &plc,
+        "C0",
+        expect![[r#"
         C0 is ON
           SET C0 turned it ON 310 ms ago, in scan 3: Main, rung on, case.toml:7
             the rung is ON, because
@@ -88,7 +103,8 @@ fn a_set_is_told_after_it_acted_and_before() {
               X1 is OFF
                 nothing wrote it: a cold start's value
         X1 ON would turn it OFF in the next scan
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -112,7 +128,10 @@ fn two_writes_in_one_scan_that_leave_the_value_are_found() {
     plc.scan(&[("X0", 1)]);
     plc.scan(&[("X0", 0)]);
     plc.scans(15);
-    check(&plc, "C0", expect![[r#"
+    check(
+        &plc,
+        "C0",
+        expect![[r#"
         C0 is ON
           SET C0 turned it ON 160 ms ago, in scan 17: Main, rung 2, case.toml:9
             the rung is ON, because
@@ -123,7 +142,8 @@ fn two_writes_in_one_scan_that_leave_the_value_are_found() {
               X0 is OFF
                 the input turned it OFF 150 ms ago, in scan 18
         no input alone would turn it OFF in the next scan (3 tried)
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -141,7 +161,10 @@ fn a_counter_says_when_it_counted_and_was_reset() {
     plc.scans(4);
     plc.scan(&[("X0", 1)]);
     plc.scans(20);
-    check(&plc, "CT0.Done", expect![[r#"
+    check(
+        &plc,
+        "CT0.Done",
+        expect![[r#"
         CT0.Done is OFF
           CNT CT0 preset=3 wrote it in this scan: Main, rung 1, case.toml:7
           1 of 3, last counted 200 ms ago, in scan 6, last reset 260 ms ago, in scan 0
@@ -152,7 +175,8 @@ fn a_counter_says_when_it_counted_and_was_reset() {
               X1 is OFF
                 the input turned it OFF 250 ms ago, in scan 1
         no input alone would turn it ON in the next scan (4 tried)
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -161,7 +185,10 @@ fn a_timer_says_its_time_and_since_when_it_runs() {
     plc.scans(3);
     plc.scan(&[("X0", 1)]);
     plc.scans(120);
-    check(&plc, "T0.Done", expect![[r#"
+    check(
+        &plc,
+        "T0.Done",
+        expect![[r#"
         T0.Done is OFF
           TMR T0 preset=2s wrote it in this scan: Main, rung 1, case.toml:5
           1.2 s of 2 s, timing for 1.2 s, since scan 3
@@ -169,7 +196,8 @@ fn a_timer_says_its_time_and_since_when_it_runs() {
               X0 is ON
                 the input turned it ON 1.2 s ago, in scan 3
         no input alone would turn it ON in the next scan (2 tried)
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -184,7 +212,10 @@ fn words_name_what_they_were_made_of() {
     plc.from(Origin::Batch(Ticket(7)), "Modbus client 10.0.0.7");
     plc.scan(&[("D0", 5), ("D1", 2), ("X0", 1)]);
     plc.scans(14);
-    check(&plc, "D2", expect![[r#"
+    check(
+        &plc,
+        "D2",
+        expect![[r#"
         D2 is 7
           ADD D0 D1 to=D2 made it 7 140 ms ago, in scan 0: Main, rung 1, case.toml:6
             the rung is ON, because
@@ -203,7 +234,8 @@ fn words_name_what_they_were_made_of() {
               rise(X0) is OFF; it was ON last 140 ms ago, in scan 0
                 what it is of is ON, because
                   X0 is ON (see above)
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -212,33 +244,45 @@ fn forces_and_writes_have_their_people() {
     plc.scans(4);
     plc.force("Y0", 1, "root");
     plc.scans(12);
-    check(&plc, "Y0", expect![[r#"
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
         Y0 is ON
           forced in this scan by root
         it is forced: only a release lets it change
-    "#]]);
+    "#]],
+    );
     let cell = plc.cell("X0");
     plc.begin();
     plc.from(Origin::Device(0), "rack");
     plc.write(cell, 1);
     plc.execute();
     plc.scans(3);
-    check(&plc, "X0", expect![[r#"
+    check(
+        &plc,
+        "X0",
+        expect![[r#"
         X0 is ON
           the field device turned it ON 30 ms ago, in scan 16 by rack
         X0 OFF would turn it OFF in the next scan
-    "#]]);
+    "#]],
+    );
     plc.from(Origin::Command(CommandId(3)), "anna");
     plc.release("Y0");
     plc.scan(&[]);
-    check(&plc, "Y0", expect![[r#"
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
         Y0 is ON
           OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
             the rung is ON, because
               X0 is ON
                 the field device turned it ON 40 ms ago, in scan 16 by rack
         X0 OFF would turn it OFF in the next scan
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -255,14 +299,18 @@ fn what_a_rung_saw_is_what_counts_not_what_came_after() {
     );
     plc.scans(12);
     plc.scan(&[("X0", 1)]);
-    check(&plc, "Y0", expect![[r#"
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
         Y0 is OFF
           OUT Y0 wrote it in this scan: Main, rung 1, case.toml:6
             the rung is OFF, because
               C0 is OFF
                 nothing wrote it: a cold start's value
         it turns ON in the next scan by itself
-    "#]]);
+    "#]],
+    );
     let text = plc.answer("Y0", At::Scan(3)).text();
     assert!(text.starts_with("Y0 is OFF\n"), "{text}");
 }
@@ -271,7 +319,10 @@ fn what_a_rung_saw_is_what_counts_not_what_came_after() {
 fn two_inputs_together_are_found_if_none_alone_is_enough() {
     let mut plc = rung(r#""X0", "X1""#, r#""OUT Y0""#);
     plc.scans(2);
-    check(&plc, "Y0", expect![[r#"
+    check(
+        &plc,
+        "Y0",
+        expect![[r#"
         Y0 is OFF
           OUT Y0 wrote it in this scan: Main, rung 1, case.toml:5
             the rung is OFF, because
@@ -280,7 +331,8 @@ fn two_inputs_together_are_found_if_none_alone_is_enough() {
               also: X1 is OFF
                 nothing wrote it: a cold start's value
         X0 ON and X1 ON would turn it ON in the next scan
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
@@ -298,7 +350,10 @@ fn indexed_elements_are_named() {
     plc.scan(&[("D0", 2), ("D1", 9), ("C2", 1)]);
     plc.scan(&[("D0", 1)]);
     plc.scans(3);
-    check(&plc, "D12", expect![[r#"
+    check(
+        &plc,
+        "D12",
+        expect![[r#"
         row[2] (D12) is 9
           MOVE D1 to=row[D0] made it 9 40 ms ago, in scan 0: Main, rung 1, case.toml:6
             the rung is ON, because
@@ -315,7 +370,8 @@ fn indexed_elements_are_named() {
                 nothing wrote it: a cold start's value
                 with D0 = 1
                   the input made it 1 30 ms ago, in scan 1
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
