@@ -23,6 +23,7 @@ mod sim;
 mod status;
 mod terminal;
 mod watch;
+mod when;
 mod write;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -2,7 +2,8 @@
 //!
 //! The zone is that of `TZ`, or else `/etc/localtime`, as for every other program. Its file is read
 //! anew each time, so a change of it, or of the rules in it, counts within a second. What cannot be
-//! read changes nothing: the zone read before stays, and it is UTC if there was none.
+//! read changes nothing: the zone read before stays, and it is UTC if there was none. `cli::when`
+//! reads the same zone for the times that a person says.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -92,7 +93,7 @@ impl ZoneKeeper {
 }
 
 /// The zone of `TZ`, or of the machine's file; UTC where a machine has none.
-fn read(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::Error> {
+pub(crate) fn read(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::Error> {
     let file = |path: &str| Ok(read_bytes(Path::new(path))?);
     let Some(tz) = tz else {
         return match read_bytes(localtime) {
@@ -108,7 +109,7 @@ fn read(tz: Option<&str>, localtime: &Path) -> Result<TimeZone, tz::Error> {
 }
 
 /// Local time less UTC at a time.
-fn offset_s(zone: &TimeZone, at_s: i64) -> i32 {
+pub(crate) fn offset_s(zone: &TimeZone, at_s: i64) -> i32 {
     match zone.find_local_time_type(at_s) {
         Ok(found) => found.ut_offset(),
         // A file of the old form ends with its last change.

@@ -11,7 +11,7 @@ mod directories;
 mod failure;
 pub mod guard;
 mod journal;
-mod local_time;
+pub(crate) mod local_time;
 pub mod log;
 mod log_form;
 mod log_queue;

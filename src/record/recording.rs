@@ -152,9 +152,11 @@ impl Recording {
 
     /// The section in which a scan lies: of the newest process that has recorded it.
     pub fn place_of_scan(&self, number: u64) -> Option<usize> {
-        self.sections.iter().rposition(|RecordedSection { block: IndexedBlock { head, .. }, .. }| {
-            (head.number..head.number.saturating_add(head.scans.into())).contains(&number)
-        })
+        self.sections.iter().rposition(
+            |RecordedSection { block: IndexedBlock { head, .. }, .. }| {
+                (head.number..head.number.saturating_add(head.scans.into())).contains(&number)
+            },
+        )
     }
 
     /// How a section begins.

@@ -13,7 +13,7 @@ use rungd::calendar::parse_seconds;
 use rungd::engine::{BitCell, Cell, Engine, EngineState, ScanTimes, WordCell};
 use rungd::lower::lower;
 use rungd::record::{
-    RecordBlock, RecordedFile, RecordedProgram, Recent, Recorder, Recording, Replay, SegmentStart,
+    Recent, RecordBlock, RecordedFile, RecordedProgram, Recorder, Recording, Replay, SegmentStart,
     TapeClock,
 };
 use rungd::runtime::command::CommandId;
@@ -382,9 +382,8 @@ fn a_recording_that_fits_no_engine_is_refused() {
     }
     line.flush();
     let bytes = in_memory(&line.blocks);
-    let other = |_: &RecordedProgram| {
-        engine(&recorded("[[program]]\nname = \"Main\"\nrung = []\n", 0))
-    };
+    let other =
+        |_: &RecordedProgram| engine(&recorded("[[program]]\nname = \"Main\"\nrung = []\n", 0));
     let mut replay = Replay::new(Recording::of_bytes(bytes.clone()), other);
     let count = replay.recording().count() as u64;
     assert_eq!(replay.verify(0..count as usize).unreplayable, count);
